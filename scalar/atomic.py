@@ -1,0 +1,150 @@
+"""Files and folders that appear whole or not at all.
+
+Everything is written under a temporary name beside its destination, on the same file system, and renamed when
+it is complete. A run that dies half-way leaves at most a hidden temporary file, never half an output.
+Left out: protection against power failure (no fsync).
+"""
+
+import json
+import math
+import os
+import secrets
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scalar.errors import Fault, InvalidInput
+
+
+def _temporary_beside(path: Path) -> Path:
+    """Return a hidden name in the folder of `path` that nobody else uses."""
+    return path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
+
+
+def _cannot_write(path: Path, error: OSError) -> InvalidInput:
+    reason = error.strerror or str(error)
+    return InvalidInput(Fault(str(path), f"cannot be written ({reason}); give another place for the output"))
+
+
+@contextmanager
+def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Yield a temporary path beside `path`; rename it to `path` on success, remove it on failure.
+
+    Missing parent folders are made. An older file at `path` stays as it is until the new one is complete.
+
+    Raises:
+        InvalidInput: the place cannot be written, or is a folder.
+    """
+    path = Path(path)
+    temporary = _temporary_beside(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.is_dir():
+            raise IsADirectoryError(None, "a folder of that name is there")
+        temporary.open("xb").close()
+    except OSError as error:
+        raise _cannot_write(path, error) from error
+    try:
+        yield temporary
+        try:
+            temporary.replace(path)
+        except OSError as error:
+            raise _cannot_write(path, error) from error
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+@contextmanager
+def atomic_directory(
+    path: str | os.PathLike[str], may_replace: Callable[[Path], bool] = lambda _: False
+) -> Iterator[Path]:
+    """Yield an empty temporary folder beside `path`; rename it to `path` on success, remove it on failure.
+
+    Args:
+        path: the folder that is to appear. Missing parents are made.
+        may_replace: asked about a folder that is already there and not empty; True lets it be replaced.
+
+    Raises:
+        InvalidInput: the place cannot be written, or holds something that may not be replaced.
+    """
+    path = Path(path)
+    temporary = _temporary_beside(path)
+    if path.exists() and not (path.is_dir() and (not any(path.iterdir()) or may_replace(path))):
+        message = "already there, and not an output of this kind; remove it, or give another place"
+        raise InvalidInput(Fault(str(path), message))
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary.mkdir()
+    except OSError as error:
+        raise _cannot_write(path, error) from error
+    try:
+        yield temporary
+        try:
+            _swap_in(temporary, path)
+        except OSError as error:
+            raise _cannot_write(path, error) from error
+    except BaseException:
+        shutil.rmtree(temporary, ignore_errors=True)
+        raise
+
+
+def _swap_in(new: Path, path: Path) -> None:
+    """Rename the folder `new` to `path`; what was at `path` goes, or comes back if that fails."""
+    if not path.exists():
+        new.rename(path)
+        return
+    old = _temporary_beside(path)
+    path.rename(old)
+    try:
+        new.rename(path)
+    except BaseException:
+        old.rename(path)
+        raise
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def plain(value: Any) -> Any:
+    """Return `value` in plain Python types: arrays and tuples as lists, NumPy scalars as numbers, paths as text.
+
+    Raises:
+        TypeError: `value` holds something that has no plain form.
+    """
+    if value is None or isinstance(value, bool | str):
+        return value
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, int | float):
+        return value
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    raise TypeError(f"no plain form for {type(value).__name__}")
+
+
+def _finite(value: Any) -> Any:
+    """Return a plain `value` with None in place of every number that is not finite."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return value
+
+
+def write_json(path: str | os.PathLike[str], obj: Any) -> None:
+    """Write `obj` to `path` as JSON, atomically: keys in the given order, indent 1, a last line end.
+
+    Numbers that are not finite become null, since JSON has no others; floats read back exactly.
+    """
+    text = json.dumps(_finite(plain(obj)), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    with atomic_write(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")

@@ -1,0 +1,92 @@
+"""What can go wrong that is not a mistake in this program, and the exit status that each kind earns.
+
+Two kinds are told apart, because the user does different things about them: the input is at fault
+(`InvalidInput`, exit 2: repair the file), or the input is sound and cannot determine the model
+(`Undetermined`, exit 3: measure more, or hold more). Everything else that is raised is a defect of this package.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+
+def printable(text: str) -> str:
+    """Return `text` as one line that is safe to print: control characters and line ends become escapes.
+
+    Messages quote what stands in users' files, which may hold anything, terminal escape codes included.
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One thing that is wrong with an input: where it is, what it is and what to do about it.
+
+    Attributes:
+        file: name of the file, as the user knows it.
+        message: what is wrong; what to do, in one line.
+        row: line number in the file as an editor shows it (the header of a table is line 1), or None.
+        column: name of the column, or path of the key (``robot.joints[2].alpha``), or None.
+    """
+
+    file: str
+    message: str
+    row: int | None = None
+    column: str | None = None
+
+    def __str__(self) -> str:
+        """Return ``poses.csv, row 17, column q3: not a number ('abc'); write radians as 0.123``."""
+        place = self.file
+        if self.row is not None:
+            place += f", row {self.row}"
+        if self.column is not None:
+            is_table = self.file.endswith((".csv", ".parquet"))
+            place += f", column {self.column}" if is_table else f", {self.column}"
+        return printable(f"{place}: {self.message}")
+
+
+class ScalarError(Exception):
+    """The root of all errors that this package raises on purpose."""
+
+    exit_status = 1
+
+
+class InvalidInput(ScalarError):
+    """The input is at fault; every fault that was found is in `faults`.
+
+    Args:
+        faults: one fault or several, in the order in which they are to be read.
+    """
+
+    exit_status = 2
+
+    def __init__(self, faults: Fault | Iterable[Fault]) -> None:
+        self.faults: tuple[Fault, ...] = (faults,) if isinstance(faults, Fault) else tuple(faults)
+        super().__init__(self.faults)
+
+    def __str__(self) -> str:
+        """Return one line a fault."""
+        return "\n".join(str(fault) for fault in self.faults)
+
+
+class Undetermined(ScalarError):
+    """The input is sound but cannot determine the model; `reasons`: what cannot be seen, what would fix it.
+
+    Args:
+        reasons: one sentence or several, each a line.
+    """
+
+    exit_status = 3
+
+    def __init__(self, reasons: str | Iterable[str]) -> None:
+        self.reasons: tuple[str, ...] = (reasons,) if isinstance(reasons, str) else tuple(reasons)
+        super().__init__(self.reasons)
+
+    def __str__(self) -> str:
+        """Return one line a reason."""
+        return "\n".join(printable(reason) for reason in self.reasons)
+
+
+class NotConverged(Undetermined):
+    """The optimiser stopped before it reached a minimum, or ran into a bound: there is no result to trust."""

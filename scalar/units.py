@@ -1,0 +1,14 @@
+"""The units that people write, as multiples of the SI units that the code computes in.
+
+Inside, everything is in metres, radians, seconds and float64. Multiply by a constant of this module to enter
+SI, divide by it to leave: ``0.1 * MM`` is a tenth of a millimetre in metres, ``angle / DEG`` an angle
+in degrees. This is the only file in which these numbers stand.
+"""
+
+import math
+
+MM = 1e-3
+"""One millimetre [m]."""
+
+DEG = math.pi / 180.0
+"""One degree [rad]."""
