@@ -1,0 +1,93 @@
+# make            set up .venv, then run the main job: snakemake --cores 2
+# make test       set up .venv, then run the tests
+# make env        set up .venv alone; nothing is done if it is up to date
+# make lint       ruff, pyright, snakefmt        make format   let ruff and snakefmt rewrite
+# make bench      the side-by-side figures       make lock     resolve the requirements again
+# make clean      remove .venv and the caches; results/ stays (snakemake --delete-all-output removes that)
+#
+# PYTHON=/path/to/python3.11, CORES=2 and PYTEST_ARGS="-k name" may be given.
+
+.DEFAULT_GOAL := all
+.DELETE_ON_ERROR:
+.PHONY: all env test lint format bench lock clean
+
+SHELL := /bin/sh
+CORES ?= 2
+PYTEST_ARGS ?=
+PYTHON ?= python3.11 python3 python
+
+# One thread for BLAS: the same seed then gives the same bytes on any number of cores,
+# and two jobs of a workflow do not fight for two cores.
+export OMP_NUM_THREADS := 1
+export OPENBLAS_NUM_THREADS := 1
+export MKL_NUM_THREADS := 1
+
+BIN := .venv/bin
+# Jobs call `python` and `scalar` by name. Set for a recipe only, never for the search for Python below.
+RUN = PATH="$(CURDIR)/$(BIN):$$PATH"
+
+# The first of $(PYTHON) that is 3.11 and can make environments. `sys._base_executable`: if .venv is active,
+# its python is found first, and must not be the one to build the next .venv.
+find_python = $(shell for python in $(PYTHON); do "$$python" -c 'import sys, venv, ensurepip; \
+	sys.version_info[:2] == (3, 11) or sys.exit(1); print(sys._base_executable)' 2>/dev/null && break; done)
+found = $(or $(shell for python in $(PYTHON); do "$$python" -c 'import sys; \
+	print("%s is" % sys.argv[1], sys.version.split()[0])' "$$python" 2>/dev/null && break; done),no Python)
+no_python = scalar needs Python 3.11 with venv (the simulator has no wheels for later ones), but found: \
+$(found). Install it, or say: make PYTHON=/path/to/python3.11
+
+# A stamp is the last thing its recipe writes, and lies inside .venv: an environment that was only half built,
+# or removed, has none. The lock rebuilds .venv from nothing, so that no package of an older lock stays behind.
+LOCKED := .venv/.locked
+INSTALLED := .venv/.installed
+
+env: $(INSTALLED)
+
+$(LOCKED): requirements/bootstrap.txt requirements/lock.txt
+	@$(if $(find_python),,$(error $(no_python)))echo "Building .venv from requirements/lock.txt"
+	@python="$(find_python)" && rm -rf .venv && "$$python" -m venv .venv
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --only-binary :all: \
+		-r requirements/bootstrap.txt
+	@# uv is some seven times faster than pip here, but does not read pip's configuration (a mirror, a proxy).
+	@$(BIN)/uv pip install --quiet --python $(BIN)/python --require-hashes --no-deps --no-build-isolation \
+		-r requirements/lock.txt || \
+	{ echo "uv could not install the lock; once more with pip" && \
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps \
+		--no-build-isolation -r requirements/lock.txt; }
+	@touch $@
+
+$(INSTALLED): $(LOCKED) pyproject.toml scalar/__init__.py
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-index --no-deps --no-build-isolation \
+		--editable .
+	@touch $@
+
+all: env
+	$(RUN) snakemake --cores $(CORES)
+
+test: env
+	$(RUN) python -m pytest $(PYTEST_ARGS)
+
+lint: env
+	$(RUN) ruff check .
+	$(RUN) ruff format --check .
+	$(RUN) pyright
+	$(RUN) snakefmt --check $(wildcard Snakefile workflow)
+
+format: env
+	$(RUN) ruff check --fix .
+	$(RUN) ruff format .
+	$(RUN) snakefmt $(wildcard Snakefile workflow)
+
+bench: env
+	$(RUN) python -m benchmarks
+
+# Not `env`: a lock that cannot be installed must not keep one from making a better one.
+# --no-emit-index-url: the lock holds versions and hashes, and works with whatever index the reader's machine uses.
+COMPILE = UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
+	--generate-hashes --no-emit-index-url --no-emit-find-links
+lock:
+	$(COMPILE) $(LOCK_ARGS) pyproject.toml --all-extras -o requirements/lock.txt
+	$(COMPILE) requirements/bootstrap.in -c requirements/lock.txt -o requirements/bootstrap.txt
+
+clean:
+	rm -rf .venv .pytest_cache .ruff_cache .hypothesis .snakemake build dist
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
