@@ -1,0 +1,9 @@
+"""The error of the simulator's own: the config is well formed, and the cell it describes cannot be simulated."""
+
+from scalar.errors import ScalarError
+
+
+class SimulationError(ScalarError):
+    """The cell cannot be simulated as configured: the message says what failed and what to change."""
+
+    exit_status = 2

@@ -1,0 +1,73 @@
+"""A flat plate: where its face lies, how large it is, and as what pybullet is to hold it.
+
+The face is the plane n . p = d. The plate lies behind it, seen from the arm's shoulder, so that the arm faces it whichever
+way the normal was written.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from scalar.simulation.transforms import Array
+
+ON_FACE = 1e-9  # m; a shoulder nearer to the plane than this is on neither side
+
+
+@dataclass(frozen=True, eq=False)
+class Plate:
+    """A rectangular plate.
+
+    Attributes:
+        name: of the plane, as in the dataset.
+        normal: (3,) unit, base frame, as the user wrote it. distance: n . p on the face [m].
+        centre: (3,) [m] middle of the face. axes: (3, 3), columns u, v in the face and w out of it, towards the arm.
+        size: (2,) [m] along u and v. thickness: [m], behind the face.
+        mesh: None for a box; else vertices (V, 3) [m] in the base frame and triangles (F, 3), a face that is not flat.
+    """
+
+    name: str
+    normal: Array
+    distance: float
+    centre: Array
+    axes: Array
+    size: Array
+    thickness: float
+    mesh: tuple[Array, Array] | None = None
+
+    def moved(self, **changes: Any) -> "Plate":
+        """Return the plate with some attributes replaced: for effects that bend or shift it."""
+        return replace(self, **changes)
+
+
+def plate_from_mapping(plane: Mapping[str, Any], shoulder: Array) -> Plate:
+    """Return the plate of an entry of the config's `planes`.
+
+    u is level where it can be: for an upright wall v points up; for a floor u is the base frame's x. The given
+    centre is moved onto the plane along its normal; without one, the point of the plane next to the base is taken.
+
+    Args:
+        plane: name, normal (3,), distance_m, centre_m (3,) or None, size_m (2,), thickness_m.
+        shoulder: (3,) [m] a point on the side from which the arm looks.
+    """
+    normal = np.array(plane["normal"], float)
+    length = np.linalg.norm(normal)
+    normal = normal / length
+    distance = float(plane["distance_m"])
+    centre = np.zeros(3) if plane["centre_m"] is None else np.array(plane["centre_m"], float)
+    centre = centre + (distance - normal @ centre) * normal
+    height = normal @ shoulder - distance
+    w = -normal if height < -ON_FACE else normal
+    reference = np.array([0.0, 0.0, 1.0]) if abs(w[2]) < np.sqrt(0.5) else np.array([0.0, 1.0, 0.0])
+    v = reference - (reference @ w) * w
+    v = v / np.linalg.norm(v)
+    return Plate(
+        name=plane["name"],
+        normal=normal,
+        distance=distance,
+        centre=centre,
+        axes=np.column_stack([np.cross(v, w), v, w]),
+        size=np.array(plane["size_m"], float),
+        thickness=float(plane["thickness_m"]),
+    )

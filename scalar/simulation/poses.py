@@ -1,0 +1,164 @@
+"""Postures from which the scanner sees one plate well, found by drawing at random.
+
+q is uniform within the joint limits. A posture is kept if its whole fan falls on the intended plate, within the range and incidence
+limits, if nothing stands in the beam, and if arm and sensor touch neither plates nor themselves. Plane geometry
+in NumPy throws out most candidates, thousands at a time; every posture that is kept has been passed by pybullet, on the true arm.
+
+The draws of a plane come from its own generator, one after the other, so the first k postures are the same however many
+are asked for.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from scalar.simulation.arm import Arm
+from scalar.simulation.errors import SimulationError
+from scalar.simulation.plates import Plate
+from scalar.simulation.scanner import BEYOND, Scanner, cast_fan, directions
+from scalar.simulation.transforms import Array
+from scalar.simulation.world import World
+
+BATCH = 8192
+PROBES = 41  # rays across the fan that pybullet casts to pass a posture: 6 mm apart at 0.45 m in a fan of +-15 degrees
+SLACK = 1e-9  # m and rad; the prefilter is wrong by less, so pybullet alone decides at the border
+
+REMEDIES = {
+    "the beam misses the plate": "make the plate larger or place it where the scanner can look at it",
+    "out of range": "widen sensor.range_m or move the plate",
+    "incidence too steep": "raise sensor.incidence_max_deg",
+    "the arm touches a plate": "move the plates away from the arm or raise the near end of sensor.range_m",
+    "the arm touches itself": "check body and the joint limits",
+    "something stands in the beam": "check sensor.pose and body",
+}
+
+
+@dataclass
+class Search:
+    """How the search for one plane went: how many candidates were drawn, and why the others were refused."""
+
+    plane: str
+    drawn: int = 0
+    kept: int = 0
+    refused: Counter[str] = field(default_factory=Counter)
+
+    def complaint(self, wanted: int) -> str:
+        """Return a sentence that says what refused most, and what to do."""
+        parts = [f"{reason} {count / max(self.drawn, 1):.1%}" for reason, count in self.refused.most_common()]
+        worst = self.refused.most_common(1)[0][0] if self.refused else None
+        advice = f"; {REMEDIES[worst]}" if worst else ""
+        return (
+            f"plane {self.plane}: {self.kept} of {wanted} poses found among {self.drawn} candidates "
+            f"({', '.join(parts)}){advice}, or raise candidates_max"
+        )
+
+
+def looks_well(arm: Arm, scanner: Scanner, plate: Plate, q: Array, edge: float) -> tuple[Array, Counter[str]]:
+    """Return the indices of candidates whose fan falls well on the plate's plane, and counts of the refused.
+
+    Range h / cos(phi - phi_0) and incidence are largest at an end of the fan; the range is smallest there too, or at phi_0
+    where the fan holds it. A plate is convex, so two ends on it put the line between them on it.
+
+    Args:
+        arm, scanner, plate: as they are in truth. q: (N, n) [rad]. edge: distance [m] to keep from the plate's edge.
+    """
+    R, origin = arm.sensor_frames(q)
+    w = plate.axes[:, 2]
+    height = (origin - plate.centre) @ w
+    ends = directions(np.array([-scanner.fan, scanner.fan]))
+    refused: Counter[str] = Counter()
+    alive = np.arange(len(q))
+
+    def keep(good: Array, reason: str) -> None:
+        nonlocal alive
+        refused[reason] += int(len(good) - good.sum())
+        alive = alive[good]
+
+    toward = -(R @ ends.T).transpose(0, 2, 1) @ w  # (N, 2) cosines of incidence at the ends
+    keep((height > 0) & (toward > SLACK).all(1), "the beam misses the plate")
+    reach = height[alive, None] / toward[alive]
+    far = reach.max(1)
+    near = reach.min(1)
+    # The foot of the perpendicular: along -w projected into the sensor's XZ plane.
+    across, ahead = -(R[alive, :, 0] @ w), -(R[alive, :, 2] @ w)
+    foot_inside = np.abs(np.arctan2(across, ahead)) < scanner.fan
+    near = np.where(foot_inside, height[alive] / np.hypot(across, ahead), near)
+    keep((near >= scanner.range_near - SLACK) & (far <= scanner.range_far + SLACK), "out of range")
+    keep(toward[alive].min(1) >= np.cos(scanner.incidence) - SLACK, "incidence too steep")
+    spot = origin[alive, None] + (height[alive, None] / toward[alive])[..., None] * (
+        (R[alive] @ ends.T).transpose(0, 2, 1)
+    )
+    offset = np.abs((spot - plate.centre) @ plate.axes[:, :2])
+    keep((offset <= plate.size / 2 - edge + SLACK).all((1, 2)), "the beam misses the plate")
+    return alive, refused
+
+
+def passes(world: World, scanner: Scanner, index: int, plate: Plate, q: Array) -> str | None:
+    """Return why pybullet refuses the posture q (n,) [rad], or None if it passes.
+
+    Args:
+        world: with all plates, and the true arm with its body. index, plate: the intended plate.
+    """
+    touched = world.touching(q.tolist())
+    if touched is not None:
+        return "the arm touches a plate" if touched == "plate" else "the arm touches itself"
+    T = world.sensor_frames(q[None])
+    world.refresh()
+    angles = np.linspace(-scanner.fan, scanner.fan, PROBES)
+    hit, reach = cast_fan(world, T, angles, scanner.range_far * BEYOND)
+    if not (hit == world.plate_ids[index]).all():
+        missed = (hit < 0).any()
+        return "the beam misses the plate" if missed else "something stands in the beam"
+    if reach.min() < scanner.range_near or reach.max() > scanner.range_far:
+        return "out of range"
+    cosines = -(directions(angles) @ T[0, :3, :3].T) @ plate.axes[:, 2]
+    return "incidence too steep" if cosines.min() < np.cos(scanner.incidence) else None
+
+
+def find_poses(
+    world: World,
+    arm: Arm,
+    scanner: Scanner,
+    plates: tuple[Plate, ...],
+    index: int,
+    wanted: int,
+    rng: np.random.Generator,
+    *,
+    edge: float,
+    candidates_max: int,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> tuple[Array, Search]:
+    """Return `wanted` postures (wanted, n) [rad] that scan plate `index`, and how the search went.
+
+    Args:
+        world: holds `plates` and `arm` with its body. edge: distance [m] of each scan from the plate's edge.
+        candidates_max: how many are drawn before giving up. progress: called with (stage, done, of).
+
+    Raises:
+        SimulationError: the budget is used up; the message says which limit refused most.
+    """
+    plate = plates[index]
+    search = Search(plate.name)
+    found: list[Array] = []
+    low, high = arm.limits[:, 0], arm.limits[:, 1]
+    while len(found) < wanted:
+        if search.drawn >= candidates_max:
+            raise SimulationError(search.complaint(wanted))
+        q = rng.uniform(low, high, (BATCH, arm.n))
+        candidates, refused = looks_well(arm, scanner, plate, q, edge)
+        search.drawn += BATCH
+        search.refused += refused
+        for k in candidates:
+            reason = passes(world, scanner, index, plate, q[k])
+            if reason is not None:
+                search.refused[reason] += 1
+                continue
+            found.append(q[k])
+            search.kept = len(found)
+            if progress is not None:
+                progress(f"poses {plate.name}", len(found), wanted)
+            if len(found) == wanted:
+                break
+    return np.array(found).reshape(wanted, arm.n), search

@@ -1,0 +1,80 @@
+"""A line laser as rays: where its points lie, told by pybullet.
+
+The rays leave the sensor's origin in its XZ plane, u(phi) = (sin phi, 0, cos phi), phi from -half to +half of the
+fan. Range is counted along the ray. A measured point is (x, z) = range * (sin phi, cos phi).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scalar.simulation.transforms import Array
+from scalar.simulation.world import World
+
+BEYOND = 1.02  # rays are cast this much farther than the far limit, so that a hit at the limit is a hit
+
+
+@dataclass(frozen=True)
+class Scanner:
+    """What the laser can see.
+
+    Attributes:
+        fan: half of the fan's opening angle [rad]. range_near, range_far: limits of the range [m].
+        incidence: largest angle [rad] between ray and surface normal. points: delivered a scan.
+        rays: measured a scan; with `selection` "random" the points are chosen among them, with "even" rays = points.
+        error_axis: "ray" or "z", the direction in which range errors act.
+    """
+
+    fan: float
+    range_near: float
+    range_far: float
+    incidence: float
+    points: int
+    rays: int
+    error_axis: str
+
+    def angles(self) -> Array:
+        """Return the angle of each ray, (rays,) [rad]; one ray alone looks ahead."""
+        return np.linspace(-self.fan, self.fan, self.rays) if self.rays > 1 else np.zeros(1)
+
+
+def scanner_from_mapping(sensor: Mapping[str, Any], degree: float) -> Scanner:
+    """Return the scanner of the config's `sensor` block; `degree`: one degree [rad]."""
+    near, far = sensor["range_m"]
+    points = sensor["points_per_scan"]
+    return Scanner(
+        fan=sensor["fan_half_angle_deg"] * degree,
+        range_near=float(near),
+        range_far=float(far),
+        incidence=sensor["incidence_max_deg"] * degree,
+        points=points,
+        rays=max(points, sensor["rays"]) if sensor["selection"] == "random" else points,
+        error_axis=sensor["error_axis"],
+    )
+
+
+def directions(angles: Array) -> Array:
+    """Return u(phi) in the sensor frame, (..., 3), for angles (...) [rad]."""
+    return np.stack([np.sin(angles), np.zeros_like(angles), np.cos(angles)], -1)
+
+
+def cast_fan(world: World, T_base_sensor: Array, angles: Array, length: float) -> tuple[Array, Array]:
+    """Return what each ray of each scan hits (N, M) int and its range (N, M) [m], inf where it hits nothing.
+
+    Args:
+        world: with the plates that stand during these scans.
+        T_base_sensor: (N, 4, 4). angles: (N, M) or (M,) [rad]. length: of the rays [m].
+    """
+    u = directions(np.broadcast_to(angles, (len(T_base_sensor), np.shape(angles)[-1])))
+    rays = np.einsum("nij,nmj->nmi", T_base_sensor[:, :3, :3], u) * length
+    starts = np.broadcast_to(T_base_sensor[:, None, :3, 3], rays.shape)
+    hit, fraction = world.cast(starts.reshape(-1, 3), (starts + rays).reshape(-1, 3))
+    distance = np.where(hit >= 0, fraction * length, np.inf)
+    return hit.reshape(rays.shape[:2]), distance.reshape(rays.shape[:2])
+
+
+def points_from_ranges(ranges: Array, angles: Array) -> Array:
+    """Return (x, z) (..., 2) [m] in the sensor's XZ plane, for ranges (...) [m] along rays at angles (...) [rad]."""
+    return np.stack([ranges * np.sin(angles), ranges * np.cos(angles)], -1)

@@ -1,0 +1,18 @@
+"""One independent generator for each use of chance, all from one seed.
+
+Changing how much one part draws (more poses, more points) leaves every other part's draws as they were, so a
+sweep compares like with like. Planes have generators of their own, by their place in the config.
+"""
+
+import numpy as np
+
+POSES, MODEL, TRUE_ARM, PLANE_GUESS, RANGE_NOISE, SCAN_BIAS, JOINT_NOISE, SELECTION, ORDER, EFFECTS = range(10)
+"""The uses of chance. Numbers are part of what a seed means: append, never reorder."""
+
+TRUTH_POSES_SEED = 20180710
+"""The one seed of the evaluation poses, whatever the scene's seed: every calibration is judged on the same."""
+
+
+def stream(seed: int, use: int, plane: int = 0) -> np.random.Generator:
+    """Return the generator of one use of chance, for one plane."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(use, plane)))

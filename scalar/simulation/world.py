@@ -1,0 +1,208 @@
+"""The cell in pybullet: an arm, its plates, and what one can ask of them. The only file that imports pybullet.
+
+Everything runs in a DIRECT client of its own, with no window, no stepping of time and no shared state; leaving
+the `with` block always disconnects it. Of the engine we use three things: forward kinematics, rays, distances.
+"""
+
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from scalar.simulation.arm import Arm
+from scalar.simulation.body import Body
+from scalar.simulation.errors import SimulationError
+from scalar.simulation.plates import Plate
+from scalar.simulation.transforms import Array, quaternion_from_rotation, rotation_from_quaternion
+from scalar.simulation.urdf import urdf_of
+
+
+@contextmanager
+def _silence() -> Iterator[None]:
+    """Send what C code prints to nowhere: pybullet announces its build time on import."""
+    saved = os.dup(1), os.dup(2)
+    with open(os.devnull, "w") as nowhere:
+        os.dup2(nowhere.fileno(), 1)
+        os.dup2(nowhere.fileno(), 2)
+    try:
+        yield
+    finally:
+        for number, copy in zip((1, 2), saved, strict=True):
+            os.dup2(copy, number)
+            os.close(copy)
+
+
+try:
+    with _silence():
+        import pybullet
+except ImportError as error:
+    raise ImportError(
+        "simulating needs pybullet, which comes with the extra: pip install 'scalar-calibration[simulation]'"
+    ) from error
+
+RAYS_PER_BATCH = 16_000  # pybullet answers a batch of 16,384 with 16,383 results, and says nothing
+NOTHING = -1  # pybullet's body id where a ray hits nothing
+
+
+class World:
+    """A pybullet client with plates and, one at a time, an arm.
+
+    Use as a context manager::
+
+        with World(plates) as world:
+            world.place_arm(arm, body)
+            T_base_sensor = world.sensor_frames(q)
+    """
+
+    def __init__(self, plates: Sequence[Plate] = ()) -> None:
+        self._client: int = pybullet.connect(pybullet.DIRECT)
+        if self._client < 0:
+            raise SimulationError("pybullet gave no client; too many are open in this process")
+        self._arm: Arm | None = None
+        self._arm_id = NOTHING
+        self._body: Body | None = None
+        self.plate_ids: list[int] = []
+        try:
+            # Without this, a URDF is cached by its path, and an arm could come back in place of another.
+            pybullet.setPhysicsEngineParameter(enableFileCaching=0, physicsClientId=self._client)
+            self.set_plates(plates)
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> "World":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Disconnect; twice does no harm."""
+        if self._client >= 0:
+            pybullet.disconnect(physicsClientId=self._client)
+            self._client = -1
+
+    @property
+    def client(self) -> int:
+        """Return pybullet's number of this client."""
+        return self._client
+
+    @property
+    def arm_id(self) -> int:
+        """Return pybullet's number of the arm; -1 without one."""
+        return self._arm_id
+
+    def set_plates(self, plates: Sequence[Plate]) -> None:
+        """Put these plates up in place of those that stand."""
+        for plate_id in self.plate_ids:
+            pybullet.removeBody(plate_id, physicsClientId=self._client)
+        self.plate_ids = [self._add_plate(plate) for plate in plates]
+
+    def _add_plate(self, plate: Plate) -> int:
+        """Return the id of a new plate. A margin is never set: it would move the face of a box."""
+        if plate.mesh is not None:
+            # A concave mesh: rays meet its triangles exactly, while a convex one is off by millimetres.
+            vertices, triangles = plate.mesh
+            shape = pybullet.createCollisionShape(
+                pybullet.GEOM_MESH,
+                vertices=vertices.tolist(),
+                indices=triangles.ravel().tolist(),
+                flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH,
+                physicsClientId=self._client,
+            )
+            return pybullet.createMultiBody(0, shape, physicsClientId=self._client)
+        half = [*(plate.size / 2), plate.thickness / 2]
+        middle = plate.centre - plate.axes[:, 2] * plate.thickness / 2
+        shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=self._client)
+        return pybullet.createMultiBody(
+            0,
+            shape,
+            basePosition=middle.tolist(),
+            baseOrientation=quaternion_from_rotation(plate.axes).tolist(),
+            physicsClientId=self._client,
+        )
+
+    def place_arm(self, arm: Arm, body: Body | None = None) -> None:
+        """Put this arm up in place of the one that stands."""
+        if self._arm_id >= 0:
+            pybullet.removeBody(self._arm_id, physicsClientId=self._client)
+        with tempfile.TemporaryDirectory(prefix="scalar-") as folder:
+            path = os.path.join(folder, "arm.urdf")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(urdf_of(arm, body))
+            self._arm_id = pybullet.loadURDF(path, useFixedBase=True, physicsClientId=self._client)
+        self._arm, self._body = arm, body
+
+    def move(self, q: Sequence[float]) -> None:
+        """Set the arm's joints to q (n,) [rad], at once and exactly."""
+        for i, value in enumerate(q):
+            pybullet.resetJointState(self._arm_id, i, value, physicsClientId=self._client)
+
+    def sensor_frames(self, q: Array) -> Array:
+        """Return T_base_sensor (N, 4, 4) for q (N, n) [rad], by pybullet's forward kinematics."""
+        assert self._arm is not None, "no arm has been placed"
+        link = self._arm.n + 1
+        positions = np.empty((len(q), 3))
+        quaternions = np.empty((len(q), 4))
+        for k, row in enumerate(np.asarray(q, float).tolist()):
+            self.move(row)
+            # Items 0 and 1 are double; 4 and 5, the "link frame", are rounded to single.
+            state = pybullet.getLinkState(
+                self._arm_id, link, computeForwardKinematics=1, physicsClientId=self._client
+            )
+            positions[k], quaternions[k] = state[0], state[1]
+        T = np.zeros((len(q), 4, 4))
+        T[:, :3, :3] = rotation_from_quaternion(quaternions)
+        T[:, :3, 3] = positions
+        T[:, 3, 3] = 1.0
+        return T
+
+    def cast(self, starts: Array, ends: Array) -> tuple[Array, Array]:
+        """Return for each ray the body it meets first (R,) int, -1 for none, and the fraction of its length (R,).
+
+        Args:
+            starts, ends: (R, 3) [m] in the base frame.
+
+        Raises:
+            SimulationError: pybullet answered another number of rays than were asked.
+        """
+        answers: list[Any] = []
+        for k in range(0, len(starts), RAYS_PER_BATCH):
+            batch = slice(k, k + RAYS_PER_BATCH)
+            answers += pybullet.rayTestBatch(
+                starts[batch].tolist(), ends[batch].tolist(), physicsClientId=self._client
+            )
+        if len(answers) != len(starts):
+            raise SimulationError(f"{len(starts)} rays were asked and {len(answers)} answered by pybullet")
+        hit = np.fromiter((answer[0] for answer in answers), int, len(answers))
+        fraction = np.fromiter((answer[2] for answer in answers), float, len(answers))
+        return hit, fraction
+
+    def touching(self, q: Sequence[float]) -> str | None:
+        """Return what the arm touches at q (n,) [rad]: "plate", "itself", or None.
+
+        The base stands where it stands, possibly on a plate, and is not tested against plates.
+        """
+        assert self._body is not None, "an arm without a body touches nothing"
+        self.move(q)
+        near = self._body.clearance
+        for plate_id in self.plate_ids:
+            contacts = pybullet.getClosestPoints(self._arm_id, plate_id, near, physicsClientId=self._client)
+            if any(contact[3] >= 0 for contact in contacts):  # item 3: the arm's link
+                return "plate"
+        for first, second in self._body.pairs:
+            if pybullet.getClosestPoints(
+                self._arm_id, self._arm_id, near, first, second, physicsClientId=self._client
+            ):
+                return "itself"
+        return None
+
+    def refresh(self) -> None:
+        """Let rays see the arm where it stands now: moving a joint leaves its bounding boxes behind."""
+        pybullet.performCollisionDetection(physicsClientId=self._client)
