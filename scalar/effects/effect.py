@@ -1,0 +1,123 @@
+"""What an effect is: a regressor at a place, linear in a few coefficients.
+
+Where an effect acts decides its columns, and everything needed is already there: the screw of the joint, of the link, of the base
+or of the sensor that it moves. A subclass of one of the places below states its columns for given poses; the model applies
+the correction exactly, and its derivative is the place's screw times the column.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.poses import Poses
+from scalar.robot import Robot
+from scalar.se3 import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Effect(ABC):
+    """One effect with its coefficients.
+
+    Attributes:
+        coefficients: ``(k,)``, in the units of ``coefficient_units``.
+    """
+
+    coefficients: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
+
+    name: ClassVar[str]
+    sentence: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        if self.coefficients.size == 0:
+            object.__setattr__(self, "coefficients", np.zeros(len(self.coefficient_names)))
+
+    @property
+    @abstractmethod
+    def target(self) -> dict[str, Any]:
+        """What the effect acts on, as ``diagnosis.json`` writes it."""
+
+    @property
+    @abstractmethod
+    def coefficient_names(self) -> list[str]:
+        """Names of the coefficients, their unit at the end."""
+
+    @property
+    @abstractmethod
+    def coefficient_units(self) -> list[str]:
+        """Units of the coefficients."""
+
+    @abstractmethod
+    def to_mapping(self) -> dict[str, Any]:
+        """Return what is needed to make the same effect again, besides its name and coefficients."""
+
+    @classmethod
+    @abstractmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``, its coefficients zero."""
+
+    @property
+    def key(self) -> str:
+        """A name that tells this effect from every other in a model: name and target."""
+        parts = [f"{value}" for value in self.target.values() if not isinstance(value, (dict, list))]
+        return "_".join([self.name, *parts])
+
+    @property
+    def parameter_names(self) -> list[str]:
+        """Names of the coefficients in tables of all parameters."""
+        return [f"{self.key}.{name}" for name in self.coefficient_names]
+
+    def with_coefficients(self, coefficients: Sequence[float] | Array) -> Self:
+        """Return the same effect with other coefficients ``(k,)``."""
+        return replace(self, coefficients=np.array(coefficients, dtype=float))
+
+
+class JointEffect(Effect):
+    """An error of the joint angles, ``dq = B c``: the arm stands at ``q + dq`` where the encoders read q."""
+
+    @abstractmethod
+    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return B ``(N, n, k)`` [rad per unit]; ``robot`` is the nominal one."""
+
+
+class LinkEffect(Effect):
+    """A change of the geometric parameters, pose by pose."""
+
+    @abstractmethod
+    def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the change ``(N, 5, n, k)`` of ``Robot.geometry`` [m or rad per unit]."""
+
+
+class BaseEffect(Effect):
+    """A motion of the whole arm, left of everything."""
+
+    @abstractmethod
+    def base_screws(self, robot: Robot, poses: Poses) -> Array:
+        """Return screws ``(N, 6, k)`` in the base frame [rad, m per unit]."""
+
+
+class SensorEffect(Effect):
+    """A motion of the sensor on the flange, right of everything."""
+
+    @abstractmethod
+    def sensor_screws(self, robot: Robot, poses: Poses) -> Array:
+        """Return screws ``(N, 6, k)`` in the sensor's frame [rad, m per unit]."""
+
+
+class PointEffect(Effect):
+    """An error of the measured points or of the surface: it adds functions of the points to the residual.
+
+    ``f_i += sum_b basis_b(p_i) (G c)_b``, the functions as ``scalar.sensors.line_laser.point_basis`` names them.
+    """
+
+    basis_names: ClassVar[tuple[str, ...]]
+
+    @abstractmethod
+    def contact_columns(
+        self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
+    ) -> Array:
+        """Return G ``(N, len(basis_names), k)`` [m per unit of the coefficients, for the functions of the basis]."""

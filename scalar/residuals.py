@@ -1,0 +1,194 @@
+"""The whitened residual of a model on a dataset, its signed components, and its analytic Jacobian.
+
+Rows are those of the sensor (``scalar.sensors``), pose by pose, then the rows of what is known beforehand: planes that the user declared
+``known``. A row's derivative is its wrench times the screw of every coordinate, so no derivative is ever taken through a chain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scalar.effects.effect import Effect, PointEffect
+from scalar.model import EffectBases, Kinematics, Model
+from scalar.planes import Planes
+from scalar.poses import Poses
+from scalar.se3 import Array
+from scalar.sensors import Measurement, measure
+
+if TYPE_CHECKING:
+    from scalar.dataset import Dataset
+
+
+@dataclass(frozen=True, eq=False)
+class BoundPointEffect:
+    """An effect on points or surfaces, with the poses at which it acts."""
+
+    effect: PointEffect
+    poses: Poses
+
+    @property
+    def basis_names(self) -> tuple[str, ...]:
+        """Functions of the points that the effect adds."""
+        return self.effect.basis_names
+
+    @property
+    def coefficients(self) -> Array:
+        """Coefficients ``(k,)`` of the effect."""
+        return self.effect.coefficients
+
+    def contact_columns(self, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array) -> Array:
+        """Return the effect's columns at its poses."""
+        return self.effect.contact_columns(self.poses, T_base_sensor, planes, plane_index, contact)
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """Rows for planes that are references: the tilt and the distance stay near what was declared.
+
+    Attributes:
+        index: ``(k,)``, which planes of the target.
+        normals, distances: As declared, ``(k, 3)`` and ``(k,)`` [m].
+        normal_std, distance_std: ``(k,)`` [rad] and [m]; infinite where not declared.
+    """
+
+    index: Array
+    normals: Array
+    distances: Array
+    normal_std: Array
+    distance_std: Array
+
+    @classmethod
+    def of(cls, dataset: Dataset, target: Any) -> Known | None:
+        """Return what the dataset declares known of its planes, or None."""
+        if not isinstance(target, Planes):
+            return None
+        by_name = {plane.name: plane for plane in dataset.planes}
+        found = []
+        for k, name in enumerate(target.names):
+            plane = by_name[name.split("@")[0] if name not in by_name else name]
+            if plane.normal_std is not None or plane.distance_std is not None:
+                found.append((k, plane))
+        if not found:
+            return None
+
+        def column(values: Sequence[float | None]) -> Array:
+            return np.array([np.inf if value is None else value for value in values])
+
+        return cls(
+            np.array([k for k, _ in found]),
+            np.array([plane.normal for _, plane in found]),
+            np.array([plane.distance for _, plane in found]),
+            column([plane.normal_std for _, plane in found]),
+            column([plane.distance_std for _, plane in found]),
+        )
+
+    def rows(self, planes: Planes) -> tuple[Array, Array]:
+        """Return the rows ``(4 k,)`` and their derivatives by the planes' coordinates ``(4 k, 3 K)``."""
+        count = len(self.index)
+        delta = (planes.normals[self.index] - self.normals) / self.normal_std[:, None]
+        residual = np.concatenate([delta.ravel(), (planes.distances[self.index] - self.distances) / self.distance_std])
+        jacobian = np.zeros((4 * count, len(planes.vector)))
+        by_tangent = planes.normal_derivatives[self.index] / self.normal_std[:, None, None]
+        for i, k in enumerate(self.index):
+            jacobian[3 * i : 3 * i + 3, 3 * k : 3 * k + 2] = by_tangent[i]
+            jacobian[3 * count + i, 3 * k + 2] = 1.0 / self.distance_std[i]
+        return residual, jacobian
+
+
+@dataclass(eq=False)
+class Residuals:
+    """A dataset and the effects of a model, ready to be evaluated at any point of the model.
+
+    Attributes:
+        measurement: The whitened rows.
+        poses: What is known of each pose.
+        bases: The columns of the effects.
+        known: Rows of reference planes, or None.
+    """
+
+    measurement: Measurement
+    poses: Poses
+    bases: EffectBases
+    known: Known | None
+
+    @classmethod
+    def of(cls, dataset: Dataset, model: Model, measurement: Measurement | None = None) -> Residuals:
+        """Return the residuals of a dataset for models with the effects of ``model``.
+
+        Args:
+            dataset: What was measured.
+            model: Gives the nominal robot, the target's names and the effects.
+            measurement: The dataset already reduced to rows, or None.
+        """
+        poses = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
+        if measurement is None:
+            measurement = measure(dataset, extra_basis_of(model.effects))
+        bases = EffectBases.of(model.nominal, poses, model.effects)
+        return cls(measurement, poses, bases, Known.of(dataset, model.target))
+
+    def kinematics(self, model: Model) -> Kinematics:
+        """Return where the sensor is at every pose."""
+        return Kinematics.of(model, self.poses, self.bases)
+
+    def point_effects(self, model: Model) -> list[BoundPointEffect]:
+        """Return the model's effects on points and surfaces, bound to the poses."""
+        return [BoundPointEffect(effect, self.poses) for effect in model.effects if isinstance(effect, PointEffect)]
+
+    def residual(self, model: Model) -> Array:
+        """Return all rows ``(N m + priors,)``, in standard deviations."""
+        kinematics = self.kinematics(model)
+        rows = self.measurement.rows(kinematics.T_base_sensor, model.target, self.point_effects(model))
+        if self.known is None:
+            return rows.residual.ravel()
+        return np.concatenate([rows.residual.ravel(), self.known.rows(model.target)[0]])  # type: ignore[arg-type]
+
+    def linearise(self, model: Model) -> tuple[Array, Array]:
+        """Return all rows and their Jacobian ``(N m + priors, P)`` by the coordinates of ``Model.names``."""
+        kinematics = self.kinematics(model)
+        effects = self.point_effects(model)
+        rows = self.measurement.rows(kinematics.T_base_sensor, model.target, effects)
+        N, m = rows.residual.shape
+        jacobian = rows.wrench @ kinematics.screws()
+        blocks = model.blocks
+        items = jacobian[:, :, blocks["target"]].reshape(N, m, -1, rows.target.shape[2])
+        items[np.arange(N), :, self.measurement.target_index] = rows.target
+        start = blocks["effects"].start
+        done = 0
+        for effect in model.effects:
+            k = len(effect.coefficients)
+            if isinstance(effect, PointEffect):
+                jacobian[:, :, start : start + k] = rows.extra[:, :, done : done + k]
+                done += k
+            start += k
+        jacobian[:, :, blocks["target"]] = items.reshape(N, m, -1)
+        residual, jacobian = rows.residual.ravel(), jacobian.reshape(N * m, -1)
+        if self.known is None:
+            return residual, jacobian
+        known, by_target = self.known.rows(model.target)  # type: ignore[arg-type]
+        below = np.zeros((len(known), jacobian.shape[1]))
+        below[:, blocks["target"]] = by_target
+        return np.concatenate([residual, known]), np.vstack([jacobian, below])
+
+    def reweighted(self, model: Model) -> Residuals:
+        """Return the same residuals, whitened for the geometry of the estimate."""
+        T = self.kinematics(model).T_base_sensor
+        return Residuals(self.measurement.reweighted(T, model.target), self.poses, self.bases, self.known)
+
+    def rms(self, model: Model) -> float:
+        """Return the root mean square distance of points and target [m], unweighted."""
+        squares, counts = self.squared_distances(model)
+        return float(np.sqrt(squares.sum() / counts.sum()))
+
+    def squared_distances(self, model: Model) -> tuple[Array, Array]:
+        """Return per pose the sum of squared distances [m^2] and their number."""
+        T = self.kinematics(model).T_base_sensor
+        return self.measurement.distances(T, model.target, self.point_effects(model))
+
+
+def extra_basis_of(effects: Sequence[Effect]) -> tuple[str, ...]:
+    """Return the functions of a point that the effects need kept in the compressed scans."""
+    return tuple(name for effect in effects if isinstance(effect, PointEffect) for name in effect.basis_names)

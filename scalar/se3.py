@@ -1,0 +1,94 @@
+"""Rigid transforms and rotations as plain arrays, batched over leading dimensions; knows no robot.
+
+``T_a_b`` takes coordinates in frame b to frame a. A screw is ``(w, v)``: angular velocity [rad] and the velocity of the
+point that coincides with the origin [m], so that a point moves by ``dp = w x p + v``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+
+_SMALL_ANGLE = 1e-4  # rad; below it the series of the left Jacobian is exact to 1e-17
+
+
+def transform(rotation: ArrayLike, translation: ArrayLike) -> Array:
+    """Return the ``(..., 4, 4)`` transform of a rotation ``(..., 3, 3)`` and a translation ``(..., 3)`` [m]."""
+    rotation = np.asarray(rotation, dtype=float)
+    translation = np.asarray(translation, dtype=float)
+    shape = np.broadcast_shapes(rotation.shape[:-2], translation.shape[:-1])
+    T = np.zeros((*shape, 4, 4))
+    T[..., :3, :3] = rotation
+    T[..., :3, 3] = translation
+    T[..., 3, 3] = 1.0
+    return T
+
+
+def transform_from_rotation_vector(translation: ArrayLike, rotation_vector: ArrayLike) -> Array:
+    """Return the ``(..., 4, 4)`` transform of a translation ``(..., 3)`` [m] and a rotation vector ``(..., 3)`` [rad]."""
+    return transform(exp_so3(rotation_vector), translation)
+
+
+def inverse(T: Array) -> Array:
+    """Return ``T^-1`` of rigid transforms ``(..., 4, 4)``."""
+    R_t = np.swapaxes(T[..., :3, :3], -1, -2)
+    return transform(R_t, -(R_t @ T[..., :3, 3:])[..., 0])
+
+
+def exp_so3(rotation_vector: ArrayLike) -> Array:
+    """Return the rotation ``(..., 3, 3)`` of a rotation vector ``(..., 3)`` [rad]."""
+    rotation_vector = np.asarray(rotation_vector, dtype=float)
+    R = Rotation.from_rotvec(rotation_vector.reshape(-1, 3)).as_matrix()
+    return R.reshape(*rotation_vector.shape[:-1], 3, 3)
+
+
+def log_so3(R: Array) -> Array:
+    """Return the rotation vector ``(..., 3)`` [rad], of length at most pi, of rotations ``(..., 3, 3)``."""
+    rotation_vector = Rotation.from_matrix(R.reshape(-1, 3, 3)).as_rotvec()
+    return rotation_vector.reshape(*R.shape[:-2], 3)
+
+
+def cross(u: Array, v: Array) -> Array:
+    """Return ``u x v`` over the last axis; the same as ``numpy.cross``, several times faster on many short rows."""
+    u0, u1, u2 = u[..., 0], u[..., 1], u[..., 2]
+    v0, v1, v2 = v[..., 0], v[..., 1], v[..., 2]
+    return np.stack([u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0], axis=-1)
+
+
+def skew(w: ArrayLike) -> Array:
+    """Return ``[w]x``, ``(..., 3, 3)``, with ``[w]x p = w x p``."""
+    w = np.asarray(w, dtype=float)
+    W = np.zeros((*w.shape[:-1], 3, 3))
+    W[..., 0, 1], W[..., 0, 2], W[..., 1, 2] = -w[..., 2], w[..., 1], -w[..., 0]
+    W[..., 1, 0], W[..., 2, 0], W[..., 2, 1] = w[..., 2], -w[..., 1], w[..., 0]
+    return W
+
+
+def left_jacobian_so3(rotation_vector: ArrayLike) -> Array:
+    """Return ``J_l``, ``(3, 3)``, with ``exp(r + dr) = exp(J_l dr) exp(r)`` to first order.
+
+    ``J_l = I + (1 - cos t)/t^2 [r]x + (t - sin t)/t^3 [r]x^2``, t = |r| (Barfoot, State Estimation for Robotics, 7.85).
+    """
+    r = np.asarray(rotation_vector, dtype=float)
+    angle = float(np.linalg.norm(r))
+    W = skew(r)
+    if angle < _SMALL_ANGLE:
+        return np.eye(3) + W / 2 + W @ W / 6
+    return np.eye(3) + (1 - np.cos(angle)) / angle**2 * W + (angle - np.sin(angle)) / angle**3 * W @ W
+
+
+def exp_screw(screw: Array) -> Array:
+    """Return the transform ``(..., 4, 4)`` that a small screw ``(..., 6)``, (w [rad], v [m]), moves points by.
+
+    The rotation is exact and ``v`` is applied as a translation: the same derivative at zero as the exponential of se(3), and
+    a rigid motion for every argument, which is all that a correction of some milliradians asks for.
+    """
+    return transform(exp_so3(screw[..., :3]), screw[..., 3:])
+
+
+def rotation_angle(R: Array) -> Array:
+    """Return the angle ``(...)`` [rad] of rotations ``(..., 3, 3)``, accurate near zero."""
+    return np.linalg.norm(log_so3(R), axis=-1)
