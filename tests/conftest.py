@@ -9,7 +9,7 @@ os.environ["MPLBACKEND"] = "Agg"  # no test opens a window
 from hypothesis import settings  # noqa: E402
 
 # No deadline: a machine that is busy is not a failing law. By hand the examples differ from run to run, and
-# so find more; where CI is set they are the same each time, so that a red run is red again on the same commit.
+# so find more; where CI is set they are the same each time, so that a red run stays red.
 settings.register_profile("by-hand", deadline=None, print_blob=True)
 settings.register_profile("ci", parent=settings.get_profile("by-hand"), derandomize=True, database=None)
 settings.load_profile("ci" if os.environ.get("CI") else "by-hand")

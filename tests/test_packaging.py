@@ -88,7 +88,7 @@ def test_only_the_simulator_names_pybullet() -> None:
 
 
 def test_the_simulator_shares_no_model_with_the_estimator() -> None:
-    """No inverse crime: of this package the simulator imports itself, units, errors and file formats alone."""
+    """No inverse crime: of scalar the simulator imports itself, units, errors and file formats alone."""
     shared = {
         "__version__",
         "atomic",
