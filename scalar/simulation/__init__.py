@@ -1,0 +1,26 @@
+"""Return datasets that a robot cell in pybullet would give, and the truth behind them.
+
+The only part of the package that needs pybullet; nothing outside imports it but the command `scalar simulate`. It shares no
+formula with the estimator: kinematics and rays are pybullet's, and the little matrix code around them is its own.
+
+Example::
+
+    config = load_config(Path("configs/scenes/paper.yaml"))
+    scene = simulate(config)
+    write_scene(scene, Path("out"))
+"""
+
+from scalar.simulation.config import load_config
+from scalar.simulation.errors import SimulationError
+from scalar.simulation.export import write_scene
+from scalar.simulation.scene import PosePlan, SimulatedScene, plan_poses, simulate
+
+__all__ = [
+    "PosePlan",
+    "SimulatedScene",
+    "SimulationError",
+    "load_config",
+    "plan_poses",
+    "simulate",
+    "write_scene",
+]

@@ -74,7 +74,3 @@ def cast_fan(world: World, T_base_sensor: Array, angles: Array, length: float) -
     distance = np.where(hit >= 0, fraction * length, np.inf)
     return hit.reshape(rays.shape[:2]), distance.reshape(rays.shape[:2])
 
-
-def points_from_ranges(ranges: Array, angles: Array) -> Array:
-    """Return (x, z) (..., 2) [m] in the sensor's XZ plane, for ranges (...) [m] along rays at angles (...) [rad]."""
-    return np.stack([ranges * np.sin(angles), ranges * np.cos(angles)], -1)

@@ -6,7 +6,7 @@ sweep compares like with like. Planes have generators of their own, by their pla
 
 import numpy as np
 
-POSES, MODEL, TRUE_ARM, PLANE_GUESS, RANGE_NOISE, SCAN_BIAS, JOINT_NOISE, SELECTION, ORDER, EFFECTS = range(10)
+POSES, INITIAL_MODEL, TRUE_ARM, PLANE_GUESS, RANGE_NOISE, SCAN_BIAS, JOINT_NOISE, SELECTION, ORDER, EFFECTS = range(10)
 """The uses of chance. Numbers are part of what a seed means: append, never reorder."""
 
 TRUTH_POSES_SEED = 20180710

@@ -1,0 +1,163 @@
+"""The config of a scene: read, checked against its schema, completed with the schema's defaults.
+
+The schema is the one place where keys, units and defaults stand. A key that it does not know is refused by name.
+"""
+
+import copy
+import difflib
+import json
+import math
+from collections.abc import Mapping
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+
+from scalar.errors import Fault, InvalidInput
+from scalar.yaml_io import join_path, load_yaml
+
+ROBOT_PARAMETERS = ("a", "d", "alpha", "theta", "beta")
+SENSOR_PARAMETERS = ("sensor_x", "sensor_y", "sensor_z", "sensor_rx", "sensor_ry", "sensor_rz")
+
+
+@cache
+def scene_schema() -> dict[str, Any]:
+    """Return the JSON schema of a scene config."""
+    text = resources.files("scalar.simulation").joinpath("schemas/scene.schema.json").read_text("utf-8")
+    return json.loads(text)
+
+
+def load_config(path: Path) -> dict[str, Any]:
+    """Return the scene config in a YAML file, complete, with the robot's own file read into it.
+
+    Raises:
+        InvalidInput: with every fault found; a misspelt key is named.
+    """
+    path = Path(path)
+    return complete_config(load_yaml(path), base_dir=path.parent, file=path.name)
+
+
+def complete_config(config: Any, *, base_dir: Path | None = None, file: str = "config") -> dict[str, Any]:
+    """Return a copy of a config with all defaults filled in and `robot` as a mapping.
+
+    Args:
+        config: as read from YAML. base_dir: where a relative path of a robot file starts; None: the working directory.
+        file: name of the config in messages.
+
+    Raises:
+        InvalidInput: with every fault found.
+    """
+    _check(config, scene_schema(), file)
+    config = copy.deepcopy(config)
+    if isinstance(config["robot"], str):
+        robot_path = Path(base_dir or ".") / config["robot"]
+        config["robot"] = load_yaml(robot_path)
+        _check(config["robot"], {"$defs": scene_schema()["$defs"], "$ref": "#/$defs/robot"}, robot_path.name)
+    _fill(config, scene_schema())
+    faults = [Fault(file, message, column=place) for place, message in _contradictions(config)]
+    if faults:
+        raise InvalidInput(faults)
+    return config
+
+
+def parameter_names(n: int) -> list[str]:
+    """Return the names of all parameters of an arm of n joints and its sensor, in the order in which errors are drawn."""
+    return [f"{name}_{i + 1}" for name in ROBOT_PARAMETERS for i in range(n)] + list(SENSOR_PARAMETERS)
+
+
+def poses_wanted(config: Mapping[str, Any]) -> list[int]:
+    """Return the number of poses of each plane, in the planes' order."""
+    wanted = config["poses_per_plane"]
+    return [wanted if isinstance(wanted, int) else wanted[plane["name"]] for plane in config["planes"]]
+
+
+def _contradictions(config: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return what a schema cannot say: (path of the key, message)."""
+    found: list[tuple[str, str]] = []
+    names = [plane["name"] for plane in config["planes"]]
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            found.append((f"planes[{k}].name", f"{name!r} is the name of two planes; give each its own"))
+    for k, plane in enumerate(config["planes"]):
+        if not math.hypot(*plane["normal"]) > 0:
+            found.append((f"planes[{k}].normal", "is zero; give the direction of the normal"))
+    wanted = config["poses_per_plane"]
+    if isinstance(wanted, dict) and set(wanted) != set(names):
+        found.append(("poses_per_plane", f"name each of the planes once: {', '.join(names)}"))
+    near, far = config["sensor"]["range_m"]
+    if not near < far:
+        found.append(("sensor.range_m", f"[{near}, {far}]: the near limit comes first and is the smaller"))
+    if config["sensor"]["selection"] == "random" and config["sensor"]["rays"] < config["sensor"]["points_per_scan"]:
+        found.append(("sensor.rays", "fewer than points_per_scan; choose among at least as many rays"))
+    for k, joint in enumerate(config["robot"]["joints"]):
+        low, high = joint.get("limits", (-1, 1))
+        if not low < high:
+            found.append((f"robot.joints[{k}].limits", "the lower limit comes first and is the smaller"))
+    if "true_robot_errors" in config and "initial_model" in config:
+        found.append(("initial_model", "stands beside true_robot_errors; perturb the arm or the model, not both"))
+    known = parameter_names(len(config["robot"]["joints"]))
+    for block in ("true_robot_errors", "initial_model"):
+        for name in config.get(block, {}).get("exact", ()):
+            if name not in known:
+                found.append((f"{block}.exact", f"{name!r} is no parameter{_meant(name, known)}"))
+    return found
+
+
+def _meant(word: str, known: list[str]) -> str:
+    close = difflib.get_close_matches(word, known, n=1)
+    return f"; did you mean {close[0]!r}?" if close else f"; known: {', '.join(known)}"
+
+
+def _check(config: Any, schema: dict[str, Any], file: str) -> None:
+    """Raise InvalidInput with a fault for everything in `config` that the schema refuses."""
+    validator = jsonschema.Draft202012Validator(schema)
+    faults = [
+        fault
+        for error in sorted(validator.iter_errors(config), key=lambda e: [str(key) for key in e.absolute_path])
+        for fault in _faults(error, file)
+    ]
+    faults += [Fault(file, "is not a finite number", column=place) for place in _not_finite(config, ())]
+    if faults:
+        raise InvalidInput(faults)
+
+
+def _faults(error: Any, file: str) -> list[Fault]:
+    place = join_path(tuple(error.absolute_path))
+    if error.validator == "additionalProperties" and isinstance(error.instance, dict):
+        known = list(error.schema.get("properties", {}))
+        unknown = [key for key in error.instance if key not in known]
+        prefix = f"{place}." if place else ""
+        return [
+            Fault(file, f"unknown key {key!r}{_meant(key, known)}", column=prefix + key) for key in unknown
+        ]
+    if error.validator == "anyOf" and error.context:
+        # Speak of the alternative of the right type: a robot block with a misspelt key, not "is no text".
+        deeper = [sub for sub in error.context if sub.validator != "type"]
+        if deeper:
+            return [fault for sub in deeper for fault in _faults(sub, file)]
+    message = "; ".join(error.message.splitlines())
+    return [Fault(file, message[:300], column=place or None)]
+
+
+def _not_finite(value: Any, path: tuple[str | int, ...]) -> list[str]:
+    if isinstance(value, float) and not math.isfinite(value):
+        return [join_path(path)]
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    return [place for key, item in items for place in _not_finite(item, (*path, key))]
+
+
+def _fill(value: Any, schema: dict[str, Any]) -> None:
+    """Fill the schema's defaults into `value`, in place, at every depth."""
+    if "$ref" in schema:
+        schema = scene_schema()["$defs"][schema["$ref"].removeprefix("#/$defs/")]
+    if isinstance(value, dict):
+        for key, sub in schema.get("properties", {}).items():
+            if key not in value and "default" in sub:
+                value[key] = copy.deepcopy(sub["default"])
+            if key in value:
+                _fill(value[key], sub)
+    elif isinstance(value, list) and isinstance(schema.get("items"), dict):
+        for item in value:
+            _fill(item, schema["items"])

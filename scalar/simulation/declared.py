@@ -1,0 +1,53 @@
+"""What the dataset declares before anything is calibrated: a nominal arm and rough planes, both wrong on purpose.
+
+Errors are drawn for every parameter and then struck out where a parameter is to be exact, so that the others keep theirs.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from scalar.simulation.config import ROBOT_PARAMETERS, parameter_names
+from scalar.simulation.plates import Plate
+from scalar.simulation.transforms import Array
+from scalar.units import DEG
+
+SIGNS = (-1.0, 1.0)
+
+
+def draw_errors(block: Mapping[str, Any], n: int, rng: np.random.Generator) -> dict[str, Array]:
+    """Return Gaussian errors for `Arm.shifted`: (n,) of a, d [m], alpha, theta, beta [rad], t (3,) [m], r (3,) [rad].
+
+    Args:
+        block: `length_std_m`, `angle_std_deg`, `beta_std_deg`, `sensor` and `exact` of the config.
+        n: number of joints.
+    """
+    length, angle, beta = block["length_std_m"], block["angle_std_deg"] * DEG, block["beta_std_deg"] * DEG
+    of_sensor = 1.0 if block["sensor"] else 0.0
+    scale = np.repeat([length, length, angle, angle, beta], n)
+    scale = np.concatenate([scale, np.repeat([of_sensor * length, of_sensor * angle], 3)])
+    draws = rng.standard_normal(len(scale))
+    exact = np.isin(parameter_names(n), block["exact"])
+    errors = np.where(exact, 0.0, scale * draws)
+    by_name = dict(zip(ROBOT_PARAMETERS, errors[: 5 * n].reshape(5, n), strict=True))
+    return by_name | {"t": errors[5 * n : 5 * n + 3], "r": errors[5 * n + 3 :]}
+
+
+def guess_plane(plate: Plate, block: Mapping[str, float], rng: np.random.Generator) -> dict[str, Any]:
+    """Return the dataset's rough guess of a plane: `{name, normal, distance}`.
+
+    The normal is tilted by `tilt_deg` in a drawn direction and by Gaussian angles about two axes; the distance (of the base's
+    origin, n . p) is off by `offset_m` with a drawn sign and by a Gaussian error. Tilt and offset are applied to n and d as they
+    stand, so a tilt swings the plane about its point next to the origin.
+    """
+    direction = rng.uniform(0.0, 2.0 * np.pi)
+    sign = rng.choice(SIGNS)
+    gaussian = rng.standard_normal(3)
+    tilt = block["tilt_deg"] * DEG * np.array([np.cos(direction), np.sin(direction)])
+    tilt = tilt + block["tilt_std_deg"] * DEG * gaussian[:2]
+    angle = float(np.hypot(*tilt))
+    in_face = plate.axes[:, :2] @ tilt / (angle or 1.0)
+    normal = np.cos(angle) * plate.normal + np.sin(angle) * in_face
+    distance = plate.distance + sign * block["offset_m"] + block["offset_std_m"] * gaussian[2]
+    return {"name": plate.name, "normal": normal.tolist(), "distance": float(distance)}

@@ -1,0 +1,34 @@
+"""A simulated scene as folders: `dataset` for whoever calibrates, `truth` for whoever judges."""
+
+from pathlib import Path
+
+from scalar.atomic import atomic_directory, write_json
+from scalar.dataset import write_dataset
+from scalar.simulation.scene import SimulatedScene
+
+
+def write_scene(scene: SimulatedScene, out_dir: Path, *, table_format: str = "csv") -> None:
+    """Write `out_dir/dataset` and `out_dir/truth`, each whole or not at all; the truth first.
+
+    Args:
+        scene: to write. out_dir: made if missing. table_format: "csv" or "parquet", of the scans.
+
+    Raises:
+        InvalidInput: something else is in the way.
+    """
+    out_dir = Path(out_dir)
+    with atomic_directory(out_dir / "truth", may_replace=_is_truth) as folder:
+        write_json(folder / "truth.json", scene.truth)
+        scene.truth_poses.to_csv(folder / "truth_poses.csv", index=False, lineterminator="\n")
+    write_dataset(
+        out_dir / "dataset",
+        mapping=scene.dataset,
+        poses=scene.poses,
+        scans=scene.scans,
+        table_format=table_format,  # pyright: ignore[reportArgumentType]
+    )
+
+
+def _is_truth(folder: Path) -> bool:
+    """Return whether a folder is a truth folder and nothing more, which may be replaced."""
+    return {path.name for path in folder.iterdir()} == {"truth.json", "truth_poses.csv"}

@@ -1,0 +1,310 @@
+"""A config becomes a dataset and its truth.
+
+Two stages. `plan_poses` finds postures from which each plate is seen well: most of the work, and independent of noise, points a scan
+and the model declared. `simulate` lets the arm stand there, casts the laser's rays, adds noise, and writes down what a
+user would have. In a sweep, plan once and simulate often.
+"""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.simulation.arm import Arm, arm_from_mapping, arm_mapping, pose_mapping
+from scalar.simulation.body import body_of
+from scalar.simulation.config import complete_config, poses_wanted
+from scalar.simulation.declared import draw_errors, guess_plane
+from scalar.simulation.effects import Effects
+from scalar.simulation.errors import SimulationError
+from scalar.simulation.noise import Noise, noise_from_mapping, noisy_points
+from scalar.simulation.plates import Plate, plate_from_mapping
+from scalar.simulation.poses import Search, find_poses
+from scalar.simulation.scanner import BEYOND, Scanner, cast_fan, scanner_from_mapping
+from scalar.simulation.streams import (
+    EFFECTS,
+    INITIAL_MODEL,
+    JOINT_NOISE,
+    ORDER,
+    PLANE_GUESS,
+    POSES,
+    RANGE_NOISE,
+    SCAN_BIAS,
+    SELECTION,
+    TRUE_ARM,
+    stream,
+)
+from scalar.simulation.transforms import Array
+from scalar.simulation.truth import arm_frames, evaluation_poses, truth_mapping
+from scalar.simulation.world import World
+from scalar.units import DEG
+
+Progress = Callable[[str, int, int], None]
+"""Called as progress(stage, done, of)."""
+
+FORMAT = "scalar-dataset/1"
+CELL_KEYS = ("seed", "robot", "true_robot_errors", "planes", "body", "edge_margin_m")
+CELL_SENSOR_KEYS = ("pose", "fan_half_angle_deg", "range_m", "incidence_max_deg")
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """What stands in the cell, in truth: arm, plates, scanner; and the arm that the drawings show."""
+
+    arm: Arm
+    drawn: Arm
+    plates: tuple[Plate, ...]
+    scanner: Scanner
+
+
+@dataclass(frozen=True, eq=False)
+class PosePlan:
+    """Postures for each plane.
+
+    Attributes:
+        q: for each plane (k, n) [rad], in the order in which they were found.
+        searches: how each search went. cell: what the plan depends on, as text; a plan serves configs that agree in it.
+    """
+
+    q: tuple[Array, ...]
+    searches: tuple[Search, ...]
+    cell: str
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedScene:
+    """A dataset and its truth, in memory.
+
+    Attributes:
+        config: complete. dataset: the mapping for dataset.yaml. poses, scans: the tables poses.csv and scans.csv.
+        truth: the mapping for truth.json.
+        cell: the true arm, plates and scanner. effects: what was planted.
+        q: (N, n) [rad] as the encoders read, in acquisition order. plane_index: (N,) into the planes.
+        T_base_sensor: (N, 4, 4), where the sensor truly was. ranges: (N, M) [m], true. angles: (N, M) [rad] of the rays.
+        points: (N, M, 2) [m], measured.
+    """
+
+    config: dict[str, Any]
+    dataset: dict[str, Any]
+    poses: pd.DataFrame
+    scans: pd.DataFrame
+    truth: dict[str, Any]
+    cell: Cell
+    effects: Effects
+    q: Array
+    plane_index: Array
+    T_base_sensor: Array
+    ranges: Array
+    angles: Array
+    points: Array
+
+    @cached_property
+    def truth_poses(self) -> pd.DataFrame:
+        """Return the table truth_poses.csv; computed when first asked for, since a sweep may need it once only."""
+        return evaluation_poses(self.cell.arm, self.effects, self.config["truth_poses"])
+
+
+def cell_of(config: Mapping[str, Any]) -> Cell:
+    """Return what stands in the cell of a complete config."""
+    drawn = arm_from_mapping(config["robot"], config["sensor"]["pose"])
+    arm = drawn
+    if "true_robot_errors" in config:
+        errors = draw_errors(config["true_robot_errors"], drawn.n, stream(config["seed"], TRUE_ARM))
+        arm = drawn.shifted(errors)
+    shoulder = (drawn.T_base_0 @ drawn.joint_origin(0))[:3, 3]
+    plates = tuple(plate_from_mapping(plane, shoulder) for plane in config["planes"])
+    return Cell(arm, drawn, plates, scanner_from_mapping(config["sensor"], DEG))
+
+
+def _cell_text(config: Mapping[str, Any]) -> str:
+    parts = {key: config.get(key) for key in CELL_KEYS}
+    parts["sensor"] = {key: config["sensor"][key] for key in CELL_SENSOR_KEYS}
+    return json.dumps(parts, sort_keys=True)
+
+
+def plan_poses(
+    config: Mapping[str, Any], base_dir: Path | None = None, *, progress: Progress | None = None
+) -> PosePlan:
+    """Return postures for each plane of a config, as many as it asks for.
+
+    Raises:
+        InvalidInput: the config is at fault.
+        SimulationError: too few postures see a plate; says which limit refused most.
+    """
+    config = complete_config(config, base_dir=base_dir)
+    cell = cell_of(config)
+    q, searches = [], []
+    with World(cell.plates) as world:
+        world.place_arm(cell.arm, body_of(cell.drawn, config["body"]))
+        for k, wanted in enumerate(poses_wanted(config)):
+            found, search = find_poses(
+                world,
+                cell.arm,
+                cell.scanner,
+                cell.plates,
+                k,
+                wanted,
+                stream(config["seed"], POSES, k),
+                edge=config["edge_margin_m"],
+                candidates_max=config["candidates_max"],
+                progress=progress,
+            )
+            q.append(found)
+            searches.append(search)
+    return PosePlan(tuple(q), tuple(searches), _cell_text(config))
+
+
+def simulate(
+    config: Mapping[str, Any],
+    base_dir: Path | None = None,
+    *,
+    plan: PosePlan | None = None,
+    effects: Effects | None = None,
+    progress: Progress | None = None,
+) -> SimulatedScene:
+    """Return the dataset that a config describes, and its truth.
+
+    Args:
+        config: of a scene. base_dir: where its robot path starts.
+        plan: postures found before for the same cell, at least as many as are asked for; None: find them.
+        effects: what to plant. progress: called with (stage, done, of).
+
+    Raises:
+        InvalidInput: the config is at fault.
+        SimulationError: no postures, a plan for another cell, or a scan that leaves its plate.
+    """
+    config = complete_config(config, base_dir=base_dir)
+    effects = effects or Effects()
+    cell = cell_of(config)
+    wanted = poses_wanted(config)
+    plan = plan or plan_poses(config, progress=progress)
+    if plan.cell != _cell_text(config):
+        raise SimulationError("the plan of poses belongs to another cell; plan again, or simulate its own config")
+    if any(len(q) < k for q, k in zip(plan.q, wanted, strict=True)):
+        raise SimulationError("the plan holds fewer poses than poses_per_plane asks for; plan again with more")
+
+    seed, n, scanner, noise = config["seed"], cell.arm.n, cell.scanner, noise_from_mapping(config["noise"])
+    order = _acquisition_order(config, wanted)
+    plane_index = np.repeat(np.arange(len(wanted)), wanted)[order]
+    q = np.concatenate([found[:k] for found, k in zip(plan.q, wanted, strict=True)])[order]
+
+    def draws(use: int, *shape: int, uniform: bool = False) -> Array:
+        """Return draws (N, *shape) in acquisition order; the first of a plane stay when more are asked for."""
+        parts = []
+        for k, count in enumerate(wanted):
+            rng = stream(seed, use, k)
+            parts.append(rng.random((count, *shape)) if uniform else rng.standard_normal((count, *shape)))
+        return np.concatenate(parts)[order]
+
+    poses = pd.DataFrame({"pose": np.arange(len(q)), "plane": [cell.plates[k].name for k in plane_index]})
+    poses[[f"q{i + 1}" for i in range(n)]] = q
+    for name, column in effects.columns(poses, stream(seed, EFFECTS)).items():
+        poses[name] = column
+
+    q_true = q + noise.joint_std * draws(JOINT_NOISE, n)
+    T_base_sensor = arm_frames(cell.arm, effects, q_true, poses, evaluating=False)
+    rays = scanner.angles()
+    chosen = np.broadcast_to(np.arange(scanner.rays), (len(q), scanner.rays))
+    if scanner.rays > scanner.points:
+        # The first M of a random order of the rays: a smaller M takes a subset of the same rays.
+        lottery = draws(SELECTION, scanner.rays, uniform=True)
+        chosen = np.sort(np.argsort(lottery, axis=1)[:, : scanner.points], axis=1)
+    angles = rays[chosen]
+    ranges = _measure(cell, effects, T_base_sensor, angles, plane_index, poses)
+    points = noisy_points(
+        effects.ranges(ranges, angles, poses),
+        angles,
+        noise,
+        np.take_along_axis(draws(RANGE_NOISE, scanner.rays), chosen, axis=1),
+        draws(SCAN_BIAS),
+        scanner.error_axis,
+    )
+    if progress is not None:
+        progress("scans", len(q), len(q))
+    scans = pd.DataFrame(
+        {
+            "pose": np.repeat(np.arange(len(q)), scanner.points),
+            "x": points[..., 0].ravel(),
+            "z": points[..., 1].ravel(),
+        }
+    )
+    return SimulatedScene(
+        config=config,
+        dataset=_dataset_mapping(config, cell, noise),
+        poses=poses,
+        scans=scans,
+        truth=truth_mapping(cell.arm, cell.plates, noise, effects, seed),
+        cell=cell,
+        effects=effects,
+        q=q,
+        plane_index=plane_index,
+        T_base_sensor=T_base_sensor,
+        ranges=ranges,
+        angles=angles,
+        points=points,
+    )
+
+
+def _acquisition_order(config: Mapping[str, Any], wanted: list[int]) -> Array:
+    """Return the order in which poses, listed plane by plane, are measured.
+
+    Shuffling sorts by a number drawn for each pose, so poses keep their relative order when more are asked for.
+    """
+    if config["order"] == "by_plane":
+        return np.arange(sum(wanted))
+    keys = [stream(config["seed"], ORDER, k).random(count) for k, count in enumerate(wanted)]
+    return np.argsort(np.concatenate(keys), kind="stable")
+
+
+def _measure(
+    cell: Cell, effects: Effects, T_base_sensor: Array, angles: Array, plane_index: Array, poses: pd.DataFrame
+) -> Array:
+    """Return the true ranges (N, M) [m], asked of pybullet in a world without the arm.
+
+    That the arm does not stand in the beam was seen when the pose was chosen.
+    """
+    ranges = np.empty(angles.shape)
+    length = cell.scanner.range_far * BEYOND
+    with World() as world:
+        for rows, plates in effects.plates(cell.plates, poses):
+            world.set_plates(plates)
+            hit, ranges[rows] = cast_fan(world, T_base_sensor[rows], angles[rows], length)
+            wrong = (hit != np.array(world.plate_ids)[plane_index[rows], None]).sum(1)
+            if wrong.any():
+                worst = int(np.argmax(wrong))
+                row = poses.loc[rows].iloc[worst]
+                raise SimulationError(
+                    f"pose {row['pose']} on plane {row['plane']}: {wrong[worst]} of {angles.shape[1]} rays left "
+                    "the plate, moved by noise or effects; raise edge_margin_m"
+                )
+    return ranges
+
+
+def _dataset_mapping(config: Mapping[str, Any], cell: Cell, noise: Noise) -> dict[str, Any]:
+    """Return the content of dataset.yaml: what a user would know, and nothing of the truth beyond it."""
+    seed = config["seed"]
+    declared = cell.drawn
+    if "initial_model" in config:
+        errors = draw_errors(config["initial_model"], declared.n, stream(seed, INITIAL_MODEL))
+        declared = declared.shifted(errors)
+    sensor: dict[str, Any] = {"kind": "line-laser"}
+    if config["sensor"]["nominal"] == "given":
+        sensor["nominal_pose"] = pose_mapping(declared.T_flange_sensor)
+    if config["sensor"]["state_noise"] and noise.range_std > 0:
+        sensor["noise"] = noise.range_std
+    sensor["error_axis"] = cell.scanner.error_axis
+    return {
+        "format": FORMAT,
+        "name": config["name"],
+        "source": "simulated with pybullet by scalar",
+        "robot": arm_mapping(declared),
+        "sensor": sensor,
+        "planes": [
+            guess_plane(plate, config["plane_guess"], stream(seed, PLANE_GUESS, k))
+            for k, plate in enumerate(cell.plates)
+        ],
+    }

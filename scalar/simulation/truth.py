@@ -1,0 +1,83 @@
+"""What was planted, for those who judge a calibration: never inside the dataset folder."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.simulation.arm import Arm, pose_mapping
+from scalar.simulation.effects import Effects
+from scalar.simulation.noise import Noise
+from scalar.simulation.plates import Plate
+from scalar.simulation.streams import TRUTH_POSES_SEED
+from scalar.simulation.transforms import Array, vector_from_rotation
+from scalar.simulation.world import World
+
+NOTE = "arrays by joint; beta is the angle about y; t and r: sensor on the flange"
+
+
+def truth_mapping(
+    arm: Arm, plates: Sequence[Plate], noise: Noise, effects: Effects, seed: int
+) -> dict[str, Any]:
+    """Return the content of truth.json: SI units, arrays by joint; t [m] and r [rad]: the sensor's pose on the flange."""
+    sensor = pose_mapping(arm.T_flange_sensor)
+    return {
+        "robot": arm.name,
+        "parameters": {
+            **{name: getattr(arm, name).tolist() for name in ("a", "alpha", "d", "theta", "beta")},
+            "t": sensor["translation"],
+            "r": sensor["rotation_vector"],
+        },
+        "base": pose_mapping(arm.T_base_0),
+        "flange": pose_mapping(arm.T_n_flange),
+        "planes": {
+            "names": [plate.name for plate in plates],
+            "normals": [plate.normal.tolist() for plate in plates],
+            "distances": [plate.distance for plate in plates],
+        },
+        "effects": effects.record(),
+        "noise_m": noise.range_std,
+        "scan_bias_std_m": noise.scan_bias_std,
+        "joint_noise_std_rad": noise.joint_std,
+        "range_quantum_m": noise.range_quantum,
+        "seed": seed,
+        "note": NOTE,
+    }
+
+
+def arm_frames(arm: Arm, effects: Effects, q: Array, poses: pd.DataFrame, evaluating: bool) -> Array:
+    """Return where the sensor truly is, T_base_sensor (N, 4, 4), by pybullet.
+
+    Args:
+        arm: plain. effects: that act on it. q: (N, n) [rad], encoders plus noise of the joints. poses: the table of these poses.
+        evaluating: whether these are evaluation poses.
+    """
+    T = np.empty((len(q), 4, 4))
+    with World() as world:
+        for rows, arm_then in effects.arms(arm, poses, evaluating):
+            world.place_arm(arm_then)
+            dq = effects.joint_errors(world, q[rows], poses.loc[rows])
+            T[rows] = world.sensor_frames(q[rows] + dq)
+    return effects.move_frames(T, q, poses)
+
+
+def evaluation_poses(
+    arm: Arm, effects: Effects, count: int, progress: Callable[[str, int, int], None] | None = None
+) -> pd.DataFrame:
+    """Return truth_poses.csv: pose, q1..qn [rad], x, y, z [m], rx, ry, rz (rotation vector [rad]) of the sensor.
+
+    q is uniform within the joint limits, without a collision filter, from one seed for all scenes; no noise acts.
+    """
+    rng = np.random.default_rng(TRUTH_POSES_SEED)
+    q = rng.uniform(arm.limits[:, 0], arm.limits[:, 1], (count, arm.n))
+    table = pd.DataFrame(q, columns=[f"q{i + 1}" for i in range(arm.n)])
+    table.insert(0, "pose", np.arange(count))
+    T = arm_frames(arm, effects, q, table, evaluating=True)
+    table[["x", "y", "z"]] = T[:, :3, 3]
+    table[["rx", "ry", "rz"]] = vector_from_rotation(T[:, :3, :3])
+    if progress is not None:
+        progress("evaluation poses", count, count)
+    return table
+
+
