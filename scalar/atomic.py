@@ -109,7 +109,7 @@ def _swap_in(new: Path, path: Path) -> None:
 
 
 def plain(value: Any) -> Any:
-    """Return `value` in plain Python types: arrays and tuples as lists, NumPy scalars as numbers, paths as text.
+    """Return `value` in plain Python types: arrays and tuples as lists, NumPy scalars as numbers.
 
     Raises:
         TypeError: `value` holds something that has no plain form.

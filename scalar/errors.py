@@ -2,7 +2,8 @@
 
 Two kinds are told apart, because the user does different things about them: the input is at fault
 (`InvalidInput`, exit 2: repair the file), or the input is sound and cannot determine the model
-(`Undetermined`, exit 3: measure more, or hold more). Everything else that is raised is a defect of this package.
+(`Undetermined`, exit 3: measure more, or hold more). Everything else that is raised is a defect
+of this package.
 """
 
 from collections.abc import Iterable

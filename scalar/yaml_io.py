@@ -156,7 +156,8 @@ def load_yaml_lines(path: str | os.PathLike[str]) -> tuple[Any, Lines]:
         row = None if mark is None else mark.line + 1
         raise InvalidInput(Fault(path.name, f"not YAML ({what}); correct this place", row)) from error
     except YAMLError as error:
-        raise InvalidInput(Fault(path.name, f"not YAML ({' '.join(str(error).split())}); save it as plain text")) from error
+        message = f"not YAML ({' '.join(str(error).split())}); save it as plain text"
+        raise InvalidInput(Fault(path.name, message)) from error
 
 
 def load_yaml(path: str | os.PathLike[str]) -> Any:

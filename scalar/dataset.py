@@ -1,0 +1,379 @@
+"""The one reader, writer and checker of measured data: a folder of the format ``scalar-dataset/1``.
+
+A dataset is what calibration and diagnosis see, and all they see. Poses stand in acquisition order; the laser points
+of one pose stand together, in the order of the file. The reader raises every fault that it finds, at once.
+"""
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from scalar.atomic import atomic_directory
+from scalar.dataset_checks import (
+    DESCRIPTION,
+    Description,
+    check_description,
+    check_points,
+    check_poses,
+    poses_layout,
+    unknown_data_files,
+)
+from scalar.errors import Fault, InvalidInput
+from scalar.robot import Robot
+from scalar.se3 import transform_from_rotation_vector
+from scalar.suspicions import suspect_description, suspect_joint_angles, suspect_points
+from scalar.tables import Layout, Table, did_you_mean, read_csv, read_parquet
+from scalar.yaml_io import dump_yaml, load_yaml, load_yaml_lines
+
+FORMAT = "scalar-dataset/1"
+POSES = "poses.csv"
+POINT_COLUMNS = {"line-laser": ("pose", "x", "z"), "tracker": ("pose", "x", "y", "z")}
+POINT_FILES = {"line-laser": ("scans.csv", "scans.parquet"), "tracker": ("points.csv", "points.parquet")}
+FILES = (DESCRIPTION, POSES, *POINT_FILES["line-laser"], *POINT_FILES["tracker"])
+KNOWN_POSE_COLUMNS = ("pose", "plane", "order", "time", "temperature", "session")
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneGuess:
+    """A plane as the user guesses it, ``normal . p = distance`` in the base frame.
+
+    Attributes:
+        name: as in poses.csv.
+        normal: ``(3,)``, unit; a normal of another length is scaled together with its distance.
+        distance: [m].
+        distance_std: [m], given for a plane that is a known reference, else None.
+        normal_std: [rad], as `distance_std`.
+    """
+
+    name: str
+    normal: np.ndarray
+    distance: float
+    distance_std: float | None = None
+    normal_std: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Sensor:
+    """What is on the flange, nominally.
+
+    Attributes:
+        kind: ``line-laser``, ``probe`` or ``tracker``.
+        T_flange_sensor: ``(4, 4)``, rough; None where a line-laser's place is not given.
+        noise: one standard deviation along the error axis [m], or None.
+        error_axis: ``ray`` (from the sensor's origin through the point) or ``z``.
+    """
+
+    kind: str
+    T_flange_sensor: np.ndarray | None
+    noise: float | None = None
+    error_axis: str = "ray"
+
+
+@dataclass(frozen=True, eq=False)
+class Dataset:
+    """Poses of a robot and what its sensor saw in each.
+
+    Attributes:
+        name: of the dataset.
+        source: free text, may be empty.
+        robot: the nominal robot.
+        sensor: the nominal sensor.
+        planes: the rough planes; empty for a tracker.
+        poses: one row a pose in acquisition order (by `order` where that column is there, else as in the file);
+            columns as in poses.csv: `pose` int64, `plane` and `session` text, all others float64.
+        points: line-laser ``(P, 2)`` [m], x and z in the sensor frame; tracker ``(N, 3)`` [m], in the tracker's
+            frame; probe ``(0, 2)``.
+        starts: ``(N + 1,)`` int64; pose row i owns ``points[starts[i]:starts[i + 1]]``.
+    """
+
+    name: str
+    source: str
+    robot: Robot
+    sensor: Sensor
+    planes: tuple[PlaneGuess, ...]
+    poses: pd.DataFrame
+    points: np.ndarray
+    starts: np.ndarray
+
+    @property
+    def n_poses(self) -> int:
+        """Return the number of poses, N."""
+        return len(self.poses)
+
+    @cached_property
+    def q(self) -> np.ndarray:
+        """Return the joint angles as the encoders read them, ``(N, n)`` [rad]."""
+        return self.poses[[f"q{i + 1}" for i in range(self.robot.n_joints)]].to_numpy(dtype=float)
+
+    @cached_property
+    def pose_ids(self) -> np.ndarray:
+        """Return the ids of the poses, ``(N,)`` int64."""
+        return self.poses["pose"].to_numpy(dtype=np.int64)
+
+    @cached_property
+    def plane_index(self) -> np.ndarray:
+        """Return which of `planes` each pose looks at, ``(N,)`` int64; -1 for a tracker."""
+        if self.sensor.kind == "tracker":
+            return np.full(self.n_poses, -1, dtype=np.int64)
+        index = {plane.name: i for i, plane in enumerate(self.planes)}
+        return np.array([index[name] for name in self.poses["plane"]], dtype=np.int64)
+
+    @cached_property
+    def session(self) -> np.ndarray | None:
+        """Return the session of each pose, ``(N,)`` int64 codes in order of first appearance, or None."""
+        if "session" not in self.poses.columns:
+            return None
+        labels = self.poses["session"]
+        try:  # 1 and 1.0 are one session, where all are numbers
+            return pd.factorize(labels.astype(float))[0].astype(np.int64)
+        except ValueError:
+            return pd.factorize(labels)[0].astype(np.int64)
+
+    @property
+    def covariates(self) -> tuple[str, ...]:
+        """Return the names of the numeric columns that the format does not define, in the order of the file."""
+        n = self.robot.n_joints
+        known = {*KNOWN_POSE_COLUMNS, *(f"{stem}{i + 1}" for stem in ("q", "approach") for i in range(n))}
+        return tuple(str(name) for name in self.poses.columns if name not in known)
+
+    def subset(self, rows: np.ndarray) -> "Dataset":
+        """Return the dataset of some of the poses, still in acquisition order.
+
+        Args:
+            rows: ``(N,)`` bool, or integer row numbers; they are sorted, and one given twice appears twice.
+        """
+        rows = np.asarray(rows)
+        rows = np.flatnonzero(rows) if rows.dtype == bool else np.sort(rows.astype(np.int64))
+        counts = np.diff(self.starts)[rows]
+        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+        taken = np.arange(starts[-1]) + np.repeat(self.starts[rows] - starts[:-1], counts)
+        return replace(
+            self,
+            poses=self.poses.iloc[rows].reset_index(drop=True),
+            points=self.points[taken],
+            starts=starts,
+        )
+
+
+def read_dataset(path: str | os.PathLike[str]) -> Dataset:
+    """Return the dataset in the folder `path`.
+
+    Raises:
+        InvalidInput: with all the faults found, each with its file, row and column.
+    """
+    faults: list[Fault] = []
+    build = _examine(Path(path), faults)
+    if faults or build is None:
+        raise InvalidInput(faults)
+    return build()
+
+
+def validate_dataset(path: str | os.PathLike[str]) -> list[Fault]:
+    """Return every fault of the dataset in the folder `path`; none if it can be read."""
+    faults: list[Fault] = []
+    _examine(Path(path), faults)
+    return faults
+
+
+def _examine(path: Path, faults: list[Fault]) -> Callable[[], Dataset] | None:
+    """Add every fault of a folder; return what makes the dataset of it, to be called if there are none."""
+    names = _list_folder(path, faults)
+    if names is None:
+        return None
+    description = Description(None, {})
+    if DESCRIPTION in names:
+        try:
+            description = Description(*load_yaml_lines(path / DESCRIPTION))
+            check_description(description)
+            suspect_description(description)
+        except InvalidInput as error:
+            description.faults += error.faults
+        faults += description.faults
+    else:
+        faults.append(_missing(DESCRIPTION, names))
+    poses = points = None
+    if POSES in names:
+        poses = read_csv(path / POSES, poses_layout(description), faults)
+    else:
+        faults.append(_missing(POSES, names))
+    if poses is not None:
+        check_poses(poses, description, faults)
+        suspect_joint_angles(poses, description, faults)
+    kind = description.kind
+    if kind is not None:
+        faults += unknown_data_files(kind, names)
+    if kind in POINT_FILES:
+        points = _read_points(path, kind, names, faults)
+        if points is not None:
+            check_points(points, poses, kind, faults)
+            suspect_points(points, kind, faults)
+    if faults or poses is None:
+        return None
+    return lambda: _build(description.mapping, poses, points)
+
+
+def _list_folder(path: Path, faults: list[Fault]) -> list[str] | None:
+    """Return the names of the files in a folder, None if there is none to look at."""
+    example = f"give the folder that holds {DESCRIPTION} and {POSES}"
+    try:
+        if path.is_file():
+            folder = f" ({str(path.parent)!r}?)" if path.name in FILES else ""
+            faults.append(Fault(str(path), f"a file, not a folder; {example}{folder}"))
+            return None
+        names = sorted(item.name for item in path.iterdir())
+    except FileNotFoundError:
+        faults.append(Fault(str(path), f"no such folder; {example}"))
+        return None
+    except OSError as error:
+        faults.append(Fault(str(path), f"cannot be read ({error.strerror or error}); {example}"))
+        return None
+    except ValueError as error:  # a null byte in the path
+        faults.append(Fault(str(path), f"not a path ({error}); {example}"))
+        return None
+    if not names:
+        faults.append(Fault(str(path), f"the folder is empty; {example}"))
+        return None
+    return names
+
+
+def _missing(file: str, names: list[str]) -> Fault:
+    others = [name for name in names if name not in FILES]
+    hint = did_you_mean(file, others).replace("did you mean", "is it").replace("? ", "? rename it; ")
+    return Fault(file, f"the file is missing; {hint}a dataset needs {DESCRIPTION} and {POSES}")
+
+
+def _read_points(path: Path, kind: str, names: list[str], faults: list[Fault]) -> Table | None:
+    """Return the table of laser or tracker points, None if there is none to use."""
+    files = [name for name in POINT_FILES[kind] if name in names]
+    if len(files) > 1:
+        faults.append(Fault(files[1], f"{files[0]} is there too, and only one can be meant; remove one of them"))
+        return None
+    columns = ",".join(POINT_COLUMNS[kind])
+    if not files:
+        wanted = " or ".join(POINT_FILES[kind])
+        message = f"the file is missing; a {kind} needs {wanted} with the columns {columns} [m]"
+        faults.append(Fault(POINT_FILES[kind][0], message))
+        return None
+    read = read_parquet if files[0].endswith(".parquet") else read_csv
+    return read(path / files[0], Layout(POINT_COLUMNS[kind]), faults)
+
+
+def _build(mapping: dict[str, Any], poses: Table, points: Table | None) -> Dataset:
+    """Return the dataset of a description and tables that have no fault."""
+    frame = pd.DataFrame(poses.columns)
+    frame["pose"] = frame["pose"].astype(np.int64)
+    if "order" in frame.columns:
+        frame = frame.sort_values("order", kind="stable").reset_index(drop=True)
+    sensor = mapping["sensor"]
+    pose = sensor.get("nominal_pose")
+    T_flange_sensor = None
+    if pose is not None:
+        T_flange_sensor = transform_from_rotation_vector(pose["translation"], pose["rotation_vector"])
+    kind = sensor["kind"]
+    xyz, starts = _group_points(frame["pose"].to_numpy(), kind, points)
+    return Dataset(
+        name=mapping["name"],
+        source=mapping.get("source") or "",
+        robot=Robot.from_mapping(mapping["robot"]),
+        sensor=Sensor(kind, T_flange_sensor, _float(sensor.get("noise")), sensor.get("error_axis", "ray")),
+        planes=() if kind == "tracker" else tuple(_plane(plane) for plane in mapping["planes"]),
+        poses=frame,
+        points=xyz,
+        starts=starts,
+    )
+
+
+def _plane(mapping: dict[str, Any]) -> PlaneGuess:
+    normal = np.array(mapping["normal"], dtype=float)
+    length = float(np.linalg.norm(normal))
+    known = mapping.get("known", {})
+    distance_std = _float(known.get("distance_std"))
+    return PlaneGuess(
+        name=mapping["name"],
+        normal=normal / length,
+        distance=float(mapping["distance"]) / length,
+        distance_std=None if distance_std is None else distance_std / length,
+        normal_std=_float(known.get("normal_std")),
+    )
+
+
+def _float(value: Any) -> float | None:
+    return None if value is None else float(value)
+
+
+def _group_points(pose_ids: np.ndarray, kind: str, points: Table | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points sorted by pose row, file order kept within a pose, and where each pose's begin."""
+    if points is None:
+        return np.empty((0, 2)), np.zeros(len(pose_ids) + 1, dtype=np.int64)
+    by_id = np.argsort(pose_ids, kind="stable")
+    rows = by_id[np.searchsorted(pose_ids, points.columns["pose"].astype(np.int64), sorter=by_id)]
+    xyz = np.column_stack([points.columns[name] for name in POINT_COLUMNS[kind][1:]])
+    if np.any(np.diff(rows) < 0):
+        xyz = xyz[np.argsort(rows, kind="stable")]
+    counts = np.bincount(rows, minlength=len(pose_ids))
+    return xyz, np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+
+
+def write_dataset(
+    dataset_dir: str | os.PathLike[str],
+    *,
+    mapping: dict[str, Any],
+    poses: pd.DataFrame,
+    scans: pd.DataFrame | None = None,
+    points: pd.DataFrame | None = None,
+    table_format: str = "csv",
+) -> None:
+    """Write a dataset folder, which appears whole or not at all; numbers read back exactly as they were.
+
+    Args:
+        dataset_dir: replaced if it is a dataset already and holds nothing else.
+        mapping: the content of dataset.yaml.
+        poses: the rows of poses.csv.
+        scans: the rows of a line-laser's scans, `pose,x,z` [m].
+        points: the rows of a tracker's points, `pose,x,y,z` [m].
+        table_format: ``csv`` or ``parquet``, for scans and points.
+
+    Raises:
+        InvalidInput: the folder cannot be written, or holds something else than a dataset.
+        ValueError: a number is not finite.
+    """
+    if table_format not in ("csv", "parquet"):
+        raise ValueError(f"table_format is csv or parquet, not {table_format!r}")
+    with atomic_directory(dataset_dir, may_replace=_is_dataset) as folder:
+        dump_yaml(mapping, folder / DESCRIPTION)
+        _write_table(poses, folder / POSES)
+        for name, table in (("scans", scans), ("points", points)):
+            if table is not None:
+                _write_table(table, folder / f"{name}.{table_format}")
+
+
+def _is_dataset(path: Path) -> bool:
+    """Return whether a folder holds a dataset and nothing else."""
+    if not {item.name for item in path.iterdir()} <= set(FILES):
+        return False
+    try:
+        mapping = load_yaml(path / DESCRIPTION)
+    except InvalidInput:
+        return False
+    return isinstance(mapping, dict) and str(mapping.get("format", "")).startswith("scalar-dataset/")
+
+
+def _write_table(table: pd.DataFrame, path: Path) -> None:
+    """Write a table with float64 in the shortest form that reads back exactly, the same bytes each time."""
+    numbers = table.select_dtypes("number")
+    if not np.isfinite(numbers.to_numpy(dtype=float)).all():
+        raise ValueError(f"{path.name}: a number is not finite")
+    table = table.astype({name: np.float64 for name in table.select_dtypes("floating").columns})
+    if path.suffix == ".parquet":
+        columns = {str(name): table[name].to_numpy() for name in table.columns}
+        pq.write_table(pa.table(columns), path, compression="zstd")
+    else:
+        table.to_csv(path, index=False, lineterminator="\n")
