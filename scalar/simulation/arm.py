@@ -1,8 +1,8 @@
 """The arm that stands in the cell: its true geometry, as numbers, before pybullet gets it.
 
 T_{i-1,i} = Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d), Craig's modified DH with Hayati's beta.
-`sensor_frames` repeats pybullet's forward kinematics in NumPy, thousands of postures at a time: it throws out hopeless
-candidates cheaply. It decides nothing and measures nothing; pybullet does that.
+`sensor_frames` repeats pybullet's forward kinematics in NumPy, thousands of postures at a time: it throws out
+hopeless candidates cheaply. It decides nothing and measures nothing; pybullet does that.
 """
 
 from collections.abc import Mapping
@@ -58,14 +58,15 @@ class Arm:
     def joint_origin(self, i: int) -> Array:
         """Return T_{i,i+1} at q = 0, (4, 4), for the joint of index `i` from 0.
 
-        Rz(q) commutes with Tz(d), so this one fixed transform followed by a turn about its own z is the joint.
+        Rz(q) commutes with Tz(d), so this one fixed transform followed by a turn about its own z is the
+        joint.
         """
         R = rotation_x(self.alpha[i])
         R_out = R @ rotation_y(self.beta[i]) @ rotation_z(self.theta[i])
         return transform(R_out, R @ [self.a[i], 0.0, 0.0] + R_out @ [0.0, 0.0, self.d[i]])
 
     def sensor_frames(self, q: Array) -> tuple[Array, Array]:
-        """Return rotation (N, 3, 3) and origin (N, 3) [m] of the sensor in the base frame, for q (N, n) [rad]."""
+        """Return the sensor's R (N, 3, 3) and origin (N, 3) [m] in the base frame, for q (N, n) [rad]."""
         R = np.broadcast_to(self.T_base_0[:3, :3], (len(q), 3, 3))
         p = np.broadcast_to(self.T_base_0[:3, 3], (len(q), 3))
         for i in range(self.n):
@@ -79,7 +80,7 @@ class Arm:
         return R @ T[:3, :3], p + R @ T[:3, 3]
 
     def shifted(self, errors: Mapping[str, Array]) -> "Arm":
-        """Return the arm with errors added: keys of `FIELDS` (n,), `t` (3,) [m] and `r` (3,) [rad] of the sensor.
+        """Return the arm with errors added: `FIELDS` (n,), and `t` (3,) [m] and `r` (3,) [rad] of the sensor.
 
         The sensor's rotation error is a rotation vector in the sensor's own frame: R Exp(r).
         """
@@ -106,8 +107,8 @@ def pose_mapping(T: Array) -> dict[str, list[float]]:
 def arm_from_mapping(robot: Mapping[str, Any], sensor_pose: Mapping[str, Any] | None) -> Arm:
     """Return the arm of the `robot:` block of a dataset.yaml, its sensor at `sensor_pose` on the flange.
 
-    Standard DH, Rz(q + theta) Tz(d) Tx(a) Rx(alpha), becomes modified DH by moving each a and alpha one joint outwards;
-    the last pair goes into the flange transform. Joints without limits get +-pi.
+    Standard DH, Rz(q + theta) Tz(d) Tx(a) Rx(alpha), becomes modified DH by moving each a and alpha one joint
+    outwards; the last pair goes into the flange transform. Joints without limits get +-pi.
     """
     joints = robot["joints"]
     values = {name: np.array([float(joint.get(name, 0.0)) for joint in joints]) for name in FIELDS}

@@ -1,16 +1,17 @@
 """Where the arm is solid: capsules along its skeleton, for collision tests and for pictures.
 
-Nothing of the true housings is known but the kinematics, so each link is the capsule of its a and of its d, as
-thick as the reach of the arm suggests: `THICK_BASE` of it at the base, `THICK_WRIST` at the flange, evenly between. For a VS060 this
-gives radii of 51 to 27 mm, for a UR10e of 120 to 64 mm, which is about what they have. The sensor is a box behind its origin
-and a rod from the flange. A config may state all of these.
+Nothing of the true housings is known but the kinematics, so each link is the capsule of its a and of its d,
+as thick as the reach of the arm suggests: `THICK_BASE` of it at the base, `THICK_WRIST` at the flange, evenly
+between. For a VS060 this gives radii of 51 to 27 mm, for a UR10e of 120 to 64 mm, which is about what they
+have. The sensor is a box behind its origin and a rod from the flange. A config may state all of these.
 
-Left out: housings beside the skeleton, cables, the exact shape. Such simplification makes poses a little easier or harder
-to find; it cannot change a measured number.
+Left out: housings beside the skeleton, cables, the exact shape. Such simplification makes poses a little
+easier or harder to find; it cannot change a measured number.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,7 @@ class Capsule:
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """A box with its centre (3,) [m] in the frame of link `link`, its axes along that frame's; size (3,) [m]."""
+    """A box about `centre` (3,) [m] in the frame of link `link`, along that frame's axes; size (3,) [m]."""
 
     link: int
     centre: Array
@@ -57,8 +58,8 @@ class Body:
 
     Attributes:
         solids: capsules and boxes.
-        pairs: (link, link) that are tested for self collision; links joined to each other, directly or by pieces shorter
-            than the two are thick, always touch and are left out.
+        pairs: (link, link) that are tested for self collision; links joined to each other, directly or by
+            pieces shorter than the two are thick, always touch and are left out.
         clearance: distance [m] below which things count as touching.
     """
 
@@ -78,8 +79,9 @@ def body_of(arm: Arm, options: Mapping[str, Any]) -> Body:
 
     Args:
         arm: the nominal geometry; millimetres of error make no difference here.
-        options: the config's `body` block: `base_radius_m`, `wrist_radius_m` (None: from the reach), `pedestal_m` (a column
-            of that length below the base), `bracket_radius_m`, `sensor_size_m` (3,), `clearance_m`.
+        options: the config's `body` block: `base_radius_m`, `wrist_radius_m` (None: from the reach),
+            `pedestal_m` (a column of that length below the base), `bracket_radius_m`, `sensor_size_m` (3,),
+            `clearance_m`.
     """
     thick = options["base_radius_m"] or THICK_BASE * reach(arm)
     thin = options["wrist_radius_m"] or THICK_WRIST * reach(arm)
@@ -88,7 +90,7 @@ def body_of(arm: Arm, options: Mapping[str, Any]) -> Body:
     between = np.zeros(arm.n + 2)  # length of the skeleton on the base and on each link
 
     def add(link: int, points: list[Array], radius: float) -> None:
-        for start, end in zip(points, points[1:], strict=False):
+        for start, end in pairwise(points):
             capsule = Capsule(link, start, end, radius)
             between[link + 1] += capsule.length
             if capsule.length > NEGLIGIBLE:

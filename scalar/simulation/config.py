@@ -1,6 +1,7 @@
 """The config of a scene: read, checked against its schema, completed with the schema's defaults.
 
-The schema is the one place where keys, units and defaults stand. A key that it does not know is refused by name.
+The schema is the one place where keys, units and defaults stand. A key that it does not know is refused by
+name.
 """
 
 import copy
@@ -43,7 +44,8 @@ def complete_config(config: Any, *, base_dir: Path | None = None, file: str = "c
     """Return a copy of a config with all defaults filled in and `robot` as a mapping.
 
     Args:
-        config: as read from YAML. base_dir: where a relative path of a robot file starts; None: the working directory.
+        config: as read from YAML. base_dir: where a relative path of a robot file starts; None: the working
+            directory.
         file: name of the config in messages.
 
     Raises:
@@ -63,7 +65,7 @@ def complete_config(config: Any, *, base_dir: Path | None = None, file: str = "c
 
 
 def parameter_names(n: int) -> list[str]:
-    """Return the names of all parameters of an arm of n joints and its sensor, in the order in which errors are drawn."""
+    """Return the names of all parameters of n joints and a sensor, in the order in which errors are drawn."""
     return [f"{name}_{i + 1}" for name in ROBOT_PARAMETERS for i in range(n)] + list(SENSOR_PARAMETERS)
 
 
@@ -89,14 +91,19 @@ def _contradictions(config: dict[str, Any]) -> list[tuple[str, str]]:
     near, far = config["sensor"]["range_m"]
     if not near < far:
         found.append(("sensor.range_m", f"[{near}, {far}]: the near limit comes first and is the smaller"))
-    if config["sensor"]["selection"] == "random" and config["sensor"]["rays"] < config["sensor"]["points_per_scan"]:
+    if (
+        config["sensor"]["selection"] == "random"
+        and config["sensor"]["rays"] < config["sensor"]["points_per_scan"]
+    ):
         found.append(("sensor.rays", "fewer than points_per_scan; choose among at least as many rays"))
     for k, joint in enumerate(config["robot"]["joints"]):
         low, high = joint.get("limits", (-1, 1))
         if not low < high:
             found.append((f"robot.joints[{k}].limits", "the lower limit comes first and is the smaller"))
     if "true_robot_errors" in config and "initial_model" in config:
-        found.append(("initial_model", "stands beside true_robot_errors; perturb the arm or the model, not both"))
+        found.append(
+            ("initial_model", "stands beside true_robot_errors; perturb the arm or the model, not both")
+        )
     known = parameter_names(len(config["robot"]["joints"]))
     for block in ("true_robot_errors", "initial_model"):
         for name in config.get(block, {}).get("exact", ()):
@@ -115,7 +122,9 @@ def _check(config: Any, schema: dict[str, Any], file: str) -> None:
     validator = jsonschema.Draft202012Validator(schema)
     faults = [
         fault
-        for error in sorted(validator.iter_errors(config), key=lambda e: [str(key) for key in e.absolute_path])
+        for error in sorted(
+            validator.iter_errors(config), key=lambda e: [str(key) for key in e.absolute_path]
+        )
         for fault in _faults(error, file)
     ]
     faults += [Fault(file, "is not a finite number", column=place) for place in _not_finite(config, ())]

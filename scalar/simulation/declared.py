@@ -1,6 +1,7 @@
-"""What the dataset declares before anything is calibrated: a nominal arm and rough planes, both wrong on purpose.
+"""What the dataset declares before calibration: a nominal arm and rough planes, both wrong on purpose.
 
-Errors are drawn for every parameter and then struck out where a parameter is to be exact, so that the others keep theirs.
+Errors are drawn for every parameter and then struck out where a parameter is to be exact, so that the others
+keep theirs.
 """
 
 from collections.abc import Mapping
@@ -17,7 +18,7 @@ SIGNS = (-1.0, 1.0)
 
 
 def draw_errors(block: Mapping[str, Any], n: int, rng: np.random.Generator) -> dict[str, Array]:
-    """Return Gaussian errors for `Arm.shifted`: (n,) of a, d [m], alpha, theta, beta [rad], t (3,) [m], r (3,) [rad].
+    """Return Gaussian errors for `Arm.shifted`: a, d [m], alpha, theta, beta [rad] (n,); t, r (3,) [m, rad].
 
     Args:
         block: `length_std_m`, `angle_std_deg`, `beta_std_deg`, `sensor` and `exact` of the config.
@@ -37,9 +38,10 @@ def draw_errors(block: Mapping[str, Any], n: int, rng: np.random.Generator) -> d
 def guess_plane(plate: Plate, block: Mapping[str, float], rng: np.random.Generator) -> dict[str, Any]:
     """Return the dataset's rough guess of a plane: `{name, normal, distance}`.
 
-    The normal is tilted by `tilt_deg` in a drawn direction and by Gaussian angles about two axes; the distance (of the base's
-    origin, n . p) is off by `offset_m` with a drawn sign and by a Gaussian error. Tilt and offset are applied to n and d as they
-    stand, so a tilt swings the plane about its point next to the origin.
+    The normal is tilted by `tilt_deg` in a drawn direction and by Gaussian angles about two axes; the
+    distance (of the base's origin, n . p) is off by `offset_m` with a drawn sign and by a Gaussian error.
+    Tilt and offset are applied to n and d as they stand, so a tilt swings the plane about its point next to
+    the origin.
     """
     direction = rng.uniform(0.0, 2.0 * np.pi)
     sign = rng.choice(SIGNS)

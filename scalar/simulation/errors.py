@@ -1,4 +1,4 @@
-"""The error of the simulator's own: the config is well formed, and the cell it describes cannot be simulated."""
+"""The simulator's own error: the config is well formed, and the cell it describes cannot be simulated."""
 
 from scalar.errors import ScalarError
 

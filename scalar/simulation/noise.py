@@ -1,7 +1,7 @@
 """What measuring adds to the truth: errors on the range, on each scan, on the joints, and rounding.
 
-Each is declared in the config and off by default. Underlying draws are standard normal and scaled afterwards, so that scenes
-of one seed differ in the size of their noise and not in its pattern.
+Each is declared in the config and off by default. Underlying draws are standard normal and scaled afterwards,
+so that scenes of one seed differ in the size of their noise and not in its pattern.
 """
 
 from collections.abc import Mapping
@@ -44,10 +44,12 @@ def noisy_points(
 ) -> Array:
     """Return the measured points (x, z), (N, M, 2) [m].
 
-    Along the ray: range + e, then rounded. Along z (a triangulating profiler): z + e, then rounded, with x kept.
+    Along the ray: range + e, then rounded. Along z (a triangulating profiler): z + e, then rounded, with x
+    kept.
 
     Args:
-        ranges: (N, M) [m] true, along the rays. angles: (N, M) [rad]. draws: (N, M) and bias_draws: (N,) standard normal.
+        ranges: (N, M) [m] true, along the rays. angles: (N, M) [rad]. draws: (N, M) and bias_draws: (N,)
+            standard normal.
         error_axis: "ray" or "z".
     """
     error = noise.range_std * draws + noise.scan_bias_std * bias_draws[:, None]

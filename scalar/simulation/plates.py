@@ -1,7 +1,7 @@
 """A flat plate: where its face lies, how large it is, and as what pybullet is to hold it.
 
-The face is the plane n . p = d. The plate lies behind it, seen from the arm's shoulder, so that the arm faces it whichever
-way the normal was written.
+The face is the plane n . p = d. The plate lies behind it, seen from the arm's shoulder, so that the arm faces
+it whichever way the normal was written.
 """
 
 from collections.abc import Mapping
@@ -22,9 +22,11 @@ class Plate:
     Attributes:
         name: of the plane, as in the dataset.
         normal: (3,) unit, base frame, as the user wrote it. distance: n . p on the face [m].
-        centre: (3,) [m] middle of the face. axes: (3, 3), columns u, v in the face and w out of it, towards the arm.
+        centre: (3,) [m] middle of the face. axes: (3, 3), columns u, v in the face and w out of it, towards
+            the arm.
         size: (2,) [m] along u and v. thickness: [m], behind the face.
-        mesh: None for a box; else vertices (V, 3) [m] in the base frame and triangles (F, 3), a face that is not flat.
+        mesh: None for a box; else vertices (V, 3) [m] in the base frame and triangles (F, 3), a face that is
+            not flat.
     """
 
     name: str
@@ -44,8 +46,9 @@ class Plate:
 def plate_from_mapping(plane: Mapping[str, Any], shoulder: Array) -> Plate:
     """Return the plate of an entry of the config's `planes`.
 
-    u is level where it can be: for an upright wall v points up; for a floor u is the base frame's x. The given
-    centre is moved onto the plane along its normal; without one, the point of the plane next to the base is taken.
+    u is level where it can be: for an upright wall v points up; for a floor u is the base frame's x. The
+    given centre is moved onto the plane along its normal; without one, the point of the plane next to the
+    base is taken.
 
     Args:
         plane: name, normal (3,), distance_m, centre_m (3,) or None, size_m (2,), thickness_m.

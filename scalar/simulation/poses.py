@@ -1,16 +1,18 @@
 """Postures from which the scanner sees one plate well, found by drawing at random.
 
-q is uniform within the joint limits. A posture is kept if its whole fan falls on the intended plate, within the range and incidence
-limits, if nothing stands in the beam, and if arm and sensor touch neither plates nor themselves. Plane geometry
-in NumPy throws out most candidates, thousands at a time; every posture that is kept has been passed by pybullet, on the true arm.
+q is uniform within the joint limits. A posture is kept if its whole fan falls on the intended plate, within
+the range and incidence limits, if nothing stands in the beam, and if arm and sensor touch neither plates nor
+themselves. Plane geometry in NumPy throws out most candidates, thousands at a time; every posture that is
+kept has been passed by pybullet, on the true arm.
 
-The draws of a plane come from its own generator, one after the other, so the first k postures are the same however many
-are asked for.
+The draws of a plane come from its own generator, one after the other, so the first k postures are the same
+however many are asked for.
 """
 
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +24,7 @@ from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
 BATCH = 8192
-PROBES = 41  # rays across the fan that pybullet casts to pass a posture: 6 mm apart at 0.45 m in a fan of +-15 degrees
+PROBES = 41  # rays across the fan that pass a posture: 6 mm apart at 0.45 m in a fan of +-15 degrees
 SLACK = 1e-9  # m and rad; the prefilter is wrong by less, so pybullet alone decides at the border
 
 REMEDIES = {
@@ -58,11 +60,13 @@ class Search:
 def looks_well(arm: Arm, scanner: Scanner, plate: Plate, q: Array, edge: float) -> tuple[Array, Counter[str]]:
     """Return the indices of candidates whose fan falls well on the plate's plane, and counts of the refused.
 
-    Range h / cos(phi - phi_0) and incidence are largest at an end of the fan; the range is smallest there too, or at phi_0
-    where the fan holds it. A plate is convex, so two ends on it put the line between them on it.
+    Range h / cos(phi - phi_0) and incidence are largest at an end of the fan; the range is smallest there
+    too, or at phi_0 where the fan holds it. A plate is convex, so two ends on it put the line between them on
+    it.
 
     Args:
-        arm, scanner, plate: as they are in truth. q: (N, n) [rad]. edge: distance [m] to keep from the plate's edge.
+        arm, scanner, plate: as they are in truth. q: (N, n) [rad]. edge: distance [m] to keep from the
+            plate's edge.
     """
     R, origin = arm.sensor_frames(q)
     w = plate.axes[:, 2]
@@ -71,7 +75,7 @@ def looks_well(arm: Arm, scanner: Scanner, plate: Plate, q: Array, edge: float) 
     refused: Counter[str] = Counter()
     alive = np.arange(len(q))
 
-    def keep(good: Array, reason: str) -> None:
+    def keep(good: Any, reason: str) -> None:
         nonlocal alive
         refused[reason] += int(len(good) - good.sum())
         alive = alive[good]

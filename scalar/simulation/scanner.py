@@ -1,7 +1,7 @@
 """A line laser as rays: where its points lie, told by pybullet.
 
-The rays leave the sensor's origin in its XZ plane, u(phi) = (sin phi, 0, cos phi), phi from -half to +half of the
-fan. Range is counted along the ray. A measured point is (x, z) = range * (sin phi, cos phi).
+The rays leave the sensor's origin in its XZ plane, u(phi) = (sin phi, 0, cos phi), phi from -half to +half of
+the fan. Range is counted along the ray. A measured point is (x, z) = range * (sin phi, cos phi).
 """
 
 from collections.abc import Mapping
@@ -23,7 +23,8 @@ class Scanner:
     Attributes:
         fan: half of the fan's opening angle [rad]. range_near, range_far: limits of the range [m].
         incidence: largest angle [rad] between ray and surface normal. points: delivered a scan.
-        rays: measured a scan; with `selection` "random" the points are chosen among them, with "even" rays = points.
+        rays: measured a scan; with `selection` "random" the points are chosen among them, with "even" rays =
+            points.
         error_axis: "ray" or "z", the direction in which range errors act.
     """
 
@@ -73,4 +74,3 @@ def cast_fan(world: World, T_base_sensor: Array, angles: Array, length: float) -
     hit, fraction = world.cast(starts.reshape(-1, 3), (starts + rays).reshape(-1, 3))
     distance = np.where(hit >= 0, fraction * length, np.inf)
     return hit.reshape(rays.shape[:2]), distance.reshape(rays.shape[:2])
-

@@ -1,8 +1,8 @@
 """A config becomes a dataset and its truth.
 
-Two stages. `plan_poses` finds postures from which each plate is seen well: most of the work, and independent of noise, points a scan
-and the model declared. `simulate` lets the arm stand there, casts the laser's rays, adds noise, and writes down what a
-user would have. In a sweep, plan once and simulate often.
+Two stages. `plan_poses` finds postures from which each plate is seen well: most of the work, and independent
+of noise, points a scan and the model declared. `simulate` lets the arm stand there, casts the laser's rays,
+adds noise, and writes down what a user would have. In a sweep, plan once and simulate often.
 """
 
 import json
@@ -67,7 +67,8 @@ class PosePlan:
 
     Attributes:
         q: for each plane (k, n) [rad], in the order in which they were found.
-        searches: how each search went. cell: what the plan depends on, as text; a plan serves configs that agree in it.
+        searches: how each search went. cell: what the plan depends on, as text; a plan serves configs that
+            agree in it.
     """
 
     q: tuple[Array, ...]
@@ -80,11 +81,13 @@ class SimulatedScene:
     """A dataset and its truth, in memory.
 
     Attributes:
-        config: complete. dataset: the mapping for dataset.yaml. poses, scans: the tables poses.csv and scans.csv.
+        config: complete. dataset: the mapping for dataset.yaml. poses, scans: the tables poses.csv and
+            scans.csv.
         truth: the mapping for truth.json.
         cell: the true arm, plates and scanner. effects: what was planted.
         q: (N, n) [rad] as the encoders read, in acquisition order. plane_index: (N,) into the planes.
-        T_base_sensor: (N, 4, 4), where the sensor truly was. ranges: (N, M) [m], true. angles: (N, M) [rad] of the rays.
+        T_base_sensor: (N, 4, 4), where the sensor truly was. ranges: (N, M) [m], true. angles: (N, M) [rad]
+            of the rays.
         points: (N, M, 2) [m], measured.
     """
 
@@ -104,7 +107,7 @@ class SimulatedScene:
 
     @cached_property
     def truth_poses(self) -> pd.DataFrame:
-        """Return the table truth_poses.csv; computed when first asked for, since a sweep may need it once only."""
+        """Return the table truth_poses.csv, computed when first asked for: a sweep may need it once only."""
         return evaluation_poses(self.cell.arm, self.effects, self.config["truth_poses"])
 
 
@@ -183,9 +186,13 @@ def simulate(
     wanted = poses_wanted(config)
     plan = plan or plan_poses(config, progress=progress)
     if plan.cell != _cell_text(config):
-        raise SimulationError("the plan of poses belongs to another cell; plan again, or simulate its own config")
+        raise SimulationError(
+            "the plan of poses belongs to another cell; plan again, or simulate its own config"
+        )
     if any(len(q) < k for q, k in zip(plan.q, wanted, strict=True)):
-        raise SimulationError("the plan holds fewer poses than poses_per_plane asks for; plan again with more")
+        raise SimulationError(
+            "the plan holds fewer poses than poses_per_plane asks for; plan again with more"
+        )
 
     seed, n, scanner, noise = config["seed"], cell.arm.n, cell.scanner, noise_from_mapping(config["noise"])
     order = _acquisition_order(config, wanted)
@@ -193,7 +200,7 @@ def simulate(
     q = np.concatenate([found[:k] for found, k in zip(plan.q, wanted, strict=True)])[order]
 
     def draws(use: int, *shape: int, uniform: bool = False) -> Array:
-        """Return draws (N, *shape) in acquisition order; the first of a plane stay when more are asked for."""
+        """Return draws (N, *shape) in acquisition order; a plane's first stay when more are asked for."""
         parts = []
         for k, count in enumerate(wanted):
             rng = stream(seed, use, k)
@@ -252,7 +259,8 @@ def simulate(
 def _acquisition_order(config: Mapping[str, Any], wanted: list[int]) -> Array:
     """Return the order in which poses, listed plane by plane, are measured.
 
-    Shuffling sorts by a number drawn for each pose, so poses keep their relative order when more are asked for.
+    Shuffling sorts by a number drawn for each pose, so poses keep their relative order when more are asked
+    for.
     """
     if config["order"] == "by_plane":
         return np.arange(sum(wanted))
@@ -276,10 +284,10 @@ def _measure(
             wrong = (hit != np.array(world.plate_ids)[plane_index[rows], None]).sum(1)
             if wrong.any():
                 worst = int(np.argmax(wrong))
-                row = poses.loc[rows].iloc[worst]
+                row = poses.iloc[rows].iloc[worst]
                 raise SimulationError(
-                    f"pose {row['pose']} on plane {row['plane']}: {wrong[worst]} of {angles.shape[1]} rays left "
-                    "the plate, moved by noise or effects; raise edge_margin_m"
+                    f"pose {row['pose']} on plane {row['plane']}: {wrong[worst]} of {angles.shape[1]} rays "
+                    "left the plate, moved by noise or effects; raise edge_margin_m"
                 )
     return ranges
 

@@ -6,11 +6,22 @@ sweep compares like with like. Planes have generators of their own, by their pla
 
 import numpy as np
 
-POSES, INITIAL_MODEL, TRUE_ARM, PLANE_GUESS, RANGE_NOISE, SCAN_BIAS, JOINT_NOISE, SELECTION, ORDER, EFFECTS = range(10)
+(
+    POSES,
+    INITIAL_MODEL,
+    TRUE_ARM,
+    PLANE_GUESS,
+    RANGE_NOISE,
+    SCAN_BIAS,
+    JOINT_NOISE,
+    SELECTION,
+    ORDER,
+    EFFECTS,
+) = range(10)
 """The uses of chance. Numbers are part of what a seed means: append, never reorder."""
 
 TRUTH_POSES_SEED = 20180710
-"""The one seed of the evaluation poses, whatever the scene's seed: every calibration is judged on the same."""
+"""The one seed of the evaluation poses, whatever the scene's seed: all calibrations are judged alike."""
 
 
 def stream(seed: int, use: int, plane: int = 0) -> np.random.Generator:

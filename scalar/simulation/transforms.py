@@ -1,13 +1,12 @@
 """Return rotations and rigid transforms as matrices, for the simulator alone.
 
-The estimator has its own (`scalar.se3`). Sharing them would let one mistake hide in both the data and the model
-that is fitted to it, so nothing here is imported from there, nor the other way about.
+The estimator has its own (`scalar.se3`). Sharing them would let one mistake hide in both the data and the
+model that is fitted to it, so nothing here is imported from there, nor the other way about.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+Array = np.ndarray
 
 
 def rotation_x(angle: float) -> Array:
@@ -39,8 +38,8 @@ def transform(rotation: Array, translation: Array) -> Array:
 def rotation_from_vector(vector: Array) -> Array:
     """Return the rotation (3, 3) by |vector| [rad] about vector, by Rodrigues' formula in half angles.
 
-    R = I + 2 s c K + 2 s^2 K^2 with K the cross-product matrix of the unit axis, s and c of half the angle: exact
-    to rounding for every angle, zero and pi included.
+    R = I + 2 s c K + 2 s^2 K^2 with K the cross-product matrix of the unit axis, s and c of half the angle:
+    exact to rounding for every angle, zero and pi included.
     """
     angle = float(np.linalg.norm(vector))
     if angle == 0.0:
@@ -102,8 +101,9 @@ def vector_from_rotation(R: Array) -> Array:
 def rpy_from_rotation(R: Array) -> tuple[float, float, float]:
     """Return roll, pitch, yaw [rad] with R = Rz(yaw) Ry(pitch) Rx(roll), as URDF counts them.
 
-    Near a pitch of +-90 degrees (the VS060's second joint stands exactly there) roll and yaw are not determined
-    one by one. Yaw is taken first, and roll from what is left after undoing it, so that their errors cancel.
+    Near a pitch of +-90 degrees (the VS060's second joint stands exactly there) roll and yaw are not
+    determined one by one. Yaw is taken first, and roll from what is left after undoing it, so that their
+    errors cancel.
     """
     yaw = float(np.arctan2(R[1, 0], R[0, 0]))
     c, s = np.cos(yaw), np.sin(yaw)

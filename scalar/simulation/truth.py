@@ -20,7 +20,7 @@ NOTE = "arrays by joint; beta is the angle about y; t and r: sensor on the flang
 def truth_mapping(
     arm: Arm, plates: Sequence[Plate], noise: Noise, effects: Effects, seed: int
 ) -> dict[str, Any]:
-    """Return the content of truth.json: SI units, arrays by joint; t [m] and r [rad]: the sensor's pose on the flange."""
+    """Return truth.json: SI units, arrays by joint; t [m] and r [rad]: the sensor's pose on the flange."""
     sensor = pose_mapping(arm.T_flange_sensor)
     return {
         "robot": arm.name,
@@ -50,14 +50,15 @@ def arm_frames(arm: Arm, effects: Effects, q: Array, poses: pd.DataFrame, evalua
     """Return where the sensor truly is, T_base_sensor (N, 4, 4), by pybullet.
 
     Args:
-        arm: plain. effects: that act on it. q: (N, n) [rad], encoders plus noise of the joints. poses: the table of these poses.
+        arm: plain. effects: that act on it. q: (N, n) [rad], encoders plus noise of the joints. poses: the
+            table of these poses.
         evaluating: whether these are evaluation poses.
     """
     T = np.empty((len(q), 4, 4))
     with World() as world:
         for rows, arm_then in effects.arms(arm, poses, evaluating):
             world.place_arm(arm_then)
-            dq = effects.joint_errors(world, q[rows], poses.loc[rows])
+            dq = effects.joint_errors(world, q[rows], poses.iloc[rows])
             T[rows] = world.sensor_frames(q[rows] + dq)
     return effects.move_frames(T, q, poses)
 
@@ -65,9 +66,10 @@ def arm_frames(arm: Arm, effects: Effects, q: Array, poses: pd.DataFrame, evalua
 def evaluation_poses(
     arm: Arm, effects: Effects, count: int, progress: Callable[[str, int, int], None] | None = None
 ) -> pd.DataFrame:
-    """Return truth_poses.csv: pose, q1..qn [rad], x, y, z [m], rx, ry, rz (rotation vector [rad]) of the sensor.
+    """Return truth_poses.csv: pose, q1..qn [rad]; x, y, z [m] and rx, ry, rz [rad] of the sensor.
 
-    q is uniform within the joint limits, without a collision filter, from one seed for all scenes; no noise acts.
+    q is uniform within the joint limits, without a collision filter, from one seed for all scenes; no noise
+    acts.
     """
     rng = np.random.default_rng(TRUTH_POSES_SEED)
     q = rng.uniform(arm.limits[:, 0], arm.limits[:, 1], (count, arm.n))
@@ -79,5 +81,3 @@ def evaluation_poses(
     if progress is not None:
         progress("evaluation poses", count, count)
     return table
-
-

@@ -1,8 +1,9 @@
 """The arm as a URDF, which pybullet reads: from then on pybullet's own kinematics is the truth.
 
-Each joint has one fixed origin, T_{i-1,i} at q = 0 with Tz(d) in it, and turns about its own z. Numbers are printed with 17 digits,
-so the arm in the engine is the arm that was asked for. The frames of flange and sensor are links of their own with their
-centre of mass at the origin, since the centre of mass is what pybullet reports in double precision.
+Each joint has one fixed origin, T_{i-1,i} at q = 0 with Tz(d) in it, and turns about its own z. Numbers are
+printed with 17 digits, so the arm in the engine is the arm that was asked for. The frames of flange and
+sensor are links of their own with their centre of mass at the origin, since the centre of mass is what
+pybullet reports in double precision.
 
 Masses are placeholders: nothing here depends on them. Effects that do will state theirs.
 """
@@ -70,14 +71,14 @@ def urdf_of(arm: Arm, body: Body | None = None) -> str:
             T = arm.T_base_0 @ T
         lower, upper = arm.limits[i]
         lines.append(
-            f'<joint name="joint{i + 1}" type="revolute"><parent link="{names[i]}"/><child link="{names[i + 1]}"/>'
-            f'{_origin(T)}<axis xyz="0 0 1"/>'
-            f'<limit lower="{lower:.17g}" upper="{upper:.17g}" effort="{UNLIMITED:g}" velocity="{UNLIMITED:g}"/>'
-            "</joint>"
+            f'<joint name="joint{i + 1}" type="revolute">'
+            f'<parent link="{names[i]}"/><child link="{names[i + 1]}"/>'
+            f'{_origin(T)}<axis xyz="0 0 1"/><limit lower="{lower:.17g}" upper="{upper:.17g}" '
+            f'effort="{UNLIMITED:g}" velocity="{UNLIMITED:g}"/></joint>'
         )
     for k, T in ((n, arm.T_n_flange), (n + 1, arm.T_flange_sensor)):
         lines.append(
-            f'<joint name="{names[k + 1]}_fixed" type="fixed"><parent link="{names[k]}"/><child link="{names[k + 1]}"/>'
-            f"{_origin(T)}</joint>"
+            f'<joint name="{names[k + 1]}_fixed" type="fixed">'
+            f'<parent link="{names[k]}"/><child link="{names[k + 1]}"/>{_origin(T)}</joint>'
         )
     return "\n".join([*lines, "</robot>", ""])

@@ -1,7 +1,8 @@
-"""The cell in pybullet: an arm, its plates, and what one can ask of them. The only file that imports pybullet.
+"""The cell in pybullet: an arm, its plates, and what one can ask of them.
 
-Everything runs in a DIRECT client of its own, with no window, no stepping of time and no shared state; leaving
-the `with` block always disconnects it. Of the engine we use three things: forward kinematics, rays, distances.
+Everything runs in a DIRECT client of its own, with no window, no stepping of time and no shared state;
+leaving the `with` block always disconnects it. Of the engine we use three things: forward kinematics, rays,
+distances.
 """
 
 import os
@@ -119,7 +120,9 @@ class World:
             return pybullet.createMultiBody(0, shape, physicsClientId=self._client)
         half = [*(plate.size / 2), plate.thickness / 2]
         middle = plate.centre - plate.axes[:, 2] * plate.thickness / 2
-        shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=self._client)
+        shape = pybullet.createCollisionShape(
+            pybullet.GEOM_BOX, halfExtents=half, physicsClientId=self._client
+        )
         return pybullet.createMultiBody(
             0,
             shape,
@@ -141,8 +144,10 @@ class World:
 
     def move(self, q: Sequence[float]) -> None:
         """Set the arm's joints to q (n,) [rad], at once and exactly."""
-        for i, value in enumerate(q):
-            pybullet.resetJointState(self._arm_id, i, value, physicsClientId=self._client)
+        # One call for all joints: one at a time, pybullet would redo the kinematics at every joint.
+        pybullet.resetJointStatesMultiDof(
+            self._arm_id, range(len(q)), [[value] for value in q], physicsClientId=self._client
+        )
 
     def sensor_frames(self, q: Array) -> Array:
         """Return T_base_sensor (N, 4, 4) for q (N, n) [rad], by pybullet's forward kinematics."""
@@ -164,7 +169,7 @@ class World:
         return T
 
     def cast(self, starts: Array, ends: Array) -> tuple[Array, Array]:
-        """Return for each ray the body it meets first (R,) int, -1 for none, and the fraction of its length (R,).
+        """Return the body each ray meets first (R,) int, -1 for none, and the fraction of its length (R,).
 
         Args:
             starts, ends: (R, 3) [m] in the base frame.
