@@ -1,11 +1,10 @@
 """The one reader, writer and checker of measured data: a folder of the format ``scalar-dataset/1``.
 
-A dataset is what calibration and diagnosis see, and all they see. Poses stand in acquisition order; the laser points
-of one pose stand together, in the order of the file. The reader raises every fault that it finds, at once.
+A dataset is what calibration and diagnosis see, and all they see. Poses stand in acquisition order; the laser
+points of one pose stand together, in the order of the file. The reader raises every fault it finds.
 """
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -17,27 +16,15 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from scalar.atomic import atomic_directory
-from scalar.dataset_checks import (
-    DESCRIPTION,
-    Description,
-    check_description,
-    check_points,
-    check_poses,
-    poses_layout,
-    unknown_data_files,
-)
+from scalar.dataset_folder import FILES, POINT_COLUMNS, POSES, Content, examine_folder
+from scalar.description import DESCRIPTION
 from scalar.errors import Fault, InvalidInput
 from scalar.robot import Robot
 from scalar.se3 import transform_from_rotation_vector
-from scalar.suspicions import suspect_description, suspect_joint_angles, suspect_points
-from scalar.tables import Layout, Table, did_you_mean, read_csv, read_parquet
-from scalar.yaml_io import dump_yaml, load_yaml, load_yaml_lines
+from scalar.tables import Table
+from scalar.yaml_io import dump_yaml, load_yaml
 
 FORMAT = "scalar-dataset/1"
-POSES = "poses.csv"
-POINT_COLUMNS = {"line-laser": ("pose", "x", "z"), "tracker": ("pose", "x", "y", "z")}
-POINT_FILES = {"line-laser": ("scans.csv", "scans.parquet"), "tracker": ("points.csv", "points.parquet")}
-FILES = (DESCRIPTION, POSES, *POINT_FILES["line-laser"], *POINT_FILES["tracker"])
 KNOWN_POSE_COLUMNS = ("pose", "plane", "order", "time", "temperature", "session")
 
 
@@ -87,10 +74,10 @@ class Dataset:
         robot: the nominal robot.
         sensor: the nominal sensor.
         planes: the rough planes; empty for a tracker.
-        poses: one row a pose in acquisition order (by `order` where that column is there, else as in the file);
-            columns as in poses.csv: `pose` int64, `plane` and `session` text, all others float64.
-        points: line-laser ``(P, 2)`` [m], x and z in the sensor frame; tracker ``(N, 3)`` [m], in the tracker's
-            frame; probe ``(0, 2)``.
+        poses: one row a pose in acquisition order (by `order` where that column is there, else as in the
+            file); columns as in poses.csv: `pose` int64, `plane` and `session` text, all others float64.
+        points: line-laser ``(P, 2)`` [m], x and z in the sensor frame; tracker ``(N, 3)`` [m], in the
+            tracker's frame; probe ``(0, 2)``.
         starts: ``(N + 1,)`` int64; pose row i owns ``points[starts[i]:starts[i + 1]]``.
     """
 
@@ -139,7 +126,7 @@ class Dataset:
 
     @property
     def covariates(self) -> tuple[str, ...]:
-        """Return the names of the numeric columns that the format does not define, in the order of the file."""
+        """Return the names of the numeric columns that the format does not define, as in the file."""
         n = self.robot.n_joints
         known = {*KNOWN_POSE_COLUMNS, *(f"{stem}{i + 1}" for stem in ("q", "approach") for i in range(n))}
         return tuple(str(name) for name in self.poses.columns if name not in known)
@@ -170,105 +157,23 @@ def read_dataset(path: str | os.PathLike[str]) -> Dataset:
         InvalidInput: with all the faults found, each with its file, row and column.
     """
     faults: list[Fault] = []
-    build = _examine(Path(path), faults)
-    if faults or build is None:
+    content = examine_folder(Path(path), faults)
+    if content is None:
         raise InvalidInput(faults)
-    return build()
+    return _build(content)
 
 
 def validate_dataset(path: str | os.PathLike[str]) -> list[Fault]:
     """Return every fault of the dataset in the folder `path`; none if it can be read."""
     faults: list[Fault] = []
-    _examine(Path(path), faults)
+    examine_folder(Path(path), faults)
     return faults
 
 
-def _examine(path: Path, faults: list[Fault]) -> Callable[[], Dataset] | None:
-    """Add every fault of a folder; return what makes the dataset of it, to be called if there are none."""
-    names = _list_folder(path, faults)
-    if names is None:
-        return None
-    description = Description(None, {})
-    if DESCRIPTION in names:
-        try:
-            description = Description(*load_yaml_lines(path / DESCRIPTION))
-            check_description(description)
-            suspect_description(description)
-        except InvalidInput as error:
-            description.faults += error.faults
-        faults += description.faults
-    else:
-        faults.append(_missing(DESCRIPTION, names))
-    poses = points = None
-    if POSES in names:
-        poses = read_csv(path / POSES, poses_layout(description), faults)
-    else:
-        faults.append(_missing(POSES, names))
-    if poses is not None:
-        check_poses(poses, description, faults)
-        suspect_joint_angles(poses, description, faults)
-    kind = description.kind
-    if kind is not None:
-        faults += unknown_data_files(kind, names)
-    if kind in POINT_FILES:
-        points = _read_points(path, kind, names, faults)
-        if points is not None:
-            check_points(points, poses, kind, faults)
-            suspect_points(points, kind, faults)
-    if faults or poses is None:
-        return None
-    return lambda: _build(description.mapping, poses, points)
-
-
-def _list_folder(path: Path, faults: list[Fault]) -> list[str] | None:
-    """Return the names of the files in a folder, None if there is none to look at."""
-    example = f"give the folder that holds {DESCRIPTION} and {POSES}"
-    try:
-        if path.is_file():
-            folder = f" ({str(path.parent)!r}?)" if path.name in FILES else ""
-            faults.append(Fault(str(path), f"a file, not a folder; {example}{folder}"))
-            return None
-        names = sorted(item.name for item in path.iterdir())
-    except FileNotFoundError:
-        faults.append(Fault(str(path), f"no such folder; {example}"))
-        return None
-    except OSError as error:
-        faults.append(Fault(str(path), f"cannot be read ({error.strerror or error}); {example}"))
-        return None
-    except ValueError as error:  # a null byte in the path
-        faults.append(Fault(str(path), f"not a path ({error}); {example}"))
-        return None
-    if not names:
-        faults.append(Fault(str(path), f"the folder is empty; {example}"))
-        return None
-    return names
-
-
-def _missing(file: str, names: list[str]) -> Fault:
-    others = [name for name in names if name not in FILES]
-    hint = did_you_mean(file, others).replace("did you mean", "is it").replace("? ", "? rename it; ")
-    return Fault(file, f"the file is missing; {hint}a dataset needs {DESCRIPTION} and {POSES}")
-
-
-def _read_points(path: Path, kind: str, names: list[str], faults: list[Fault]) -> Table | None:
-    """Return the table of laser or tracker points, None if there is none to use."""
-    files = [name for name in POINT_FILES[kind] if name in names]
-    if len(files) > 1:
-        faults.append(Fault(files[1], f"{files[0]} is there too, and only one can be meant; remove one of them"))
-        return None
-    columns = ",".join(POINT_COLUMNS[kind])
-    if not files:
-        wanted = " or ".join(POINT_FILES[kind])
-        message = f"the file is missing; a {kind} needs {wanted} with the columns {columns} [m]"
-        faults.append(Fault(POINT_FILES[kind][0], message))
-        return None
-    read = read_parquet if files[0].endswith(".parquet") else read_csv
-    return read(path / files[0], Layout(POINT_COLUMNS[kind]), faults)
-
-
-def _build(mapping: dict[str, Any], poses: Table, points: Table | None) -> Dataset:
-    """Return the dataset of a description and tables that have no fault."""
-    frame = pd.DataFrame(poses.columns)
+def _build(content: Content) -> Dataset:
+    """Return the dataset of a folder that has no fault."""
+    mapping = content.mapping
+    frame = pd.DataFrame(content.poses.columns)
     frame["pose"] = frame["pose"].astype(np.int64)
     if "order" in frame.columns:
         frame = frame.sort_values("order", kind="stable").reset_index(drop=True)
@@ -278,7 +183,7 @@ def _build(mapping: dict[str, Any], poses: Table, points: Table | None) -> Datas
     if pose is not None:
         T_flange_sensor = transform_from_rotation_vector(pose["translation"], pose["rotation_vector"])
     kind = sensor["kind"]
-    xyz, starts = _group_points(frame["pose"].to_numpy(), kind, points)
+    xyz, starts = _group_points(frame["pose"].to_numpy(), kind, content.points)
     return Dataset(
         name=mapping["name"],
         source=mapping.get("source") or "",

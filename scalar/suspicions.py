@@ -7,7 +7,7 @@ several times, and axes that turn without end where their limits say so.
 
 import numpy as np
 
-from scalar.dataset_checks import DESCRIPTION, Description, Path
+from scalar.description import DESCRIPTION, Description, Path
 from scalar.errors import Fault
 from scalar.tables import Table
 
@@ -80,7 +80,9 @@ def _suspect_joints(description: Description) -> None:
         if limits is not None:
             largest[i] = float(np.abs(limits).max())
     wide = {i for i, angle in largest.items() if angle > SEVERAL_TURNS}
-    if not _several(len(wide), len(joints)):  # one axis without end is real, unless it is written in whole degrees
+    if not _several(
+        len(wide), len(joints)
+    ):  # one axis without end is real, unless it is written in whole degrees
         wide = {i for i in wide if largest[i] > MANY_TURNS and largest[i] == round(largest[i])}
     for i in sorted(wide):
         message = f"suspect: limits of {largest[i]:g} rad are {largest[i] / TURN:.1f} turns; {_AS_RADIANS}"
@@ -125,9 +127,9 @@ def suspect_joint_angles(poses: Table, description: Description, faults: list[Fa
         if n_beyond:
             worst = int(np.argmax(angles))
             message = (
-                f"suspect: {poses.columns[name][worst]:g} rad is {angles[worst] / TURN:.1f} turns, and {n_beyond} of "
-                f"{poses.n_rows} angles are beyond {bound:.1f} rad; {_AS_RADIANS}, or, if the axis really turns so "
-                f"far, give its limits in {DESCRIPTION}"
+                f"suspect: {poses.columns[name][worst]:g} rad is {angles[worst] / TURN:.1f} turns, and "
+                f"{n_beyond} of {poses.n_rows} angles are beyond {bound:.1f} rad; {_AS_RADIANS}, or, if it "
+                f"really turns so far, give its limits in {DESCRIPTION}"
             )
             faults.append(Fault(poses.file, message, int(poses.line_numbers()[worst]), name))
 
@@ -143,8 +145,8 @@ def suspect_points(points: Table, kind: str, faults: list[Fault]) -> None:
         if n_beyond:
             worst = int(np.argmax(lengths))
             message = (
-                f"suspect: {points.columns[name][worst]:g} m from the sensor, and {n_beyond} of {points.n_rows} numbers "
-                f"are beyond {limit:g} m; {_AS_METRES}, or remove the points"
+                f"suspect: {points.columns[name][worst]:g} m, and {n_beyond} of {points.n_rows} numbers are "
+                f"beyond {limit:g} m; {_AS_METRES}, or remove the points"
             )
             faults.append(Fault(points.file, message, int(points.line_numbers()[worst]), name))
 

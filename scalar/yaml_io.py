@@ -179,7 +179,6 @@ class _Representer(SafeRepresenter):
         quoted = not isinstance(resolve(data), str) or not data.isprintable()
         return self.represent_scalar("tag:yaml.org,2002:str", data, style='"' if quoted else None)
 
-
     def represent_number(self, data: float) -> Any:
         """Write ``1.0e-05``, which YAML 1.1 readers take for a number too, and not ``1e-05``."""
         if not math.isfinite(data):
