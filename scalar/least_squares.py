@@ -90,7 +90,7 @@ def fit(residuals: Residuals, model: Model, free: Array, *, tolerance: float = T
     optimum = objective.at(from_lmfit(result.params))
     residual, jacobian = residuals.linearise(optimum)
     J = jacobian[:, objective.free]
-    covariance, step_in_sigmas = _covariance_and_step(J, residual)
+    covariance, step_in_sigmas = covariance_and_step(J, residual)
     return Fit(
         model=optimum,
         free=free,
@@ -102,7 +102,7 @@ def fit(residuals: Residuals, model: Model, free: Array, *, tolerance: float = T
     )
 
 
-def _covariance_and_step(J: Array, residual: Array) -> tuple[Array, float]:
+def covariance_and_step(J: Array, residual: Array) -> tuple[Array, float]:
     """Return ``(J' J)^-1`` and the length of the remaining Gauss-Newton step in standard deviations.
 
     The step's length, ``|P_J r|`` with P_J the projection on the columns, is set against the residual's own size where that is large, so

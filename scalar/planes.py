@@ -81,6 +81,20 @@ class Planes:
         """Return the same planes, their references moved to where they are."""
         return Planes.at(self.names, self.normals, self.distances)
 
+    def expressed_about(self, guess: Planes) -> Planes:
+        """Return the same planes, their normals counted from those of ``guess`` with the same names.
+
+        Raises:
+            ValueError: A normal is a right angle or more away from its guess.
+        """
+        reference = Planes.at(guess.names, guess.normals, guess.distances)
+        normals = self.normals
+        along = np.sum(normals * reference.reference_normals, axis=1)
+        if np.any(along <= 0):
+            raise ValueError("a plane's normal is a right angle or more away from its guess")
+        across = np.einsum("kx,ktx->kt", normals, reference.tangents) / along[:, None]
+        return replace(reference, tangent_coordinates=across, distances=self.distances.copy())
+
 
 def tangent_basis(normals: Array) -> Array:
     """Return two unit vectors ``(K, 2, 3)`` that span the plane across each normal ``(K, 3)``; deterministic."""

@@ -119,26 +119,18 @@ class LineLaser(Measurement):
         second = A @ moments @ np.swapaxes(A, 1, 2)
         return fit_planes(target, self.target_index, counts, first, second)
 
-    def contact(self, T_base_sensor: Array, planes: Planes) -> tuple[Array, Array, Array]:
-        """Return the contact vectors ``(N, 3)``, their wrenches ``(N, 3, 6)`` and derivatives by (u, v, d) ``(N, 3, 3)``."""
-        X, Z, o = T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2], T_base_sensor[:, :3, 3]
-        k = self.target_index
-        n = planes.normals[k]
-        carriers = np.stack([o, X, Z], axis=1)
-        c = np.einsum("nkx,nx->nk", carriers, n)
-        c[:, 0] -= planes.distances[k]
-        wrench = np.zeros((len(n), 3, 6))
-        wrench[:, :, :3] = cross(carriers, n[:, None, :])
-        wrench[:, 0, 3:] = n
-        by_target = np.zeros((len(n), 3, PARAMETERS_PER_PLANE))
-        by_target[:, :, :2] = carriers @ planes.normal_derivatives[k]
-        by_target[:, 0, 2] = -1.0
-        return c, wrench, by_target
+    def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
+        """Return the rows of two points on the line in which the scanner's plane cuts the plate: ``b . c = 0`` for both."""
+        assert isinstance(target, Planes)
+        c, wrench, by_target = contact(T_base_sensor, target, index)
+        _, _, Vt = np.linalg.svd(c[:, None, :], full_matrices=True)
+        on_line = Vt[:, 1:, :]
+        return on_line @ wrench, on_line @ by_target, np.linalg.norm(c, axis=1) > 0
 
     def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
         """Return ``R c`` and its derivatives; effects on points add their own functions of the points to c."""
         assert isinstance(target, Planes)
-        c, wrench, by_target = self.contact(T_base_sensor, target)
+        c, wrench, by_target = contact(T_base_sensor, target, self.target_index)
         full, extra = self._extended(c, T_base_sensor, target, point_effects)
         R = self.R[:, :, :3]
         residual = np.einsum("nij,nj->ni", self.R, full)
@@ -162,7 +154,7 @@ class LineLaser(Measurement):
     def reweighted(self, T_base_sensor: Array, target: Target) -> LineLaser:
         """Return the scans weighted by the incidence of the estimate; sigma is measured where it was not stated."""
         assert isinstance(target, Planes)
-        c, _, _ = self.contact(T_base_sensor, target)
+        c, _, _ = contact(T_base_sensor, target, self.target_index)
         incidence = self._incidence(c)
         basis = point_basis(self.basis_names, self.points, self.error_axis)
         sigma = self.sigma
@@ -173,6 +165,11 @@ class LineLaser(Measurement):
                 sigma = max(float(np.sqrt(_robust_variance(scatter, freedom))), 1e-12)
         R = compress(basis / (sigma * incidence)[:, None], self.starts)
         return replace(self, R=R, sigma=sigma)
+
+    def scatter(self, T_base_sensor: Array, target: Target) -> tuple[Array, Array]:
+        """Return per scan the whitened squared scatter about its own line and its degrees of freedom."""
+        assert isinstance(target, Planes)
+        return scatter_within(self.R, contact(T_base_sensor, target, self.target_index)[0], np.diff(self.starts))
 
     def _incidence(self, c: Array) -> Array:
         """Return ``|n . e_i|`` of every point ``(P,)``, e_i the direction in which the scanner errs."""
@@ -185,10 +182,26 @@ class LineLaser(Measurement):
     ) -> tuple[Array, Array]:
         """Return per pose the sum of squared distances to the plate [m^2] and the number of points."""
         assert isinstance(target, Planes)
-        c, _, _ = self.contact(T_base_sensor, target)
+        c, _, _ = contact(T_base_sensor, target, self.target_index)
         full, _ = self._extended(c, T_base_sensor, target, point_effects)
         f = np.einsum("nij,nj->ni", self.R_metric, full)
         return np.sum(f * f, axis=1), np.diff(self.starts)
+
+
+def contact(T_base_sensor: Array, planes: Planes, index: Array) -> tuple[Array, Array, Array]:
+    """Return the contact vectors ``(N, 3)``, their wrenches ``(N, 3, 6)`` and derivatives by (u, v, d) ``(N, 3, 3)``."""
+    X, Z, o = T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2], T_base_sensor[:, :3, 3]
+    n = planes.normals[index]
+    carriers = np.stack([o, X, Z], axis=1)
+    c = np.einsum("nkx,nx->nk", carriers, n)
+    c[:, 0] -= planes.distances[index]
+    wrench = np.zeros((len(n), 3, 6))
+    wrench[:, :, :3] = cross(carriers, n[:, None, :])
+    wrench[:, 0, 3:] = n
+    by_target = np.zeros((len(n), 3, PARAMETERS_PER_PLANE))
+    by_target[:, :, :2] = carriers @ planes.normal_derivatives[index]
+    by_target[:, 0, 2] = -1.0
+    return c, wrench, by_target
 
 
 def scatter_within(R: Array, c: Array, counts: Array) -> tuple[Array, Array]:

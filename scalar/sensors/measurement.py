@@ -44,6 +44,10 @@ class Target(Protocol):
         """Return the same target with its coordinates counted from where it is."""
         ...
 
+    def expressed_about(self, guess: Any) -> Any:
+        """Return the same target in the coordinates that are reported."""
+        ...
+
 
 @dataclass(frozen=True, eq=False)
 class Rows:
@@ -75,6 +79,7 @@ class Measurement(ABC):
     equations_per_pose: int  # independent constraints that a pose gives, however many points
     sees_sensor_rotation: bool
     has_metric: bool  # False where the scale of the whole cell leaves no residual
+    contact_iterations: int = 0  # how often `contact_step` is applied to bring any pose to a perfect measurement
     target_index: Array
     sigma: float
     sigma_stated: bool
@@ -105,3 +110,27 @@ class Measurement(ABC):
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
     ) -> tuple[Array, Array]:
         """Return per pose the sum of squared residuals [m^2] ``(N,)`` and their number ``(N,)``: unweighted."""
+
+    @abstractmethod
+    def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
+        """Return the derivatives of a measurement without error at any poses.
+
+        Args:
+            T_base_sensor: ``(N, 4, 4)``.
+            target: What is measured.
+            index: ``(N,)``, which item of the target each pose measures.
+
+        Returns:
+            Wrenches ``(N, m, 6)``, derivatives by the target's item ``(N, m, t)``, and which poses allow such a measurement ``(N,)`` bool.
+        """
+
+    def contact_step(self, T_base_sensor: Array, target: Target, index: Array, by_angle: Array) -> Array:
+        """Return a step of the joint angles ``(N, n)`` [rad] towards a pose that can be measured; zero where every pose can.
+
+        Args:
+            T_base_sensor: ``(N, 4, 4)``.
+            target: What is measured.
+            index: ``(N,)``, which item of the target each pose measures.
+            by_angle: ``(N, 6, n)``, the screw of every joint.
+        """
+        raise NotImplementedError

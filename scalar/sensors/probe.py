@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from scalar.dataset import Dataset
 
 _UNSTATED_SIGMA = 1e-4  # m; scales the rows where nothing is stated, and cancels in every estimate
+_IN_CONTACT = 1e-11  # m
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +35,7 @@ class Probe(Measurement):
     equations_per_pose = 1
     sees_sensor_rotation = False
     has_metric = False
+    contact_iterations = 12
 
     @classmethod
     def of(cls, dataset: Dataset, extra_basis: Sequence[str] = ()) -> Probe:
@@ -55,12 +57,7 @@ class Probe(Measurement):
         """Return ``(n . o - d) / sigma`` and its derivatives."""
         assert isinstance(target, Planes)
         k, o = self.target_index, T_base_sensor[:, :3, 3]
-        n = target.normals[k]
-        residual = np.sum(n * o, axis=1) - target.distances[k]
-        wrench = np.concatenate([cross(o, n), n], axis=1)
-        by_target = np.empty((len(o), PARAMETERS_PER_PLANE))
-        by_target[:, :2] = np.einsum("nx,nxt->nt", o, target.normal_derivatives[k])
-        by_target[:, 2] = -1.0
+        residual, wrench, by_target = contact(o, target, k)
         extra = np.zeros((len(o), 1, 0))
         if point_effects:
             columns = [effect.contact_columns(T_base_sensor, target, k, residual[:, None]) for effect in point_effects]
@@ -68,6 +65,20 @@ class Probe(Measurement):
             residual = residual + extra[:, 0] @ np.concatenate([effect.coefficients for effect in point_effects])
         scale = 1.0 / self.sigma
         return Rows(residual[:, None] * scale, wrench[:, None] * scale, by_target[:, None] * scale, extra * scale)
+
+    def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
+        """Return the rows of contacts, and which poses are in contact."""
+        assert isinstance(target, Planes)
+        residual, wrench, by_target = contact(T_base_sensor[:, :3, 3], target, index)
+        return wrench[:, None], by_target[:, None], np.abs(residual) < _IN_CONTACT
+
+    def contact_step(self, T_base_sensor: Array, target: Target, index: Array, by_angle: Array) -> Array:
+        """Return the shortest step of the joints that closes the gap to first order, at most a fifth of a radian."""
+        assert isinstance(target, Planes)
+        residual, wrench, _ = contact(T_base_sensor[:, :3, 3], target, index)
+        slope = np.einsum("ni,nij->nj", wrench, by_angle)
+        step = -residual[:, None] * slope / np.maximum(np.sum(slope**2, axis=1, keepdims=True), 1e-12)
+        return step * np.minimum(1.0, 0.2 / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-12))
 
     def reweighted(self, T_base_sensor: Array, target: Target) -> Probe:
         """Return the same contacts: a contact's error is taken along the normal."""
@@ -79,3 +90,13 @@ class Probe(Measurement):
         """Return per pose the squared distance to the plate [m^2] and one."""
         residual = self.rows(T_base_sensor, target, point_effects).residual[:, 0] * self.sigma
         return residual**2, np.ones(len(residual), dtype=int)
+
+
+def contact(o: Array, planes: Planes, index: Array) -> tuple[Array, Array, Array]:
+    """Return ``n . o - d`` ``(N,)`` [m], its wrench ``(N, 6)`` and its derivative by (u, v, d) of the plane ``(N, 3)``."""
+    n = planes.normals[index]
+    residual = np.sum(n * o, axis=1) - planes.distances[index]
+    by_target = np.empty((len(o), PARAMETERS_PER_PLANE))
+    by_target[:, :2] = np.einsum("nx,nxt->nt", o, planes.normal_derivatives[index])
+    by_target[:, 2] = -1.0
+    return residual, np.concatenate([cross(o, n), n], axis=1), by_target

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.se3 import Array, cross, exp_so3, left_jacobian_so3, transform
+from scalar.se3 import Array, cross, exp_so3, left_jacobian_so3, log_so3, transform
 from scalar.sensors.measurement import Measurement, Rows, Target
 
 if TYPE_CHECKING:
@@ -70,6 +70,11 @@ class TrackerFrames:
         coordinates[:, 3:] = 0.0
         return replace(self, reference_rotations=self.rotations, coordinates=coordinates)
 
+    def expressed_about(self, guess: TrackerFrames) -> TrackerFrames:
+        """Return the same frames with absolute rotation vectors; ``guess`` says nothing of them."""
+        coordinates = np.concatenate([self.coordinates[:, :3], log_so3(self.rotations)], axis=1)
+        return TrackerFrames(self.names, np.tile(np.eye(3), (len(self.names), 1, 1)), coordinates)
+
 
 @dataclass(frozen=True, eq=False)
 class Tracker(Measurement):
@@ -111,20 +116,18 @@ class Tracker(Measurement):
             coordinates[s] = np.r_[y.mean(0) - rotations[s] @ o.mean(0), 0.0, 0.0, 0.0]
         return TrackerFrames(target.names, rotations, coordinates)
 
+    def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
+        """Return the rows of any poses: a tracker sees them all."""
+        assert isinstance(target, TrackerFrames)
+        _, wrench, by_target = tracked(T_base_sensor[:, :3, 3], target, index)
+        return wrench, by_target, np.ones(len(wrench), dtype=bool)
+
     def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
         """Return ``(R o + t - y) / sigma`` and its derivatives."""
         assert isinstance(target, TrackerFrames)
-        s, o = self.target_index, T_base_sensor[:, :3, 3]
-        R = target.rotations[s]
-        turned = (R @ o[:, :, None])[:, :, 0]
-        residual = turned + target.coordinates[s, :3] - self.positions
-        wrench = np.concatenate([cross(np.broadcast_to(o[:, None, :], R.shape), R), R], axis=2)
-        by_target = np.zeros((len(o), 3, 6))
-        by_target[:, :, :3] = np.eye(3)
-        left = np.stack([left_jacobian_so3(r) for r in target.coordinates[:, 3:]])[s]
-        # d(exp(r) R0 o) = (J_l dr) x (R o), so a column is J_l's column crossed with the turned point.
-        by_target[:, :, 3:] = np.swapaxes(cross(np.swapaxes(left, 1, 2), np.broadcast_to(turned[:, None, :], R.shape)), 1, 2)
-        extra = np.zeros((len(o), 3, 0))
+        predicted, wrench, by_target = tracked(T_base_sensor[:, :3, 3], target, self.target_index)
+        residual = predicted - self.positions
+        extra = np.zeros((len(residual), 3, 0))
         scale = 1.0 / self.sigma
         return Rows(residual * scale, wrench * scale, by_target * scale, extra)
 
@@ -138,3 +141,17 @@ class Tracker(Measurement):
         """Return per pose the squared distance between model and tracker [m^2] and one."""
         residual = self.rows(T_base_sensor, target, point_effects).residual * self.sigma
         return np.sum(residual**2, axis=1), np.ones(len(residual), dtype=int)
+
+
+def tracked(o: Array, frames: TrackerFrames, index: Array) -> tuple[Array, Array, Array]:
+    """Return points ``o`` ``(N, 3)`` in the tracker's frame [m], their wrenches ``(N, 3, 6)`` and derivatives by the frame ``(N, 3, 6)``."""
+    R = frames.rotations[index]
+    turned = (R @ o[:, :, None])[:, :, 0]
+    wrench = np.concatenate([cross(np.broadcast_to(o[:, None, :], R.shape), R), R], axis=2)
+    by_target = np.zeros((len(o), 3, 6))
+    by_target[:, :, :3] = np.eye(3)
+    left = np.stack([left_jacobian_so3(r) for r in frames.coordinates[:, 3:]])[index]
+    # d(exp(r) R0 o) = (J_l dr) x (R o): a column is J_l's column crossed with the turned point.
+    columns = cross(np.swapaxes(left, 1, 2), np.broadcast_to(turned[:, None, :], R.shape))
+    by_target[:, :, 3:] = np.swapaxes(columns, 1, 2)
+    return turned + frames.coordinates[index, :3], wrench, by_target

@@ -1,0 +1,268 @@
+"""From a dataset to a calibration: start, decide what can be seen, fit everything at once, say how sure.
+
+The one objective is the squared whitened residual of ``scalar.residuals``; robot, sensor, target and effects are fitted together. What the
+data cannot show is held, derived for the robot and the poses at hand (``scalar.identifiability``), never listed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.stats import chi2
+
+from scalar import initial
+from scalar.calibration import Calibration, reporting, sensor_mapping
+from scalar.checks import check_data, check_geometry, check_parameters
+from scalar.effects.effect import Effect
+from scalar.errors import NotConverged, Undetermined
+from scalar.identifiability import Identifiability, analyse
+from scalar.least_squares import Fit, covariance_and_step, fit
+from scalar.model import Model
+from scalar.residuals import Residuals
+from scalar.robot import GEOMETRY
+from scalar.se3 import Array
+from scalar.sensors import measure
+from scalar.sensors.line_laser import LineLaser
+
+if TYPE_CHECKING:
+    from scalar.dataset import Dataset
+
+MAX_REWEIGHTINGS = 6
+SETTLED = 0.02  # standard deviations: reweighting that moves the optimum by less is over
+MISFIT_P_VALUE = 1e-3  # a residual less likely than this under the noise says that the model lacks something
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A dataset at its start, with what can be seen of it.
+
+    Attributes:
+        residuals: Whitened at the start.
+        start: Model, its misfit and where it comes from.
+        identifiability: What to hold, and why.
+        free: ``(P,)`` bool.
+    """
+
+    residuals: Residuals
+    start: initial.Start
+    identifiability: Identifiability
+    free: Array
+
+
+def prepare(dataset: Dataset, hold: Sequence[str] = ()) -> Prepared:
+    """Return a dataset at its start: sensor and target found with the arm nominal, and what to hold.
+
+    Args:
+        dataset: What was measured.
+        hold: Further parameters to hold at their nominal values, by name.
+
+    Raises:
+        InvalidInput: A rough plane is wrong beyond repair.
+        Undetermined: The data cannot determine the model.
+    """
+    measurement = measure(dataset)
+    guess = measurement.initial_target(dataset)
+    check_data(dataset, measurement)
+    T = dataset.sensor.T_flange_sensor
+    residuals = Residuals.of(dataset, Model.at(dataset.robot, np.eye(4) if T is None else T, guess), measurement)
+    start = initial.start(residuals, dataset.robot, guess, T)
+    check_geometry(dataset, residuals, start.model, guess)
+    residuals = residuals.reweighted(start.model)
+    candidates = candidate_mask(start.model, hold)
+    identifiability = analyse(residuals, _symmetric(start.model, T), candidates)
+    free = candidates & ~np.isin(start.model.names, identifiability.held_names)
+    check_parameters(dataset, residuals, start.model, identifiability, int(free.sum()))
+    return Prepared(residuals, start, identifiability, free)
+
+
+_ALREADY_NOMINAL = 0.02  # m: a sensor found this near its nominal place is taken to have the symmetry of the nominal one
+
+
+def _symmetric(model: Model, T_nominal: Array | None) -> Model:
+    """Return the model with the sensor at its nominal place where the start confirms it.
+
+    A tool that is drawn on the axis of the flange hides parameters that a millimetre beside it would pretend to show.
+    """
+    if T_nominal is None or np.linalg.norm(model.T_flange_sensor[:3, 3] - T_nominal[:3, 3]) > _ALREADY_NOMINAL:
+        return model
+    return Model.at(model.robot, T_nominal, model.target)
+
+
+def candidate_mask(model: Model, hold: Sequence[str] = ()) -> Array:
+    """Return which coordinates would be free if they could be seen: all but beta and what is asked to be held."""
+    unknown = sorted(set(hold) - set(model.names))
+    if unknown:
+        raise ValueError(f"no parameters of these names: {', '.join(unknown)}")
+    return np.array([not name.startswith(f"{GEOMETRY[4]}_") and name not in hold for name in model.names])
+
+
+def calibrate(
+    dataset: Dataset,
+    *,
+    effects: Sequence[Effect] = (),
+    held_effects: Sequence[Effect] = (),
+    hold: Sequence[str] = (),
+) -> Calibration:
+    """Return the calibration of a dataset: robot, sensor, target and effects at once.
+
+    Args:
+        dataset: What was measured.
+        effects: To estimate, from where their coefficients stand.
+        held_effects: To apply as they are.
+        hold: Further parameters to hold at their nominal values, by name.
+
+    Raises:
+        InvalidInput: The data contradict themselves.
+        Undetermined: The data cannot determine the model, or the fit did not converge.
+    """
+    prepared = prepare(dataset, hold)
+    found, residuals = fit_all(dataset, prepared, effects, held_effects)
+    return conclude(dataset, prepared, found, residuals)
+
+
+def fit_all(
+    dataset: Dataset, prepared: Prepared, effects: Sequence[Effect] = (), held_effects: Sequence[Effect] = ()
+) -> tuple[Fit, Residuals]:
+    """Return the joint fit of everything that can be seen, and the residuals whitened where it ended.
+
+    Raises:
+        NotConverged: A fit ended elsewhere than at an optimum.
+    """
+    model = replace(prepared.start.model, effects=(*held_effects, *effects))
+    n_held = sum(len(effect.coefficients) for effect in held_effects)
+    n_free = sum(len(effect.coefficients) for effect in effects)
+    free = np.r_[prepared.free, np.zeros(n_held, dtype=bool), np.ones(n_free, dtype=bool)]
+    residuals = prepared.residuals
+    if model.effects:
+        residuals = Residuals.of(dataset, model).reweighted(prepared.start.model)
+    found = fit(residuals, model, free, tolerance=initial.COARSE)
+    for _ in range(MAX_REWEIGHTINGS):
+        model = found.model.rebased()
+        residuals = residuals.reweighted(model)
+        found = fit(residuals, model, free)
+        again = residuals.reweighted(found.model)
+        residual, jacobian = again.linearise(found.model)
+        if covariance_and_step(jacobian[:, free], residual)[1] < SETTLED:
+            break
+    if not found.converged:
+        raise NotConverged(
+            [f"the fit did not converge in {found.evaluations} evaluations ({found.message}); "
+             "check plane labels and the nominal robot, or remove poses that are far off ('scalar diagnose' lists them)"]
+        )  # fmt: skip
+    return found, residuals
+
+
+def conclude(dataset: Dataset, prepared: Prepared, found: Fit, residuals: Residuals) -> Calibration:
+    """Return the calibration of a converged fit: reporting coordinates, standard errors, what was held and why.
+
+    The covariance is that of the noise, widened where the residual is larger than the noise explains.
+    """
+    guess = residuals.measurement.initial_target(dataset)
+    model = reporting(found.model, guess)
+    residual, jacobian = residuals.linearise(model)
+    covariance, _ = covariance_and_step(jacobian[:, found.free], residual)
+    spread = misfit(residuals, model, int(found.free.sum()))
+    names = model.names
+    held = {h.name: h.reason for h in prepared.identifiability.held}
+    for name, is_free in zip(names, found.free, strict=True):
+        if not is_free and name not in held:
+            held[name] = "nominal; the effect axis_nonparallel frees it" if name.startswith("beta_") else "held as asked"
+    summary: dict[str, Any] = {
+        "poses": dataset.n_poses,
+        "points": len(dataset.points) if len(dataset.points) else dataset.n_poses,
+        "sigma_m": residuals.measurement.sigma,
+        "sigma_stated": residuals.measurement.sigma_stated,
+        "misfit": spread.ratio,
+        "misfit_p_value": spread.p_value,
+        "started_from": prepared.start.origin,
+        "start_rms_m": prepared.start.rms,
+        "evaluations": found.evaluations,
+        "chi_squared": found.chi_squared,
+        "singular_values": [float(s) for s in prepared.identifiability.singular_values],
+    }
+    _check_plausible(model)
+    return Calibration(
+        model=model,
+        sensor=sensor_mapping(dataset),
+        free=tuple(name for name, is_free in zip(names, found.free, strict=True) if is_free),
+        covariance=covariance * spread.inflation,
+        held=held,
+        gauge=tuple(
+            {"held": h.name, "reason": h.reason, "moves_with": list(h.moves_with), "cause": h.cause}
+            for h in prepared.identifiability.held
+        ),
+        residual_rms=residuals.rms(model),
+        summary=summary,
+    )
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """How the residual compares with the noise.
+
+    Attributes:
+        ratio: Root of the residual's mean square over what the noise explains; about 1 for a complete model.
+        p_value: Chance of a residual this large from noise alone; None where the noise is not known independently.
+        inflation: Factor on the covariance.
+    """
+
+    ratio: float
+    p_value: float | None
+    inflation: float
+
+
+def misfit(residuals: Residuals, model: Model, n_free: int) -> Misfit:
+    """Return how far the residual exceeds the noise, the scatter within scans set apart.
+
+    A scan's scatter about its own line holds no news of the model, and there is much of it: left in, it would drown what the model
+    lacks. What remains are two numbers a scan (one a contact, three a tracked point).
+    """
+    measurement = residuals.measurement
+    squared = float(np.sum(residuals.residual(model) ** 2))
+    N = len(residuals.poses)
+    freedom = measurement.rows_per_pose * N - n_free
+    if isinstance(measurement, LineLaser):
+        within, freedom_within = measurement.scatter(residuals.kinematics(model).T_base_sensor, model.target)
+        squared -= float(within.sum())
+        lines = np.minimum(np.diff(measurement.starts), measurement.equations_per_pose)
+        freedom = int(lines.sum()) - n_free
+    if residuals.known is not None:
+        freedom += 3 * len(residuals.known.index)
+    if freedom <= 0:
+        return Misfit(1.0, None, 1.0)
+    ratio = squared / freedom
+    if isinstance(measurement, LineLaser) or measurement.sigma_stated:
+        p_value = float(chi2.sf(squared, freedom))
+        return Misfit(float(np.sqrt(ratio)), p_value, ratio if p_value < MISFIT_P_VALUE else 1.0)
+    return Misfit(float(np.sqrt(ratio)), None, ratio)
+
+
+_LARGEST_LENGTH_CHANGE = 0.5  # m
+_LARGEST_ANGLE_CHANGE = 1.5  # rad
+
+
+def _check_plausible(model: Model) -> None:
+    """Refuse a robot that no workshop could have built from its data sheet.
+
+    Raises:
+        Undetermined: A length or an angle ran away from its nominal value.
+    """
+    change = np.abs(model.robot.geometry - model.nominal.geometry)
+    reasons = []
+    for k, kind in enumerate(GEOMETRY):
+        bound, unit, factor = (
+            (_LARGEST_LENGTH_CHANGE, "mm", 1e3) if kind in ("a", "d") else (_LARGEST_ANGLE_CHANGE, "deg", 180 / np.pi)
+        )
+        for i in np.flatnonzero(change[k] > bound):
+            reasons.append(
+                f"{kind}_{i + 1} ran {change[k, i] * factor:.0f} {unit} away from its nominal value, past the bound of "
+                f"{bound * factor:.0f} {unit}: the poses hardly see it, or the nominal robot is not this one"
+            )
+    if reasons:
+        raise Undetermined(reasons)
+
+
+__all__ = ["NotConverged", "calibrate", "conclude", "fit_all", "misfit", "prepare"]

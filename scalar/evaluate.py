@@ -1,0 +1,182 @@
+"""How far a calibration is from the truth: equations 17 and 18 of the paper over many random poses, raw and aligned.
+
+``T_err = T_true^-1 T_hat``: the position error is the length of its translation, the orientation error the angle of its rotation.
+Planes leave the base of the robot free, so two figures are reported and always named: *raw*, the poses as predicted, and
+*aligned*, after the rigid motion of the base that fits the predicted positions best to the true ones; the orientation error is then
+taken after the same rotation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.calibration import Calibration
+from scalar.planes import Planes
+from scalar.robot import GEOMETRY
+from scalar.se3 import Array, exp_so3, inverse, rotation_angle, transform
+from scalar.units import DEG, MM
+
+
+@dataclass(frozen=True, eq=False)
+class PoseErrors:
+    """Errors over N poses.
+
+    Attributes:
+        position: ``(N,)`` [m].
+        orientation: ``(N,)`` [rad].
+    """
+
+    position: Array
+    orientation: Array
+
+    def to_mapping(self) -> dict[str, float]:
+        """Return mean and maximum in millimetres and degrees."""
+        return {
+            "position_mean_mm": float(self.position.mean() / MM),
+            "position_max_mm": float(self.position.max() / MM),
+            "orientation_mean_deg": float(self.orientation.mean() / DEG),
+            "orientation_max_deg": float(self.orientation.max() / DEG),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """Errors of a calibration against the truth.
+
+    Attributes:
+        raw: Of the poses as predicted.
+        aligned: After the best rigid motion of the base.
+        predicted_position_std: ``(N,)`` [m], what the calibration itself claims.
+        planes: A row a plane: errors of normal and distance, or empty.
+        parameters: A row a parameter: estimate, truth, error and standard error, or empty.
+    """
+
+    raw: PoseErrors
+    aligned: PoseErrors
+    predicted_position_std: Array
+    planes: pd.DataFrame
+    parameters: pd.DataFrame
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the numbers as ``evaluation.json`` holds them."""
+        return {
+            "format": "scalar-evaluation/1",
+            "poses": len(self.raw.position),
+            "raw": self.raw.to_mapping(),
+            "aligned": self.aligned.to_mapping(),
+            "predicted_position_std_mean_mm": float(self.predicted_position_std.mean() / MM),
+            "planes": self.planes.to_dict("records"),
+            "parameters": self.parameters.to_dict("records"),
+        }
+
+
+def true_frames(truth_poses: pd.DataFrame) -> Array:
+    """Return the true sensor frames ``(N, 4, 4)`` of a table with x, y, z [m] and rx, ry, rz [rad]."""
+    return transform(
+        exp_so3(truth_poses[["rx", "ry", "rz"]].to_numpy(dtype=float)), truth_poses[["x", "y", "z"]].to_numpy(dtype=float)
+    )
+
+
+def pose_errors(T_true: Array, T_hat: Array) -> PoseErrors:
+    """Return the errors of ``T_true^-1 T_hat``, both ``(N, 4, 4)``."""
+    difference = inverse(T_true) @ T_hat
+    return PoseErrors(np.linalg.norm(difference[:, :3, 3], axis=1), rotation_angle(difference[:, :3, :3]))
+
+
+def best_rigid_motion(points_from: Array, points_to: Array) -> Array:
+    """Return the rigid motion ``(4, 4)`` of least squares that takes points ``(N, 3)`` to others (Kabsch, 1976)."""
+    mean_from, mean_to = points_from.mean(axis=0), points_to.mean(axis=0)
+    U, _, Vt = np.linalg.svd((points_to - mean_to).T @ (points_from - mean_from))
+    R = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
+    return transform(R, mean_to - R @ mean_from)
+
+
+def aligned_to(T_true: Array, T_hat: Array) -> Array:
+    """Return predicted frames after the rigid motion of the base that fits their positions best to the true ones."""
+    return best_rigid_motion(T_hat[:, :3, 3], T_true[:, :3, 3]) @ T_hat
+
+
+def evaluate(calibration: Calibration, truth_poses: pd.DataFrame, truth: Mapping[str, Any] | None = None) -> Evaluation:
+    """Return the errors of a calibration.
+
+    Args:
+        calibration: To judge.
+        truth_poses: q1..qn [rad] and the true x, y, z [m], rx, ry, rz [rad] of the sensor in the base frame.
+        truth: Content of ``truth.json``, for planes and parameters; or None.
+    """
+    T_true = true_frames(truth_poses)
+    T_hat = calibration.predict(truth_poses)
+    return Evaluation(
+        raw=pose_errors(T_true, T_hat),
+        aligned=pose_errors(T_true, aligned_to(T_true, T_hat)),
+        predicted_position_std=calibration.predict_std(truth_poses)[0],
+        planes=_plane_errors(calibration, truth),
+        parameters=_parameter_errors(calibration, truth),
+    )
+
+
+def _plane_errors(calibration: Calibration, truth: Mapping[str, Any] | None) -> pd.DataFrame:
+    target = calibration.model.target
+    if truth is None or not isinstance(target, Planes) or "planes" not in truth:
+        return pd.DataFrame()
+    normals = np.array(truth["planes"]["normals"], dtype=float)
+    distances = np.array(truth["planes"]["distances"], dtype=float)
+    # A truth without names lists its planes in the order of the dataset, which is that of a calibration with one session.
+    names = truth["planes"].get("names") or list(target.names)
+    rows = []
+    for name, normal, distance in zip(target.names, target.normals, target.distances, strict=True):
+        if name not in names or names.index(name) >= len(normals):
+            continue
+        k = names.index(name)
+        n_true = normals[k] / np.linalg.norm(normals[k])
+        sign = 1.0 if normal @ n_true >= 0 else -1.0
+        angle = np.arctan2(np.linalg.norm(np.cross(normal, n_true)), sign * (normal @ n_true))
+        rows.append(
+            {
+                "plane": name,
+                "normal_error_deg": float(angle / DEG),
+                "distance_error_mm": float((distance - sign * distances[k]) / MM),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def true_parameters(truth: Mapping[str, Any]) -> dict[str, float]:
+    """Return the true value of every parameter that ``truth.json`` gives, by name; angles as they are written there."""
+    values: dict[str, float] = {}
+    parameters = truth.get("parameters", {})
+    for kind in GEOMETRY:
+        values.update({f"{kind}_{i + 1}": float(x) for i, x in enumerate(parameters.get(kind, []))})
+    values.update({f"sensor_{axis}": float(x) for axis, x in zip("xyz", parameters.get("t", []), strict=False)})
+    values.update({f"sensor_r{axis}": float(x) for axis, x in zip("xyz", parameters.get("r", []), strict=False)})
+    return values
+
+
+def _parameter_errors(calibration: Calibration, truth: Mapping[str, Any] | None) -> pd.DataFrame:
+    if truth is None:
+        return pd.DataFrame()
+    true = true_parameters(truth)
+    rows = []
+    for name, entry in calibration.parameters().items():
+        if name not in true:
+            continue
+        error = entry["value"] - true[name]
+        if entry["unit"] == "rad" and not name.startswith("sensor_"):
+            error = float((error + np.pi) % (2 * np.pi) - np.pi)
+        rows.append(
+            {
+                "parameter": name,
+                "unit": entry["unit"],
+                "value": entry["value"],
+                "truth": true[name],
+                "error": error,
+                "std": entry["std"],
+                "held": entry["held"],
+            }
+        )
+    return pd.DataFrame(rows)
