@@ -12,6 +12,12 @@ import numpy as np
 
 from scalar.simulation.transforms import Array
 
+SOLID_TRIANGLES = (
+    *((0, 1, 3), (0, 3, 2)),  # the face
+    *((4, 6, 7), (4, 7, 5)),  # the back
+    *((0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6)),  # the edges
+    *((0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)),
+)
 ON_FACE = 1e-9  # m; a shoulder nearer to the plane than this is on neither side
 
 
@@ -25,7 +31,7 @@ class Plate:
         centre: (3,) [m] middle of the face. axes: (3, 3), columns u, v in the face and w out of it, towards
             the arm.
         size: (2,) [m] along u and v. thickness: [m], behind the face.
-        mesh: None for a box; else vertices (V, 3) [m] in the base frame and triangles (F, 3), a face that is
+        mesh: None for a flat plate; else vertices (V, 3) [m] in the base frame and triangles (F, 3), a face that is
             not flat.
     """
 
@@ -37,6 +43,12 @@ class Plate:
     size: Array
     thickness: float
     mesh: tuple[Array, Array] | None = None
+
+    def solid(self) -> tuple[Array, Array]:
+        """Return vertices (8, 3) [m] and triangles (12, 3) of the flat plate, turned outwards."""
+        corners = np.array([[u, v, w] for w in (0.0, -1.0) for v in (-0.5, 0.5) for u in (-0.5, 0.5)])
+        vertices = self.centre + (corners * [*self.size, self.thickness]) @ self.axes.T
+        return vertices, np.array(SOLID_TRIANGLES)
 
     def moved(self, **changes: Any) -> "Plate":
         """Return the plate with some attributes replaced: for effects that bend or shift it."""

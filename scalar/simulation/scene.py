@@ -85,7 +85,8 @@ class SimulatedScene:
             scans.csv.
         truth: the mapping for truth.json.
         cell: the true arm, plates and scanner. effects: what was planted.
-        q: (N, n) [rad] as the encoders read, in acquisition order. plane_index: (N,) into the planes.
+        q: (N, n) [rad] as the encoders read, in acquisition order. q_true: with the joints' noise.
+        plane_index: (N,) into the planes.
         T_base_sensor: (N, 4, 4), where the sensor truly was. ranges: (N, M) [m], true. angles: (N, M) [rad]
             of the rays.
         points: (N, M, 2) [m], measured.
@@ -99,6 +100,7 @@ class SimulatedScene:
     cell: Cell
     effects: Effects
     q: Array
+    q_true: Array
     plane_index: Array
     T_base_sensor: Array
     ranges: Array
@@ -248,6 +250,7 @@ def simulate(
         cell=cell,
         effects=effects,
         q=q,
+        q_true=q_true,
         plane_index=plane_index,
         T_base_sensor=T_base_sensor,
         ranges=ranges,
