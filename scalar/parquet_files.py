@@ -14,7 +14,8 @@ def read_parquet(path: Path, layout: Layout, faults: list[Fault]) -> Table | Non
     """Return the table of numbers in a Parquet file, None if nothing of it can be used; faults are added."""
     file = path.name
     try:
-        content = pq.ParquetFile(path).read()
+        with pq.ParquetFile(path) as parquet:
+            content = parquet.read()
     except Exception as error:  # a damaged file makes pyarrow raise nearly anything
         reason = " ".join(str(error).split())[:80]
         faults.append(

@@ -1,0 +1,41 @@
+"""Faults are said in one printable line, and errors carry the exit status of their kind."""
+
+import pickle
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scalar.errors import Fault, InvalidInput, NotConverged, ScalarError, Undetermined
+
+
+def test_a_fault_names_file_row_and_column() -> None:
+    """The line reads: file, row, column, what is wrong, what to do."""
+    fault = Fault("poses.csv", "not a number ('abc'); write radians as 0.123", 17, "q3")
+    assert str(fault) == "poses.csv, row 17, column q3: not a number ('abc'); write radians as 0.123"
+
+
+@given(st.text(), st.text(), st.none() | st.text())
+def test_a_fault_is_one_printable_line_whatever_it_quotes(
+    file: str, message: str, column: str | None
+) -> None:
+    """No line end and no terminal escape code gets out of a user's file into the message."""
+    assert str(Fault(file, message, 3, column)).isprintable()
+
+
+@pytest.mark.parametrize(
+    ("error", "status"),
+    [(InvalidInput(Fault("a", "b")), 2), (Undetermined("too few poses"), 3), (NotConverged("stopped"), 3)],
+)
+def test_exit_status_and_survival_of_pickling(error: ScalarError, status: int) -> None:
+    """Each kind has its exit status, and crosses a process border unchanged."""
+    copy = pickle.loads(pickle.dumps(error))
+    assert error.exit_status == status
+    assert type(copy) is type(error)
+    assert str(copy) == str(error)
+
+
+def test_one_line_a_fault() -> None:
+    """As many lines as faults, in their order."""
+    error = InvalidInput([Fault("a", "one\ntwo"), Fault("b", "three")])
+    assert [line.split(":")[0] for line in str(error).splitlines()] == ["a", "b"]
