@@ -31,8 +31,7 @@ class Plate:
         centre: (3,) [m] middle of the face. axes: (3, 3), columns u, v in the face and w out of it, towards
             the arm.
         size: (2,) [m] along u and v. thickness: [m], behind the face.
-        mesh: None for a flat plate; else vertices (V, 3) [m] in the base frame and triangles (F, 3), a face that is
-            not flat.
+        mesh: None for a flat plate; else vertices (V, 3) [m] in the base frame and triangles (F, 3).
     """
 
     name: str

@@ -7,6 +7,7 @@ import numpy as np
 import pybullet
 
 from scalar.simulation.body import body_of
+from scalar.simulation.plates import Plate
 from scalar.simulation.scanner import BEYOND, cast_fan, directions
 from scalar.simulation.scene import SimulatedScene
 from scalar.simulation.transforms import Array, quaternion_from_rotation
@@ -37,11 +38,11 @@ def render_scene(
         client = world.client
         world.place_arm(cell.arm, body_of(cell.drawn, scene.config["body"]))
         T = world.sensor_frames(scene.q[row : row + 1])
-        for k, plate_id in enumerate(world.plate_ids):
-            _paint(plate_id, -1, PLATE_COLOURS[k % len(PLATE_COLOURS)], client)
+        for k, plate in enumerate(cell.plates):
+            _show_plate(plate, PLATE_COLOURS[k % len(PLATE_COLOURS)], client)
         for link in range(-1, cell.arm.n + 2):
             colour = SENSOR_COLOUR if link >= cell.arm.n else ARM_COLOURS[link % 2]
-            _paint(world.arm_id, link, colour, client)
+            pybullet.changeVisualShape(world.arm_id, link, rgbaColor=colour, physicsClientId=client)
         angles = np.linspace(-cell.scanner.fan, cell.scanner.fan, FAN_RAYS)
         _, ranges = cast_fan(world, T, angles, cell.scanner.range_far * BEYOND)
         ends = T[0, :3, 3] + (ranges[0, :, None] * directions(angles)) @ T[0, :3, :3].T
@@ -50,8 +51,19 @@ def render_scene(
         return _photograph(_middle(scene), width, height, azimuth_deg, client)
 
 
-def _paint(body: int, link: int, colour: tuple[float, ...], client: int) -> None:
-    pybullet.changeVisualShape(body, link, rgbaColor=colour, physicsClientId=client)
+def _show_plate(plate: Plate, colour: tuple[float, ...], client: int) -> None:
+    """Draw a plate as a box: the triangles that rays meet are not drawn by pybullet."""
+    half = [*(plate.size / 2), plate.thickness / 2]
+    box = pybullet.createVisualShape(
+        pybullet.GEOM_BOX, halfExtents=half, rgbaColor=colour, physicsClientId=client
+    )
+    pybullet.createMultiBody(
+        0,
+        baseVisualShapeIndex=box,
+        basePosition=(plate.centre - plate.axes[:, 2] * plate.thickness / 2).tolist(),
+        baseOrientation=quaternion_from_rotation(plate.axes).tolist(),
+        physicsClientId=client,
+    )
 
 
 def _beam(start: Array, end: Array, client: int) -> None:

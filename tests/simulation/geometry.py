@@ -33,7 +33,7 @@ def _shift(x: float, y: float, z: float) -> np.ndarray:
 def fan_hits(
     T: np.ndarray, angles: np.ndarray, normal: np.ndarray, distance: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return range (M,) [m], cosine of incidence (M,) and point (M, 3) [m] where a fan meets a plane n . p = d."""
+    """Return range (M,) [m], cosine of incidence (M,), point (M, 3) [m] where a fan meets n . p = d."""
     u = np.sin(angles)[:, None] * T[:3, 0] + np.cos(angles)[:, None] * T[:3, 2]
     approach = u @ normal
     ranges = (distance - normal @ T[:3, 3]) / approach

@@ -23,7 +23,7 @@ def test_joints_stay_within_their_limits(scene):
 
 
 def test_scans_lie_wholly_on_the_intended_plate(scene):
-    """The whole fan falls on the plate that the pose names: in range, within the incidence limit, clear of the edge."""
+    """The whole fan falls on the plate that the pose names, in range and not too steep, clear of the edge."""
     sensor = scene.config["sensor"]
     fan = np.linspace(-1, 1, FAN) * sensor["fan_half_angle_deg"] * DEG
     near, far = sensor["range_m"]
@@ -52,7 +52,7 @@ def test_no_plate_stands_in_the_beam(scene):
 
 
 def test_nothing_touches(scene):
-    """At every pose, links that could touch each other stay apart: sampled axes are farther off than the radii."""
+    """At every pose, links that could touch stay apart: sampled axes are farther off than the radii."""
     arm = scene.cell.arm
     body = body_of(scene.cell.drawn, scene.config["body"])
     assert body.pairs  # there is something to collide with
@@ -65,7 +65,7 @@ def test_nothing_touches(scene):
 
 
 def _spine(arm, body, q, link):
-    """Yield sampled axes (P, 3) [m] and radii [m] of a link's solids; a box counts as its inscribed capsule."""
+    """Yield sampled axes (P, 3) [m] and radii [m] of a link; a box counts as the ball within it."""
     T = np.eye(4)
     if link >= 0:
         T = arm.T_base_0

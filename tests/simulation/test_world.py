@@ -114,7 +114,7 @@ def test_the_client_is_closed_whatever_happens():
 
 
 def test_contact_is_told_where_geometry_tells_it(paper):
-    """The arm touches a plate where some capsule's axis comes nearer to it than its radius and the clearance."""
+    """The arm touches a plate where a capsule comes nearer to it than the clearance."""
     cell = paper.cell
     body = body_of(cell.drawn, paper.config["body"])
     # No sensor box, so that what is left is capsules, whose distances are quickly told a second way.

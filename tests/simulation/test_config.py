@@ -1,0 +1,126 @@
+"""A scene's config: what is misspelt or contradicts itself is refused, by name."""
+
+import copy
+
+import pytest
+
+from scalar.errors import InvalidInput
+from scalar.simulation.config import complete_config, load_config, scene_schema
+from scalar.yaml_io import dump_yaml, load_yaml
+from tests.simulation.conftest import CONFIGS, SCENES
+
+PAPER = load_yaml(CONFIGS / "scenes" / "paper.yaml")
+
+
+def with_value(path, value):
+    """Return the paper's config with `value` at `path`, a tuple of keys."""
+    config = copy.deepcopy(PAPER)
+    place = config
+    for key in path[:-1]:
+        place = place.setdefault(key, {}) if isinstance(place, dict) else place[key]
+    place[path[-1]] = value
+    return config
+
+
+def refusal(config):
+    """Return the message with which a config is refused."""
+    with pytest.raises(InvalidInput) as caught:
+        complete_config(config, base_dir=CONFIGS / "scenes", file="scene.yaml")
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_committed_scenes_are_sound(name):
+    """Every committed scene loads, complete, and completing it again changes nothing."""
+    config = load_config(CONFIGS / "scenes" / f"{name}.yaml")
+    assert complete_config(config) == config
+
+
+MISSPELT = [
+    (("nois",), "nois", "noise"),
+    (("sensor", "fan_half_angle"), "sensor.fan_half_angle", "fan_half_angle_deg"),
+    (("noise", "range_noise_std_mm"), "noise.range_noise_std_mm", "range_noise_std_m"),
+    (("initial_model", "length_std"), "initial_model.length_std", "length_std_m"),
+    (("planes", 1, "distance"), "planes[1].distance", "distance_m"),
+    (("plane_guess", "tilt"), "plane_guess.tilt", "tilt_deg"),
+    (("body", "clearence_m"), "body.clearence_m", "clearance_m"),
+]
+
+
+@pytest.mark.parametrize(("path", "place", "meant"), MISSPELT, ids=[row[1] for row in MISSPELT])
+def test_a_misspelt_key_is_named(path, place, meant):
+    """A key that the schema does not know is refused with its place and the key that was meant."""
+    message = refusal(with_value(path, 1.0))
+    assert f"scene.yaml, {place}: unknown key {path[-1]!r}; did you mean {meant!r}?" in message
+
+
+def test_a_misspelt_key_of_an_inline_robot_is_named():
+    """The robot block may stand in the config itself, and is checked there as well."""
+    robot = load_yaml(CONFIGS / "robots" / "vs060.yaml")
+    assert complete_config(PAPER | {"robot": robot})["robot"] == robot
+    robot["joints"][2]["thetta"] = 0.0
+    assert "robot.joints[2].thetta: unknown key 'thetta'" in refusal(PAPER | {"robot": robot})
+
+
+CONTRADICTIONS = [
+    (("sensor", "range_m"), [0.5, 0.1], "sensor.range_m"),
+    (("sensor", "rays"), 50, "sensor.rays"),
+    (("planes", 1, "name"), "floor", "planes[1].name"),
+    (("planes", 0, "normal"), [0, 0, 0], "planes[0].normal"),
+    (("poses_per_plane",), {"floor": 3}, "poses_per_plane"),
+    (("initial_model", "exact"), ["a_7"], "initial_model.exact"),
+    (("true_robot_errors",), {"length_std_m": 1e-3}, "initial_model"),
+    (("seed",), -1, "seed"),
+    (("seed",), "one", "seed"),
+    (("noise", "range_noise_std_m"), -1e-4, "noise.range_noise_std_m"),
+    (("noise", "range_noise_std_m"), float("nan"), "noise.range_noise_std_m"),
+    (("planes",), [], "planes"),
+]
+
+
+@pytest.mark.parametrize(("path", "value", "place"), CONTRADICTIONS, ids=lambda x: str(x))
+def test_nonsense_is_refused_where_it_stands(path, value, place):
+    """A value that cannot be meant is refused with the path of its key."""
+    assert f"scene.yaml, {place}: " in refusal(with_value(path, value))
+
+
+def test_all_faults_are_found_at_once():
+    """Two misspelt keys give two lines."""
+    config = with_value(("nois",), 1) | {"sede": 1}
+    assert len(refusal(config).splitlines()) == 2
+
+
+def test_a_missing_key_is_named():
+    """A config without seed is refused, and the message says seed."""
+    config = copy.deepcopy(PAPER)
+    del config["seed"]
+    assert "'seed' is a required property" in refusal(config)
+
+
+def test_the_robot_path_starts_at_the_config(tmp_path):
+    """A relative robot path starts at the config's folder; one that leads nowhere is refused by name."""
+    config = copy.deepcopy(PAPER)
+    config["robot"] = "arm.yaml"
+    dump_yaml(config, tmp_path / "scene.yaml")
+    with pytest.raises(InvalidInput, match=r"arm\.yaml"):
+        load_config(tmp_path / "scene.yaml")
+    dump_yaml(load_yaml(CONFIGS / "robots" / "vs060.yaml"), tmp_path / "arm.yaml")
+    assert load_config(tmp_path / "scene.yaml")["robot"]["name"] == "vs060"
+
+
+def test_every_key_of_the_schema_is_closed():
+    """No object in the schema lets unknown keys through, so that none can be misspelt in silence."""
+
+    def objects(schema):
+        if isinstance(schema, dict):
+            if schema.get("type") == "object":
+                yield schema
+            for value in schema.values():
+                yield from objects(value)
+        elif isinstance(schema, list):
+            for value in schema:
+                yield from objects(value)
+
+    for schema in objects(scene_schema()):
+        assert "additionalProperties" in schema
+        assert schema["additionalProperties"] is not True

@@ -1,0 +1,32 @@
+"""The simulator proves nothing if it shares its formulas with what is fitted to its data."""
+
+import ast
+from pathlib import Path
+
+import scalar.simulation
+
+ALLOWED = {"scalar.units", "scalar.errors", "scalar.atomic", "scalar.yaml_io", "scalar.dataset"}
+FOLDER = Path(scalar.simulation.__file__).parent
+
+
+def imported(path):
+    """Return the names of the modules that a file imports."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield node.module or "."
+
+
+def test_the_simulator_imports_nothing_of_the_estimator():
+    """No inverse crime: of the package, the simulator uses units, errors and file formats only."""
+    for path in FOLDER.glob("*.py"):
+        ours = {name for name in imported(path) if name == "." or name.split(".")[0] == "scalar"}
+        assert {name for name in ours if not name.startswith("scalar.simulation")} <= ALLOWED, path.name
+
+
+def test_pybullet_stays_inside():
+    """Calibrating one's own data needs no pybullet: no file outside the simulator imports it."""
+    for path in FOLDER.parent.rglob("*.py"):
+        if not path.is_relative_to(FOLDER):
+            assert "pybullet" not in set(imported(path)), path
