@@ -19,6 +19,7 @@ from scalar.yaml_io import Lines, join_path
 
 DESCRIPTION = "dataset.yaml"
 MIN_PLANES = 3
+LARGEST = 1e300  # beyond it integers do not fit into float64, and products of floats do not either
 
 _KINDS = {"number": "a number", "array": "a list", "object": "a mapping", "string": "text"}
 
@@ -58,7 +59,7 @@ class Description:
     def number(self, *path: str | int) -> float | None:
         """Return the finite number at `path`, or None."""
         value = self.get(*path)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < float("inf"):
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST:
             return None
         return float(value)
 
@@ -154,7 +155,7 @@ def _check_finite(description: Description, value: Any, path: Path) -> None:
             _check_finite(description, item, (*path, key))
     elif isinstance(value, float) and not np.isfinite(value):
         description.fault(path, f"not a finite number ({value}); write the number")
-    elif isinstance(value, int) and abs(value) > 1e300:
+    elif isinstance(value, int | float) and abs(value) > LARGEST:
         description.fault(path, f"too large a number ({shorten(value, 20)}); correct it")
 
 

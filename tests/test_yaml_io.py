@@ -75,8 +75,9 @@ BOMB = "a: &a [x, x]\nb: &b [*a, *a]\nc: [*b, *b]\n"
 @pytest.mark.parametrize(
     ("text", "row", "word"),
     [
-        (BOMB, 1, "anchors"), ("a: *x", 1, "aliases"), ("a: 1\nb: !!python/object/apply:os.system [x]", 2, "tags"),
-        ("a: !x 1", 1, "tags"), ("a: ! 1", 1, "tags"), ("%TAG ! x:\n---\na: 1", 2, "%TAG"), 
+        (BOMB, 1, "anchors"), ("a: *x", 1, "aliases"),
+        ("a: 1\nb: !!python/object/apply:os.system [x]", 2, "tags"),
+        ("a: !x 1", 1, "tags"), ("a: ! 1", 1, "tags"), ("%TAG ! x:\n---\na: 1", 2, "%TAG"),
         ("a: 1\na: 2", 2, "twice"),
         ("a: 1\n--- \nb: 2", 2, "second document"), ("1: a", 1, "not text"), ("? [a]\n: b", 1, "not text"),
         ("a: [1,\n", 2, "not YAML"), ("a: b: c", 1, "not YAML"), ("a:\n\tb: 1", 2, "not YAML"),
