@@ -14,7 +14,8 @@ Example::
 from scalar.simulation.config import load_config
 from scalar.simulation.errors import SimulationError
 from scalar.simulation.export import write_scene
-from scalar.simulation.scene import PosePlan, SimulatedScene, plan_poses, simulate
+from scalar.simulation.plan import PosePlan, plan_poses
+from scalar.simulation.scene import SimulatedScene, simulate
 
 __all__ = [
     "PosePlan",

@@ -25,6 +25,8 @@ from scalar.simulation.world import World
 
 BATCH = 8192
 PROBES = 41  # rays across the fan that pass a posture: 6 mm apart at 0.45 m in a fan of +-15 degrees
+GUARDS = 13  # rays of each of the two fans beside it
+FAR_BEYOND = 1.5  # their length over the far limit: wider fans reach farther
 SLACK = 1e-9  # m and rad; the prefilter is wrong by less, so pybullet alone decides at the border
 
 REMEDIES = {
@@ -33,7 +35,7 @@ REMEDIES = {
     "incidence too steep": "raise sensor.incidence_max_deg",
     "the arm touches a plate": "move the plates away from the arm or raise the near end of sensor.range_m",
     "the arm touches itself": "check body and the joint limits",
-    "something stands in the beam": "check sensor.pose and body",
+    "something stands in the beam": "check sensor.pose, body, and where plates meet",
 }
 
 
@@ -99,11 +101,14 @@ def looks_well(arm: Arm, scanner: Scanner, plate: Plate, q: Array, edge: float) 
     return alive, refused
 
 
-def passes(world: World, scanner: Scanner, index: int, plate: Plate, q: Array) -> str | None:
+def passes(world: World, scanner: Scanner, index: int, plate: Plate, q: Array, edge: float) -> str | None:
     """Return why pybullet refuses the posture q (n,) [rad], or None if it passes.
 
+    Two more fans, `edge` to either side and wider by as much, keep that distance from everything in between,
+    so that noise and effects on the arm throw no ray onto another plate.
+
     Args:
-        world: with all plates, and the true arm with its body. index, plate: the intended plate.
+        world: with all plates, and the true arm with its body. index, plate: the intended plate. edge: [m].
     """
     touched = world.touching(q.tolist())
     if touched is not None:
@@ -113,12 +118,17 @@ def passes(world: World, scanner: Scanner, index: int, plate: Plate, q: Array) -
     angles = np.linspace(-scanner.fan, scanner.fan, PROBES)
     hit, reach = cast_fan(world, T, angles, scanner.range_far * BEYOND)
     if not (hit == world.plate_ids[index]).all():
-        missed = (hit < 0).any()
-        return "the beam misses the plate" if missed else "something stands in the beam"
+        return "the beam misses the plate" if (hit < 0).any() else "something stands in the beam"
     if reach.min() < scanner.range_near or reach.max() > scanner.range_far:
         return "out of range"
     cosines = -(directions(angles) @ T[0, :3, :3].T) @ plate.axes[:, 2]
-    return "incidence too steep" if cosines.min() < np.cos(scanner.incidence) else None
+    if cosines.min() < np.cos(scanner.incidence):
+        return "incidence too steep"
+    aside = np.repeat(T, 2, axis=0)
+    aside[:, :3, 3] += edge * np.array([[-1.0], [1.0]]) * T[0, :3, 1]
+    wider = np.linspace(-scanner.fan - edge / reach[0, 0], scanner.fan + edge / reach[0, -1], GUARDS)
+    hit, _ = cast_fan(world, aside, wider, scanner.range_far * FAR_BEYOND)
+    return "something stands in the beam" if (hit != world.plate_ids[index]).any() else None
 
 
 def find_poses(
@@ -137,7 +147,8 @@ def find_poses(
     """Return `wanted` postures (wanted, n) [rad] that scan plate `index`, and how the search went.
 
     Args:
-        world: holds `plates` and `arm` with its body. edge: distance [m] of each scan from the plate's edge.
+        world: holds `plates` and `arm` with its body. edge: distance [m] of each scan from the plate's edge
+            and from all else.
         candidates_max: how many are drawn before giving up. progress: called with (stage, done, of).
 
     Raises:
@@ -155,7 +166,7 @@ def find_poses(
         search.drawn += BATCH
         search.refused += refused
         for k in candidates:
-            reason = passes(world, scanner, index, plate, q[k])
+            reason = passes(world, scanner, index, plate, q[k], edge)
             if reason is not None:
                 search.refused[reason] += 1
                 continue

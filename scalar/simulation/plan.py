@@ -1,0 +1,105 @@
+"""What stands in the cell, and from where its plates are looked at.
+
+A plan of poses is most of a scene's work, and independent of noise, points a scan and the declared model: a
+sweep plans once.
+"""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from scalar.simulation.arm import Arm, arm_from_mapping
+from scalar.simulation.body import body_of
+from scalar.simulation.config import complete_config, poses_wanted
+from scalar.simulation.declared import draw_errors
+from scalar.simulation.plates import Plate, plate_from_mapping
+from scalar.simulation.poses import Search, find_poses
+from scalar.simulation.scanner import Scanner, scanner_from_mapping
+from scalar.simulation.streams import POSES, TRUE_ARM, stream
+from scalar.simulation.transforms import Array
+from scalar.simulation.world import World
+from scalar.units import DEG
+
+Progress = Callable[[str, int, int], None]
+"""Called as progress(stage, done, of)."""
+
+CELL_KEYS = ("seed", "robot", "true_robot_errors", "planes", "body", "edge_margin_m")
+CELL_SENSOR_KEYS = ("pose", "fan_half_angle_deg", "range_m", "incidence_max_deg")
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """What stands in the cell, in truth: arm, plates, scanner; and the arm that the drawings show."""
+
+    arm: Arm
+    drawn: Arm
+    plates: tuple[Plate, ...]
+    scanner: Scanner
+
+
+@dataclass(frozen=True, eq=False)
+class PosePlan:
+    """Postures for each plane.
+
+    Attributes:
+        q: for each plane (k, n) [rad], in the order in which they were found.
+        searches: how each search went. cell: what the plan depends on, as text; a plan serves configs that
+            agree in it.
+    """
+
+    q: tuple[Array, ...]
+    searches: tuple[Search, ...]
+    cell: str
+
+
+def cell_of(config: Mapping[str, Any]) -> Cell:
+    """Return what stands in the cell of a complete config."""
+    drawn = arm_from_mapping(config["robot"], config["sensor"]["pose"])
+    arm = drawn
+    if "true_robot_errors" in config:
+        errors = draw_errors(config["true_robot_errors"], drawn.n, stream(config["seed"], TRUE_ARM))
+        arm = drawn.shifted(errors)
+    shoulder = (drawn.T_base_0 @ drawn.joint_origin(0))[:3, 3]
+    plates = tuple(plate_from_mapping(plane, shoulder) for plane in config["planes"])
+    return Cell(arm, drawn, plates, scanner_from_mapping(config["sensor"], DEG))
+
+
+def cell_text(config: Mapping[str, Any]) -> str:
+    """Return what a plan of poses depends on, as text that can be compared."""
+    parts = {key: config.get(key) for key in CELL_KEYS}
+    parts["sensor"] = {key: config["sensor"][key] for key in CELL_SENSOR_KEYS}
+    return json.dumps(parts, sort_keys=True)
+
+
+def plan_poses(
+    config: Mapping[str, Any], base_dir: Path | None = None, *, progress: Progress | None = None
+) -> PosePlan:
+    """Return postures for each plane of a config, as many as it asks for.
+
+    Raises:
+        InvalidInput: the config is at fault.
+        SimulationError: too few postures see a plate; says which limit refused most.
+    """
+    config = complete_config(config, base_dir=base_dir)
+    cell = cell_of(config)
+    q, searches = [], []
+    with World(cell.plates) as world:
+        world.place_arm(cell.arm, body_of(cell.drawn, config["body"]))
+        for k, wanted in enumerate(poses_wanted(config)):
+            found, search = find_poses(
+                world,
+                cell.arm,
+                cell.scanner,
+                cell.plates,
+                k,
+                wanted,
+                stream(config["seed"], POSES, k),
+                edge=config["edge_margin_m"],
+                candidates_max=config["candidates_max"],
+                progress=progress,
+            )
+            q.append(found)
+            searches.append(search)
+    return PosePlan(tuple(q), tuple(searches), cell_text(config))
