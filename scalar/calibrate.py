@@ -137,7 +137,8 @@ def fit_all(
     free = np.r_[prepared.free, np.zeros(n_held, dtype=bool), np.ones(n_free, dtype=bool)]
     residuals = prepared.residuals
     if model.effects:
-        residuals = Residuals.of(dataset, model).reweighted(prepared.start.model)
+        residuals = Residuals.of(dataset, model).reweighted(model)
+        free &= ~_unseen_effects(residuals, model, free)
     found = fit(residuals, model, free, tolerance=initial.COARSE)
     for _ in range(MAX_REWEIGHTINGS):
         model = found.model.rebased()
@@ -155,6 +156,32 @@ def fit_all(
     return found, residuals
 
 
+def _why_held(name: str, is_effect: bool) -> str:
+    if name.startswith("beta_"):
+        return "nominal; the effect axis_nonparallel frees it"
+    return "held, or it leaves no residual beside the other parameters" if is_effect else "held as asked"
+
+
+_UNSEEN_SHARE = 3e-3  # of a column's length: with less left beside everything else an effect is as good as silent, and may run away
+
+
+def _unseen_effects(residuals: Residuals, model: Model, free: Array) -> Array:
+    """Return which free coefficients of effects ``(P,)`` are combinations of parameters and coefficients before them."""
+    J = residuals.linearise(model)[1]
+    where = model.blocks["effects"]
+    basis = np.linalg.qr(J[:, np.flatnonzero(free[: where.start])])[0]
+    unseen = np.zeros(len(free), dtype=bool)
+    for i in np.flatnonzero(free[where]) + where.start:
+        column = J[:, i]
+        rest = column - basis @ (basis.T @ column)
+        rest -= basis @ (basis.T @ rest)
+        if np.linalg.norm(rest) <= _UNSEEN_SHARE * np.linalg.norm(column):
+            unseen[i] = True
+        else:
+            basis = np.column_stack([basis, rest / np.linalg.norm(rest)])
+    return unseen
+
+
 def conclude(dataset: Dataset, prepared: Prepared, found: Fit, residuals: Residuals) -> Calibration:
     """Return the calibration of a converged fit: reporting coordinates, standard errors, what was held and why.
 
@@ -169,7 +196,7 @@ def conclude(dataset: Dataset, prepared: Prepared, found: Fit, residuals: Residu
     held = {h.name: h.reason for h in prepared.identifiability.held}
     for name, is_free in zip(names, found.free, strict=True):
         if not is_free and name not in held:
-            held[name] = "nominal; the effect axis_nonparallel frees it" if name.startswith("beta_") else "held as asked"
+            held[name] = _why_held(name, "." in name and name not in prepared.start.model.names)
     summary: dict[str, Any] = {
         "poses": dataset.n_poses,
         "points": len(dataset.points) if len(dataset.points) else dataset.n_poses,

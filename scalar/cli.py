@@ -1,0 +1,188 @@
+"""The command line, thin: read, call one function, write, say what was found. Faults go to stderr, a line each, and set the exit status."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from scalar import __version__
+from scalar.errors import ScalarError
+
+_FOLDER = click.Path(path_type=Path)
+_OUTPUT = click.option("-o", "--output", "output", type=_FOLDER, required=True, help="Folder to write to; made if missing.")
+
+
+class _Group(click.Group):
+    """A group that turns the package's own errors into lines on stderr and an exit status."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except ScalarError as error:
+            for line in str(error).splitlines() or [type(error).__name__]:
+                click.echo(f"scalar: {line}", err=True)
+            ctx.exit(error.exit_status)
+        except OSError as error:
+            click.echo(f"scalar: {error.filename or 'output'}: {error.strerror or error}", err=True)
+            ctx.exit(2)
+
+
+@click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="scalar")
+def cli() -> None:
+    """Calibrate a robot and the sensor on its flange together, from scans of three rough planes.
+
+    \b
+    Your own data in four lines:
+      scalar validate my-cell
+      scalar calibrate my-cell -o out
+      scalar predict out/calibration.json joints.csv -o frames.csv
+      scalar diagnose my-cell -o out          # what does the model lack?
+
+    Exit status: 0 done; 2 the input is at fault; 3 the data cannot determine the model.
+    """
+
+
+@cli.command()
+@click.argument("config", type=_FOLDER)
+@_OUTPUT
+@click.option("--seed", type=click.IntRange(min=0), help="Instead of the seed in CONFIG.")
+def simulate(config: Path, output: Path, seed: int | None) -> None:
+    """Simulate a dataset with pybullet, as CONFIG says: DIR/dataset, and its truth in DIR/truth.
+
+    \b
+    Example:
+      scalar simulate configs/scenes/paper.yaml -o sim
+      scalar calibrate sim/dataset -o out
+      scalar evaluate out/calibration.json sim/truth -o out
+    """
+    from scalar.terminal import progress
+
+    try:
+        from scalar.simulation import load_config, simulate, write_scene
+    except ModuleNotFoundError as error:
+        if error.name != "pybullet":
+            raise
+        raise click.ClickException("simulating needs pybullet: pip install 'scalar-calibration[simulation]'") from None
+    content = load_config(config)
+    if seed is not None:
+        content["seed"] = seed
+    with progress("placing the scanner") as advance:
+        scene = simulate(content, base_dir=config.parent, progress=advance)
+    write_scene(scene, output)
+    click.echo(f"{output / 'dataset'}: {len(scene.poses)} poses, {len(scene.scans)} points; truth in {output / 'truth'}")
+
+
+@cli.command()
+@click.argument("dataset", type=_FOLDER)
+def validate(dataset: Path) -> None:
+    """Check a dataset: say what it holds, and every fault that is found, one a line.
+
+    \b
+    Example:
+      scalar validate my-cell
+    """
+    from scalar.dataset import read_dataset
+    from scalar.terminal import describe_dataset
+
+    click.echo(describe_dataset(read_dataset(dataset)))
+
+
+@cli.command()
+@click.argument("dataset", type=_FOLDER)
+@_OUTPUT
+@click.option("--effects", "effects", metavar="NAME,...", help="Free these effects as well, e.g. joint_compliance,joint_scale:2.")
+@click.option("--effects-from", type=_FOLDER, metavar="CALIBRATION", help="Take effects from another calibration and hold them.")
+@click.option("--hold", metavar="NAME,...", help="Hold these parameters at their nominal values, e.g. a_2,d_4.")
+def calibrate(dataset: Path, output: Path, effects: str | None, effects_from: Path | None, hold: str | None) -> None:
+    """Calibrate robot, sensor and planes together: DIR/calibration.json and a summary.
+
+    \b
+    Examples:
+      scalar calibrate my-cell -o out
+      scalar calibrate my-cell -o out --effects joint_compliance
+      scalar calibrate later -o out2 --effects-from out/calibration.json
+    """
+    from scalar.calibrate import calibrate
+    from scalar.calibration import load_calibration
+    from scalar.dataset import read_dataset
+    from scalar.effects.catalogue import parse_effects
+    from scalar.terminal import describe_calibration, progress
+
+    data = read_dataset(dataset)
+    wanted = parse_effects(effects, data) if effects else ()
+    given = load_calibration(effects_from).model.effects if effects_from else ()
+    with progress("calibrating"):
+        result = calibrate(data, effects=wanted, held_effects=given, hold=_listed(hold))
+    result.save(_made(output) / "calibration.json")
+    click.echo(describe_calibration(result))
+    click.echo(f"written: {output / 'calibration.json'}")
+
+
+@cli.command()
+@click.argument("calibration", type=_FOLDER)
+@click.argument("joints", type=_FOLDER)
+@click.option("-o", "--output", type=_FOLDER, required=True, help="CSV file to write.")
+def predict(calibration: Path, joints: Path, output: Path) -> None:
+    """Predict the sensor's frame in the base frame for every row of JOINTS.csv, all calibrated effects applied.
+
+    JOINTS.csv has pose,q1..qn [rad] and the optional columns of poses.csv. Written: pose,x,y,z,rx,ry,rz [m, rotation vector rad].
+
+    \b
+    Example:
+      scalar predict out/calibration.json joints.csv -o frames.csv
+    """
+    from scalar.calibration import load_calibration
+    from scalar.joints import read_joints, write_frames
+
+    model = load_calibration(calibration)
+    table = read_joints(joints, model.model.robot.n_joints)
+    write_frames(output, table["pose"].to_numpy(), model.predict(table))
+    click.echo(f"written: {output}, {len(table)} poses")
+
+
+@cli.command()
+@click.argument("calibration", type=_FOLDER)
+@click.argument("truth", type=_FOLDER)
+@_OUTPUT
+def evaluate(calibration: Path, truth: Path, output: Path) -> None:
+    """Compare a calibration with a simulated truth over its poses: DIR/evaluation.json and a summary.
+
+    \b
+    Example:
+      scalar evaluate out/calibration.json sim/truth -o out
+    """
+    from scalar.atomic import write_json
+    from scalar.calibration import load_calibration
+    from scalar.evaluate import evaluate
+    from scalar.joints import read_truth
+    from scalar.terminal import describe_evaluation
+
+    model = load_calibration(calibration)
+    truth_poses, content = read_truth(truth, model.model.robot.n_joints)
+    result = evaluate(model, truth_poses, content)
+    write_json(_made(output) / "evaluation.json", result.to_mapping())
+    click.echo(describe_evaluation(result))
+    click.echo(f"written: {output / 'evaluation.json'}")
+
+
+def _made(folder: Path) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def _listed(names: str | None) -> Sequence[str]:
+    return [name.strip() for name in names.split(",") if name.strip()] if names else ()
+
+
+def main() -> None:
+    """Run the command line."""
+    cli(prog_name="scalar")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

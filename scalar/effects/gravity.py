@@ -1,0 +1,46 @@
+"""Gravity moments of an arm whose masses are unknown, as functions that are linear in what is unknown.
+
+A link's weight enters every moment through its first moment of mass in its own frame. The component along a joint's axis joins the link
+before, so two components a frame, along x and y, generate all gravity torques of a revolute chain (Gautier and Khalil, 1990).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scalar.robot import Robot
+from scalar.se3 import Array, cross
+
+AXES = ("x", "y")
+
+
+def unit_moments(robot: Robot, q: Array) -> tuple[Array, Array]:
+    """Return the moments of unit first moments of mass in every frame, about any point, and the joints' axes.
+
+    Args:
+        robot: Nominal.
+        q: ``(N, n)`` [rad].
+
+    Returns:
+        ``(N, n, 2, 3)``: ``(R_i e_x) x g / |g|`` and the same for e_y, base frame, dimensionless; and the axes ``(N, n, 3)``.
+    """
+    frames = robot.frames(q)[:, 1:]
+    down = robot.gravity / max(float(np.linalg.norm(robot.gravity)), 1e-12)
+    arms = np.swapaxes(frames[..., :3, :2], -1, -2)
+    return cross(arms, np.broadcast_to(down, arms.shape)), frames[..., :3, 2]
+
+
+def torque_basis(robot: Robot, q: Array, joint: int, frame: int) -> Array:
+    """Return the torque about joint ``joint`` of unit first moments in frame ``frame`` (both from 1), ``(N, 2)``."""
+    moments, axes = unit_moments(robot, q)
+    return np.einsum("nax,nx->na", moments[:, frame - 1], axes[:, joint - 1])
+
+
+def typical_torque(robot: Robot, q: Array, joint: int) -> Array:
+    """Return the torque about a joint ``(N,)`` of an arm with equal masses at the ends of its links: good for its sign."""
+    frames = robot.frames(q)
+    flange = frames[:, -1] @ robot.T_n_flange
+    ends = np.concatenate([frames[:, joint + 1 :, :3, 3], flange[:, None, :3, 3]], axis=1)
+    arms = ends - frames[:, joint, None, :3, 3]
+    down = np.broadcast_to(robot.gravity, arms.shape)
+    return np.einsum("nix,nx->n", cross(arms, down), frames[:, joint, :3, 2])

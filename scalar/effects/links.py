@@ -1,0 +1,113 @@
+"""Errors of the links: a tilt between near-parallel axes that modified DH cannot hold, and lengths that grow."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.effects.effect import LinkEffect
+from scalar.poses import Poses
+from scalar.robot import GEOMETRY, LENGTHS, Robot
+from scalar.se3 import Array
+
+
+@dataclass(frozen=True, eq=False)
+class AxisNonparallel(LinkEffect):
+    """The angle about y between near-parallel axes, Hayati's beta, that four DH parameters cannot hold.
+
+    Attributes:
+        joint: From 1.
+    """
+
+    joint: int
+
+    name: ClassVar[str] = "axis_nonparallel"
+    sentence: ClassVar[str] = "the axis is tilted against the one before in the way that modified DH cannot hold"
+
+    @property
+    def target(self) -> dict[str, Any]:
+        """The joint."""
+        return {"joint": self.joint}
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """``beta_rad``, on top of the nominal one."""
+        return ["beta_rad"]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Radians."""
+        return ["rad"]
+
+    def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return a one at beta of the joint."""
+        basis = np.zeros((len(poses), len(GEOMETRY), robot.n_joints, 1))
+        basis[:, GEOMETRY.index("beta"), self.joint - 1, 0] = 1.0
+        return basis
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the joint."""
+        return {"joint": self.joint}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        return cls(int(mapping["joint"]))
+
+
+@dataclass(frozen=True, eq=False)
+class ThermalDrift(LinkEffect):
+    """All lengths of the arm grow alike: ``a, d -> (1 + g x) a, d``, x the temperature, or a course of time.
+
+    Attributes:
+        by: ``temperature``, ``time`` or ``order``: the column that drives the growth.
+        reference: Value of the column at which the lengths are those of the model.
+        time_constant: Of a warm-up ``1 - exp(-(t - reference) / time_constant)``; zero for growth in proportion.
+    """
+
+    by: str
+    reference: float
+    time_constant: float = 0.0
+
+    name: ClassVar[str] = "thermal_drift"
+    sentence: ClassVar[str] = "the arm's lengths grow with time or temperature"
+
+    @property
+    def target(self) -> dict[str, Any]:
+        """Nothing: the whole arm."""
+        return {}
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """Growth a kelvin, a second, a pose; or the whole growth of a warm-up."""
+        if self.time_constant:
+            return ["growth_m_per_m"]
+        return [{"temperature": "growth_per_K", "time": "growth_per_s", "order": "growth_per_pose"}[self.by]]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """As the names say."""
+        if self.time_constant:
+            return ["m/m"]
+        return [{"temperature": "1/K", "time": "1/s", "order": "1/pose"}[self.by]]
+
+    def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the nominal lengths times the course of the growth."""
+        driver = poses.order if self.by == "order" else poses.column(self.by)
+        x = driver - self.reference
+        if self.time_constant:
+            x = 1.0 - np.exp(-np.maximum(x, 0.0) / self.time_constant)
+        lengths = np.array([kind in LENGTHS for kind in GEOMETRY])[:, None] * robot.geometry
+        return x[:, None, None, None] * lengths[None, :, :, None]
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return what drives the growth."""
+        return {"by": self.by, "reference": self.reference, "time_constant": self.time_constant}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        return cls(str(mapping["by"]), float(mapping["reference"]), float(mapping["time_constant"]))

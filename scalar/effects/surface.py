@@ -1,0 +1,172 @@
+"""Errors of the plates: one that is not flat, one that is knocked or creeps while it is scanned."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.effects.effect import PointEffect
+from scalar.planes import Planes, tangent_basis
+from scalar.poses import Poses
+from scalar.se3 import Array
+
+
+def _plane_axes(planes: Planes, name: str) -> tuple[int, Array, Array]:
+    k = planes.names.index(name)
+    normal = planes.normals[k]
+    # Axes from the reference normal, so that they do not turn while the plane is fitted.
+    e1 = tangent_basis(planes.reference_normals[k : k + 1])[0, 0]
+    e1 = e1 - normal * (normal @ e1)
+    e1 /= np.linalg.norm(e1)
+    return k, e1, np.cross(normal, e1)
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneBow(PointEffect):
+    """A plate is a paraboloid over its plane: ``h = c_uu u^2 + c_uv u v + c_vv v^2``, u and v from the middle of what was scanned.
+
+    Attributes:
+        plane: Its name.
+        centre: ``(3,)`` [m], base frame.
+    """
+
+    plane: str
+    centre: tuple[float, float, float]
+
+    name: ClassVar[str] = "plane_bow"
+    sentence: ClassVar[str] = "the plate is not flat"
+    basis_names: ClassVar[tuple[str, ...]] = ("1", "x", "z", "xx", "xz", "zz")
+
+    @property
+    def target(self) -> dict[str, Any]:
+        """The plane."""
+        return {"plane": self.plane}
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """The three curvatures."""
+        return ["uu_per_m", "uv_per_m", "vv_per_m"]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """One over metres."""
+        return ["1/m"] * 3
+
+    def contact_columns(
+        self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
+    ) -> Array:
+        """Return minus the height as a quadratic form of (1, x, z)."""
+        k, e1, e2 = _plane_axes(planes, self.plane)
+        offset = T_base_sensor[:, :3, 3] - np.array(self.centre)
+        carriers = np.stack([offset, T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2]], axis=1)
+        u, v = carriers @ e1, carriers @ e2
+        columns = [_quadratic(u, u), _quadratic(u, v), _quadratic(v, v)]
+        G = -np.stack(columns, axis=2)
+        G[plane_index != k] = 0.0
+        return G
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return plane and centre."""
+        return {"plane": self.plane, "centre": list(self.centre)}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        x, y, z = (float(c) for c in mapping["centre"])
+        return cls(str(mapping["plane"]), (x, y, z))
+
+
+def _quadratic(s: Array, t: Array) -> Array:
+    """Return the product of two linear forms ``(N, 3)`` in (1, x, z) as coefficients of 1, x, z, xx, xz, zz ``(N, 6)``."""
+    return np.stack(
+        [
+            s[:, 0] * t[:, 0],
+            s[:, 0] * t[:, 1] + s[:, 1] * t[:, 0],
+            s[:, 0] * t[:, 2] + s[:, 2] * t[:, 0],
+            s[:, 1] * t[:, 1],
+            s[:, 1] * t[:, 2] + s[:, 2] * t[:, 1],
+            s[:, 2] * t[:, 2],
+        ],
+        axis=1,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneMoved(PointEffect):
+    """A plate stands elsewhere from a pose on, or creeps: distance and tilt change by a step, or in proportion to the order.
+
+    Attributes:
+        plane: Its name.
+        order: Order of acquisition of the first pose after the step; of the beginning of the creep.
+        time: Its time [s], or None.
+        centre: ``(3,)`` [m], base frame: the tilt turns about it.
+        creep_span: Zero for a step; else the span of order over which a creep reaches the stated change.
+    """
+
+    plane: str
+    order: float
+    time: float | None
+    centre: tuple[float, float, float]
+    creep_span: float = 0.0
+
+    name: ClassVar[str] = "plane_moved"
+    sentence: ClassVar[str] = "the plate was knocked or crept while it was measured"
+    basis_names: ClassVar[tuple[str, ...]] = ("1", "x", "z")
+
+    @property
+    def target(self) -> dict[str, Any]:
+        """The plane and when."""
+        return {"plane": self.plane, "at": {"order": self.order, "time": self.time}}
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """Change of distance and of tilt."""
+        return ["distance_m", "tilt_u_rad", "tilt_v_rad"]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Metres and radians."""
+        return ["m", "rad", "rad"]
+
+    def course(self, order: Array) -> Array:
+        """Return how much of the change has happened at each order ``(N,)``."""
+        if self.creep_span:
+            return np.clip((order - self.order) / self.creep_span, 0.0, None)
+        return (order >= self.order).astype(float)
+
+    def contact_columns(
+        self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
+    ) -> Array:
+        """Return minus the height of the moved plate over the old one, linear in (1, x, z)."""
+        k, e1, e2 = _plane_axes(planes, self.plane)
+        offset = T_base_sensor[:, :3, 3] - np.array(self.centre)
+        carriers = np.stack([offset, T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2]], axis=1)
+        b = contact.shape[1] if contact.shape[1] == 1 else 3
+        G = np.zeros((len(contact), 3, 3))
+        G[:, 0, 0] = -1.0
+        G[:, :, 1], G[:, :, 2] = -(carriers @ e1), -(carriers @ e2)
+        G *= (self.course(poses.order) * (plane_index == k))[:, None, None]
+        return G[:, :b]
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return plane, moment and centre."""
+        return {
+            "plane": self.plane,
+            "order": self.order,
+            "time": self.time,
+            "centre": list(self.centre),
+            "creep_span": self.creep_span,
+        }
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        x, y, z = (float(c) for c in mapping["centre"])
+        time = mapping["time"]
+        return cls(
+            str(mapping["plane"]), float(mapping["order"]), None if time is None else float(time), (x, y, z),
+            float(mapping["creep_span"]),
+        )  # fmt: skip

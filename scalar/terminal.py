@@ -1,0 +1,124 @@
+"""What a person reads on the terminal: short, in millimetres and degrees, with how sure it is and what could not be seen."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scalar.calibration import Calibration
+from scalar.units import DEG, MM
+
+if TYPE_CHECKING:
+    from scalar.dataset import Dataset
+    from scalar.evaluate import Evaluation
+
+_MISFIT_WORTH_SAYING = 1.15
+
+
+@contextmanager
+def progress(label: str) -> Iterator[Callable[[int, int], None]]:
+    """Show a progress bar on stderr while the block runs, where stderr is a terminal; yields ``advance(done, total)``."""
+    if not sys.stderr.isatty():
+        yield lambda done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(label, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def describe_dataset(dataset: Dataset) -> str:
+    """Return what a dataset holds, a few lines."""
+    lines = [
+        f"{dataset.name}: robot {dataset.robot.name}, {dataset.robot.n_joints} joints; sensor {dataset.sensor.kind}",
+    ]
+    if dataset.sensor.kind == "tracker":
+        lines.append(f"  {dataset.n_poses} poses tracked")
+    else:
+        counts = np.bincount(dataset.plane_index, minlength=len(dataset.planes))
+        per_plane = ", ".join(f"{plane.name} {count}" for plane, count in zip(dataset.planes, counts, strict=True))
+        lines.append(f"  {dataset.n_poses} poses: {per_plane}")
+    if dataset.sensor.kind == "line-laser":
+        points = np.diff(dataset.starts)
+        lines.append(f"  {len(dataset.points)} points, {points.min()} to {points.max()} a scan")
+    noise = dataset.sensor.noise
+    lines.append(f"  noise {'not stated' if noise is None else f'{noise / MM:g} mm'}; no fault found")
+    return "\n".join(lines)
+
+
+def describe_calibration(calibration: Calibration) -> str:
+    """Return what was found, how sure it is, and what could not be seen."""
+    summary = calibration.summary
+    model = calibration.model
+    lines = [
+        f"{model.robot.name}: {summary['poses']} poses, {summary['points']} points; "
+        f"residual {calibration.residual_rms / MM:.4g} mm RMS",
+    ]
+    misfit, p_value = summary.get("misfit"), summary.get("misfit_p_value")
+    if misfit is not None and p_value is not None:
+        if misfit > _MISFIT_WORTH_SAYING and p_value < 1e-3:
+            lines.append(
+                f"  the residual is {misfit:.1f} times what the noise explains: the model lacks something; "
+                "try 'scalar diagnose'"
+            )
+        else:
+            lines.append(f"  the residual is what the noise explains (ratio {misfit:.2f})")
+    std = calibration.std
+    lines.append("  parameter        nominal    calibrated        change     std")
+    for kind in ("a", "alpha", "d", "theta"):
+        for i in range(model.robot.n_joints):
+            name = f"{kind}_{i + 1}"
+            if name not in std:
+                continue
+            unit, text = (MM, "mm ") if kind in ("a", "d") else (DEG, "deg")
+            nominal = model.nominal.geometry[("a", "alpha", "d", "theta").index(kind), i] / unit
+            value = model.robot.geometry[("a", "alpha", "d", "theta").index(kind), i] / unit
+            lines.append(
+                f"    {name:<9} {nominal:12.4f}  {value:12.4f}  {value - nominal:12.4f}  {std[name] / unit:8.4f} {text}"
+            )
+    t, r = model.sensor[:3] / MM, model.sensor[3:] / DEG
+    lines.append(
+        f"  sensor on flange: [{t[0]:.3f} {t[1]:.3f} {t[2]:.3f}] mm, rotation vector [{r[0]:.4f} {r[1]:.4f} {r[2]:.4f}] deg"
+    )
+    for plane in calibration.to_mapping()["planes"]:
+        n = plane["normal"]
+        lines.append(
+            f"  plane {plane['name']}: normal [{n[0]:.5f} {n[1]:.5f} {n[2]:.5f}], distance {plane['distance'] / MM:.3f} mm"
+            + (f" +- {plane['distance_std_m'] / MM:.3f}" if plane["distance_std_m"] else "")
+        )
+    for effect in model.effects:
+        for name, unit, value in zip(
+            effect.parameter_names, effect.coefficient_units, effect.coefficients, strict=True
+        ):
+            spread = f" +- {std[name]:.2g}" if name in std else " (held)"
+            lines.append(f"  effect {name}: {value:.4g}{spread} {unit}")
+    if calibration.gauge:
+        lines.append(f"  held, because the data cannot see it ({len(calibration.gauge)}):")
+        lines += [f"    {entry['held']}: {entry['reason']}" for entry in calibration.gauge]
+    return "\n".join(lines)
+
+
+def describe_evaluation(evaluation: Evaluation) -> str:
+    """Return the errors against the truth, raw and aligned."""
+    lines = [f"errors over {len(evaluation.raw.position)} poses   position mean / max [mm]   orientation mean / max [deg]"]
+    for name, errors in (("raw", evaluation.raw), ("aligned", evaluation.aligned)):
+        e = errors.to_mapping()
+        lines.append(
+            f"  {name:<8} {e['position_mean_mm']:18.4f} / {e['position_max_mm']:.4f}"
+            f" {e['orientation_mean_deg']:18.5f} / {e['orientation_max_deg']:.5f}"
+        )
+    if not evaluation.planes.empty:
+        worst = evaluation.planes.loc[evaluation.planes["normal_error_deg"].idxmax()]
+        largest = evaluation.planes["distance_error_mm"].abs().max()
+        lines.append(
+            f"  planes (raw): distance within {largest:.4f} mm, "
+            f"normal within {worst['normal_error_deg']:.5f} deg"
+        )
+    return "\n".join(lines)
