@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.compression import compress
+from scalar.compression import compress, compress_keeping_q
 from scalar.planes import PARAMETERS_PER_PLANE, Planes
 from scalar.se3 import Array, cross
 from scalar.sensors.measurement import Measurement, Rows, Target
@@ -57,6 +57,7 @@ class LineLaser(Measurement):
         basis_names: Functions of a point that are kept; the first three are those of a flat plate.
         R: ``(N, k, k)``, whitened triangular factors.
         R_metric: ``(N, k, k)``, the same in metres, every point with the same weight.
+        profiled: Whether R holds the three rows of ``profiles`` instead, ``(N, 3, k)``.
     """
 
     points: Array
@@ -68,6 +69,7 @@ class LineLaser(Measurement):
     basis_names: tuple[str, ...]
     R: Array
     R_metric: Array
+    profiled: bool = False
 
     equations_per_pose = 2
     sees_sensor_rotation = True
@@ -163,8 +165,28 @@ class LineLaser(Measurement):
             scatter, freedom = scatter_within(unit, c, np.diff(self.starts))
             if freedom.sum() > 0:
                 sigma = max(float(np.sqrt(_robust_variance(scatter, freedom))), 1e-12)
-        R = compress(basis / (sigma * incidence)[:, None], self.starts)
+        whitened = basis / (sigma * incidence)[:, None]
+        R = self._profile_rows(whitened, c) if self.profiled else compress(whitened, self.starts)
         return replace(self, R=R, sigma=sigma)
+
+    def profiles(self, T_base_sensor: Array, target: Target) -> LineLaser:
+        """Return the scans reduced to three rows each: shift, turn and curvature along the line; the scatter about them is left out.
+
+        What a model lacks is smooth along a scan, so it shows in these rows, each of unit variance. The scatter holds no news of it, and as a
+        square it never averages to zero, so it is kept out of tests.
+        """
+        return replace(self, profiled=True).reweighted(T_base_sensor, target)
+
+    def _profile_rows(self, whitened: Array, c: Array) -> Array:
+        """Return the components ``(N, 3, k)`` of whitened functions ``(P, k)`` along 1, t, t^2 of every scan, t along its line."""
+        counts = np.diff(self.starts)
+        along = np.repeat(np.column_stack([-c[:, 2], c[:, 1]]), counts, axis=0)
+        t = np.sum(self.points * along, axis=1)
+        t -= np.repeat(np.add.reduceat(t, self.starts[:-1]) / counts, counts)
+        weight = np.linalg.norm(whitened[:, :1], axis=1)
+        _, Q = compress_keeping_q(weight[:, None] * np.column_stack([np.ones_like(t), t, t * t]), self.starts)
+        products = (Q[:, :, None] * whitened[:, None, :]).reshape(len(t), -1)
+        return np.add.reduceat(products, self.starts[:-1]).reshape(len(counts), 3, -1)
 
     def scatter(self, T_base_sensor: Array, target: Target) -> tuple[Array, Array]:
         """Return per scan the whitened squared scatter about its own line and its degrees of freedom."""
