@@ -41,12 +41,14 @@ def poses_layout(description: Description) -> Layout:
     )
 
 
-def check_poses(poses: Table, description: Description, faults: list[Fault]) -> None:
-    """Add what is wrong with the contents of poses.csv, units aside."""
+def check_poses(
+    poses: Table, description: Description, faults: list[Fault], unique: tuple[str, ...] = ("pose", "order")
+) -> None:
+    """Add what is wrong with the contents of poses.csv, units aside; no value of a `unique` column may repeat."""
     if poses.whole and poses.n_rows == 0:
         faults.append(Fault(poses.file, "there is no pose; write a row a pose"))
-    _check_unique(poses, "pose", "pose", faults)
-    _check_unique(poses, "order", "order", faults)
+    for name in unique:
+        _check_unique(poses, name, faults)
     approach = [f"approach{i + 1}" for i in range(description.n_joints)]
     present = [name for name in approach if name in poses.columns]
     for name in present:
@@ -66,7 +68,7 @@ def check_poses(poses: Table, description: Description, faults: list[Fault]) -> 
         _check_plane_names(poses, description, faults)
 
 
-def _check_unique(table: Table, column: str, what: str, faults: list[Fault]) -> None:
+def _check_unique(table: Table, column: str, faults: list[Fault]) -> None:
     if column not in table.columns:
         return
     values = pd.Series(table.columns[column])
@@ -74,13 +76,11 @@ def _check_unique(table: Table, column: str, what: str, faults: list[Fault]) -> 
     if not repeated.any():
         return
     lines = table.line_numbers()
-    first = values.groupby(values).transform(lambda rows: rows.index[0]) if repeated.any() else values
+    first = values.groupby(values).transform(lambda rows: rows.index[0])
 
     def message(i: int) -> str:
         row = lines[int(first.iloc[i])]
-        return (
-            f"{what} {values.iloc[i]:.15g} stands already in row {row}; give each row its own, or remove one"
-        )
+        return f"{column} {values.iloc[i]:.15g} stands already in row {row}; give each row its own, or remove one"
 
     table.report(faults, column, repeated, message)
 
@@ -110,7 +110,7 @@ def check_points(points: Table, poses: Table | None, kind: str, faults: list[Fau
         faults.append(Fault(points.file, "there is no point; write a row a point"))
         return
     if kind == "tracker":
-        _check_unique(points, "pose", "pose", faults)
+        _check_unique(points, "pose", faults)
     if poses is None or "pose" not in poses.columns or "pose" not in points.columns:
         return
     known, ids = poses.columns["pose"], points.columns["pose"]
