@@ -44,7 +44,7 @@ def poses_layout(description: Description) -> Layout:
 def check_poses(
     poses: Table, description: Description, faults: list[Fault], unique: tuple[str, ...] = ("pose", "order")
 ) -> None:
-    """Add what is wrong with the contents of poses.csv, units aside; no value of a `unique` column may repeat."""
+    """Add what is wrong with the contents of poses.csv, units aside; `unique` columns repeat no value."""
     if poses.whole and poses.n_rows == 0:
         faults.append(Fault(poses.file, "there is no pose; write a row a pose"))
     for name in unique:
@@ -80,7 +80,7 @@ def _check_unique(table: Table, column: str, faults: list[Fault]) -> None:
 
     def message(i: int) -> str:
         row = lines[int(first.iloc[i])]
-        return f"{column} {values.iloc[i]:.15g} stands already in row {row}; give each row its own, or remove one"
+        return f"{column} {values.iloc[i]:.15g} stands already in row {row}; correct or remove one"
 
     table.report(faults, column, repeated, message)
 
