@@ -1,8 +1,12 @@
-"""A tiny robot cell of its own: joint angles in, perfect and noisy measurements out, with the truth beside them.
+"""A tiny robot cell of its own: joint angles in, perfect and noisy measurements out, with the truth beside
+them.
 
-A second opinion on ``scalar``: forward kinematics by multiplying elementary 4 x 4 matrices, rays cut with planes in closed form,
-contacts of a probe solved in closed form. Nothing here calls ``scalar``'s kinematics, residuals or simulation; of ``scalar`` it
-uses the plain containers ``Dataset``, ``Robot``, ``Sensor`` and ``PlaneGuess`` and the writer. Left out: collisions, plates' edges.
+A second opinion on ``scalar``: forward kinematics by multiplying elementary 4 x 4 matrices, rays cut with
+planes in closed form,
+contacts of a probe solved in closed form. Nothing here calls ``scalar``'s kinematics, residuals or
+simulation; of ``scalar`` it
+uses the plain containers ``Dataset``, ``Robot``, ``Sensor`` and ``PlaneGuess`` and the writer. Left out:
+collisions, plates' edges.
 """
 
 from __future__ import annotations
@@ -29,7 +33,9 @@ HELD = {
     "ur10e": (*PUBLISHED_HELD, "d_3"),
     "panda": ("d_7", "theta_7", "a_1", "alpha_1", "theta_1", "d_1"),
 }
-"""What planes cannot show, by robot: kept at its truth in the nominal model, so that raw errors mean something."""
+"""What planes cannot show, by robot: kept at its truth in the nominal model, so that raw errors mean
+something.
+"""
 SCALE = {"vs060": "a_3", "puma560": "a_3", "ur10e": "a_3", "panda": "d_5"}
 """What a probe cannot show besides: one length, kept at its truth as well."""
 
@@ -69,7 +75,9 @@ def rotate_about(axis: np.ndarray, angle: float) -> np.ndarray:
 
 
 def rotation_vector(R: np.ndarray) -> np.ndarray:
-    """Return the rotation vectors ``(..., 3)`` [rad] of rotations ``(..., 3, 3)``, by way of quaternions; any angle up to pi."""
+    """Return the rotation vectors ``(..., 3)`` [rad] of rotations ``(..., 3, 3)``, by way of quaternions;
+    any angle up to pi.
+    """
     m = np.asarray(R, dtype=float)
     # The four candidates of a quaternion; the one with the largest norm is accurate (Shepperd, 1978).
     xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
@@ -142,15 +150,21 @@ class Truth:
     def parameters(self) -> dict[str, float]:
         """Return the true value of every parameter of robot and sensor by name."""
         n = self.geometry.shape[1]
-        values = {f"{kind}_{i + 1}": float(self.geometry[k, i]) for k, kind in enumerate(KINDS) for i in range(n)}
+        values = {
+            f"{kind}_{i + 1}": float(self.geometry[k, i]) for k, kind in enumerate(KINDS) for i in range(n)
+        }
         turn = rotation_vector(self.T_flange_sensor[:3, :3])
-        values.update({f"sensor_{axis}": float(x) for axis, x in zip("xyz", self.T_flange_sensor[:3, 3], strict=True)})
+        values.update(
+            {f"sensor_{axis}": float(x) for axis, x in zip("xyz", self.T_flange_sensor[:3, 3], strict=True)}
+        )
         values.update({f"sensor_r{axis}": float(x) for axis, x in zip("xyz", turn, strict=True)})
         return values
 
     def mapping(self) -> dict[str, Any]:
         """Return the content of ``truth.json``."""
-        parameters: dict[str, Any] = {kind: row.tolist() for kind, row in zip(KINDS, self.geometry, strict=True)}
+        parameters: dict[str, Any] = {
+            kind: row.tolist() for kind, row in zip(KINDS, self.geometry, strict=True)
+        }
         parameters["t"] = self.T_flange_sensor[:3, 3].tolist()
         parameters["r"] = rotation_vector(self.T_flange_sensor[:3, :3]).tolist()
         planes = {"names": list(PLATE_NAMES[: len(self.normals)])}
@@ -158,7 +172,9 @@ class Truth:
         return {"parameters": parameters, "planes": planes, "effects": []}
 
     def poses(self, count: int, rng: np.random.Generator) -> pd.DataFrame:
-        """Return random poses within the limits with the true sensor frames: the columns of ``truth_poses.csv``."""
+        """Return random poses within the limits with the true sensor frames: the columns of
+        ``truth_poses.csv``.
+        """
         q = self.limits[:, 0] + rng.random((count, len(self.limits))) * np.ptp(self.limits, axis=1)
         T = self.sensor(q)
         columns = ["pose", *joint_names(q.shape[1]), "x", "y", "z", "rx", "ry", "rz"]
@@ -172,7 +188,9 @@ def joint_names(n: int) -> list[str]:
 
 
 def chain(geometry: np.ndarray, q: np.ndarray, T_base_0: np.ndarray | None = None) -> np.ndarray:
-    """Return the frame of the last joint ``(N, 4, 4)``: Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d), joint after joint."""
+    """Return the frame of the last joint ``(N, 4, 4)``: Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d), joint
+    after joint.
+    """
     T = np.broadcast_to(np.eye(4) if T_base_0 is None else T_base_0, (len(q), 4, 4))
     a, alpha, d, theta, beta = geometry
     for i in range(len(a)):
@@ -182,7 +200,9 @@ def chain(geometry: np.ndarray, q: np.ndarray, T_base_0: np.ndarray | None = Non
 
 
 def standard_chain(rows: list[tuple[float, float, float, float]], q: np.ndarray) -> np.ndarray:
-    """Return the last frame ``(N, 4, 4)`` of standard DH rows (theta, d, a, alpha): Rz(q + theta) Tz(d) Tx(a) Rx(alpha)."""
+    """Return the last frame ``(N, 4, 4)`` of standard DH rows (theta, d, a, alpha): Rz(q + theta) Tz(d)
+    Tx(a) Rx(alpha).
+    """
     T = np.broadcast_to(np.eye(4), (len(q), 4, 4))
     for i, (theta, d, a, alpha) in enumerate(rows):
         T = T @ rotation(2, q[:, i] + theta) @ shift(2, d) @ shift(0, a) @ rotation(0, alpha)
@@ -196,7 +216,8 @@ class Scene:
     Attributes:
         dataset: As the calibrator sees it.
         truth: What it does not see.
-        clean: The points without noise, as in ``Dataset.points``; for a probe, the distances along the normals, all zero.
+        clean: The points without noise, as in ``Dataset.points``; for a probe, the distances along the
+        normals, all zero.
         noise: One standard deviation [m].
     """
 
@@ -211,14 +232,20 @@ class Scene:
 
     def mapping(self) -> dict[str, Any]:
         """Return the content of dataset.yaml."""
-        sensor: dict[str, Any] = {"kind": self.dataset.sensor.kind, "error_axis": self.dataset.sensor.error_axis}
+        sensor: dict[str, Any] = {
+            "kind": self.dataset.sensor.kind,
+            "error_axis": self.dataset.sensor.error_axis,
+        }
         if self.dataset.sensor.noise is not None:
             sensor["noise"] = self.dataset.sensor.noise
         if self.dataset.sensor.T_flange_sensor is not None:
             sensor["nominal_pose"] = pose_mapping(self.dataset.sensor.T_flange_sensor)
         robot = self.dataset.robot
         joints = [
-            {**{kind: float(robot.geometry[k, i]) for k, kind in enumerate(KINDS)}, "limits": robot.limits[i].tolist()}
+            {
+                **{kind: float(robot.geometry[k, i]) for k, kind in enumerate(KINDS)},
+                "limits": robot.limits[i].tolist(),
+            }
             for i in range(robot.n_joints)
         ]
         mapping: dict[str, Any] = {
@@ -235,7 +262,8 @@ class Scene:
         }
         if self.dataset.planes:
             mapping["planes"] = [
-                {"name": p.name, "normal": p.normal.tolist(), "distance": float(p.distance)} for p in self.dataset.planes
+                {"name": p.name, "normal": p.normal.tolist(), "distance": float(p.distance)}
+                for p in self.dataset.planes
             ]
         return mapping
 
@@ -298,9 +326,11 @@ def make_scene(
         seed: Of everything.
         poses_per_plane: Poses on each of the three plates; a tracker sees three times as many.
         points_per_scan: M, or the lowest and highest M.
-        noise: One standard deviation [m]: along the ray or z, along the normal of a contact, along each axis of a tracker.
+        noise: One standard deviation [m]: along the ray or z, along the normal of a contact, along each axis
+        of a tracker.
         stated_noise: What the dataset says of it; negative: the truth.
-        length_error: Of a and d in the nominal robot [m], one standard deviation, or the bound if ``uniform_error``.
+        length_error: Of a and d in the nominal robot [m], one standard deviation, or the bound if
+        ``uniform_error``.
         angle_error: Of alpha and theta [rad], as ``length_error``.
         uniform_error: Errors uniform within the bounds instead of Gaussian.
         exact: Parameters that the nominal robot has right; by default what planes cannot show.
@@ -330,9 +360,8 @@ def make_scene(
         distances=distances if kind != "tracker" else np.empty(0),
         T_tracker_base=_random_transform(rng, 2.0, 2.0),
     )
-    counts = np.full(3 * poses_per_plane, points_per_scan)
-    if isinstance(points_per_scan, tuple):
-        counts = rng.integers(points_per_scan[0], points_per_scan[1] + 1, size=3 * poses_per_plane)
+    low, high = points_per_scan if isinstance(points_per_scan, tuple) else (points_per_scan, points_per_scan)
+    counts = rng.integers(low, high + 1, size=3 * poses_per_plane)
     index = np.tile(np.arange(3), poses_per_plane)
     still = None if still_joint is None else (still_joint - 1, float(limits[still_joint - 1] @ [0.4, 0.6]))
     if kind == "line-laser":
@@ -353,7 +382,9 @@ def make_scene(
     T_nominal = None
     if nominal_pose:
         T_nominal = SCANNER @ _random_transform(rng, *pose_offset)
-    sensor = Sensor(kind, T_nominal, noise if stated_noise is not None and stated_noise < 0 else stated_noise, error_axis)
+    sensor = Sensor(
+        kind, T_nominal, noise if stated_noise is not None and stated_noise < 0 else stated_noise, error_axis
+    )
     poses = pd.DataFrame(q, columns=joint_names(n))
     poses.insert(0, "pose", np.arange(1, len(q) + 1))
     planes: tuple[PlaneGuess, ...] = ()
@@ -435,7 +466,9 @@ def _random_poses(
 
 
 def _ranges(T: np.ndarray, n: np.ndarray, d: Any, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the range to a plane along rays at angles ``(..., r)`` from z [rad], and the cosine of incidence, ``(..., r)``."""
+    """Return the range to a plane along rays at angles ``(..., r)`` from z [rad], and the cosine of
+    incidence, ``(..., r)``.
+    """
     X, Z, o = T[..., :3, 0], T[..., :3, 2], T[..., :3, 3]
     nX, nZ, no = (np.sum(n * v, axis=-1)[..., None] for v in (X, Z, o))
     along = nX * np.sin(angles) + nZ * np.cos(angles)
@@ -444,9 +477,15 @@ def _ranges(T: np.ndarray, n: np.ndarray, d: Any, angles: np.ndarray) -> tuple[n
 
 
 def _scanning_poses(
-    rng: np.random.Generator, truth: Truth, index: np.ndarray, still: tuple[int, float] | None, batch: int = 3000
+    rng: np.random.Generator,
+    truth: Truth,
+    index: np.ndarray,
+    still: tuple[int, float] | None,
+    batch: int = 3000,
 ) -> np.ndarray:
-    """Return joint angles ``(N, n)`` at which the whole fan meets the plate of index ``(N,)``, near enough and not grazing."""
+    """Return joint angles ``(N, n)`` at which the whole fan meets the plate of index ``(N,)``, near enough
+    and not grazing.
+    """
     found: list[list[np.ndarray]] = [[] for _ in truth.normals]
     wanted = np.bincount(index, minlength=len(truth.normals))
     fan = np.array([-FAN, 0.0, FAN])
@@ -471,7 +510,9 @@ def _scanning_poses(
 def _scan(
     rng: np.random.Generator, truth: Truth, q: np.ndarray, index: np.ndarray, counts: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return perfect points ``(P, 2)`` [m] of rays spread over the fan, and where each scan begins ``(N + 1,)``."""
+    """Return perfect points ``(P, 2)`` [m] of rays spread over the fan, and where each scan begins ``(N +
+    1,)``.
+    """
     starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     owner = np.repeat(np.arange(len(q)), counts)
     angles = rng.uniform(-FAN, FAN, size=(len(owner), 1))
@@ -481,11 +522,16 @@ def _scan(
 
 
 def _touching_poses(
-    rng: np.random.Generator, truth: Truth, index: np.ndarray, gap: np.ndarray, still: tuple[int, float] | None
+    rng: np.random.Generator,
+    truth: Truth,
+    index: np.ndarray,
+    gap: np.ndarray,
+    still: tuple[int, float] | None,
 ) -> np.ndarray:
     """Return joint angles ``(N, n)`` at which ``n . o - d`` is the given gap ``(N,)`` [m].
 
-    The height over a plane is ``A + B cos q_j + C sin q_j`` in any one joint: three heights give A, B, C, and the angle follows.
+    The height over a plane is ``A + B cos q_j + C sin q_j`` in any one joint: three heights give A, B, C, and
+    the angle follows.
     """
     n_joints = len(truth.limits)
     movable = [j for j in (1, 2, 3) if still is None or j != still[0]]

@@ -1,5 +1,7 @@
 """A scan reduced to three rows: exact for every scan, with and without noise, however short."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -41,14 +43,18 @@ lengths = st.lists(st.integers(1, 40), min_size=1, max_size=8)
 
 @given(lengths, st.sampled_from([0.0, 1e-9, 1e-4, 1e-2]), st.booleans(), st.integers(0, 2**32 - 1))
 def test_the_length_of_the_residual_is_kept(lengths, noise, vertical, seed):
-    """``|B c| = |R c|`` for every c: scans of unequal length, one and two points, noise-free and vertical lines."""
+    """``|B c| = |R c|`` for every c: scans of unequal length, one and two points, noise-free and vertical
+    lines.
+    """
     rng = np.random.default_rng(seed)
     assert worst_disagreement(scans(rng, lengths, noise, vertical), lengths, rng) < RELATIVE
 
 
 @given(st.integers(3, 300), st.integers(0, 2**32 - 1))
 def test_the_small_residual_at_the_truth_is_kept(M, seed):
-    """At the plane itself, where ``B c`` is noise of 0.1 mm, its length survives to 1e-12 of the coordinates."""
+    """At the plane itself, where ``B c`` is noise of 0.1 mm, its length survives to 1e-12 of the
+    coordinates.
+    """
     rng = np.random.default_rng(seed)
     slope, height = rng.uniform(-1, 1), rng.uniform(0.1, 0.5)
     x = rng.uniform(-0.1, 0.1, M)
@@ -60,14 +66,16 @@ def test_the_small_residual_at_the_truth_is_kept(M, seed):
 
 @given(lengths, st.integers(1, 6), st.integers(0, 2**32 - 1))
 def test_the_factor_is_triangular_and_q_orthonormal(lengths, k, seed):
-    """``B = Q R`` for every scan, R upper triangular with a diagonal that is not negative, ``Q'Q`` a projection."""
+    """``B = Q R`` for every scan, R upper triangular with a diagonal that is not negative, ``Q'Q`` a
+    projection.
+    """
     rng = np.random.default_rng(seed)
     starts = np.r_[0, np.cumsum(lengths)]
     basis = rng.standard_normal((starts[-1], k))
     R, Q = compress_keeping_q(basis, starts)
     assert np.all(np.tril(R, -1) == 0)
     assert np.all(np.diagonal(R, axis1=1, axis2=2) >= 0)
-    for s, (first, end) in enumerate(zip(starts[:-1], starts[1:], strict=True)):
+    for s, (first, end) in enumerate(itertools.pairwise(starts)):
         np.testing.assert_allclose(Q[first:end] @ R[s], basis[first:end], atol=1e-11)
         gram = Q[first:end].T @ Q[first:end]
         np.testing.assert_allclose(gram @ gram, gram, atol=1e-10)

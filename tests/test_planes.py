@@ -27,7 +27,9 @@ def test_tangents_are_orthonormal_with_the_normal(normal):
 
 @given(st.one_of(normals, axes), coordinates)
 def test_derivative_of_the_normal(normal, vector):
-    """``dn/d(u, v)`` against central differences, also far from the reference; it is tangent to the sphere."""
+    """``dn/d(u, v)`` against central differences, also far from the reference; it is tangent to the
+    sphere.
+    """
     planes = Planes.at(["k"], normal[None], np.zeros(1)).with_vector(vector)
     derivative, h = planes.normal_derivatives[0], 1e-6
     for t in range(2):

@@ -1,4 +1,6 @@
-"""The chain of joints: frames against products of elementary matrices, standard DH, and the screw of every parameter."""
+"""The chain of joints: frames against products of elementary matrices, standard DH, and the screw of every
+parameter.
+"""
 
 import numpy as np
 import pytest
@@ -56,7 +58,9 @@ def test_offsets_of_the_geometry_act_pose_by_pose():
 
 @pytest.mark.parametrize("n", [2, 6, 7])
 def test_standard_dh_is_converted_to_the_same_arm(n):
-    """Rz Tz Tx Rx of a standard-DH table, last row included, and the converted chain reach the same flange."""
+    """Rz Tz Tx Rx of a standard-DH table, last row included, and the converted chain reach the same
+    flange.
+    """
     rng = np.random.default_rng(n)
     rows = [tuple(rng.uniform(-1, 1, size=4)) for _ in range(n)]
     flange = {"translation": [0.1, -0.2, 0.05], "rotation_vector": [0.3, 0.1, -0.7]}

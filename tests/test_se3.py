@@ -1,4 +1,6 @@
-"""Rotations and transforms: the laws of the group, exponential and logarithm near zero and near half a turn, screws."""
+"""Rotations and transforms: the laws of the group, exponential and logarithm near zero and near half a
+turn, screws.
+"""
 
 import numpy as np
 import pytest
@@ -20,7 +22,9 @@ from_half_turn = st.sampled_from([0.0, 1e-14, 1e-10, 1e-8, 1e-6, 1e-3])
 
 @given(poses, poses, poses)
 def test_transforms_form_a_group(A, B, C):
-    """Composition is associative, stays rigid, has a neutral element, and ``inverse`` undoes on both sides."""
+    """Composition is associative, stays rigid, has a neutral element, and ``inverse`` undoes on both
+    sides.
+    """
     np.testing.assert_allclose((A @ B) @ C, A @ (B @ C), atol=1e-13)
     R = (A @ B)[:3, :3]
     np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-14)
@@ -45,7 +49,9 @@ def test_logarithm_undoes_exponential(direction, angle):
 
 @given(directions, from_half_turn)
 def test_logarithm_near_half_a_turn(direction, short):
-    """Near pi the axis may come out with either sign, but the rotation it stands for is the same and no longer than pi."""
+    """Near pi the axis may come out with either sign, but the rotation it stands for is the same and no
+    longer than pi.
+    """
     R = se3.exp_so3(direction * (np.pi - short))
     r = se3.log_so3(R)
     assert np.linalg.norm(r) <= np.pi + 1e-12
