@@ -7,6 +7,7 @@ given the free coordinates alone, and its own covariance is not used: on a rank-
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import lmfit
 import numpy as np
@@ -45,6 +46,13 @@ class Fit:
     message: str
 
 
+class _Minimizer(lmfit.Minimizer):
+    """lmfit's own, without its error bars: they cost more than the residuals, and ours replace them."""
+
+    def _calculate_uncertainties_correlations(self) -> None:
+        pass
+
+
 class _Objective:
     """Residual and Jacobian as functions of the free coordinates, each state computed once."""
 
@@ -53,11 +61,15 @@ class _Objective:
         self.free = np.flatnonzero(free)
         self.start = model.vector
         self.evaluations = 0
+        self.latest, self.x_latest = model, self.start[self.free]
 
     def at(self, x: Array) -> Model:
-        vector = self.start.copy()
-        vector[self.free] = x
-        return self.model.with_vector(vector)
+        """Return the model at free coordinates; the same object as last time where they have not changed."""
+        if not np.array_equal(x, self.x_latest):
+            vector = self.start.copy()
+            vector[self.free] = x
+            self.latest, self.x_latest = self.model.with_vector(vector), x
+        return self.latest
 
     def residual(self, parameters: lmfit.Parameters) -> Array:
         self.evaluations += 1
@@ -78,7 +90,7 @@ def fit(residuals: Residuals, model: Model, free: Array, *, tolerance: float = T
     """
     objective = _Objective(residuals, model, free)
     x = objective.start[objective.free]
-    minimiser = lmfit.Minimizer(
+    minimiser = _Minimizer(
         objective.residual,
         to_lmfit([model.names[i] for i in objective.free], x),
         scale_covar=False,
@@ -86,7 +98,7 @@ def fit(residuals: Residuals, model: Model, free: Array, *, tolerance: float = T
         nan_policy="propagate",
         max_nfev=MAX_EVALUATIONS,
     )
-    result = minimiser.leastsq(Dfun=objective.jacobian, col_deriv=0, ftol=tolerance, xtol=tolerance, gtol=0.0)
+    result: Any = minimiser.leastsq(Dfun=objective.jacobian, col_deriv=0, ftol=tolerance, xtol=tolerance, gtol=0.0)
     optimum = objective.at(from_lmfit(result.params))
     residual, jacobian = residuals.linearise(optimum)
     J = jacobian[:, objective.free]

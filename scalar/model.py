@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from scalar.effects.effect import BaseEffect, Effect, JointEffect, LinkEffect, SensorEffect
 from scalar.poses import Poses
 from scalar.robot import GEOMETRY, LENGTHS, Robot
-from scalar.se3 import Array, exp_screw, exp_so3, left_jacobian_so3, log_so3, transform
+from scalar.se3 import Array, exp_screw, exp_so3, left_jacobian_so3, log_so3, skew, transform
 from scalar.sensors.measurement import Target
 
 SENSOR_PARAMETERS = ("sensor_x", "sensor_y", "sensor_z", "sensor_rx", "sensor_ry", "sensor_rz")
@@ -66,7 +67,7 @@ class Model:
         effects = [unit for effect in self.effects for unit in effect.coefficient_units]
         return [*geometry, "m", "m", "m", "rad", "rad", "rad", *self.target.parameter_units, *effects]
 
-    @property
+    @cached_property
     def blocks(self) -> dict[str, slice]:
         """Return where ``geometry``, ``sensor``, ``target`` and ``effects`` stand in the vector."""
         ends = np.cumsum([self.robot.geometry.size, 6, len(self.target.vector), sum(len(e.coefficients) for e in self.effects)])
@@ -219,10 +220,9 @@ def moved(T: Array, screws: Array) -> Array:
     R, t = T[:, :3, :3], T[:, :3, 3]
     w = R @ screws[:, :3]
     v = R @ screws[:, 3:]
-    shift = np.cross(t[:, :, None], w, axis=1)
-    return np.concatenate([w, v + shift], axis=1)
+    return np.concatenate([w, v + skew(t) @ w], axis=1)
 
 
 def rotations_about(axes: Array, points: Array) -> Array:
     """Return the screws ``(N, 6, k)`` of rotations about ``axes`` ``(N, 3, k)`` through ``points`` ``(N, 3)``."""
-    return np.concatenate([axes, np.cross(points[:, :, None], axes, axis=1)], axis=1)
+    return np.concatenate([axes, skew(points) @ axes], axis=1)

@@ -7,7 +7,7 @@ Rows are those of the sensor (``scalar.sensors``), pose by pose, then the rows o
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from scalar.model import EffectBases, Kinematics, Model
 from scalar.planes import Planes
 from scalar.poses import Poses
 from scalar.se3 import Array
-from scalar.sensors import Measurement, measure
+from scalar.sensors import Measurement, Rows, measure
 
 if TYPE_CHECKING:
     from scalar.dataset import Dataset
@@ -114,6 +114,7 @@ class Residuals:
     poses: Poses
     bases: EffectBases
     known: Known | None
+    _latest: tuple[Model, Kinematics, Rows] | None = field(default=None, init=False, repr=False)
 
     @classmethod
     def of(cls, dataset: Dataset, model: Model, measurement: Measurement | None = None) -> Residuals:
@@ -138,19 +139,24 @@ class Residuals:
         """Return the model's effects on points and surfaces, bound to the poses."""
         return [BoundPointEffect(effect, self.poses) for effect in model.effects if isinstance(effect, PointEffect)]
 
+    def _at(self, model: Model) -> tuple[Kinematics, Rows]:
+        """Return kinematics and rows at a model, kept since a Jacobian follows a residual at the same object."""
+        if self._latest is None or self._latest[0] is not model:
+            kinematics = self.kinematics(model)
+            rows = self.measurement.rows(kinematics.T_base_sensor, model.target, self.point_effects(model))
+            self._latest = model, kinematics, rows
+        return self._latest[1], self._latest[2]
+
     def residual(self, model: Model) -> Array:
         """Return all rows ``(N m + priors,)``, in standard deviations."""
-        kinematics = self.kinematics(model)
-        rows = self.measurement.rows(kinematics.T_base_sensor, model.target, self.point_effects(model))
+        rows = self._at(model)[1]
         if self.known is None:
             return rows.residual.ravel()
         return np.concatenate([rows.residual.ravel(), self.known.rows(model.target)[0]])  # type: ignore[arg-type]
 
     def linearise(self, model: Model) -> tuple[Array, Array]:
         """Return all rows and their Jacobian ``(N m + priors, P)`` by the coordinates of ``Model.names``."""
-        kinematics = self.kinematics(model)
-        effects = self.point_effects(model)
-        rows = self.measurement.rows(kinematics.T_base_sensor, model.target, effects)
+        kinematics, rows = self._at(model)
         N, m = rows.residual.shape
         jacobian = rows.wrench @ kinematics.screws()
         blocks = model.blocks

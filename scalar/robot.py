@@ -18,6 +18,8 @@ from scalar.se3 import Array, cross, log_so3, transform_from_rotation_vector
 GEOMETRY = ("a", "alpha", "d", "theta", "beta")
 """Kinds of geometric parameter, in the order of the rows of ``Robot.geometry``."""
 LENGTHS = frozenset({"a", "d"})
+_A, _D = GEOMETRY.index("a"), GEOMETRY.index("d")
+_TURNING = [GEOMETRY.index(kind) for kind in ("alpha", "theta", "beta")]
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, base frame, where a dataset does not say
 DEFAULT_LIMIT = np.pi  # rad, where a dataset does not say
@@ -136,24 +138,16 @@ class Robot:
         n = self.n_joints
         geometry = self.geometry if geometry_offsets is None else self.geometry + geometry_offsets
         before, after = frames[:, :-1], frames[:, 1:]
-        x_before, z_after = before[..., :3, 0], after[..., :3, 2]
+        x_before, z_after, o_before = before[..., :3, 0], after[..., :3, 2], before[..., :3, 3]
         a, alpha = geometry[..., 0, :, None], geometry[..., 1, :, None]
         y_tilted = np.cos(alpha) * before[..., :3, 1] + np.sin(alpha) * before[..., :3, 2]
+        axes = np.stack([x_before, z_after, y_tilted], axis=1)
+        points = np.stack([o_before, after[..., :3, 3], o_before + a * x_before], axis=1)
         screws = np.zeros((frames.shape[0], 6, 5, n))
-        for k, (axis, point) in enumerate(
-            [
-                (x_before, None),
-                (x_before, before[..., :3, 3]),
-                (z_after, None),
-                (z_after, after[..., :3, 3]),
-                (y_tilted, before[..., :3, 3] + a * x_before),
-            ]
-        ):
-            if point is None:
-                screws[:, 3:, k] = np.swapaxes(axis, 1, 2)
-            else:
-                screws[:, :3, k] = np.swapaxes(axis, 1, 2)
-                screws[:, 3:, k] = np.swapaxes(cross(point, axis), 1, 2)
+        for k, axis in ((_A, x_before), (_D, z_after)):
+            screws[:, 3:, k] = np.swapaxes(axis, 1, 2)
+        screws[:, :3, _TURNING] = np.moveaxis(axes, 3, 1)
+        screws[:, 3:, _TURNING] = np.moveaxis(cross(points, axes), 3, 1)
         return screws.reshape(frames.shape[0], 6, 5 * n)
 
 
