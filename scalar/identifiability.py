@@ -116,9 +116,11 @@ def analyse(residuals: Residuals, model: Model, candidates: Array) -> Identifiab
         cause[np.linalg.norm(scaled - scaled @ space @ space.T, axis=1) < _STRUCTURAL] = name
     still_joints = [int(i) + 1 for i in np.flatnonzero(still)]
     values_at = dict(zip(ideal.names, ideal.vector, strict=True))
+    held_names = {names[i] for i in chosen}
+    own = [{k: v for k, v in values_at.items() if k == names[i] or k not in held_names} for i in chosen]
     held = tuple(
-        _explain(names, index, direction, still_joints, values_at, str(why))
-        for index, direction, why in zip(chosen, directions, cause, strict=True)
+        _explain(names, index, direction, still_joints, values, str(why))
+        for index, direction, values, why in zip(chosen, directions, own, cause, strict=True)
     )
     return Identifiability(names, values, directions, structural.shape[1], held)
 
@@ -295,10 +297,14 @@ def _listed(names: tuple[str, ...], most: int = 4) -> str:
 
 
 def _is_scale(names: tuple[str, ...], direction: Array, values: dict[str, float]) -> bool:
-    """Return whether a direction stretches every length of the arm beyond the first joint in proportion."""
+    """Return whether a direction stretches every length of the arm beyond the first joint in proportion.
+
+    ``values`` leaves out what else is held: that stays where it is in every direction but its own.
+    """
     ratios = []
     for i, name in enumerate(names):
         kind, _, number = name.rpartition("_")
-        if kind in ("a", "d") and number.isdigit() and int(number) > 1 and abs(values[name]) > 0.01:
+        is_length = kind in ("a", "d") and number.isdigit() and int(number) > 1
+        if is_length and abs(values.get(name, 0.0)) > 0.01:
             ratios.append(direction[i] / values[name])
     return len(ratios) >= 2 and min(np.abs(ratios)) > 0 and float(np.ptp(ratios)) < 0.05 * float(np.max(np.abs(ratios)))

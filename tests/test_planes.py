@@ -72,8 +72,8 @@ def test_a_normal_that_turned_over_is_not_expressed_about_its_guess():
 def test_names_units_and_vector_go_together():
     """Three coordinates a plane, in one order everywhere."""
     planes = Planes.at(["floor", "wall"], np.eye(3)[[2, 0]], np.array([0.1, 0.7]))
-    assert planes.parameter_names == [
-        "normal_floor_u", "normal_floor_v", "distance_floor", "normal_wall_u", "normal_wall_v", "distance_wall",
-    ]  # fmt: skip
+    floor, wall = planes.parameter_names[:3], planes.parameter_names[3:]
+    assert floor == ["normal_floor_u", "normal_floor_v", "distance_floor"]
+    assert wall == ["normal_wall_u", "normal_wall_v", "distance_wall"]
     assert planes.vector.tolist() == [0, 0, 0.1, 0, 0, 0.7]
     assert len(planes.parameter_units) == 6
