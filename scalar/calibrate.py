@@ -138,7 +138,7 @@ def fit_all(
     residuals = prepared.residuals
     if model.effects:
         residuals = Residuals.of(dataset, model).reweighted(model)
-        free &= ~_unseen_effects(residuals, model, free)
+        free &= ~unseen_effects(residuals, model, free)
     found = fit(residuals, model, free, tolerance=initial.COARSE)
     for _ in range(MAX_REWEIGHTINGS):
         model = found.model.rebased()
@@ -165,7 +165,7 @@ def _why_held(name: str, is_effect: bool) -> str:
 _UNSEEN_SHARE = 3e-3  # of a column's length: with less left beside everything else an effect is as good as silent, and may run away
 
 
-def _unseen_effects(residuals: Residuals, model: Model, free: Array) -> Array:
+def unseen_effects(residuals: Residuals, model: Model, free: Array) -> Array:
     """Return which free coefficients of effects ``(P,)`` are combinations of parameters and coefficients before them."""
     J = residuals.linearise(model)[1]
     where = model.blocks["effects"]

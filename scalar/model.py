@@ -169,7 +169,10 @@ class Kinematics:
         q = poses.q
         for basis, where in bases.joints:
             q = q + basis @ c[where]
-        offsets = sum((basis @ c[where] for basis, where in bases.links), start=None) if bases.links else None
+        offsets = None
+        for basis, where in bases.links:
+            step = basis @ c[where]
+            offsets = step if offsets is None else offsets + step
         frames = model.robot.frames(q, offsets)
         T = frames[:, -1] @ (model.robot.T_n_flange @ model.T_flange_sensor)
         T_tilted = None

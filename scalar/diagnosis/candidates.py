@@ -1,0 +1,82 @@
+"""What the hunt tries: every effect of the catalogue at every place of a robot, a sensor and its plates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scalar.effects.base import BaseCompliance
+from scalar.effects.catalogue import backlash_driver, drift_driver, plane_centre
+from scalar.effects.effect import Effect
+from scalar.effects.joints import JointBacklash, JointCompliance, JointCoupling, JointHarmonic, JointScale
+from scalar.effects.links import AxisNonparallel, ThermalDrift
+from scalar.effects.sensor import RangeDistortion, RangeOffset, RangeScale
+from scalar.effects.surface import PlaneBow
+from scalar.identifiability import STILL, near_parallel_joints
+
+if TYPE_CHECKING:
+    from scalar.dataset import Dataset
+
+HARMONIC_ORDERS = range(1, 33)
+WARM_UP_SHARES = (0.1, 0.3, 1.0)  # of the whole time: time constants of a warm-up that are tried
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect to try, in one or several terms of which some may suffice.
+
+    Attributes:
+        effect: With all its terms.
+        terms: Number of terms; more than one where only some may be needed (compliance: a frame's moments each).
+    """
+
+    effect: Effect
+    terms: int = 1
+
+    def with_terms(self, chosen: list[int]) -> Effect:
+        """Return the effect with some of its terms only, in their own order."""
+        if self.terms == 1:
+            return self.effect
+        chosen = sorted(chosen)
+        if isinstance(self.effect, JointCompliance):
+            return JointCompliance(tuple(self.effect.terms[i] for i in chosen))
+        assert isinstance(self.effect, BaseCompliance)
+        return BaseCompliance(tuple(self.effect.frames[i] for i in chosen))
+
+
+def candidates(dataset: Dataset) -> list[Candidate]:
+    """Return what can be tried on a dataset; change points are tried apart, at every moment (``scalar.diagnosis.score``)."""
+    n = dataset.robot.n_joints
+    moving = [j for j in range(1, n + 1) if np.ptp(dataset.q[:, j - 1]) > STILL]
+    pairs = [(j, f) for j in moving for f in range(j, n + 1)]
+    found = [Candidate(JointCompliance(tuple(p for p in pairs if p[0] == j)), n + 1 - j) for j in moving]
+    found.append(Candidate(JointCompliance(tuple(pairs)), len(pairs)))
+    found.append(Candidate(BaseCompliance(tuple(range(1, n + 1))), n))
+    found += [Candidate(JointHarmonic(j, (k,))) for j in moving for k in HARMONIC_ORDERS]
+    found += [Candidate(JointScale(j)) for j in moving]
+    found += [Candidate(JointCoupling(j, s)) for j in moving for s in moving if s != j]
+    found += [Candidate(JointBacklash(j, backlash_driver(dataset, j))) for j in moving]
+    found += [Candidate(AxisNonparallel(j)) for j in near_parallel_joints(dataset.robot)]
+    found += [Candidate(effect) for effect in _drifts(dataset)]
+    if dataset.sensor.kind == "line-laser":
+        found += [Candidate(RangeScale()), Candidate(RangeOffset()), Candidate(RangeDistortion())]
+        used = {dataset.planes[k].name for k in dataset.plane_index}
+        found += [Candidate(PlaneBow(p.name, plane_centre(dataset, p.name))) for p in dataset.planes if p.name in used]
+    return found
+
+
+def _drifts(dataset: Dataset) -> list[Effect]:
+    by = drift_driver(dataset)
+    found: list[Effect] = []
+    drivers = {by, "time"} if "time" in dataset.poses else {by}
+    for driver in sorted(drivers):
+        x = dataset.poses[driver].to_numpy(dtype=float) if driver in dataset.poses else np.arange(dataset.n_poses)
+        start, span = float(np.min(x)), float(np.ptp(x))
+        if span <= 0:
+            continue
+        found.append(ThermalDrift(driver, start))
+        if driver != "temperature":
+            found += [ThermalDrift(driver, start, share * span) for share in WARM_UP_SHARES]
+    return found

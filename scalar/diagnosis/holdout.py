@@ -1,0 +1,111 @@
+"""What a model predicts of poses that neither its fit nor its choice has seen, in blocks of successive poses.
+
+Neighbours in time are alike, so a pose beside a training pose is hardly held out. Poses are cut into blocks of successive acquisition, dealt
+out to the folds in turn, so that every fold spans the whole time and a change in its course is seen from both sides. Each fold's fit is the
+Gauss-Newton step from the joint optimum, exact for what is nearly linear at this scale.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scalar.diagnosis.state import State
+from scalar.residuals import Residuals
+from scalar.se3 import Array
+from scalar.sensors.line_laser import LineLaser
+
+FOLDS = 5
+BLOCKS_PER_FOLD = 4
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Errors of poses held out from the fit.
+
+    Attributes:
+        whitened: ``(N,)``, squared whitened residual of each pose.
+        metric: ``(N,)`` [m^2], mean squared distance of each pose's points.
+        counts: ``(N,)``, points of each pose.
+        block: ``(N,)``, block of each pose.
+    """
+
+    whitened: Array
+    metric: Array
+    counts: Array
+    block: Array
+
+    @property
+    def rms(self) -> float:
+        """Return the root mean square distance [m] over all points."""
+        return float(np.sqrt(np.sum(self.metric * self.counts) / np.sum(self.counts)))
+
+    @property
+    def largest(self) -> float:
+        """Return the largest root mean square distance of a pose [m]."""
+        return float(np.sqrt(np.max(self.metric)))
+
+
+def blocks(n_poses: int) -> tuple[Array, Array]:
+    """Return the block ``(N,)`` and the fold ``(N,)`` of successive poses."""
+    n_blocks = max(min(FOLDS * BLOCKS_PER_FOLD, n_poses // 2), 1)
+    block = np.arange(n_poses) * n_blocks // n_poses
+    return block, block % FOLDS
+
+
+def held_out(state: State) -> HeldOut:
+    """Return the held-out errors of a state, every pose held out once."""
+    residual, J = state.linearised()
+    N = state.dataset.n_poses
+    metric_rows = metric(state.residuals)
+    r_metric, J_metric = metric_rows.linearise(state.model)
+    J_metric = J_metric[:, state.free]
+    m, m_metric = state.residuals.measurement.rows_per_pose, metric_rows.measurement.rows_per_pose
+    block, fold = blocks(N)
+    whitened, squares = np.zeros(N), np.zeros(N)
+    scale = np.linalg.norm(J, axis=0)
+    scale[scale == 0] = 1.0
+    for f in range(FOLDS):
+        out = fold == f
+        if not out.any():
+            continue
+        train = np.r_[np.repeat(~out, m), np.ones(len(residual) - N * m, dtype=bool)]
+        step = _step(J[train] / scale, residual[train]) / scale
+        test = np.repeat(out, m)
+        rest = (residual[: N * m] + J[: N * m] @ step)[test].reshape(-1, m)
+        whitened[out] = np.sum(rest**2, axis=1)
+        test = np.repeat(out, m_metric)
+        rest = (r_metric[: N * m_metric] + J_metric[: N * m_metric] @ step)[test].reshape(-1, m_metric)
+        squares[out] = np.sum(rest**2, axis=1)
+    _, counts = state.residuals.squared_distances(state.model)
+    return HeldOut(whitened, squares / counts, counts, block)
+
+
+def _step(J: Array, residual: Array) -> Array:
+    """Return the Gauss-Newton step by normal equations where they are sound, else by least squares of least norm."""
+    gram = J.T @ J
+    values = np.linalg.eigvalsh(gram)
+    if values[0] > 1e-10 * values[-1]:
+        return -np.linalg.solve(gram, J.T @ residual)
+    return -np.linalg.lstsq(J, residual, rcond=1e-8)[0]
+
+
+def metric(residuals: Residuals) -> Residuals:
+    """Return the residuals in metres, every point with the same weight."""
+    measurement = residuals.measurement
+    if isinstance(measurement, LineLaser):
+        measurement = replace(measurement, R=measurement.R_metric, profiled=False)
+    else:
+        measurement = replace(measurement, sigma=1.0)
+    return Residuals(measurement, residuals.poses, residuals.bases, residuals.known)
+
+
+def improvement(before: HeldOut, after: HeldOut) -> float:
+    """Return how many standard errors the held-out error falls by, blocks being the independent samples."""
+    drop = before.whitened - after.whitened
+    n = int(before.block.max()) + 1
+    per_block = np.bincount(before.block, weights=drop, minlength=n)
+    spread = float(np.std(per_block, ddof=1)) * np.sqrt(n) if n > 1 else 0.0
+    total = float(per_block.sum())
+    return total / spread if spread > 0 else (np.inf if total > 0 else 0.0)

@@ -1,0 +1,280 @@
+"""The hunt: score every candidate, add the best, refit everything, judge on held-out poses, repeat; then ask whether another would do as well.
+
+A candidate is taken if its gain is beyond chance, corrected for all that were tried, and if it lowers the error on held-out poses. After every
+step what is already in the model must still earn its place, and may be replaced by what explains the same better, so that the order in which
+effects are found does not decide the answer.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scalar.diagnosis.candidates import Candidate, candidates
+from scalar.diagnosis.holdout import HeldOut, held_out, improvement
+from scalar.diagnosis.score import Background, evidence, forward, p_value, remainder, score_changes, score_gram
+from scalar.diagnosis.state import State, settle
+from scalar.effects.catalogue import plane_centre
+from scalar.effects.effect import Effect
+from scalar.effects.joints import JointCompliance, JointHarmonic
+from scalar.effects.base import BaseCompliance
+from scalar.effects.sensor import SensorSlip
+from scalar.effects.surface import PlaneMoved
+from scalar.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.dataset import Dataset
+
+ALPHA = 1e-3  # chance of taking an effect where there is none, corrected for all that were tried
+LEAST_IMPROVEMENT = 2.0  # standard errors by which the held-out error has to fall
+SWAP_MARGIN = 3.0  # nats of evidence by which another effect has to explain better to take a place
+CONFOUNDED_MARGIN = 5.0  # nats within which the data do not tell two effects apart
+MAX_EFFECTS = 60  # steps; harmonics of several joints take many
+CHANGE_MARGIN = 6  # least number of poses on each side of a change
+_ALWAYS = -np.inf
+
+
+@dataclass(frozen=True)
+class Scored:
+    """A candidate with its score.
+
+    Attributes:
+        effect: With the terms that are worth taking.
+        gain: Drop of the squared whitened residual.
+        dof: Directions seen.
+        evidence: In nats.
+        p_value: Corrected for all that were tried.
+        observability: ``|E'| / |E|``.
+    """
+
+    effect: Effect
+    gain: float
+    dof: int
+    evidence: float
+    p_value: float
+    observability: float
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """The whitened columns of everything that may be tried, at one model.
+
+    Attributes:
+        tried: Candidates with their columns.
+        E: ``(N m, e)``, all columns.
+        changes: (effect that acts always, its columns, the poses it touches) for every kind of change.
+    """
+
+    tried: list[tuple[Candidate, slice]]
+    E: Array
+    changes: list[tuple[Effect, slice, Array]]
+
+
+def columns(state: State, pool: Sequence[Candidate]) -> Columns:
+    """Return the columns of a pool of candidates and of every kind of change at a state's model."""
+    always = _changes(state.dataset)
+    effects = [candidate.effect for candidate in pool] + [effect for effect, _ in always]
+    E = state.columns_of(effects)
+    ends = np.cumsum([len(effect.coefficients) for effect in effects])
+    slices = [slice(int(end) - len(effect.coefficients), int(end)) for end, effect in zip(ends, effects, strict=True)]
+    n = len(pool)
+    return Columns(
+        list(zip(pool, slices[:n], strict=True)),
+        E,
+        [(effect, where, touched) for (effect, touched), where in zip(always, slices[n:], strict=True)],
+    )
+
+
+def _changes(dataset: Dataset) -> list[tuple[Effect, Array]]:
+    everywhere = np.ones(dataset.n_poses, dtype=bool)
+    found: list[tuple[Effect, Array]] = [(SensorSlip(_ALWAYS, turns=dataset.sensor.kind == "line-laser"), everywhere)]
+    if dataset.sensor.kind != "tracker":
+        for k in np.unique(dataset.plane_index):
+            name = dataset.planes[k].name
+            effect = PlaneMoved(name, _ALWAYS, None, plane_centre(dataset, name))
+            found.append((effect, dataset.plane_index == k))
+    return found
+
+
+def rank(state: State, background: Background, cols: Columns) -> list[Scored]:
+    """Return every candidate and change with its score, best first."""
+    A = background.Q.T @ cols.E
+    s_all = cols.E.T @ background.residual.ravel()
+    squared_all = np.einsum("ij,ij->j", cols.E, cols.E)
+    families = Counter(candidate.effect.name for candidate, _ in cols.tried)
+    total = len(cols.tried) + sum(int(touched.sum()) for _, _, touched in cols.changes)
+    scored = []
+    for candidate, where in cols.tried:
+        E, Q_E = cols.E[:, where], A[:, where]
+        gram = E.T @ E - Q_E.T @ Q_E
+        s, squared = s_all[where], squared_all[where]
+        score = score_gram(gram, s, squared)
+        effect = candidate.effect
+        if candidate.terms > 1:
+            rest, freedom = remainder(background, score.gain, score.dof)
+            width = len(s) // candidate.terms
+            terms = [np.arange(width * k, width * (k + 1)) for k in range(candidate.terms)]
+            chosen = forward(gram, s, squared, terms, worth=np.log(background.freedom) * rest / freedom)
+            if not chosen:
+                continue
+            index = np.concatenate([terms[k] for k in sorted(chosen)])
+            score = score_gram(gram[np.ix_(index, index)], s[index], squared[index])
+            effect = candidate.with_terms(chosen)
+        scored.append(_scored(background, effect, score.gain, score.dof, score.observability, families[effect.name], total))
+    scored += _rank_changes(state, background, cols, total)
+    return sorted(scored, key=lambda entry: -entry.evidence)
+
+
+def _rank_changes(state: State, background: Background, cols: Columns, total: int) -> list[Scored]:
+    N, m = background.residual.shape
+    order = state.residuals.poses.order
+    time = state.residuals.poses.columns.get("time")
+    scored = []
+    for effect, where, touched in cols.changes:
+        E = cols.E[: N * m, where].reshape(N, m, -1)
+        found = score_changes(background, E, touched, CHANGE_MARGIN)
+        if not len(found.gain):
+            continue
+        best = int(np.argmax(found.gain))
+        i = int(found.first[best])
+        moment = {"order": float(order[i]), "time": None if time is None else float(time[i])}
+        assert isinstance(effect, (SensorSlip, PlaneMoved))
+        at = replace(effect, **moment, coefficients=np.zeros(len(effect.coefficients)))
+        scored.append(_scored(background, at, float(found.gain[best]), int(found.dof[best]), 1.0, len(found.gain), total))
+    return scored
+
+
+def _scored(
+    background: Background, effect: Effect, gain: float, dof: int, observability: float, family: int, total: int
+) -> Scored:
+    corrected = min(1.0, p_value(background, gain, dof) * total)
+    return Scored(effect, gain, dof, evidence(background, gain, dof, family), corrected, observability)
+
+
+def merged(effects: Sequence[Effect], new: Effect) -> tuple[Effect, ...]:
+    """Return effects with a new one: terms of the same compliance and orders of the same joint become one effect."""
+    result = list(effects)
+    for i, old in enumerate(result):
+        if isinstance(old, JointHarmonic) and isinstance(new, JointHarmonic) and old.joint == new.joint:
+            result[i] = _with_known(JointHarmonic(old.joint, tuple(sorted({*old.orders, *new.orders}))), old)
+            return tuple(result)
+        if isinstance(old, JointCompliance) and isinstance(new, JointCompliance):
+            result[i] = _with_known(JointCompliance(tuple(sorted({*old.terms, *new.terms}))), old)
+            return tuple(result)
+        if isinstance(old, BaseCompliance) and isinstance(new, BaseCompliance):
+            result[i] = _with_known(BaseCompliance(tuple(sorted({*old.frames, *new.frames}))), old)
+            return tuple(result)
+    return (*result, new)
+
+
+def _with_known(effect: Effect, old: Effect) -> Effect:
+    known = dict(zip(_full_names(old), old.coefficients, strict=True))
+    return effect.with_coefficients([known.get(name, 0.0) for name in _full_names(effect)])
+
+
+def _full_names(effect: Effect) -> list[str]:
+    if isinstance(effect, JointHarmonic):
+        return [f"{f}{k}" for k in effect.orders for f in ("sin", "cos")]
+    return effect.coefficient_names
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Where a hunt ended.
+
+    Attributes:
+        before: The state without effects, and its held-out errors.
+        after: The state with all effects that were found, and its held-out errors.
+        steps: For each effect in the order of taking: its score when it was taken, held-out errors before and after.
+    """
+
+    before: State
+    held_out_before: HeldOut
+    after: State
+    held_out_after: HeldOut
+    steps: list[tuple[Scored, HeldOut, HeldOut]]
+
+
+def hunt(state: State) -> Found:
+    """Return the state with every effect that the data bear out."""
+    pool = candidates(state.dataset)
+    start, start_error = state, held_out(state)
+    error = start_error
+    steps: list[tuple[Scored, HeldOut, HeldOut]] = []
+    refused: set[str] = set()
+    for _ in range(MAX_EFFECTS):
+        ranking = rank(state, state.background(), columns(state, pool))
+        taken = None
+        for entry in ranking[:8]:
+            if entry.p_value > ALPHA or entry.evidence <= 0:
+                break
+            if _label(entry.effect) in refused:
+                continue
+            trial = settle(state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect))
+            trial_error = held_out(trial)
+            if improvement(error, trial_error) < LEAST_IMPROVEMENT:
+                refused.add(_label(entry.effect))
+                continue
+            taken = (entry, trial, trial_error)
+            break
+        if taken is None:
+            break
+        entry, trial, trial_error = taken
+        steps.append((entry, error, trial_error))
+        state, error = reconsidered(trial, pool), trial_error
+        error = held_out(state)
+    return Found(start, start_error, state, error, steps)
+
+
+def reconsidered(state: State, pool: Sequence[Candidate]) -> State:
+    """Return a state in which every effect earns its place and none could be replaced by a better one."""
+    for _ in range(4 + len(state.effects)):
+        changed = False
+        for i, effect in enumerate(state.effects):
+            others = tuple(e for k, e in enumerate(state.effects) if k != i)
+            own, ranking = rivals(state, i, pool)
+            if own.evidence <= 0 or own.p_value > ALPHA:
+                state, changed = settle(state.dataset, state.model, state.geometry_free, others), True
+                break
+            best = ranking[0]
+            if _label(best.effect) != _label(effect) and best.evidence > own.evidence + SWAP_MARGIN:
+                trial = settle(state.dataset, state.model, state.geometry_free, merged(others, best.effect))
+                if trial.background().squared < state.background().squared + 1e-9 or best.dof < own.dof:
+                    state, changed = trial, True
+                    break
+        if not changed:
+            break
+    return state
+
+
+def rivals(state: State, i: int, pool: Sequence[Candidate]) -> tuple[Scored, list[Scored]]:
+    """Return how effect i of a state scores beside the others, and how everything else would score in its place."""
+    residual, jacobian = state.residuals.linearise(state.model)
+    start = state.model.blocks["effects"].start + sum(len(e.coefficients) for e in state.effects[:i])
+    mine = np.zeros(jacobian.shape[1], dtype=bool)
+    mine[start : start + len(state.effects[i].coefficients)] = True
+    mine &= state.free
+    coefficients = state.model.vector[mine]
+    without = Background.of(
+        residual - jacobian[:, mine] @ coefficients, jacobian[:, state.free & ~mine], state.dataset.n_poses
+    )
+    cols = columns(state, pool)
+    ranking = rank(state, without, cols)
+    gram, s, squared = without.gram(jacobian[:, mine])
+    score = score_gram(gram, s, squared)
+    family = sum(candidate.effect.name == state.effects[i].name for candidate in pool) or state.dataset.n_poses
+    total = len(pool) + state.dataset.n_poses
+    own = _scored(without, state.effects[i], score.gain, score.dof, score.observability, family, total)
+    return own, ranking
+
+
+def _label(effect: Effect) -> str:
+    if isinstance(effect, (JointCompliance, BaseCompliance)):
+        return effect.name
+    if isinstance(effect, (SensorSlip, PlaneMoved)):
+        return effect.key
+    return f"{effect.name} {effect.target}"
