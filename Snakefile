@@ -1,0 +1,35 @@
+# simulate -> calibrate -> evaluate -> figures, over seeds and cases.
+#
+#   snakemake --cores 2                                      everything in configs/paper.yaml
+#   snakemake --cores 2 --configfile configs/smoke.yaml      every rule, small
+#   snakemake --cores 2 figures                              figures only, from the tables
+#   snakemake --report report.html                           a page with all results, after a run
+from snakemake.utils import min_version
+
+min_version("9.20")
+
+if not workflow.config_settings.configfiles:  # a --configfile replaces the default, whole
+
+    configfile: os.path.join(workflow.basedir, "configs/paper.yaml")
+
+
+report: "workflow/report/workflow.rst"
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/simulate.smk"
+include: "workflow/rules/calibrate.smk"
+include: "workflow/rules/evaluate.smk"
+include: "workflow/rules/figures.smk"
+
+
+localrules:
+    all,
+    figures,
+
+
+rule all:
+    default_target: True
+    input:
+        rules.figures.input,
+        rules.summarise_headline.output,

@@ -1,0 +1,42 @@
+"""The ways to calibrate that a study compares, by name.
+
+``manifold`` is ours; ``published-READING`` is the paper's own, the square root of its constraints read in one
+of three ways.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from scalar.calibration import Calibration
+    from scalar.dataset import Dataset
+
+INITIAL = "initial"
+"""The model as the dataset declares it, before any calibration: a state to compare with, not a method."""
+
+CONVERGED = "converged"
+"""Status of a fit that ended at an optimum."""
+
+
+def _manifold(dataset: Dataset) -> Calibration:
+    from scalar.calibrate import calibrate
+
+    return calibrate(dataset)
+
+
+def _published(reading: str, dataset: Dataset) -> Calibration:
+    from scalar.published import calibrate_published
+
+    # The compressed rows have the sum of squares of all points, and are faster to ask.
+    return calibrate_published(dataset, reading=reading, points="compressed")
+
+
+METHODS: dict[str, Callable[[Dataset], Calibration]] = {
+    "manifold": _manifold,
+    "published-abs": partial(_published, "abs"),
+    "published-clip": partial(_published, "clip"),
+    "published-raise": partial(_published, "raise"),
+}

@@ -1,0 +1,38 @@
+rule calibrate:
+    input:
+        data=rules.simulate.output[0],
+        modules=modules("scalar.study.calibrate"),
+    output:
+        directory(f"{RESULTS}/{{study}}/calibrations/{{case}}/{{method}}/{{batch}}"),
+    log:
+        f"{RESULTS}/logs/calibrate/{{study}}/{{case}}/{{method}}/{{batch}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/calibrate/{{study}}/{{case}}/{{method}}/{{batch}}.tsv"
+    threads: 1
+    params:
+        method=lambda w: w.method,
+    message:
+        "Calibrating {wildcards.study} {wildcards.case}, {wildcards.method}, {wildcards.batch}"
+    script:
+        "../scripts/calibrate_seeds.py"
+
+
+rule observe:
+    input:
+        data=lambda w: f"{RESULTS}/{w.study}/data/{w.case}/{batches(w.study)[0]}",
+        modules=modules("scalar.study.observe", "scalar.study.tables"),
+    output:
+        values=f"{RESULTS}/{{study}}/identifiability/{{case}}/singular_values.csv",
+        directions=report(
+            f"{RESULTS}/{{study}}/identifiability/{{case}}/null_directions.csv",
+            caption="../report/null_directions.rst",
+            category="Identifiability",
+            labels={"study": "{study}", "case": "{case}", "shows": "null directions"},
+        ),
+    log:
+        f"{RESULTS}/logs/observe/{{study}}/{{case}}.log",
+    threads: 1
+    message:
+        "Finding what the poses of {wildcards.study} {wildcards.case} can show"
+    script:
+        "../scripts/observe.py"

@@ -1,0 +1,108 @@
+# Pictures from tables: each rule reads what it draws and computes nothing. The first drawing of a figure is the
+# one the report shows; the other is for print.
+def figure(name, caption, category, **labels):
+    """Return a figure's outputs, PNG (in the report) and SVG."""
+    return {
+        "png": report(f"{name}.png", caption=f"../report/{caption}.rst", category=category, labels=labels),
+        "svg": f"{name}.svg",
+    }
+
+
+rule draw_errors:
+    input:
+        errors=f"{HEADLINE}/errors.csv",
+        summary=f"{HEADLINE}/summary.csv",
+        published=resource("published_headline.csv"),
+        modules=modules("scalar.plots.errors", "scalar.study.tables"),
+    output:
+        **figure(f"{HEADLINE}/figures/errors", "figure_errors", "Headline", shows="errors before and after"),
+    log:
+        f"{RESULTS}/logs/draw_errors.log",
+    threads: 1
+    script:
+        "../scripts/draw_errors.py"
+
+
+rule draw_initial:
+    input:
+        errors=f"{HEADLINE}/errors.csv",
+        placed=f"{HEADLINE}/published_among_ours.csv",
+        modules=modules("scalar.plots.initial", "scalar.study.tables"),
+    output:
+        **figure(f"{HEADLINE}/figures/initial", "figure_initial", "Headline", shows="initial models"),
+    log:
+        f"{RESULTS}/logs/draw_initial.log",
+    threads: 1
+    script:
+        "../scripts/draw_initial.py"
+
+
+rule draw_planes:
+    input:
+        planes=f"{HEADLINE}/planes.csv",
+        published=resource("published_plane_errors.csv"),
+        modules=modules("scalar.plots.planes", "scalar.study.tables"),
+    output:
+        **figure(f"{HEADLINE}/figures/planes", "figure_planes", "Headline", shows="planes against the truth"),
+    log:
+        f"{RESULTS}/logs/draw_planes.log",
+    threads: 1
+    script:
+        "../scripts/draw_planes.py"
+
+
+rule draw_parameters:
+    input:
+        parameters=f"{HEADLINE}/parameters.csv",
+        summary=f"{HEADLINE}/parameter_summary.csv",
+        modules=modules("scalar.plots.parameters", "scalar.study.tables"),
+    output:
+        **figure(
+            f"{HEADLINE}/figures/parameters_{{method}}",
+            "figure_parameters",
+            "Headline",
+            shows="parameters with standard errors, {method}",
+        ),
+    log:
+        f"{RESULTS}/logs/draw_parameters_{{method}}.log",
+    threads: 1
+    params:
+        method=lambda w: w.method,
+    script:
+        "../scripts/draw_parameters.py"
+
+
+rule draw_singular_values:
+    input:
+        values=f"{RESULTS}/{{study}}/identifiability/{{case}}/singular_values.csv",
+        directions=f"{RESULTS}/{{study}}/identifiability/{{case}}/null_directions.csv",
+        modules=modules("scalar.plots.identifiability", "scalar.study.tables"),
+    output:
+        **figure(
+            f"{RESULTS}/{{study}}/figures/singular_values_{{case}}",
+            "figure_singular_values",
+            "Identifiability",
+            study="{study}",
+            case="{case}",
+            shows="singular values",
+        ),
+    log:
+        f"{RESULTS}/logs/draw_singular_values_{{study}}_{{case}}.log",
+    threads: 1
+    script:
+        "../scripts/draw_singular_values.py"
+
+
+rule figures:
+    input:
+        expand(
+            f"{HEADLINE}/figures/{{name}}.{{suffix}}",
+            name=[
+                "errors",
+                "initial",
+                "planes",
+                *(f"parameters_{method}" for method in STUDIES["headline"]["methods"]),
+                *(f"singular_values_{case}" for case in CASES["headline"]),
+            ],
+            suffix=["png", "svg"],
+        ),

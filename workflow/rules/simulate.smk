@@ -1,0 +1,19 @@
+rule simulate:
+    input:
+        scene=scene_file,
+        robot=robot_file,
+        modules=modules("scalar.study.simulate"),
+    output:
+        directory(f"{RESULTS}/{{study}}/data/{{case}}/{{batch}}"),
+    log:
+        f"{RESULTS}/logs/simulate/{{study}}/{{case}}/{{batch}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/simulate/{{study}}/{{case}}/{{batch}}.tsv"
+    threads: 1
+    params:
+        overrides=lambda w: CASES[w.study][w.case].overrides,
+        seeds=lambda w: batch_seeds(w.batch),
+    message:
+        "Simulating {wildcards.study} {wildcards.case}, {wildcards.batch}"
+    script:
+        "../scripts/simulate_seeds.py"

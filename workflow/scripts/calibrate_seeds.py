@@ -1,0 +1,8 @@
+"""Calibrate the datasets of a batch of seeds by one method."""
+
+from job import logged
+
+with logged(snakemake.log):
+    from scalar.study.calibrate import calibrate_seeds
+
+    calibrate_seeds(snakemake.input.data, snakemake.params.method, snakemake.output[0])

@@ -1,0 +1,12 @@
+"""Draw each parameter's error with its standard error."""
+
+from job import logged
+
+with logged(snakemake.log):
+    from scalar.plots.parameters import draw_parameters
+    from scalar.plots.style import save_figure
+    from scalar.study.tables import read_table
+
+    given = snakemake.input
+    figure = draw_parameters(read_table(given.parameters), read_table(given.summary), snakemake.params.method)
+    save_figure(figure, [snakemake.output.png, snakemake.output.svg])

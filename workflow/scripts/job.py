@@ -1,0 +1,22 @@
+"""What every script of the workflow needs: its output in its log."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from traceback import print_exc
+
+
+@contextmanager
+def logged(log: list[str]) -> Iterator[None]:
+    """Send stdout and stderr, and a failure's traceback, to the rule's log: `script:` leaves it empty."""
+    with (
+        open(log[0], "w", encoding="utf-8", buffering=1) as file,
+        redirect_stdout(file),
+        redirect_stderr(file),
+    ):
+        try:
+            yield
+        except Exception as error:
+            print_exc()
+            print(f"{log[0]}: {type(error).__name__}: {error}", file=sys.__stderr__)
+            sys.exit(1)
