@@ -140,14 +140,33 @@ def fit_all(
         residuals = Residuals.of(dataset, model).reweighted(model)
         free &= ~unseen_effects(residuals, model, free)
     found = fit(residuals, model, free, tolerance=initial.COARSE)
+    return fit_from(dataset, found.model, free, residuals)
+
+
+def fit_from(dataset: Dataset, model: Model, free: Array, residuals: Residuals | None = None) -> tuple[Fit, Residuals]:
+    """Return the fit from a model near the optimum, reweighted until that changes nothing, and the residuals where it ended.
+
+    Args:
+        dataset: What was measured.
+        model: Where to start.
+        free: ``(P,)`` bool.
+        residuals: Of the dataset for this model, or None to take them from the dataset.
+
+    Raises:
+        NotConverged: It ended elsewhere than at an optimum.
+    """
+    if residuals is None:
+        residuals = Residuals.of(dataset, model)
+    found: Fit | None = None
     for _ in range(MAX_REWEIGHTINGS):
-        model = found.model.rebased()
+        model = (model if found is None else found.model).rebased()
         residuals = residuals.reweighted(model)
         found = fit(residuals, model, free)
         again = residuals.reweighted(found.model)
         residual, jacobian = again.linearise(found.model)
         if covariance_and_step(jacobian[:, free], residual)[1] < SETTLED:
             break
+    assert found is not None
     if not found.converged:
         raise NotConverged(
             [f"the fit did not converge in {found.evaluations} evaluations ({found.message}); "

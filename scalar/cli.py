@@ -124,6 +124,32 @@ def calibrate(dataset: Path, output: Path, effects: str | None, effects_from: Pa
 
 
 @cli.command()
+@click.argument("dataset", type=_FOLDER)
+@_OUTPUT
+def diagnose(dataset: Path, output: Path) -> None:
+    """Find what the model lacks, add it, and compare errors before and after on held-out poses.
+
+    Writes DIR/before.json and DIR/after.json (calibrations), DIR/diagnosis.json and DIR/report.html (one file, opens offline).
+
+    \b
+    Example:
+      scalar diagnose my-cell -o out
+      scalar predict out/after.json joints.csv -o frames.csv
+    """
+    from scalar.dataset import read_dataset
+    from scalar.diagnosis import diagnose, write_diagnosis
+    from scalar.terminal import describe_diagnosis, stages
+
+    data = read_dataset(dataset)
+    with stages() as advance:
+        result = diagnose(data, progress=advance)
+        advance("writing the report")
+        write_diagnosis(result, _made(output))
+    click.echo(describe_diagnosis(result))
+    click.echo(f"written: {output / 'report.html'}, diagnosis.json, before.json, after.json")
+
+
+@cli.command()
 @click.argument("calibration", type=_FOLDER)
 @click.argument("joints", type=_FOLDER)
 @click.option("-o", "--output", type=_FOLDER, required=True, help="CSV file to write.")

@@ -14,6 +14,7 @@ from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
     from scalar.dataset import Dataset
+    from scalar.diagnosis.diagnosis import Diagnosis
     from scalar.evaluate import Evaluation
 
 _MISFIT_WORTH_SAYING = 1.15
@@ -32,6 +33,18 @@ def progress(label: str) -> Iterator[Callable[[int, int], None]]:
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(label, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+@contextmanager
+def stages() -> Iterator[Callable[[str], None]]:
+    """Show which stage runs on stderr, where stderr is a terminal; yields a function that takes the stage's name."""
+    if not sys.stderr.isatty():
+        yield lambda stage: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("reading") as status:
+        yield lambda stage: status.update(stage)
 
 
 def describe_dataset(dataset: Dataset) -> str:
@@ -102,6 +115,39 @@ def describe_calibration(calibration: Calibration) -> str:
     if calibration.gauge:
         lines.append(f"  held, because the data cannot see it ({len(calibration.gauge)}):")
         lines += [f"    {entry['held']}: {entry['reason']}" for entry in calibration.gauge]
+    return "\n".join(lines)
+
+
+def describe_diagnosis(diagnosis: Diagnosis) -> str:
+    """Return what was found, in about ten lines."""
+    d = diagnosis.to_mapping()
+    before, after = d["residual"]["before"], d["residual"]["after"]
+    verdict = {
+        "no_effect": "nothing but noise: the model lacks nothing that these data can show",
+        "effect": "found what the model lacks",
+        "unattributed": "the residual holds structure that no known effect explains",
+    }[d["verdict"]]
+    lines = [f"{diagnosis.dataset.name}: {verdict}"]
+    for entry in d["effects"]:
+        target = ", ".join(f"{key} {value}" for key, value in entry["target"].items())
+        size = "; ".join(f"{name} {c['value']:.3g}" + (f" +- {c['std']:.1g}" if c["std"] else "") for name, c in list(entry["coefficients"].items())[:3])
+        depends = f" depends on {', '.join(entry['depends_on'])}" if "depends_on" in entry else ""
+        lines.append(f"  {entry['name']}{' (' + target + ')' if target else ''}{depends}: {size}")
+        if entry["confounded_with"]:
+            near = ", ".join(sorted({c["name"] for c in entry["confounded_with"]}))
+            lines.append(f"    these data do not tell it from {near}")
+    lines.append(
+        f"  held-out RMS {before['held_out_rms_mm']:.4f} -> {after['held_out_rms_mm']:.4f} mm; "
+        f"noise alone would leave {d['residual']['floor_mm']:.4f} mm"
+    )
+    outliers = d["outliers"]
+    if outliers["poses"] or outliers["points"]:
+        lines.append(
+            f"  set aside: {len(outliers['poses'])} poses ({len(outliers['mislabelled'])} with a wrong plane), "
+            f"{outliers['points']} points"
+        )
+    if d["silent"]:
+        lines.append(f"  cannot be seen here: {', '.join(sorted({s['name'] for s in d['silent']}))}")
     return "\n".join(lines)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ from scalar.effects.joints import JointBacklash, JointCompliance, JointCoupling,
 from scalar.effects.links import AxisNonparallel, ThermalDrift
 from scalar.effects.sensor import RangeDistortion, RangeOffset, RangeScale
 from scalar.effects.surface import PlaneBow
+from scalar.effects.unattributed import GRAVITY, UnattributedJoint, UnattributedLink, UnattributedSensor, Variable
 from scalar.identifiability import STILL, near_parallel_joints
 
 if TYPE_CHECKING:
@@ -80,3 +82,27 @@ def _drifts(dataset: Dataset) -> list[Effect]:
         if driver != "temperature":
             found += [ThermalDrift(driver, start, share * span) for share in WARM_UP_SHARES]
     return found
+
+
+def flexible(dataset: Dataset) -> list[Candidate]:
+    """Return flexible terms that have no name: what is tried on structure that the named effects leave."""
+    n = dataset.robot.n_joints
+    moving = [j for j in range(1, n + 1) if np.ptp(dataset.q[:, j - 1]) > STILL]
+    angles = {j: Variable.seen(f"q{j}", dataset.q[:, j - 1]) for j in moving}
+    turns = dataset.sensor.kind == "line-laser"
+    found: list[Effect] = [UnattributedJoint(j, (angles[v],)) for j in moving for v in moving]
+    found += [
+        UnattributedJoint(j, (angles[a], angles[b])) for j in moving for a, b in itertools.combinations(moving, 2)
+    ]
+    found += [UnattributedLink(j) for j in moving]
+    found.append(UnattributedSensor(Variable(GRAVITY, 0.0, 1.0), turns))
+    order = dataset.poses["order"].to_numpy(dtype=float) if "order" in dataset.poses else np.arange(dataset.n_poses)
+    drivers = {"order": np.asarray(order, dtype=float)}
+    for name in ("time", "temperature", *dataset.covariates):
+        if name in dataset.poses and dataset.poses[name].nunique() > 4:
+            drivers[name] = dataset.poses[name].to_numpy(dtype=float)
+    for name, values in drivers.items():
+        variable = Variable.seen(name, values)
+        found.append(UnattributedSensor(variable, turns))
+        found += [UnattributedJoint(j, (variable,)) for j in moving]
+    return [Candidate(effect) for effect in found]

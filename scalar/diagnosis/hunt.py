@@ -36,6 +36,7 @@ CONFOUNDED_MARGIN = 5.0  # nats within which the data do not tell two effects ap
 MAX_EFFECTS = 60  # steps; harmonics of several joints take many
 CHANGE_MARGIN = 6  # least number of poses on each side of a change
 _ALWAYS = -np.inf
+_LEAST_P_VALUE = 1e-300  # below it the distribution's tail is no longer computed
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,7 @@ def _rank_changes(state: State, background: Background, cols: Columns, total: in
 def _scored(
     background: Background, effect: Effect, gain: float, dof: int, observability: float, family: int, total: int
 ) -> Scored:
-    corrected = min(1.0, p_value(background, gain, dof) * total)
+    corrected = min(1.0, max(p_value(background, gain, dof), _LEAST_P_VALUE) * total)
     return Scored(effect, gain, dof, evidence(background, gain, dof, family), corrected, observability)
 
 
@@ -212,12 +213,12 @@ def hunt(state: State) -> Found:
         for entry in ranking[:8]:
             if entry.p_value > ALPHA or entry.evidence <= 0:
                 break
-            if _label(entry.effect) in refused:
+            if label(entry.effect) in refused:
                 continue
             trial = settle(state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect))
             trial_error = held_out(trial)
             if improvement(error, trial_error) < LEAST_IMPROVEMENT:
-                refused.add(_label(entry.effect))
+                refused.add(label(entry.effect))
                 continue
             taken = (entry, trial, trial_error)
             break
@@ -241,7 +242,7 @@ def reconsidered(state: State, pool: Sequence[Candidate]) -> State:
                 state, changed = settle(state.dataset, state.model, state.geometry_free, others), True
                 break
             best = ranking[0]
-            if _label(best.effect) != _label(effect) and best.evidence > own.evidence + SWAP_MARGIN:
+            if label(best.effect) != label(effect) and best.evidence > own.evidence + SWAP_MARGIN:
                 trial = settle(state.dataset, state.model, state.geometry_free, merged(others, best.effect))
                 if trial.background().squared < state.background().squared + 1e-9 or best.dof < own.dof:
                     state, changed = trial, True
@@ -253,18 +254,10 @@ def reconsidered(state: State, pool: Sequence[Candidate]) -> State:
 
 def rivals(state: State, i: int, pool: Sequence[Candidate]) -> tuple[Scored, list[Scored]]:
     """Return how effect i of a state scores beside the others, and how everything else would score in its place."""
-    residual, jacobian = state.residuals.linearise(state.model)
-    start = state.model.blocks["effects"].start + sum(len(e.coefficients) for e in state.effects[:i])
-    mine = np.zeros(jacobian.shape[1], dtype=bool)
-    mine[start : start + len(state.effects[i].coefficients)] = True
-    mine &= state.free
-    coefficients = state.model.vector[mine]
-    without = Background.of(
-        residual - jacobian[:, mine] @ coefficients, jacobian[:, state.free & ~mine], state.dataset.n_poses
-    )
+    without, mine = background_without(state, i)
     cols = columns(state, pool)
     ranking = rank(state, without, cols)
-    gram, s, squared = without.gram(jacobian[:, mine])
+    gram, s, squared = without.gram(mine)
     score = score_gram(gram, s, squared)
     family = sum(candidate.effect.name == state.effects[i].name for candidate in pool) or state.dataset.n_poses
     total = len(pool) + state.dataset.n_poses
@@ -272,7 +265,19 @@ def rivals(state: State, i: int, pool: Sequence[Candidate]) -> tuple[Scored, lis
     return own, ranking
 
 
-def _label(effect: Effect) -> str:
+def background_without(state: State, i: int) -> tuple[Background, Array]:
+    """Return the background of a state without its effect i, and that effect's free columns ``(N m, k)``."""
+    residual, jacobian = state.residuals.linearise(state.model)
+    start = state.model.blocks["effects"].start + sum(len(e.coefficients) for e in state.effects[:i])
+    mine = np.zeros(jacobian.shape[1], dtype=bool)
+    mine[start : start + len(state.effects[i].coefficients)] = True
+    mine &= state.free
+    rest = residual - jacobian[:, mine] @ state.model.vector[mine]
+    return Background.of(rest, jacobian[:, state.free & ~mine], state.dataset.n_poses), jacobian[:, mine]
+
+
+def label(effect: Effect) -> str:
+    """Return name and target as one text; the same for effects that would be reported as the same."""
     if isinstance(effect, (JointCompliance, BaseCompliance)):
         return effect.name
     if isinstance(effect, (SensorSlip, PlaneMoved)):

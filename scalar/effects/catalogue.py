@@ -14,6 +14,7 @@ from scalar.effects.joints import JointBacklash, JointCompliance, JointCoupling,
 from scalar.effects.links import AxisNonparallel, ThermalDrift
 from scalar.effects.sensor import RangeDistortion, RangeOffset, RangeScale, SensorSlip
 from scalar.effects.surface import PlaneBow, PlaneMoved
+from scalar.effects.unattributed import Unattributed
 from scalar.errors import Fault, InvalidInput
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ CATALOGUE: dict[str, type[Effect]] = {
         RangeDistortion,
         PlaneBow,
         PlaneMoved,
+        Unattributed,
     )
 }
 

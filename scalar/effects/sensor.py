@@ -134,18 +134,27 @@ class RangeOffset(_RangeError):
 
 @dataclass(frozen=True, eq=False)
 class RangeDistortion(_RangeError):
-    """The measured range needs a quadratic term: ``r -> r + k r^2``; gain and zero take up the rest of a parabola."""
+    """The measured range is curved: ``r -> r + k r^2 + s r + o``; gain and zero go with a parabola wherever its middle lies."""
 
     name: ClassVar[str] = "range_distortion"
     sentence: ClassVar[str] = "the laser's range is curved"
-    basis_names: ClassVar[tuple[str, ...]] = ("dx", "dz")
+    basis_names: ClassVar[tuple[str, ...]] = ("dx", "dz", "rx", "rz", "ux", "uz")
 
     @property
     def coefficient_names(self) -> list[str]:
-        """``curvature_per_m``."""
-        return ["curvature_per_m"]
+        """Curvature, and the gain and zero that go with it."""
+        return ["curvature_per_m", "gain_m_per_m", "offset_m"]
 
     @property
     def coefficient_units(self) -> list[str]:
-        """One over metres."""
-        return ["1/m"]
+        """One over metres, metres a metre, metres."""
+        return ["1/m", "m/m", "m"]
+
+    def contact_columns(
+        self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
+    ) -> Array:
+        """Return the sensor's axes against the normal, for each of the three functions of the range."""
+        G = np.zeros((len(contact), 6, 3))
+        for k in range(3):
+            G[:, 2 * k : 2 * k + 2, k] = contact[:, 1:]
+        return G

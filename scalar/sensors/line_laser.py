@@ -17,13 +17,12 @@ import numpy as np
 from scalar.compression import compress, compress_keeping_q
 from scalar.planes import PARAMETERS_PER_PLANE, Planes
 from scalar.se3 import Array, cross
-from scalar.sensors.measurement import Measurement, Rows, Target
+from scalar.sensors.measurement import LEAST_SIGMA, Measurement, Rows, Target, stated_sigma
 
 if TYPE_CHECKING:
     from scalar.dataset import Dataset
 
 _LEAST_INCIDENCE = 0.05  # |n . e|, 87 degrees: a grazing ray keeps a finite weight
-_UNSTATED_SIGMA = 1e-4  # m; only scales the rows until the scatter within the scans has been measured
 
 LINE_BASIS = ("1", "x", "z")
 
@@ -34,16 +33,20 @@ def point_basis(names: Sequence[str], points: Array, error_axis: str) -> Array:
     ``ux, uz`` is the direction in which the scanner errs and ``dx, dz`` the same times the squared range [m^2].
     """
     x, z = points[:, 0], points[:, 1]
+    if tuple(names) == LINE_BASIS:
+        return np.column_stack([np.ones_like(x), x, z])
     if error_axis == "ray":
-        reach = np.maximum(np.hypot(x, z), 1e-12)
+        reach = np.maximum(np.sqrt(x * x + z * z), 1e-12)
         ux, uz = x / reach, z / reach
     else:
         reach, ux, uz = z, np.zeros_like(z), np.ones_like(z)
     functions = {
-        "1": np.ones_like(x), "x": x, "z": z, "xx": x * x, "xz": x * z, "zz": z * z,
-        "ux": ux, "uz": uz, "rx": reach * ux, "rz": reach * uz, "dx": reach**2 * ux, "dz": reach**2 * uz,
+        "1": lambda: np.ones_like(x), "x": lambda: x, "z": lambda: z,
+        "xx": lambda: x * x, "xz": lambda: x * z, "zz": lambda: z * z,
+        "ux": lambda: ux, "uz": lambda: uz, "rx": lambda: reach * ux, "rz": lambda: reach * uz,
+        "dx": lambda: reach**2 * ux, "dz": lambda: reach**2 * uz,
     }  # fmt: skip
-    return np.column_stack([functions[name] for name in names])
+    return np.column_stack([functions[name]() for name in names])
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +87,7 @@ class LineLaser(Measurement):
     def of(cls, dataset: Dataset, extra_basis: Sequence[str] = ()) -> LineLaser:
         """Return the scans of a dataset, each point with the same weight."""
         stated = dataset.sensor.noise is not None
-        sigma = float(dataset.sensor.noise) if dataset.sensor.noise is not None else _UNSTATED_SIGMA
+        sigma = stated_sigma(dataset.sensor.noise)
         names = LINE_BASIS + tuple(name for name in dict.fromkeys(extra_basis) if name not in LINE_BASIS)
         basis = point_basis(names, dataset.points, dataset.sensor.error_axis)
         R_metric = compress(basis, dataset.starts)
@@ -164,7 +167,7 @@ class LineLaser(Measurement):
             unit = compress(basis / incidence[:, None], self.starts)
             scatter, freedom = scatter_within(unit, c, np.diff(self.starts))
             if freedom.sum() > 0:
-                sigma = max(float(np.sqrt(_robust_variance(scatter, freedom))), 1e-12)
+                sigma = max(float(np.sqrt(_robust_variance(scatter, freedom))), LEAST_SIGMA)
         whitened = basis / (sigma * incidence)[:, None]
         R = self._profile_rows(whitened, c) if self.profiled else compress(whitened, self.starts)
         return replace(self, R=R, sigma=sigma)
@@ -193,11 +196,18 @@ class LineLaser(Measurement):
         assert isinstance(target, Planes)
         return scatter_within(self.R, contact(T_base_sensor, target, self.target_index)[0], np.diff(self.starts))
 
+    def noise_floor(self, T_base_sensor: Array, target: Target) -> float:
+        """Return the root mean square distance [m] to the plates that the noise of the points alone makes."""
+        assert isinstance(target, Planes)
+        incidence = self._incidence(contact(T_base_sensor, target, self.target_index)[0])
+        return self.sigma * float(np.sqrt(np.mean(incidence**2)))
+
     def _incidence(self, c: Array) -> Array:
         """Return ``|n . e_i|`` of every point ``(P,)``, e_i the direction in which the scanner errs."""
-        per_point = np.repeat(c[:, 1:], np.diff(self.starts), axis=0)
-        direction = point_basis(("ux", "uz"), self.points, self.error_axis)
-        return np.maximum(np.abs(np.sum(per_point * direction, axis=1)), _LEAST_INCIDENCE)
+        counts = np.diff(self.starts)
+        ux, uz = point_basis(("ux", "uz"), self.points, self.error_axis).T
+        along = np.repeat(c[:, 1], counts) * ux + np.repeat(c[:, 2], counts) * uz
+        return np.maximum(np.abs(along), _LEAST_INCIDENCE)
 
     def distances(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()

@@ -1,0 +1,250 @@
+"""A diagnosis: what was found, how sure, what could not be told apart, what cannot be seen; to save and to report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scalar.atomic import plain
+from scalar.calibrate import conclude, fit_from
+from scalar.calibration import Calibration
+from scalar.diagnosis.candidates import candidates
+from scalar.diagnosis.cleaning import Cleaned, clean, geometry_fit
+from scalar.diagnosis.holdout import HeldOut, held_out
+from scalar.diagnosis.hunt import CONFOUNDED_MARGIN, Scored, columns, hunt, label, merged, rank, rivals
+from scalar.diagnosis.noise import CONFOUNDED, Mixed, Spread, spreads, whitening
+from scalar.diagnosis.silent import Silent, silent
+from scalar.diagnosis.state import State, settle
+from scalar.diagnosis.unnamed import with_unnamed
+from scalar.effects.catalogue import effect_to_mapping
+from scalar.effects.effect import Effect
+from scalar.effects.unattributed import Unattributed
+from scalar.sensors.line_laser import LineLaser
+from scalar.units import MM
+
+if TYPE_CHECKING:
+    from scalar.dataset import Dataset
+
+FORMAT = "scalar-diagnosis/1"
+MAX_RANKING = 25
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """An effect that was found.
+
+    Attributes:
+        effect: With its coefficients.
+        p_value: Of its gain beside the other effects, corrected for all that were tried.
+        before, after: Held-out errors without and with it, in the order of taking.
+        confounded_with: Effects that would explain the same as well.
+    """
+
+    effect: Effect
+    p_value: float
+    before: HeldOut
+    after: HeldOut
+    confounded_with: tuple[Effect, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What a dataset says of what its model lacks.
+
+    Attributes:
+        dataset: As read; ``cleaned`` is what was used.
+        before, after: States without effects and with all that were found.
+        calibration_before, calibration_after: The same as calibrations.
+        findings: In the order in which they were added.
+        noise: Noise effects, the likeliest first; the first is what is reported.
+        silent: Effects that these data cannot show.
+        ranking: Of all candidates on the residual before, best first.
+    """
+
+    dataset: Dataset
+    cleaned: Cleaned
+    before: State
+    after: State
+    held_out_before: HeldOut
+    held_out_after: HeldOut
+    calibration_before: Calibration
+    calibration_after: Calibration
+    findings: tuple[Finding, ...]
+    noise: tuple[Spread, ...]
+    silent: tuple[Silent, ...]
+    ranking: tuple[Scored, ...]
+
+    @property
+    def verdict(self) -> str:
+        """Return ``no_effect``, ``effect`` or ``unattributed``."""
+        if any(isinstance(finding.effect, Unattributed) for finding in self.findings):
+            return "unattributed"
+        return "effect" if self.findings or self.noise else "no_effect"
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the content of ``diagnosis.json``."""
+        std = self.calibration_after.std
+        named = [f for f in self.findings if not isinstance(f.effect, Unattributed)]
+        unnamed = [f for f in self.findings if isinstance(f.effect, Unattributed)]
+        effects = [self._finding(f, std) for f in named]
+        effects += [self._noise(self.noise)] if self.noise else []
+        effects += [self._unnamed(unnamed, std)] if unnamed else []
+        outliers = [*self.cleaned.outlier_poses, *(pose for pose, _ in self.cleaned.mislabelled_poses)]
+        mapping = {
+            "format": FORMAT,
+            "verdict": self.verdict,
+            "effects": effects,
+            "silent": [s.to_mapping() for s in self.silent],
+            "outliers": {
+                "poses": sorted(outliers),
+                "points": self.cleaned.points,
+                "mislabelled": [{"pose": pose, "lies_on": plane} for pose, plane in self.cleaned.mislabelled_poses],
+            },
+            "noise": {
+                "within_scan_mm": self.after.residuals.measurement.sigma / MM,
+                "between_scans_mm": between_scans(self.after) / MM,
+            },
+            "residual": {
+                "before": _residual(self.before, self.held_out_before),
+                "after": _residual(self.after, self.held_out_after),
+                "floor_mm": floor(self.after) / MM,
+            },
+        }
+        return plain(mapping)
+
+    def _finding(self, finding: Finding, std: Mapping[str, float]) -> dict[str, Any]:
+        entry = effect_to_mapping(finding.effect, std)
+        return {
+            "name": entry["name"],
+            "target": entry["target"],
+            "coefficients": entry["coefficients"],
+            "p_value": finding.p_value,
+            "held_out_rms_before_mm": finding.before.rms / MM,
+            "held_out_rms_after_mm": finding.after.rms / MM,
+            "confounded_with": [{"name": e.name, "target": e.target} for e in finding.confounded_with],
+        }
+
+    def _unnamed(self, findings: list[Finding], std: Mapping[str, float]) -> dict[str, Any]:
+        entry = self._finding(findings[0], std)
+        entry["coefficients"] = {}
+        depends = [v for f in findings for v in f.effect.depends_on]  # type: ignore[attr-defined]
+        entry["depends_on"] = list(dict.fromkeys(depends))
+        entry["held_out_rms_after_mm"] = findings[-1].after.rms / MM
+        entry["corrected_by_flexible_term"] = True
+        return entry
+
+    def _noise(self, noise: tuple[Spread, ...]) -> dict[str, Any]:
+        best = noise[0]
+        unit = "std_rad" if best.name == "pose_jitter" else "std_m"
+        near = [s for s in noise[1:] if best.log_likelihood_gain - s.log_likelihood_gain < CONFOUNDED]
+        return {
+            "name": best.name,
+            "target": {},
+            "coefficients": {unit: {"value": best.std, "std": best.std_error}},
+            "p_value": best.p_value,
+            "held_out_rms_before_mm": self.held_out_after.rms / MM,
+            "held_out_rms_after_mm": self.held_out_after.rms / MM,
+            "confounded_with": [{"name": s.name, "target": {}} for s in near],
+        }
+
+
+def _residual(state: State, error: HeldOut) -> dict[str, float]:
+    return {
+        "train_rms_mm": state.residuals.rms(state.model) / MM,
+        "held_out_rms_mm": error.rms / MM,
+        "held_out_max_mm": error.largest / MM,
+    }
+
+
+def floor(state: State) -> float:
+    """Return the root mean square distance [m] that the noise within scans alone would leave."""
+    measurement = state.residuals.measurement
+    if not isinstance(measurement, LineLaser):
+        return measurement.sigma * float(np.sqrt(measurement.rows_per_pose))
+    return measurement.noise_floor(state.residuals.kinematics(state.model).T_base_sensor, state.model.target)
+
+
+def between_scans(state: State) -> float:
+    """Return the standard deviation [m] of what a scan as a whole is off, beyond the noise of its points; zero where it is not."""
+    background = state.background()
+    excess = max(background.variance - 1.0, 0.0)
+    measurement = state.residuals.measurement
+    if not isinstance(measurement, LineLaser):
+        return float(np.sqrt(excess)) * measurement.sigma
+    # The first profile row is the whitened mean: its length in metres is one over the norm of the weights.
+    weights = np.abs(measurement.R[:, 0, 0])
+    first = np.mean(background.residual[:, 0] ** 2) - 1.0
+    return float(np.sqrt(max(first, 0.0))) / float(np.sqrt(np.mean(weights**2)))
+
+
+def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: None) -> Diagnosis:
+    """Return what a dataset says of what its model lacks.
+
+    Args:
+        dataset: What was measured.
+        progress: Called with the name of each stage.
+
+    Raises:
+        InvalidInput: The data contradict themselves.
+        Undetermined: The data cannot determine even the geometry.
+    """
+    progress("cleaning")
+    cleaned = clean(dataset)
+    model, prepared = geometry_fit(cleaned.dataset)
+    before = settle(cleaned.dataset, model, prepared.free, ())
+    pool = candidates(cleaned.dataset)
+    ranking = rank(before, before.background(), columns(before, pool))
+    progress("hunting")
+    found = hunt(before)
+    progress("looking for structure without a name")
+    after = with_unnamed(found.after, pool)
+    noise = tuple(spreads(after))
+    findings = _findings(before, after, pool)
+    progress("calibrating")
+    calibration_before = conclude(cleaned.dataset, prepared, *fit_from(cleaned.dataset, before.model, before.free))
+    calibration_after = conclude(cleaned.dataset, prepared, *_final_fit(after, noise))
+    return Diagnosis(
+        dataset=dataset,
+        cleaned=cleaned,
+        before=before,
+        after=after,
+        held_out_before=found.held_out_before,
+        held_out_after=held_out(after),
+        calibration_before=calibration_before,
+        calibration_after=calibration_after,
+        findings=findings,
+        noise=noise,
+        silent=tuple(silent(after, pool)),
+        ranking=tuple(ranking[:MAX_RANKING]),
+    )
+
+
+def _final_fit(state: State, noise: tuple[Spread, ...]) -> Any:
+    """Return the final fit of a state: on all points, or on profile rows weighted for a noise effect where there is one."""
+    if not noise:
+        return fit_from(state.dataset, state.model, state.free)
+    residuals = state.residuals
+    residuals = type(residuals)(
+        Mixed(residuals.measurement, whitening(noise[0])), residuals.poses, residuals.bases, residuals.known
+    )
+    return fit_from(state.dataset, state.model, state.free, residuals)
+
+
+def _findings(before: State, after: State, pool: Any) -> tuple[Finding, ...]:
+    """Return the effects of a state one by one, each with the held-out error before and after it is added."""
+    found = []
+    state, error = before, held_out(before)
+    effects: tuple[Effect, ...] = ()
+    for i, effect in enumerate(after.effects):
+        effects = merged(effects, effect)
+        state = settle(after.dataset, state.model, after.geometry_free, effects)
+        now = held_out(state)
+        own, ranking = rivals(after, i, pool)
+        near = [s.effect for s in ranking if s.evidence > own.evidence - CONFOUNDED_MARGIN]
+        near = [e for e in near if label(e) != label(effect) and not isinstance(effect, Unattributed)]
+        found.append(Finding(effect, own.p_value, error, now, tuple(near)))
+        error = now
+    return tuple(found)

@@ -1,0 +1,72 @@
+"""Structure beyond doubt that no name fits: found by flexible terms, judged harder than a name, and never forced into the nearest one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from scalar.diagnosis.candidates import Candidate, flexible
+from scalar.diagnosis.holdout import held_out, improvement
+from scalar.diagnosis.hunt import Columns, background_without, hunt, merged, rank, reconsidered, rivals
+from scalar.diagnosis.score import Background
+from scalar.diagnosis.state import State, settle
+from scalar.effects.unattributed import Unattributed
+
+ALPHA = 1e-5  # chance of seeing structure where there is none, corrected for all terms that were tried
+LEAST_IMPROVEMENT = 3.0  # standard errors by which the held-out error has to fall
+BETTER_THAN_A_NAME = 10.0  # nats by which a flexible term has to explain better to unseat a name
+MAX_TERMS = 2
+
+
+def with_unnamed(state: State, named: Sequence[Candidate]) -> State:
+    """Return a state with flexible terms for what its named effects leave, the names judged again beside them.
+
+    Args:
+        state: Where the hunt for names ended.
+        named: The candidates with names.
+    """
+    pool = flexible(state.dataset)
+    state = _unseated(state, pool)
+    for _ in range(MAX_TERMS):
+        trial = _with_best(state, pool)
+        if trial is None:
+            break
+        state = hunt(reconsidered(trial, named)).after
+    return state
+
+
+def _columns(state: State, pool: Sequence[Candidate]) -> Columns:
+    E = state.columns_of([candidate.effect for candidate in pool])
+    ends = np.cumsum([len(candidate.effect.coefficients) for candidate in pool])
+    slices = [slice(int(e) - len(c.effect.coefficients), int(e)) for e, c in zip(ends, pool, strict=True)]
+    return Columns(list(zip(pool, slices, strict=True)), E, [])
+
+
+def _with_best(state: State, pool: Sequence[Candidate]) -> State | None:
+    """Return the state with the flexible term that the residual bears out best, or None."""
+    background: Background = state.background()
+    for entry in rank(state, background, _columns(state, pool))[:4]:
+        if entry.p_value > ALPHA or entry.evidence <= 0:
+            return None
+        trial = settle(state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect))
+        if improvement(held_out(state), held_out(trial)) >= LEAST_IMPROVEMENT:
+            return trial
+    return None
+
+
+def _unseated(state: State, pool: Sequence[Candidate]) -> State:
+    """Return a state in which every name explains its share about as well as the best flexible term would."""
+    cols = _columns(state, pool)
+    for i, effect in enumerate(state.effects):
+        if isinstance(effect, Unattributed):
+            continue
+        own, without = rivals(state, i, [])[0], background_without(state, i)[0]
+        best = rank(state, without, cols)[0]
+        if best.evidence > own.evidence + BETTER_THAN_A_NAME:
+            others = tuple(e for k, e in enumerate(state.effects) if k != i)
+            trial = settle(state.dataset, state.model, state.geometry_free, merged(others, best.effect))
+            if trial.background().squared < state.background().squared:
+                return trial
+    return state
+

@@ -1,0 +1,266 @@
+"""Flexible terms for structure that no named effect explains: they correct, and say that they are no explanation.
+
+Each is smooth in one or two variables: an error of one joint's angle, of one link's geometry, or of the sensor's pose. Polynomials are
+clipped at the range of the data they were learned on, so that a prediction elsewhere does not run away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from scalar.effects.effect import Effect, JointEffect, LinkEffect, SensorEffect
+from scalar.poses import Poses
+from scalar.robot import GEOMETRY, LENGTHS, Robot
+from scalar.se3 import Array
+
+SINGLE_DEGREE = 6
+PAIR_DEGREE = 3
+DRIFT_DEGREE = 4
+WOBBLE_ORDERS = (1, 2)
+GRAVITY = "gravity"
+NAME = "unattributed"
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable and the range of it that was seen: ``u = (x - centre) / half``, clipped to -1..1.
+
+    Attributes:
+        name: ``q3``, ``order``, ``time`` or another column.
+        centre, half: In the unit of the column.
+    """
+
+    name: str
+    centre: float
+    half: float
+
+    @classmethod
+    def seen(cls, name: str, values: Array) -> Variable:
+        """Return the variable with the range of the values seen."""
+        low, high = float(np.min(values)), float(np.max(values))
+        return cls(name, (low + high) / 2, max((high - low) / 2, 1e-12))
+
+    def values(self, poses: Poses) -> Array:
+        """Return the variable at poses, ``(N,)``, as it stands in the table; infinite orders are the end."""
+        if self.name.startswith("q") and self.name[1:].isdigit():
+            return poses.q[:, int(self.name[1:]) - 1]
+        x = poses.order if self.name == "order" else poses.column(self.name)
+        return np.where(np.isfinite(x), x, self.centre + self.half)
+
+    def unit(self, poses: Poses) -> Array:
+        """Return u ``(N,)``."""
+        return np.clip((self.values(poses) - self.centre) / self.half, -1.0, 1.0)
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return name and range."""
+        return {"name": self.name, "centre": self.centre, "half": self.half}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Variable:
+        """Return the variable of ``to_mapping``."""
+        return cls(str(mapping["name"]), float(mapping["centre"]), float(mapping["half"]))
+
+
+def single_functions(variable: Variable, poses: Poses, degree: int = SINGLE_DEGREE) -> Array:
+    """Return Legendre polynomials 1..degree, and for a joint its absolute value and sign, ``(N, k)``."""
+    u = variable.unit(poses)
+    columns = [legendre.legvander(u, degree)[:, 1:]]
+    if variable.name.startswith("q"):
+        x = variable.values(poses)
+        columns.append(np.column_stack([np.abs(x) / variable.half, np.sign(x)]))
+    return np.concatenate(columns, axis=1)
+
+
+def pair_functions(a: Variable, b: Variable, poses: Poses) -> Array:
+    """Return products of Legendre polynomials and of sines and cosines of two variables, ``(N, k)``."""
+    P, Q = (legendre.legvander(v.unit(poses), PAIR_DEGREE)[:, 1:] for v in (a, b))
+    products = (P[:, :, None] * Q[:, None, :]).reshape(len(P), -1)
+    trig = [np.column_stack([np.sin(v.values(poses)), np.cos(v.values(poses))]) for v in (a, b)]
+    waves = (trig[0][:, :, None] * trig[1][:, None, :]).reshape(len(P), -1)
+    return np.concatenate([products, waves], axis=1)
+
+
+class Unattributed(Effect):
+    """What all flexible terms share: the name, and what they depend on."""
+
+    name: ClassVar[str] = NAME
+    sentence: ClassVar[str] = "structure that no known effect explains"
+
+    @property
+    def target(self) -> dict[str, Any]:
+        """Nothing: it is not known what it acts on."""
+        return {}
+
+    @property
+    def depends_on(self) -> list[str]:
+        """Return the names of the variables."""
+        raise NotImplementedError
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Any:
+        """Return the term of ``to_mapping``."""
+        return {"joint": UnattributedJoint, "link": UnattributedLink, "sensor": UnattributedSensor}[
+            mapping["place"]
+        ].from_settings(mapping)
+
+
+@dataclass(frozen=True, eq=False)
+class UnattributedJoint(Unattributed, JointEffect):
+    """A joint's angle errs smoothly with one or two variables."""
+
+    joint: int
+    variables: tuple[Variable, ...]
+
+    @property
+    def depends_on(self) -> list[str]:
+        """Return the names of the variables."""
+        return [v.name for v in self.variables]
+
+    @property
+    def key(self) -> str:
+        """Name, joint and variables."""
+        return "_".join([NAME, f"joint{self.joint}", *self.depends_on])
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """Numbered functions."""
+        if len(self.variables) == 1:
+            count = SINGLE_DEGREE + (2 if self.variables[0].name.startswith("q") else 0)
+        else:
+            count = PAIR_DEGREE**2 + 4
+        return [f"f{k + 1}_rad" for k in range(count)]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Radians."""
+        return ["rad"] * len(self.coefficient_names)
+
+    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the functions on the joint."""
+        if len(self.variables) == 1:
+            functions = single_functions(self.variables[0], poses)
+        else:
+            functions = pair_functions(*self.variables, poses)
+        B = np.zeros((len(poses), robot.n_joints, functions.shape[1]))
+        B[:, self.joint - 1] = functions
+        return B
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return place, joint and variables."""
+        return {"place": "joint", "joint": self.joint, "variables": [v.to_mapping() for v in self.variables]}
+
+    @classmethod
+    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the term of ``to_mapping``."""
+        return cls(int(mapping["joint"]), tuple(Variable.from_mapping(v) for v in mapping["variables"]))
+
+
+@dataclass(frozen=True, eq=False)
+class UnattributedLink(Unattributed, LinkEffect):
+    """A link's geometry errs periodically with its joint's own angle: an axis that wobbles."""
+
+    joint: int
+
+    @property
+    def depends_on(self) -> list[str]:
+        """Return the joint's angle."""
+        return [f"q{self.joint}"]
+
+    @property
+    def key(self) -> str:
+        """Name and joint."""
+        return f"{NAME}_link{self.joint}"
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """A sine and a cosine for every order and kind of geometry."""
+        return [
+            f"{kind}_{f}{k}_{'m' if kind in LENGTHS else 'rad'}"
+            for kind in GEOMETRY
+            for k in WOBBLE_ORDERS
+            for f in ("sin", "cos")
+        ]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Metres and radians."""
+        return ["m" if kind in LENGTHS else "rad" for kind in GEOMETRY for _ in range(2 * len(WOBBLE_ORDERS))]
+
+    def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the waves at every kind of geometry of the joint."""
+        q = poses.q[:, self.joint - 1]
+        waves = np.stack([f(k * q) for k in WOBBLE_ORDERS for f in (np.sin, np.cos)], axis=1)
+        w = waves.shape[1]
+        basis = np.zeros((len(poses), len(GEOMETRY), robot.n_joints, len(GEOMETRY) * w))
+        for k in range(len(GEOMETRY)):
+            basis[:, k, self.joint - 1, k * w : (k + 1) * w] = waves
+        return basis
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return place and joint."""
+        return {"place": "link", "joint": self.joint}
+
+    @classmethod
+    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the term of ``to_mapping``."""
+        return cls(int(mapping["joint"]))
+
+
+@dataclass(frozen=True, eq=False)
+class UnattributedSensor(Unattributed, SensorEffect):
+    """The sensor's pose on the flange errs with the direction of gravity, or drifts with a column."""
+
+    variable: Variable
+    turns: bool = True
+
+    @property
+    def depends_on(self) -> list[str]:
+        """Return the column, or the direction of gravity."""
+        return [self.variable.name]
+
+    @property
+    def key(self) -> str:
+        """Name and variable."""
+        return f"{NAME}_sensor_{self.variable.name}"
+
+    @property
+    def _n_functions(self) -> int:
+        return 3 if self.variable.name == GRAVITY else DRIFT_DEGREE
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """Every function for every component of the motion."""
+        components = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")[: 6 if self.turns else 3]
+        return [f"f{k + 1}_{c}" for k in range(self._n_functions) for c in components]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Metres and radians."""
+        return (["m"] * 3 + (["rad"] * 3 if self.turns else [])) * self._n_functions
+
+    def sensor_screws(self, robot: Robot, poses: Poses) -> Array:
+        """Return unit motions times the functions."""
+        if self.variable.name == GRAVITY:
+            down = robot.gravity / max(float(np.linalg.norm(robot.gravity)), 1e-12)
+            functions = np.einsum("nij,i->nj", robot.flange(poses.q)[:, :3, :3], down)
+        else:
+            functions = legendre.legvander(self.variable.unit(poses), DRIFT_DEGREE)[:, 1:]
+        unit = np.zeros((6, 6 if self.turns else 3))
+        unit[3:, :3] = np.eye(3)
+        if self.turns:
+            unit[:3, 3:] = np.eye(3)
+        return (functions[:, None, :, None] * unit[None, :, None, :]).reshape(len(poses), 6, -1)
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return place, variable and what is seen."""
+        return {"place": "sensor", "variable": self.variable.to_mapping(), "turns": self.turns}
+
+    @classmethod
+    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the term of ``to_mapping``."""
+        return cls(Variable.from_mapping(mapping["variable"]), bool(mapping["turns"]))
