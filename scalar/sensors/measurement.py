@@ -17,6 +17,14 @@ from scalar.se3 import Array
 if TYPE_CHECKING:
     from scalar.dataset import Dataset
 
+UNSTATED_SIGMA = 1e-4  # m; scales the rows where nothing is stated, until the scatter is measured or for good
+LEAST_SIGMA = 1e-9  # m; no sensor is as good, and the rounding of coordinates in metres stays well below it
+
+
+def stated_sigma(noise: float | None) -> float:
+    """Return the standard deviation [m] to whiten with, where a dataset states ``noise`` [m] or None."""
+    return UNSTATED_SIGMA if noise is None else max(float(noise), LEAST_SIGMA)
+
 
 class Target(Protocol):
     """What a sensor measures against: some items (planes, frames), each with the same number of free coordinates."""

@@ -14,12 +14,11 @@ import numpy as np
 from scalar.planes import PARAMETERS_PER_PLANE, Planes
 from scalar.se3 import Array, cross
 from scalar.sensors.line_laser import fit_planes, plane_targets
-from scalar.sensors.measurement import Measurement, Rows, Target
+from scalar.sensors.measurement import Measurement, Rows, Target, stated_sigma
 
 if TYPE_CHECKING:
     from scalar.dataset import Dataset
 
-_UNSTATED_SIGMA = 1e-4  # m; scales the rows where nothing is stated, and cancels in every estimate
 _IN_CONTACT = 1e-11  # m
 
 
@@ -41,7 +40,7 @@ class Probe(Measurement):
     def of(cls, dataset: Dataset, extra_basis: Sequence[str] = ()) -> Probe:
         """Return the contacts of a dataset."""
         noise = dataset.sensor.noise
-        return cls(plane_targets(dataset)[0], _UNSTATED_SIGMA if noise is None else float(noise), noise is not None)
+        return cls(plane_targets(dataset)[0], stated_sigma(noise), noise is not None)
 
     def initial_target(self, dataset: Dataset) -> Planes:
         """Return the planes at their rough guesses, one for each plane and session that occur."""

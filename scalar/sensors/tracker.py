@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scalar.se3 import Array, cross, exp_so3, left_jacobian_so3, log_so3, transform
-from scalar.sensors.measurement import Measurement, Rows, Target
+from scalar.sensors.measurement import Measurement, Rows, Target, stated_sigma
 
 if TYPE_CHECKING:
     from scalar.dataset import Dataset
 
-_UNSTATED_SIGMA = 1e-4  # m; scales the rows where nothing is stated, and cancels in every estimate
 _PARAMETERS = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -95,7 +94,7 @@ class Tracker(Measurement):
         """Return the positions of a dataset."""
         noise = dataset.sensor.noise
         session = dataset.session if dataset.session is not None else np.zeros(dataset.n_poses, dtype=int)
-        sigma = _UNSTATED_SIGMA if noise is None else float(noise)
+        sigma = stated_sigma(noise)
         return cls(np.asarray(dataset.points, dtype=float), np.asarray(session), sigma, noise is not None)
 
     def initial_target(self, dataset: Dataset) -> TrackerFrames:
