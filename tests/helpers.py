@@ -533,14 +533,14 @@ def _touching_poses(
     The height over a plane is ``A + B cos q_j + C sin q_j`` in any one joint: three heights give A, B, C, and
     the angle follows.
     """
-    n_joints = len(truth.limits)
     movable = [j for j in (1, 2, 3) if still is None or j != still[0]]
-    poses = np.empty((len(index), n_joints))
+    poses = np.empty((len(index), len(truth.limits)))
     todo = np.arange(len(index))
     for _ in range(200):
-        q = _random_poses(rng, truth.limits, len(todo), still)
+        tried = np.resize(todo, max(len(todo), 300))
+        q = _random_poses(rng, truth.limits, len(tried), still)
         j = int(rng.choice(movable))
-        n, d = truth.normals[index[todo]], truth.distances[index[todo]] + gap[todo]
+        n, d = truth.normals[index[tried]], truth.distances[index[tried]] + gap[tried]
         height = []
         for angle in (0.0, np.pi, np.pi / 2):
             q[:, j] = angle
@@ -548,11 +548,11 @@ def _touching_poses(
         A, B = (height[0] + height[1]) / 2, (height[0] - height[1]) / 2
         C = height[2] - A
         with np.errstate(invalid="ignore"):
-            swing = np.arccos((d - A) / np.hypot(B, C)) * rng.choice([-1.0, 1.0], size=len(todo))
+            swing = np.arccos((d - A) / np.hypot(B, C)) * rng.choice([-1.0, 1.0], size=len(tried))
         q[:, j] = (np.arctan2(C, B) + swing + np.pi) % (2 * np.pi) - np.pi
         good = np.isfinite(swing) & (q[:, j] > truth.limits[j, 0]) & (q[:, j] < truth.limits[j, 1])
-        poses[todo[good]] = q[good]
-        todo = todo[~good]
+        poses[tried[good]] = q[good]
+        todo = np.setdiff1d(todo, tried[good])
         if not len(todo):
             return poses
     raise AssertionError("no contacts found: the plates are out of the arm's reach")
