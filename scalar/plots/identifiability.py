@@ -21,7 +21,6 @@ def draw_singular_values(values: pd.DataFrame, directions: pd.DataFrame) -> Figu
         ax = figure.subplots()
         height = values["singular_value"].clip(lower=_FLOOR)
         null = values["null"].to_numpy(dtype=bool)
-        ax.vlines(values["index"], _FLOOR, height, color="#bbbbbb", linewidth=1)
         ax.plot(
             values["index"][~null],
             height[~null],
@@ -40,13 +39,20 @@ def draw_singular_values(values: pd.DataFrame, directions: pd.DataFrame) -> Figu
             markersize=6,
             label=f"{null.sum()} that count as zero",
         )
-        ax.axhline(values["tolerance"].iloc[0], color="black", linestyle="--", linewidth=1, label="limit")
+        ax.axhline(
+            values["tolerance"].iloc[0],
+            color="black",
+            linestyle="--",
+            linewidth=1,
+            label="limit: below it a value counts as zero",
+        )
         ax.set_yscale("log")
         ax.set_ylim(_FLOOR, 3)
+        ax.set_xlim(0, len(values) + 1)
         ax.set_xlabel(f"index among the {len(values)} columns")
         ax.set_ylabel("singular value / largest (columns of unit length)")
         if len(directions):
             held = ", ".join(directions["held"])
             ax.set_title(f"held because of them: {held}", fontsize=9)
-        ax.legend(loc="center left")
+        ax.legend(loc="lower left")
     return figure

@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from scalar.plots.style import LOOKS, PUBLISHED_COLOUR, QUANTITY_LABELS, new_figure, numeral, styled
+from scalar.plots.style import LOOKS, PUBLISHED_COLOUR, QUANTITY_LABELS, new_figure, styled, with_unit
 
 
 def draw_initial(errors: pd.DataFrame, placed: pd.DataFrame) -> Figure:
@@ -30,8 +30,7 @@ def draw_initial(errors: pd.DataFrame, placed: pd.DataFrame) -> Figure:
                 ours[quantity], [-4.0e-2] * len(ours), "|", color=look.colour, markersize=6, clip_on=False
             )
             ax.axvline(row["published"], color=PUBLISHED_COLOUR, linestyle="--", linewidth=1.4)
-            unit = "mm" if quantity.endswith("_mm") else "°"
-            ax.set_title(_place(row, unit), fontsize=8.5)
+            ax.set_title(_place(row, quantity), fontsize=8.5)
             ax.set_xlabel(label)
             ax.set_xlim(left=0)
             ax.set_ylim(-0.08, 1.02)
@@ -40,8 +39,8 @@ def draw_initial(errors: pd.DataFrame, placed: pd.DataFrame) -> Figure:
     return figure
 
 
-def _place(row: Any, unit: str) -> str:
-    value = f"paper {numeral(row['published'], 4)} {unit}:"
+def _place(row: Any, quantity: str) -> str:
+    value = f"paper {with_unit(row['published'], quantity, 4)}:"
     if row["percentile"] >= 100:
         return f"{value}\nabove all of ours"
     if row["percentile"] <= 0:

@@ -25,6 +25,9 @@ def draw_parameters(parameters: pd.DataFrame, summary: pd.DataFrame, method: str
     every: Any = parameters[(parameters["method"] == method) & parameters["std"].notna()]
     with styled():
         figure = new_figure(9.6, 6.2)
+        if rows.empty:
+            figure.text(0.5, 0.5, f"{look.label}: no fit gave standard errors", ha="center")
+            return figure
         parts = figure.subplot_mosaic([["mm", "deg"], ["normalized", "normalized"]], height_ratios=[1, 1.1])
         for unit, title in (("mm", "lengths"), ("deg", "angles")):
             _sizes(parts[unit], rows[rows["unit"] == unit], unit, title, look.colour)
@@ -33,7 +36,8 @@ def draw_parameters(parameters: pd.DataFrame, summary: pd.DataFrame, method: str
         ax.axhspan(-2, 2, color="#eeeeee", label="±2 standard errors: 95 % should lie inside")
         ax.axhline(0, color="black", linewidth=0.8)
         shown = every["normalized_error"].clip(-_LIMIT, _LIMIT)
-        x = every["parameter"].map({name: i for i, name in enumerate(names)})
+        seeds = every["seed"].rank(method="dense", pct=True) - 0.5
+        x = every["parameter"].map({name: i for i, name in enumerate(names)}) + 0.6 * seeds
         ax.plot(
             x,
             shown,
@@ -42,12 +46,21 @@ def draw_parameters(parameters: pd.DataFrame, summary: pd.DataFrame, method: str
             markersize=3,
             alpha=0.55,
             linestyle="none",
-            label="a seed",
+            label=f"a seed (at ±{_LIMIT:g} if beyond)",
         )
-        for i, (low, high) in enumerate(zip(-rows["normalized_rms"], rows["normalized_rms"], strict=True)):
-            ax.plot([i, i], np.clip([low, high], -_LIMIT, _LIMIT), color="black", linewidth=2.2, alpha=0.8)
-        ax.plot([], [], color="black", linewidth=2.2, label="their root mean square, ±")
-        ax.set_ylim(-_LIMIT - 0.3, _LIMIT + 0.3)
+        for side in (-1, 1):
+            edge = (side * rows["normalized_rms"]).clip(-_LIMIT, _LIMIT)
+            label = "± their root mean square (should be 1)" if side > 0 else None
+            ax.plot(
+                range(len(names)),
+                edge,
+                "_",
+                color="black",
+                markersize=11,
+                markeredgewidth=2,
+                label=label,
+            )
+        ax.set_ylim(-_LIMIT - 0.3, _LIMIT + 1.7)  # room for the legend
         ax.set_ylabel("error / standard error")
         _name_columns(ax, names)
         ax.set_title(f"{look.label}: errors over the seeds in standard errors", fontsize=9)

@@ -2,49 +2,55 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from scalar.plots.style import LOOKS, PUBLISHED_COLOUR, new_figure, numeral, styled
+from scalar.plots.style import LOOKS, PUBLISHED_COLOUR, new_figure, styled, with_unit
 
-_COLUMNS = (
-    ("distance_error_mm", "size of the distance error [mm]", "mm"),
-    ("normal_error_deg", "angle of the normals [°]", "°"),
-)
-_FLOOR = 1e-7  # an error that is exactly zero (a rough guess taken from the truth) is left out of a log axis
+_COLUMNS = {
+    "distance_error_mm": "size of the distance error [mm]",
+    "normal_error_deg": "angle between the normals [°]",
+}
 
 
 def draw_planes(planes: pd.DataFrame, published: pd.DataFrame) -> Figure:
-    """Return the errors of distance and normal, a column a plane and method, a dot a seed.
+    """Return the errors of distance and normal, a column a plane and method, a dot a seed that converged.
 
     Args:
         planes: planes.csv. published: published_plane_errors.csv.
     """
-    calibrated = planes[planes["method"] != "initial"]
-    methods, names = list(dict.fromkeys(calibrated["method"])), list(dict.fromkeys(calibrated["plane"]))
-    step = 0.8 / len(methods)
+    shown: Any = planes[planes["status"] == "converged"]
+    methods, names = list(dict.fromkeys(shown["method"])), list(dict.fromkeys(planes["plane"]))
+    step = 0.8 / max(len(methods), 1)
     with styled():
         figure = new_figure(9.6, 3.6)
-        for ax, (column, label, unit) in zip(figure.subplots(1, 2), _COLUMNS, strict=True):
-            for i, method in enumerate(methods):
-                look = LOOKS[method]
-                for k, name in enumerate(names):
-                    at = (calibrated["method"] == method) & (calibrated["plane"] == name)
-                    size = calibrated.loc[at, column].abs()
-                    size = size[size > _FLOOR]
-                    x = k + (i - (len(methods) - 1) / 2) * step + np.linspace(-0.3, 0.3, len(size)) * step
-                    face = look.colour
-                    shown = look.label if k == 0 else None
-                    ax.plot(x, size, look.marker, color=face, markersize=3.2, linestyle="none", label=shown)
+        axes = figure.subplots(1, 2)
+        for ax, (column, label) in zip(axes, _COLUMNS.items(), strict=True):
+            for (method, name), rows in shown.groupby(["method", "plane"], sort=False):
+                look, k = LOOKS[method], names.index(name)
+                x = k + (methods.index(method) - (len(methods) - 1) / 2) * step
+                spread = np.linspace(-0.3, 0.3, len(rows)) * step
+                label_once = look.label if k == 0 else None
+                ax.plot(
+                    x + spread,
+                    rows[column].abs(),
+                    look.marker,
+                    color=look.colour,
+                    markersize=3.2,
+                    linestyle="none",
+                    label=label_once,
+                )
             claim = float(published[column].iloc[0])
-            text = f"paper: within {numeral(claim)} {unit}"
-            ax.axhline(claim, color=PUBLISHED_COLOUR, linestyle="--", linewidth=1.2, label=text)
+            text = f"paper: within {with_unit(claim, column)}"
+            line = ax.axhline(claim, color=PUBLISHED_COLOUR, linestyle="--", linewidth=1.2)
+            ax.legend([line], [text], loc="lower left")
             ax.set_yscale("log")
             ax.set_ylabel(label)
             ax.set_xticks(range(len(names)), names)
             ax.grid(visible=False, axis="x")
-        handles, labels = figure.axes[0].get_legend_handles_labels()
-        more = figure.axes[1].get_legend_handles_labels()
-        figure.legend([*handles, more[0][-1]], [*labels, more[1][-1]], loc="outside upper center", ncols=3)
+        handles, labels = axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=max(len(labels), 1))
     return figure

@@ -26,12 +26,12 @@ class Look:
 
 LOOKS = {
     "initial": Look("initial model", "#7f7f7f", "D"),
-    "published-abs": Look("paper's way, |·|", "#d55e00", "^"),
-    "published-clip": Look("paper's way, max(0, ·)", "#e69f00", "v"),
-    "published-raise": Look("paper's way, as is", "#cc79a7", "s"),
+    "published-abs": Look("paper's way, √|·|", "#d55e00", "^"),
+    "published-clip": Look("paper's way, √max(0, ·)", "#e69f00", "v"),
+    "published-raise": Look("paper's way, √ as it is", "#cc79a7", "s"),
     "manifold": Look("manifold (ours)", "#0072b2", "o"),
 }
-"""The paper's way has a square root that may become negative; the name says what is done then."""
+"""The argument of the root in the paper's way may become negative; the name says what is done then."""
 
 PUBLISHED_COLOUR = "#000000"
 
@@ -89,6 +89,11 @@ def save_figure(figure: Figure, paths: Sequence[str | Path]) -> None:
         for path in map(Path, paths):
             with atomic_write(path) as temporary:
                 figure.savefig(temporary, format=path.suffix[1:], metadata=_METADATA[path.suffix])
+
+
+def with_unit(value: float, column: str, digits: int = 3) -> str:
+    """Return a number with the unit in its column's name: ``14.6 mm``, ``4.05°``."""
+    return numeral(value, digits) + (" mm" if column.endswith("_mm") else "°")
 
 
 def numeral(value: float, digits: int = 3) -> str:

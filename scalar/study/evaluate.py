@@ -43,6 +43,7 @@ PLANE_COLUMNS = {
     "case": "row of the grid",
     "seed": "of all chance in the scene",
     "method": "as in errors.csv",
+    "status": "as in errors.csv",
     "plane": "its name",
     "normal_error_deg": "angle between the calibrated normal and the true one",
     "distance_error_mm": "calibrated less true distance from the base's origin",
@@ -51,6 +52,7 @@ PARAMETER_COLUMNS = {
     "case": "row of the grid",
     "seed": "of all chance in the scene",
     "method": "as in errors.csv",
+    "status": "as in errors.csv",
     "parameter": "a alpha d theta beta by joint, and the sensor's pose on the flange",
     "unit": "of the next four columns: mm or deg",
     "value": "calibrated",
@@ -98,7 +100,8 @@ def evaluate_seeds(case: str, data_dir: str | Path, calibration_dirs: Mapping[st
                 ]
                 continue
             found = evaluate(calibration, truth_poses, truth)
-            errors += _error_rows(key | {"status": status}, calibration, found)
+            key |= {"status": status}
+            errors += _error_rows(key, calibration, found)
             planes.append(found.planes.assign(**key))
             parameters.append(_parameter_rows(found.parameters).assign(**key))
         print(f"seed {seed}: evaluated {len(calibration_dirs)} methods", flush=True)
