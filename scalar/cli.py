@@ -163,10 +163,12 @@ def predict(calibration: Path, joints: Path, output: Path) -> None:
       scalar predict out/calibration.json joints.csv -o frames.csv
     """
     from scalar.calibration import load_calibration
-    from scalar.joints import read_joints, write_frames
+    from scalar.joints import write_frames
+    from scalar.pose_files import read_pose_table
 
     model = load_calibration(calibration)
-    table = read_joints(joints, model.model.robot.n_joints)
+    robot = model.model.robot
+    table = read_pose_table(joints, robot.n_joints, limits=robot.limits)
     write_frames(output, table["pose"].to_numpy(), model.predict(table))
     click.echo(f"written: {output}, {len(table)} poses")
 
@@ -189,7 +191,8 @@ def evaluate(calibration: Path, truth: Path, output: Path) -> None:
     from scalar.terminal import describe_evaluation
 
     model = load_calibration(calibration)
-    truth_poses, content = read_truth(truth, model.model.robot.n_joints)
+    robot = model.model.robot
+    truth_poses, content = read_truth(truth, robot.n_joints, robot.limits)
     result = evaluate(model, truth_poses, content)
     write_json(_made(output) / "evaluation.json", result.to_mapping())
     click.echo(describe_evaluation(result))

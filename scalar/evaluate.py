@@ -157,22 +157,42 @@ def true_parameters(truth: Mapping[str, Any]) -> dict[str, float]:
     return values
 
 
+_SENSOR_TURN = ("sensor_rx", "sensor_ry", "sensor_rz")
+
+
+def _rotation_vector_near(turn: Array, near: Array) -> Array:
+    """Return the rotation vector ``(3,)`` [rad] of the same rotation that is nearer to another.
+
+    At half a turn, where the paper's scanner sits, r and r (1 - 2 pi / |r|) are as short as each other.
+    """
+    angle = float(np.linalg.norm(turn))
+    if angle == 0.0:
+        return turn
+    other = turn * (1.0 - 2.0 * np.pi / angle)
+    return other if np.linalg.norm(other - near) < np.linalg.norm(turn - near) else turn
+
+
 def _parameter_errors(calibration: Calibration, truth: Mapping[str, Any] | None) -> pd.DataFrame:
     if truth is None:
         return pd.DataFrame()
     true = true_parameters(truth)
+    values = dict(zip(calibration.model.names, calibration.model.vector, strict=True))
+    if all(name in true for name in _SENSOR_TURN):
+        near = np.array([true[name] for name in _SENSOR_TURN])
+        turn = _rotation_vector_near(calibration.model.sensor_rotation_vector(), near)
+        values.update(zip(_SENSOR_TURN, turn, strict=True))
     rows = []
     for name, entry in calibration.parameters().items():
         if name not in true:
             continue
-        error = entry["value"] - true[name]
+        error = float(values[name] - true[name])
         if entry["unit"] == "rad" and not name.startswith("sensor_"):
             error = float((error + np.pi) % (2 * np.pi) - np.pi)
         rows.append(
             {
                 "parameter": name,
                 "unit": entry["unit"],
-                "value": entry["value"],
+                "value": float(values[name]),
                 "truth": true[name],
                 "error": error,
                 "std": entry["std"],
