@@ -317,6 +317,7 @@ def make_scene(
     error_axis: str = "ray",
     upright: bool = False,
     still_joint: int | None = None,
+    plates: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Scene:
     """Return a random cell: a true robot of the maker's geometry, a nominal one that is a little wrong.
 
@@ -341,6 +342,8 @@ def make_scene(
         error_axis: ``ray`` or ``z``.
         upright: Plates exactly level and upright; else tilted by a few degrees.
         still_joint: A joint, from 1, that never moves.
+        plates: True normals ``(3, 3)`` and distances ``(3,)`` [m], the first seen from above, the others from
+        below.
     """
     rng = np.random.default_rng(seed)
     mapping = robot_mapping(robot)
@@ -349,7 +352,7 @@ def make_scene(
     geometry = np.array([[float(joint.get(k, 0.0)) for joint in joints] for k in KINDS])
     limits = np.array([joint["limits"] for joint in joints], dtype=float)
     reach = np.hypot(geometry[0], geometry[2]).sum()
-    normals, distances = _plates(rng, reach, upright)
+    normals, distances = _plates(rng, reach, upright) if plates is None else plates
     truth = Truth(
         geometry=geometry,
         T_base_0=fixed(mapping.get("base")),
