@@ -18,7 +18,7 @@ from scalar.calibration import Calibration, reporting, sensor_mapping
 from scalar.checks import check_data, check_geometry, check_parameters
 from scalar.effects.effect import Effect
 from scalar.errors import NotConverged, Undetermined
-from scalar.identifiability import Identifiability, analyse
+from scalar.identifiability import Identifiability, analyse, weakly_seen
 from scalar.least_squares import Fit, covariance_and_step, fit
 from scalar.model import Model
 from scalar.residuals import Residuals
@@ -75,6 +75,9 @@ def prepare(dataset: Dataset, hold: Sequence[str] = ()) -> Prepared:
     identifiability = analyse(residuals, _symmetric(start.model, T), candidates)
     free = candidates & ~np.isin(start.model.names, identifiability.held_names)
     check_parameters(dataset, residuals, start.model, identifiability, int(free.sum()))
+    weak = weakly_seen(residuals, start.model, free)
+    identifiability = replace(identifiability, held=(*identifiability.held, *weak))
+    free &= ~np.isin(start.model.names, [h.name for h in weak])
     return Prepared(residuals, start, identifiability, free)
 
 

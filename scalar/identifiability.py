@@ -22,6 +22,7 @@ from scalar.residuals import Residuals
 from scalar.robot import GEOMETRY, Robot
 from scalar.se3 import Array
 from scalar.sensors import Measurement
+from scalar.units import DEG, MM
 
 NEAR_PARALLEL = 0.1  # rad, 6 degrees: closer than that two axes are taken as parallel
 NULL_TOLERANCE = 1e-8  # of the largest singular value, columns scaled to unit length
@@ -42,7 +43,8 @@ class Held:
         name: Of the parameter.
         reason: A sentence.
         moves_with: Names of the parameters that would take up a change of it.
-        cause: ``structural``: no poses whatever would free it; ``still``: a joint that never moves hides it; ``poses``: others would.
+        cause: ``structural``: no poses whatever would free it; ``still``: a joint that never moves hides it; ``poses``: others would;
+            ``weak``: seen, but no better than the data sheet knows it.
     """
 
     name: str
@@ -308,3 +310,60 @@ def _is_scale(names: tuple[str, ...], direction: Array, values: dict[str, float]
         if is_length and abs(values.get(name, 0.0)) > 0.01:
             ratios.append(direction[i] / values[name])
     return len(ratios) >= 2 and min(np.abs(ratios)) > 0 and float(np.ptp(ratios)) < 0.05 * float(np.max(np.abs(ratios)))
+
+
+PLAUSIBLE_LENGTH = 5e-3  # m: how far a length may be from the data sheet
+PLAUSIBLE_ANGLE = 0.0175  # rad, a degree: the same for an angle
+PLAUSIBLE_SENSOR = (0.05, 0.2)  # m, rad: a sensor's place is known less well
+PLAUSIBLE_TARGET = 10.0  # m, rad: nothing is known of the target
+
+
+def weakly_seen(residuals: Residuals, model: Model, free: Array) -> list[Held]:
+    """Return robot and sensor parameters that the data determine no better than the data sheet does: better held than fitted.
+
+    In units of what is plausible, ``J s``, a direction whose standard error exceeds 1 is weak. The noise is that of the residual which
+    no step of the model removes, so that what the model lacks counts. One parameter is held for each weak direction, the one that
+    carries most of it, until none is left.
+
+    Args:
+        residuals: Of the dataset.
+        model: Near the optimum.
+        free: ``(P,)`` bool.
+    """
+    residual, J = residuals.linearise(model)
+    scale = _plausible(model)
+    names = np.array(model.names)
+    ours = np.arange(len(names)) < model.blocks["target"].start
+    free = free.copy()
+    held: list[Held] = []
+    while True:
+        index = np.flatnonzero(free)
+        scaled = J[:, index] * scale[index]
+        factor = np.linalg.qr(np.column_stack([scaled, residual]), mode="r")
+        k = len(index)
+        freedom = max(len(residual) - k, 1)
+        noise = max(float(np.sqrt(np.sum(factor[k:, -1] ** 2) / freedom)), 1.0)
+        _, s, Vt = np.linalg.svd(factor[:k, :k])
+        if s[-1] >= noise:
+            return held
+        weight = np.abs(Vt[-1]) * ours[index]
+        worst = int(np.argmax(weight))
+        direction = Vt[-1] * scale[index]
+        others = [i for i in np.argsort(-np.abs(Vt[-1])) if i != worst and abs(Vt[-1][i]) > 0.2 * weight[worst]][:4]
+        name = str(names[index[worst]])
+        angle = model.units[index[worst]] == "rad"
+        size = abs(direction[worst]) * noise / max(s[-1], 1e-12)
+        spread = f"{size / DEG:.2g} deg" if angle else f"{size / MM:.2g} mm"
+        reason = f"these poses determine it only to about {spread}, no better than the data sheet does"
+        held.append(Held(name, reason, tuple(str(names[index[i]]) for i in others), "weak"))
+        free[index[worst]] = False
+
+
+def _plausible(model: Model) -> Array:
+    """Return how far each coordinate may be from where it is said to be, ``(P,)`` [m or rad]."""
+    blocks = model.blocks
+    scale = np.full(len(model.names), PLAUSIBLE_TARGET)
+    lengths = np.array([unit == "m" for unit in model.units])
+    scale[blocks["geometry"]] = np.where(lengths[blocks["geometry"]], PLAUSIBLE_LENGTH, PLAUSIBLE_ANGLE)
+    scale[blocks["sensor"]] = np.where(lengths[blocks["sensor"]], *PLAUSIBLE_SENSOR)
+    return scale

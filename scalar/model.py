@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import accumulate
 
 import numpy as np
 
@@ -70,12 +71,15 @@ class Model:
     @cached_property
     def blocks(self) -> dict[str, slice]:
         """Return where ``geometry``, ``sensor``, ``target`` and ``effects`` stand in the vector."""
-        ends = np.cumsum([self.robot.geometry.size, 6, len(self.target.vector), sum(len(e.coefficients) for e in self.effects)])
-        starts = [0, *ends[:-1]]
-        return {
-            name: slice(int(start), int(end))
-            for name, start, end in zip(("geometry", "sensor", "target", "effects"), starts, ends, strict=True)
+        coefficients = sum(len(effect.coefficients) for effect in self.effects)
+        sizes = {
+            "geometry": self.robot.geometry.size,
+            "sensor": len(self.sensor),
+            "target": len(self.target.vector),
+            "effects": coefficients,
         }
+        ends = accumulate(sizes.values())
+        return {name: slice(end - sizes[name], end) for name, end in zip(sizes, ends, strict=True)}
 
     @property
     def vector(self) -> Array:

@@ -149,13 +149,18 @@ class Residuals:
 
     def residual(self, model: Model) -> Array:
         """Return all rows ``(N m + priors,)``, in standard deviations."""
-        rows = self._at(model)[1]
-        if self.known is None:
-            return rows.residual.ravel()
-        return np.concatenate([rows.residual.ravel(), self.known.rows(model.target)[0]])  # type: ignore[arg-type]
+        return np.concatenate([self._at(model)[1].residual.ravel(), self._priors(model)[0]])
 
     def linearise(self, model: Model) -> tuple[Array, Array]:
         """Return all rows and their Jacobian ``(N m + priors, P)`` by the coordinates of ``Model.names``."""
+        residual, jacobian = self.linearise_measured(model)
+        prior, below = self._priors(model)
+        if not len(prior):
+            return residual, jacobian
+        return np.concatenate([residual, prior]), np.vstack([jacobian, below])
+
+    def linearise_measured(self, model: Model) -> tuple[Array, Array]:
+        """Return the measured rows alone, ``(N m,)`` and ``(N m, P)``."""
         kinematics, rows = self._at(model)
         N, m = rows.residual.shape
         jacobian = rows.wrench @ kinematics.screws()
@@ -171,13 +176,21 @@ class Residuals:
                 done += k
             start += k
         jacobian[:, :, blocks["target"]] = items.reshape(N, m, -1)
-        residual, jacobian = rows.residual.ravel(), jacobian.reshape(N * m, -1)
-        if self.known is None:
-            return residual, jacobian
-        known, by_target = self.known.rows(model.target)  # type: ignore[arg-type]
-        below = np.zeros((len(known), jacobian.shape[1]))
-        below[:, blocks["target"]] = by_target
-        return np.concatenate([residual, known]), np.vstack([jacobian, below])
+        return rows.residual.ravel(), jacobian.reshape(N * m, -1)
+
+    def _priors(self, model: Model) -> tuple[Array, Array]:
+        """Return the rows of what is known beforehand and their Jacobian: reference planes, and how large effects may be."""
+        blocks = model.blocks
+        coefficients = model.vector[blocks["effects"]]
+        sizes = np.concatenate([np.zeros(0), *(effect.plausible_sizes for effect in model.effects)])
+        known = np.zeros(0) if self.known is None else self.known.rows(model.target)[0]  # type: ignore[arg-type]
+        bounded = np.isfinite(sizes)
+        below = np.zeros((len(known) + int(bounded.sum()), blocks["effects"].stop))
+        if self.known is not None:
+            below[: len(known), blocks["target"]] = self.known.rows(model.target)[1]  # type: ignore[arg-type]
+        columns = blocks["effects"].start + np.flatnonzero(bounded)
+        below[np.arange(len(known), len(below)), columns] = 1.0 / sizes[bounded]
+        return np.concatenate([known, coefficients[bounded] / sizes[bounded]]), below
 
     def reweighted(self, model: Model) -> Residuals:
         """Return the same residuals, whitened for the geometry of the estimate."""

@@ -113,17 +113,18 @@ def rank(state: State, background: Background, cols: Columns) -> list[Scored]:
         E, Q_E = cols.E[:, where], A[:, where]
         gram = E.T @ E - Q_E.T @ Q_E
         s, squared = s_all[where], squared_all[where]
-        score = score_gram(gram, s, squared)
+        sizes = candidate.effect.plausible_sizes
+        score = score_gram(background, gram, s, squared, sizes)
         effect = candidate.effect
         if candidate.terms > 1:
             rest, freedom = remainder(background, score.gain, score.dof)
             width = len(s) // candidate.terms
             terms = [np.arange(width * k, width * (k + 1)) for k in range(candidate.terms)]
-            chosen = forward(gram, s, squared, terms, worth=np.log(background.freedom) * rest / freedom)
+            chosen = forward(background, gram, s, squared, sizes, terms, worth=np.log(background.freedom) * rest / freedom)
             if not chosen:
                 continue
             index = np.concatenate([terms[k] for k in sorted(chosen)])
-            score = score_gram(gram[np.ix_(index, index)], s[index], squared[index])
+            score = score_gram(background, gram[np.ix_(index, index)], s[index], squared[index], sizes[index])
             effect = candidate.with_terms(chosen)
         scored.append(_scored(background, effect, score.gain, score.dof, score.observability, families[effect.name], total))
     scored += _rank_changes(state, background, cols, total)
@@ -137,7 +138,7 @@ def _rank_changes(state: State, background: Background, cols: Columns, total: in
     scored = []
     for effect, where, touched in cols.changes:
         E = cols.E[: N * m, where].reshape(N, m, -1)
-        found = score_changes(background, E, touched, CHANGE_MARGIN)
+        found = score_changes(background, E, touched, effect.plausible_sizes, CHANGE_MARGIN)
         if not len(found.gain):
             continue
         best = int(np.argmax(found.gain))
@@ -254,26 +255,28 @@ def reconsidered(state: State, pool: Sequence[Candidate]) -> State:
 
 def rivals(state: State, i: int, pool: Sequence[Candidate]) -> tuple[Scored, list[Scored]]:
     """Return how effect i of a state scores beside the others, and how everything else would score in its place."""
-    without, mine = background_without(state, i)
+    without, mine, free = background_without(state, i)
     cols = columns(state, pool)
     ranking = rank(state, without, cols)
-    gram, s, squared = without.gram(mine)
-    score = score_gram(gram, s, squared)
+    sizes = state.effects[i].plausible_sizes[free]
+    score = score_gram(without, *without.gram(mine), sizes)
     family = sum(candidate.effect.name == state.effects[i].name for candidate in pool) or state.dataset.n_poses
     total = len(pool) + state.dataset.n_poses
     own = _scored(without, state.effects[i], score.gain, score.dof, score.observability, family, total)
     return own, ranking
 
 
-def background_without(state: State, i: int) -> tuple[Background, Array]:
-    """Return the background of a state without its effect i, and that effect's free columns ``(N m, k)``."""
+def background_without(state: State, i: int) -> tuple[Background, Array, Array]:
+    """Return the background of a state without its effect i, that effect's free columns ``(N m, k)`` and which those are."""
     residual, jacobian = state.residuals.linearise(state.model)
     start = state.model.blocks["effects"].start + sum(len(e.coefficients) for e in state.effects[:i])
     mine = np.zeros(jacobian.shape[1], dtype=bool)
-    mine[start : start + len(state.effects[i].coefficients)] = True
-    mine &= state.free
+    where = slice(start, start + len(state.effects[i].coefficients))
+    mine[where] = state.free[where]
     rest = residual - jacobian[:, mine] @ state.model.vector[mine]
-    return Background.of(rest, jacobian[:, state.free & ~mine], state.dataset.n_poses), jacobian[:, mine]
+    n, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
+    background = Background.of(rest, jacobian[:, state.free & ~mine], n, m)
+    return background, jacobian[: n * m, mine], state.free[where]
 
 
 def label(effect: Effect) -> str:

@@ -2,7 +2,8 @@
 
 With Q an orthonormal basis of the Jacobian's columns, ``E' = E - Q Q' E`` is what a candidate's columns hold that the model does not, and
 ``gain = r' E' (E' E')^+ E' r`` is the drop of the squared residual if the candidate were added (Frisch, Waugh and Lovell). Directions
-in which E' is all but nothing are never scored: an almost silent column explains whatever rounding left.
+in which E' is all but nothing are never scored: an almost silent column explains whatever rounding left. Nor are combinations that
+the data would know less well than common sense does: an effect of implausible size is none.
 
 Rows are whitened, but a model that lacks something has more residual than noise, so gains are judged against the residual that
 would remain: an F test, and an evidence (half the drop of the Bayesian information criterion, less the log of how many were tried).
@@ -18,6 +19,7 @@ from scipy.stats import f as f_distribution
 from scalar.se3 import Array
 
 SILENT_SHARE = 1e-5  # of a column's squared length: with less left beside the model, a direction is silent
+_UNBOUNDED = 1e3  # standard errors: the size taken for a coefficient that is not bounded
 _LEAST_REMAINDER = 0.2  # of the noise: what a residual is taken to keep, so that no gain looks infinite
 
 
@@ -27,7 +29,7 @@ class Background:
 
     Attributes:
         residual: ``(N, m)``, without its components along Q.
-        Q: ``(N m, F)``, orthonormal.
+        Q: ``(N m, F)``, orthonormal together with its rows on priors.
         freedom: Degrees of freedom of the residual.
     """
 
@@ -36,8 +38,8 @@ class Background:
     freedom: int
 
     @classmethod
-    def of(cls, residual: Array, jacobian: Array, n_poses: int) -> Background:
-        """Return the background of whitened rows ``(N m,)`` and the Jacobian ``(N m, F)`` of what is free.
+    def of(cls, residual: Array, jacobian: Array, n_poses: int, rows_per_pose: int) -> Background:
+        """Return the background of whitened rows and the Jacobian by what is free; rows beyond the poses' are priors.
 
         Rows that are zero for every model (a scan of two points has no curvature) are not counted.
         """
@@ -45,8 +47,9 @@ class Background:
         Q, R = np.linalg.qr(jacobian / np.where(norms > 0, norms, 1.0))
         Q = Q[:, np.abs(np.diag(R)) > 1e-10]
         rest = residual - Q @ (Q.T @ residual)
+        measured = n_poses * rows_per_pose
         live = int(np.count_nonzero(np.any(jacobian != 0, axis=1)))
-        return cls(rest.reshape(n_poses, -1), Q, max(live - Q.shape[1], 1))
+        return cls(rest[:measured].reshape(n_poses, -1), Q[:measured], max(live - Q.shape[1], 1))
 
     @property
     def squared(self) -> float:
@@ -79,20 +82,35 @@ class Score:
     observability: float
 
 
-def score_gram(gram: Array, projection: Array, squared: Array) -> Score:
-    """Return the score from ``Background.gram``."""
-    live = squared > 0
-    if not live.any():
-        return Score(0.0, 0, 0.0)
-    scale = np.sqrt(squared[live])
-    G = gram[np.ix_(live, live)] / np.outer(scale, scale)
-    s = projection[live] / scale
-    values, vectors = np.linalg.eigh((G + G.T) / 2)
-    seen = values > SILENT_SHARE
-    observability = float(np.sqrt(max(np.max(np.diag(G)), 0.0)))
-    if not seen.any():
+def score_gram(background: Background, gram: Array, projection: Array, squared: Array, sizes: Array) -> Score:
+    """Return the score of columns from ``Background.gram`` and the plausible sizes of their coefficients ``(e,)``."""
+    kept = squared > 0
+    share = np.zeros(len(squared))
+    share[kept] = np.maximum(np.diag(gram)[kept] / squared[kept], 0.0)
+    observability = float(np.sqrt(share.max(initial=0.0)))
+    kept &= share > SILENT_SHARE
+    if not kept.any():
         return Score(0.0, 0, observability)
-    return Score(float(np.sum((vectors[:, seen].T @ s) ** 2 / values[seen])), int(seen.sum()), observability)
+    gain, dof = _gain(
+        background.variance, gram[np.ix_(kept, kept)][None], projection[kept][None], squared[kept], sizes[kept]
+    )
+    return Score(float(gain[0]), int(dof[0]), observability)
+
+
+def _gain(variance: float, grams: Array, projections: Array, squared: Array, sizes: Array) -> tuple[Array, Array]:
+    """Return gains ``(T,)`` and degrees of freedom ``(T,)`` for grams ``(T, e, e)`` and projections ``(T, e)``.
+
+    In units of the plausible sizes, and of the residual's own variance, an eigenvalue is how much better the data know a direction than
+    common sense: directions below 1 are left out, the others are shrunk by that much.
+    """
+    unbounded = _UNBOUNDED * np.sqrt(variance / np.maximum(squared, 1e-300))
+    scale = np.where(np.isfinite(sizes), sizes, unbounded)
+    G = grams * (scale[:, None] * scale[None, :]) / variance
+    values, vectors = np.linalg.eigh((G + np.swapaxes(G, 1, 2)) / 2)
+    components = np.einsum("tei,te->ti", vectors, projections * scale) / variance
+    seen = values > 1.0
+    gain = variance * np.sum(np.where(seen, components**2 / (1.0 + np.maximum(values, 0.0)), 0.0), axis=1)
+    return gain, seen.sum(axis=1)
 
 
 def remainder(background: Background, gain: float, dof: int) -> tuple[float, int]:
@@ -119,11 +137,21 @@ def evidence(background: Background, gain: float, dof: int, tried: int) -> float
     return 0.5 * (n * np.log((rest + gain) / rest) - dof * np.log(n)) - np.log(max(tried, 1))
 
 
-def forward(gram: Array, projection: Array, squared: Array, terms: list[Array], worth: float) -> list[int]:
+def forward(
+    background: Background,
+    gram: Array,
+    projection: Array,
+    squared: Array,
+    sizes: Array,
+    terms: list[Array],
+    worth: float,
+) -> list[int]:
     """Return which terms to take, best first, adding one as long as it drops the squared residual by ``worth`` a column.
 
     Args:
+        background: Of the fitted model.
         gram, projection, squared: As of ``Background.gram``, over all terms.
+        sizes: Plausible sizes of the coefficients.
         terms: Columns of each term.
         worth: Least gain a column, in whitened squares.
     """
@@ -135,7 +163,8 @@ def forward(gram: Array, projection: Array, squared: Array, terms: list[Array], 
             if k in chosen:
                 continue
             columns = np.concatenate([terms[i] for i in (*chosen, k)])
-            gain = score_gram(gram[np.ix_(columns, columns)], projection[columns], squared[columns]).gain
+            part = np.ix_(columns, columns)
+            gain = score_gram(background, gram[part], projection[columns], squared[columns], sizes[columns]).gain
             if gain - reached > best_gain - reached + 1e-12:
                 best, best_gain = k, gain
         if best < 0 or best_gain - reached < worth * len(terms[best]):
@@ -160,13 +189,14 @@ class ChangeScores:
     dof: Array
 
 
-def score_changes(background: Background, E: Array, touched: Array, margin: int) -> ChangeScores:
+def score_changes(background: Background, E: Array, touched: Array, sizes: Array, margin: int) -> ChangeScores:
     """Return the scores of columns that act from one pose on, for every such pose, by cumulative sums: one pass for all.
 
     Args:
         background: Of the fitted model, poses in order of acquisition.
         E: ``(N, m, e)``, the columns where they act all the time.
         touched: ``(N,)`` bool, the poses on which they act at all.
+        sizes: ``(e,)``, plausible sizes of the coefficients.
         margin: Least number of touched poses on each side.
     """
     index = np.flatnonzero(touched)
@@ -182,10 +212,5 @@ def score_changes(background: Background, E: Array, touched: Array, margin: int)
     projection = np.cumsum(np.einsum("nme,nm->ne", Ei, r)[::-1], axis=0)[::-1]
     at = np.arange(margin, T - margin + 1)
     grams = moment[at] - np.einsum("tfe,tfg->teg", shared[at], shared[at])
-    scale = np.sqrt(np.maximum(np.einsum("tee->te", moment[at]), 1e-300))
-    G = grams / (scale[:, :, None] * scale[:, None, :])
-    values, vectors = np.linalg.eigh((G + np.swapaxes(G, 1, 2)) / 2)
-    seen = values > SILENT_SHARE
-    components = np.einsum("tei,te->ti", vectors, projection[at] / scale)
-    gain = np.sum(np.where(seen, components**2 / np.where(seen, values, 1.0), 0.0), axis=1)
-    return ChangeScores(index[at], gain, seen.sum(axis=1))
+    gain, dof = _gain(background.variance, grams, projection[at], np.einsum("nme,nme->e", Ei, Ei), sizes)
+    return ChangeScores(index[at], gain, dof)

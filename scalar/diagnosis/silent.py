@@ -60,7 +60,7 @@ def silent(state: State, pool: Sequence[Candidate]) -> list[Silent]:
     wanted = [c.effect for c in pool if c.effect.name in USUAL_SIZE and c.terms == 1]
     E = state.columns_of(wanted)
     background = state.background()
-    J = state.linearised()[1]
+    J = state.linearised()[1][: len(E)]
     left = E - background.Q @ (background.Q.T @ E)
     result = []
     start = 0

@@ -56,14 +56,14 @@ class State:
 
     def background(self) -> Background:
         """Return the residual and what the model explains already."""
-        return Background.of(*self.linearised(), self.dataset.n_poses)
+        return Background.of(*self.linearised(), self.dataset.n_poses, self.residuals.measurement.rows_per_pose)
 
     def columns_of(self, effects: Sequence[Effect]) -> Array:
         """Return the whitened columns ``(N m, e)`` of effects at this model, whether or not it has them."""
         model = replace(self.model, effects=(*self.model.effects, *effects))
         names = extra_basis_of(model.effects)
         residuals = Residuals.of(self.dataset, model, profile_measurement(self.dataset, self.model, self.residuals, names))
-        jacobian = residuals.linearise(model)[1]
+        jacobian = residuals.linearise_measured(model)[1]
         return jacobian[:, len(self.model.vector) :]
 
 

@@ -19,6 +19,17 @@ from scalar.robot import Robot
 from scalar.se3 import Array
 
 
+PLAUSIBLE_SIZE = {
+    "rad": 3e-3,
+    "m": 0.02,
+    "rad/rad": 0.02,
+    "m/m": 0.02,
+    "1/m": 0.1,
+    "1/K": 1e-3,
+}
+"""By unit: what a coefficient of a real cell hardly ever exceeds. A unit that is not listed is not bounded."""
+
+
 @dataclass(frozen=True, eq=False)
 class Effect(ABC):
     """One effect with its coefficients.
@@ -50,6 +61,15 @@ class Effect(ABC):
     @abstractmethod
     def coefficient_units(self) -> list[str]:
         """Units of the coefficients."""
+
+    @property
+    def plausible_sizes(self) -> Array:
+        """Return ``(k,)``: one standard deviation of what is believed of the coefficients before any data.
+
+        Far larger than any effect worth finding, so that it shrinks nothing that is seen; it keeps combinations of columns that the
+        data hardly see from growing without bound.
+        """
+        return np.array([PLAUSIBLE_SIZE.get(unit, np.inf) for unit in self.coefficient_units])
 
     @abstractmethod
     def to_mapping(self) -> dict[str, Any]:

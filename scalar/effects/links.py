@@ -42,6 +42,11 @@ class AxisNonparallel(LinkEffect):
         """Radians."""
         return ["rad"]
 
+    @property
+    def plausible_sizes(self) -> Array:
+        """Return three degrees: an error of assembly, larger than what bends or wears."""
+        return np.array([0.05])
+
     def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return a one at beta of the joint."""
         basis = np.zeros((len(poses), len(GEOMETRY), robot.n_joints, 1))

@@ -49,6 +49,11 @@ class SensorSlip(SensorEffect):
         """Metres and radians."""
         return ["m"] * 3 + (["rad"] * 3 if self.turns else [])
 
+    @property
+    def plausible_sizes(self) -> Array:
+        """Return two centimetres and three degrees: what is knocked moves far."""
+        return np.array([0.02 if unit == "m" else 0.05 for unit in self.coefficient_units])
+
     def sensor_screws(self, robot: Robot, poses: Poses) -> Array:
         """Return unit screws after the slip, zero before."""
         after = (poses.order >= self.order).astype(float)

@@ -131,6 +131,11 @@ class PlaneMoved(PointEffect):
         """Metres and radians."""
         return ["m", "rad", "rad"]
 
+    @property
+    def plausible_sizes(self) -> Array:
+        """Return two centimetres and three degrees: what is knocked moves far."""
+        return np.array([0.02 if unit == "m" else 0.05 for unit in self.coefficient_units])
+
     def course(self, order: Array) -> Array:
         """Return how much of the change has happened at each order ``(N,)``."""
         if self.creep_span:
