@@ -15,6 +15,9 @@ _COLUMNS = {
     "normal_error_deg": "angle between the normals [°]",
 }
 
+_EDGE = 1e-5
+"""Smaller errors are drawn here: a log axis would hide a plane that stayed at a guess without error."""
+
 
 def draw_planes(planes: pd.DataFrame, published: pd.DataFrame) -> Figure:
     """Return the errors of distance and normal, a column a plane and method, a dot a seed that converged.
@@ -36,7 +39,7 @@ def draw_planes(planes: pd.DataFrame, published: pd.DataFrame) -> Figure:
                 label_once = look.label if k == 0 else None
                 ax.plot(
                     x + spread,
-                    rows[column].abs(),
+                    rows[column].abs().clip(lower=_EDGE),
                     look.marker,
                     color=look.colour,
                     markersize=3.2,
@@ -46,8 +49,9 @@ def draw_planes(planes: pd.DataFrame, published: pd.DataFrame) -> Figure:
             claim = float(published[column].iloc[0])
             text = f"paper: within {with_unit(claim, column)}"
             line = ax.axhline(claim, color=PUBLISHED_COLOUR, linestyle="--", linewidth=1.2)
-            ax.legend([line], [text], loc="lower left")
+            ax.legend([line], [text], loc="upper right")
             ax.set_yscale("log")
+            ax.set_ylim(_EDGE / 2, 5 * ax.get_ylim()[1])  # room for the legend
             ax.set_ylabel(label)
             ax.set_xticks(range(len(names)), names)
             ax.grid(visible=False, axis="x")
