@@ -159,7 +159,7 @@ def calibrate_published(
         reading: Of the constraints' root, a key of ``READINGS``.
         points: ``all`` points, or the ``compressed`` rows that have the same sum of squares.
         max_nfev: Most evaluations of the residual, those for derivatives included.
-        held: Names to hold at their nominal values; None: those that ``scalar.identifiability`` derives.
+        held: Names to hold at their nominal values; None: what ``scalar.identifiability`` finds unseen.
 
     Raises:
         Undetermined: The data determine no first guess; or, with ``held`` None, not the model.
@@ -172,7 +172,9 @@ def calibrate_published(
     how = Parameterisation(dataset.robot, measurement.initial_target(dataset))
     gauge: tuple[dict[str, Any], ...] = ()
     if held is None:
-        found = prepare(dataset).identifiability.held
+        found = [
+            h for h in prepare(dataset).identifiability.held if h.cause != "weak"
+        ]  # the paper fits those
         held = [h.name for h in found]
         gauge = tuple({"held": h.name, "reason": h.reason, "moves_with": list(h.moves_with)} for h in found)
     _check_held(how, held)

@@ -146,8 +146,10 @@ class Robot:
         screws = np.zeros((frames.shape[0], 6, 5, n))
         for k, axis in ((_A, x_before), (_D, z_after)):
             screws[:, 3:, k] = np.swapaxes(axis, 1, 2)
-        screws[:, :3, _TURNING] = np.moveaxis(axes, 3, 1)
-        screws[:, 3:, _TURNING] = np.moveaxis(cross(points, axes), 3, 1)
+        moments = cross(points, axes)
+        for j, k in enumerate(_TURNING):
+            screws[:, :3, k] = np.swapaxes(axes[:, j], 1, 2)
+            screws[:, 3:, k] = np.swapaxes(moments[:, j], 1, 2)
         return screws.reshape(frames.shape[0], 6, 5 * n)
 
 

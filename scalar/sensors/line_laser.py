@@ -16,7 +16,7 @@ import numpy as np
 
 from scalar.compression import compress, compress_keeping_q
 from scalar.planes import PARAMETERS_PER_PLANE, Planes
-from scalar.se3 import Array, cross
+from scalar.se3 import Array, skew
 from scalar.sensors.measurement import LEAST_SIGMA, Measurement, Rows, Target, stated_sigma
 
 if TYPE_CHECKING:
@@ -223,12 +223,13 @@ class LineLaser(Measurement):
 def contact(T_base_sensor: Array, planes: Planes, index: Array) -> tuple[Array, Array, Array]:
     """Return the contact vectors ``(N, 3)``, their wrenches ``(N, 3, 6)`` and derivatives by (u, v, d) ``(N, 3, 3)``."""
     X, Z, o = T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2], T_base_sensor[:, :3, 3]
-    n = planes.normals[index]
+    normals = planes.normals
+    n = normals[index]
     carriers = np.stack([o, X, Z], axis=1)
     c = np.einsum("nkx,nx->nk", carriers, n)
     c[:, 0] -= planes.distances[index]
     wrench = np.zeros((len(n), 3, 6))
-    wrench[:, :, :3] = cross(carriers, n[:, None, :])
+    wrench[:, :, :3] = carriers @ skew(normals)[index]  # carrier x normal
     wrench[:, 0, 3:] = n
     by_target = np.zeros((len(n), 3, PARAMETERS_PER_PLANE))
     by_target[:, :, :2] = carriers @ planes.normal_derivatives[index]

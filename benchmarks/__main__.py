@@ -1,0 +1,105 @@
+"""Print the side-by-side figures: ``make bench``, or ``python -m benchmarks`` with one BLAS thread."""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+
+import numpy as np  # noqa: E402
+
+from benchmarks.contestants import Contest, Result  # noqa: E402
+from benchmarks.scenes import paper_scene, repeated  # noqa: E402
+from benchmarks.timing import Times, interleaved, ratio  # noqa: E402
+from scalar.calibrate import calibrate  # noqa: E402
+
+YARDSTICK = "lmfit, finite differences, all points"
+WHOLE = "scalar calibrate: guess, SVD, reweighting, fit"
+TARGET = 20.0
+POINTS = (10, 100, 1000)
+LARGE = 100  # times 120 poses
+MS = 1e-3
+
+
+def row(name: str, times: Times, yardstick: Times, result: Result, best: Result) -> str:
+    """Return a line of the table: times, how many times faster, evaluations, distance from our optimum."""
+    off = np.max(np.abs(result.values - best.values) / best.std)
+    faster = ratio(yardstick, times)
+    return f"{line(name, times)}{faster:9.1f}{result.evaluations:8d}{off:12.1e}"
+
+
+def line(name: str, times: Times) -> str:
+    """Return a name with its median and least time [ms]."""
+    return f"{name:48s}{times.median / MS:9.1f}{times.least / MS:9.1f}"
+
+
+def headline(rounds: int) -> None:
+    """Print the ways to the optimum of the headline scene."""
+    contest = Contest(paper_scene())
+    residuals = contest.compressed_residuals()
+    ways = {
+        YARDSTICK: contest.all_points_finite_differences,
+        "the same, shared products taken once": contest.factored_finite_differences,
+        "the same, compressed": contest.compressed_finite_differences,
+        "published, 43 parameters, clip, all points": contest.published,
+        "scalar: compressed, analytic": contest.ours,
+        "  of which the fit": lambda: contest.fit_ours(residuals),
+        WHOLE: lambda: calibrate(contest.dataset),
+    }
+    times = interleaved(ways, rounds)
+    best = contest.ours()
+    print(f"3N = 120, M = 100: one fit with standard errors, processor time [ms], {rounds} rounds")
+    print(f"{'':48s}{'median':>9s}{'least':>9s}{'faster':>9s}{'evals':>8s}{'off [sd]':>12s}")
+    for name, way in list(ways.items())[:-1]:
+        print(row(name, times[name], times[YARDSTICK], way(), best))
+    print(line(WHOLE, times[WHOLE]))
+    reached = ratio(times[YARDSTICK], times["scalar: compressed, analytic"])
+    print(f"{reached:.0f} times faster than the yardstick; at least {TARGET:.0f} is asked for\n")
+
+
+def points_a_scan(rounds: int) -> None:
+    """Print what the fit and the compression cost for different M."""
+    contests = {m: Contest(paper_scene(points_per_scan=m)) for m in POINTS}
+    residuals = {m: contest.compressed_residuals() for m, contest in contests.items()}
+    fits = interleaved({str(m): lambda m=m: contests[m].fit_ours(residuals[m]) for m in POINTS}, rounds)
+    compressions = interleaved({str(m): contests[m].compressed_residuals for m in POINTS}, rounds)
+    print("3N = 120, any M: the fit after the scan is read, and reading it into rows [ms, median]")
+    print(f"{'M':>8s}{'fit':>9s}{'evals':>8s}{'a call':>9s}{'compress':>10s}")
+    for m in POINTS:
+        evaluations = contests[m].fit_ours(residuals[m]).evaluations
+        fit_ms, read_ms = fits[str(m)].median / MS, compressions[str(m)].median / MS
+        print(f"{m:8d}{fit_ms:9.1f}{evaluations:8d}{fit_ms / evaluations:9.2f}{read_ms:10.1f}")
+    print()
+
+
+def many_poses(with_yardstick: bool) -> None:
+    """Print one fit of 12,000 poses."""
+    contest = Contest(repeated(paper_scene(), LARGE))
+    residuals = contest.compressed_residuals()
+    ways = {"compress": contest.compressed_residuals, "fit": lambda: contest.fit_ours(residuals)}
+    if with_yardstick:
+        ways[YARDSTICK] = contest.all_points_finite_differences
+    times = interleaved(ways, 1 if with_yardstick else 3)
+    print(f"{contest.dataset.n_poses} poses, M = 100 [ms]")
+    for name, each in times.items():
+        print(line(name, each))
+
+
+def main() -> None:
+    """Run what is asked for."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("--rounds", type=int, default=15, help="how often each is timed (15)")
+    parser.add_argument(
+        "--all", action="store_true", help="time the yardstick at 12,000 poses as well (a minute)"
+    )
+    arguments = parser.parse_args()
+    print("processor time; other work on this machine moves the times, and the ratios little\n")
+    headline(arguments.rounds)
+    points_a_scan(arguments.rounds)
+    many_poses(arguments.all)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,118 @@
+"""Ways to the same optimum from the same start, through lmfit.
+
+All points against compressed ones, finite differences against the analytic Jacobian. All of them minimise the
+same weighted sum of squares over the same free coordinates (normals on the sphere, rotation vectors), but for
+the published one, which has its own parameters and weights all points alike.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import lmfit
+import numpy as np
+
+from scalar.calibrate import Prepared, prepare
+from scalar.dataset import Dataset
+from scalar.least_squares import Fit, fit
+from scalar.model import Model
+from scalar.parameters import from_lmfit, to_lmfit
+from scalar.published import calibrate_published
+from scalar.residuals import Residuals
+from scalar.sensors.line_laser import contact
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """Free parameters of the arm ``(G,)``, the same in all ways, their standard errors, and evaluations made."""
+
+    values: np.ndarray
+    std: np.ndarray
+    evaluations: int
+
+
+class Contest:
+    """A dataset at its start, and every way from there."""
+
+    def __init__(self, dataset: Dataset) -> None:
+        self.dataset = dataset
+        self.prepared: Prepared = prepare(dataset)
+        self.model: Model = self.prepared.start.model
+        self.free = np.flatnonzero(self.prepared.free)
+        self.arm = self.free[self.free < dataset.robot.geometry.size]
+        self.pose = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
+        self.plane = self.prepared.residuals.measurement.target_index[self.pose]
+        self.x, self.z = np.ascontiguousarray(dataset.points.T)
+        self.weights = self._weights()
+
+    def _weights(self) -> np.ndarray:
+        """Return the weight of every point ``(P,)`` [1/m]: range noise seen along the normal."""
+        laser = self.prepared.residuals.measurement
+        T = self.prepared.residuals.kinematics(self.model).T_base_sensor
+        c = contact(T, self.model.target, laser.target_index)[0][self.pose]
+        along_ray = np.abs(c[:, 1] * self.x + c[:, 2] * self.z) / np.hypot(self.x, self.z)
+        return 1.0 / (laser.sigma * np.maximum(along_ray, 0.05))
+
+    def compressed_residuals(self) -> Residuals:
+        """Return all points, weighted for the start and compressed to three rows a scan."""
+        return self.prepared.residuals.reweighted(self.model)
+
+    def fit_ours(self, residuals: Residuals) -> Result:
+        """Compressed rows, analytic Jacobian, our standard errors."""
+        found: Fit = fit(residuals, self.model, self.prepared.free)
+        return self._result(found.model.vector, found.covariance, found.evaluations)
+
+    def ours(self) -> Result:
+        """Return the same, the compression included."""
+        return self.fit_ours(self.compressed_residuals())
+
+    def all_points_finite_differences(self) -> Result:
+        """Every point a residual, lmfit as it comes."""
+        return self._lmfit(self._all_points)
+
+    def factored_finite_differences(self) -> Result:
+        """Every point a residual, what the points of a scan share computed once; lmfit as it comes."""
+        return self._lmfit(self._all_points_factored)
+
+    def compressed_finite_differences(self) -> Result:
+        """Three rows a scan, lmfit as it comes; the compression included."""
+        return self._lmfit(self.compressed_residuals().residual)
+
+    def published(self) -> Result:
+        """As printed: 43 parameters, every point, finite differences, ``clip``; from the paper's start."""
+        held = self.prepared.identifiability.held_names
+        found = calibrate_published(self.dataset, reading="clip", points="all", held=held)
+        return self._result(found.model.vector, found.covariance, int(found.summary["evaluations"]))
+
+    def _all_points(self, model: Model) -> np.ndarray:
+        """Return ``n . p - d`` of every point p, moved into the base frame, weighted."""
+        T = (model.robot.flange(self.dataset.q) @ model.T_flange_sensor)[self.pose]
+        p = T[:, :3, 0] * self.x[:, None] + T[:, :3, 2] * self.z[:, None] + T[:, :3, 3]
+        f = np.sum(model.target.normals[self.plane] * p, axis=1) - model.target.distances[self.plane]
+        return f * self.weights
+
+    def _all_points_factored(self, model: Model) -> np.ndarray:
+        """Return the same from ``n . X``, ``n . Z`` and ``n . o - d`` of every pose: a third of the work."""
+        T = model.robot.flange(self.dataset.q) @ model.T_flange_sensor
+        index = self.prepared.residuals.measurement.target_index
+        along = np.einsum("nx,nxk->kn", model.target.normals[index], T[:, :3, [0, 2, 3]])
+        along_x, along_z, offset = along[0], along[1], along[2] - model.target.distances[index]
+        return (along_x[self.pose] * self.x + along_z[self.pose] * self.z + offset[self.pose]) * self.weights
+
+    def _lmfit(self, residual) -> Result:
+        start = self.model.vector
+
+        def of_parameters(parameters: lmfit.Parameters) -> np.ndarray:
+            vector = start.copy()
+            vector[self.free] = from_lmfit(parameters)
+            return residual(self.model.with_vector(vector))
+
+        parameters = lmfit.Parameters()
+        parameters.add_many(*to_lmfit([self.model.names[i] for i in self.free], start[self.free]))
+        found = lmfit.minimize(of_parameters, parameters, scale_covar=False)
+        vector = start.copy()
+        vector[self.free] = from_lmfit(found.params)
+        return self._result(vector, found.covar, int(found.nfev))
+
+    def _result(self, vector: np.ndarray, covariance: np.ndarray, evaluations: int) -> Result:
+        return Result(vector[self.arm], np.sqrt(np.diag(covariance))[: len(self.arm)], evaluations)

@@ -1,0 +1,50 @@
+"""Times that can be compared on a busy machine: processor time, contestants interleaved, medians, ratios."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Times:
+    """Processor times [s] of one contestant, one for each round."""
+
+    seconds: np.ndarray
+
+    @property
+    def median(self) -> float:
+        """Return the median [s]."""
+        return float(np.median(self.seconds))
+
+    @property
+    def least(self) -> float:
+        """Return the least [s], which other work on the machine disturbs least."""
+        return float(np.min(self.seconds))
+
+
+def interleaved(contestants: dict[str, Callable[[], Any]], rounds: int) -> dict[str, Times]:
+    """Return the times of contestants that take turns, so that whatever slows the machine slows all of them.
+
+    Args:
+        contestants: By name; each is called once before the clock runs.
+        rounds: How often each is timed.
+    """
+    for call in contestants.values():
+        call()
+    seconds = {name: np.empty(rounds) for name in contestants}
+    for i in range(rounds):
+        for name, call in contestants.items():
+            start = time.process_time()
+            call()
+            seconds[name][i] = time.process_time() - start
+    return {name: Times(each) for name, each in seconds.items()}
+
+
+def ratio(slow: Times, fast: Times) -> float:
+    """Return how many times faster the second is: the median over rounds of the ratio within a round."""
+    return float(np.median(slow.seconds / fast.seconds))
