@@ -181,6 +181,8 @@ class Residuals:
     def _priors(self, model: Model) -> tuple[Array, Array]:
         """Return the rows of what is known beforehand and their Jacobian: reference planes, and how large effects may be."""
         blocks = model.blocks
+        if self.known is None and not model.effects:  # most fits: not worth the dozen calls below at each step
+            return np.zeros(0), np.zeros((0, blocks["effects"].stop))
         coefficients = model.vector[blocks["effects"]]
         sizes = np.concatenate([np.zeros(0), *(effect.plausible_sizes for effect in model.effects)])
         known = np.zeros(0) if self.known is None else self.known.rows(model.target)[0]  # type: ignore[arg-type]
