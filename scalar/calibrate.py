@@ -17,7 +17,7 @@ from scalar import initial
 from scalar.calibration import Calibration, reporting, sensor_mapping
 from scalar.checks import check_data, check_geometry, check_parameters
 from scalar.effects.effect import Effect
-from scalar.errors import NotConverged, Undetermined
+from scalar.errors import Fault, InvalidInput, NotConverged, Undetermined
 from scalar.identifiability import Identifiability, analyse, weakly_seen
 from scalar.least_squares import Fit, covariance_and_step, fit
 from scalar.model import Model
@@ -65,7 +65,7 @@ def prepare(dataset: Dataset, hold: Sequence[str] = ()) -> Prepared:
     """
     measurement = measure(dataset)
     guess = measurement.initial_target(dataset)
-    check_data(dataset, measurement)
+    check_data(dataset, measurement, guess)
     T = dataset.sensor.T_flange_sensor
     residuals = Residuals.of(dataset, Model.at(dataset.robot, np.eye(4) if T is None else T, guess), measurement)
     start = initial.start(residuals, dataset.robot, guess, T)
@@ -98,7 +98,8 @@ def candidate_mask(model: Model, hold: Sequence[str] = ()) -> Array:
     """Return which coordinates would be free if they could be seen: all but beta and what is asked to be held."""
     unknown = sorted(set(hold) - set(model.names))
     if unknown:
-        raise ValueError(f"no parameters of these names: {', '.join(unknown)}")
+        known = ", ".join(model.names)
+        raise InvalidInput(Fault("--hold", f"no parameter '{name}'; there are {known}") for name in unknown)
     return np.array([not name.startswith(f"{GEOMETRY[4]}_") and name not in hold for name in model.names])
 
 

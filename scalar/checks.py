@@ -11,6 +11,7 @@ from scalar.identifiability import Identifiability
 from scalar.model import Model
 from scalar.planes import Planes
 from scalar.residuals import Residuals
+from scalar.se3 import Array
 from scalar.sensors import Measurement
 from scalar.sensors.line_laser import LineLaser
 from scalar.units import DEG
@@ -22,10 +23,16 @@ LEAST_PLANES = 3
 LEAST_SPAN = np.sin(10 * DEG)  # of three normals: the smallest singular value, 1 for a right-angled corner
 FARTHEST_GUESS = 60 * DEG  # a rough normal may be this far off the plane that the points lie on
 LEAST_WIDTH = 1e-3  # of a plane's longest extent: narrower than that its points lie on a line
+LEAST_WIDTH_SIGMAS = 5.0  # standard deviations of the sensor: the same, since noise widens a line
 
 
-def check_data(dataset: Dataset, measurement: Measurement) -> None:
+def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
     """Refuse data that are too few, by counting alone.
+
+    Args:
+        dataset: What was measured.
+        measurement: The same as rows.
+        guess: The rough planes, or the tracker's frames.
 
     Raises:
         Undetermined: Fewer than three planes are measured, or there are hardly any poses.
@@ -39,8 +46,14 @@ def check_data(dataset: Dataset, measurement: Measurement) -> None:
                 f"{'is' if len(seen) == 1 else 'are'} measured, and at least three that are not parallel are needed: "
                 "with fewer, robot and planes can move together unseen; scan a third plane"
             )
-    if dataset.n_poses * measurement.equations_per_pose < dataset.robot.n_joints:
-        reasons.append(f"{dataset.n_poses} poses cannot determine a robot of {dataset.robot.n_joints} joints; measure more")
+    equations = count_equations(dataset, measurement)
+    unknowns = (6 if measurement.sees_sensor_rotation else 3) + len(guess.vector)
+    if equations < unknowns:
+        reasons.append(
+            f"{_poses_give(dataset.n_poses)} {equations} equations, and the places of sensor and "
+            f"{'tracker' if dataset.sensor.kind == 'tracker' else 'planes'} alone are {unknowns} unknowns: measure many "
+            "more poses, a hundred or so"
+        )
     if reasons:
         raise Undetermined(reasons)
 
@@ -61,6 +74,15 @@ def check_geometry(dataset: Dataset, residuals: Residuals, model: Model, guess: 
     planes = model.target
     if not isinstance(planes, Planes):
         return
+    longest, second = _extents(residuals, model)
+    on_a_line = second < np.maximum(LEAST_WIDTH * longest, LEAST_WIDTH_SIGMAS * residuals.measurement.sigma)
+    reasons = [
+        f"all points on plane '{name}' lie on a line, so its tilt about that line cannot be seen: "
+        "scan it in other places and directions"
+        for name in np.array(planes.names)[on_a_line]
+    ]
+    if reasons:
+        raise Undetermined(reasons)
     cosine = np.abs(np.sum(planes.normals * guess.normals, axis=1))
     faults = [
         Fault(
@@ -75,17 +97,9 @@ def check_geometry(dataset: Dataset, residuals: Residuals, model: Model, guess: 
     ]
     if faults:
         raise InvalidInput(faults)
-    reasons = [
-        f"all points on plane '{name}' lie on a line, so its tilt about that line cannot be seen: "
-        "scan it in other places and directions"
-        for name, width in zip(planes.names, _relative_widths(residuals, model), strict=True)
-        if width < LEAST_WIDTH
-    ]
     span = float(np.linalg.svd(planes.normals, compute_uv=False)[-1]) if len(planes.normals) >= LEAST_PLANES else 0.0
     if span < LEAST_SPAN and isinstance(residuals.measurement, LineLaser):
-        reasons.append(_parallel_planes(planes))
-    if reasons:
-        raise Undetermined(reasons)
+        raise Undetermined(_parallel_planes(planes))
 
 
 def _parallel_planes(planes: Planes) -> str:
@@ -98,15 +112,15 @@ def _parallel_planes(planes: Planes) -> str:
     )
 
 
-def _relative_widths(residuals: Residuals, model: Model) -> list[float]:
-    """Return for each plane the second-longest extent of its points over the longest."""
+def _extents(residuals: Residuals, model: Model) -> tuple[Array, Array]:
+    """Return for each of K planes the longest and second-longest extent of its points, ``(K,)`` [m]: standard deviations."""
     measurement = residuals.measurement
     T = residuals.kinematics(model).T_base_sensor
-    widths = []
+    extents = []
     for k in range(len(model.target.normals)):  # type: ignore[attr-defined]
         mine = measurement.target_index == k
         if isinstance(measurement, LineLaser):
-            counts = np.diff(measurement.starts)
+            counts: Any = np.diff(measurement.starts)
             use = np.repeat(mine, counts)
             x, z = measurement.points[use].T
             frames = np.repeat(T[mine], counts[mine], axis=0)
@@ -114,11 +128,22 @@ def _relative_widths(residuals: Residuals, model: Model) -> list[float]:
         else:
             points = T[mine, :3, 3]
         if len(points) < LEAST_PLANES:
-            widths.append(0.0)
+            extents.append([0.0, -1.0])  # narrower than anything
             continue
-        extent = np.linalg.svd(np.cov(points.T), compute_uv=False)
-        widths.append(float(np.sqrt(max(extent[1], 0.0) / max(extent[0], 1e-300))))
-    return widths
+        extents.append(np.sqrt(np.linalg.svd(np.cov(points.T), compute_uv=False)[:2]))
+    longest, second = np.array(extents).T
+    return longest, second
+
+
+def count_equations(dataset: Dataset, measurement: Measurement) -> int:
+    """Return how many independent equations the poses give, however many points they have."""
+    if isinstance(measurement, LineLaser):
+        return int(np.minimum(np.diff(measurement.starts), measurement.equations_per_pose).sum())
+    return dataset.n_poses * measurement.equations_per_pose
+
+
+def _poses_give(count: int) -> str:
+    return "1 pose gives" if count == 1 else f"{count} poses give"
 
 
 def check_parameters(
@@ -130,16 +155,13 @@ def check_parameters(
         Undetermined: With what is missing.
     """
     measurement = residuals.measurement
-    if isinstance(measurement, LineLaser):
-        equations = int(np.minimum(np.diff(measurement.starts), measurement.equations_per_pose).sum())
-    else:
-        equations = dataset.n_poses * measurement.equations_per_pose
+    equations = count_equations(dataset, measurement)
     needed = n_free + _excess(identifiability)
     if equations < needed:
         more = int(np.ceil((needed - equations) / measurement.equations_per_pose))
         raise Undetermined(
-            [f"{dataset.n_poses} poses give {equations} equations for {needed} unknowns, however many points they have: "
-             f"measure at least {more} more poses, better twice as many"]
+            [f"{_poses_give(dataset.n_poses)} {equations} equations for {needed} unknowns"
+             f"{', however many points they have' if isinstance(measurement, LineLaser) else ''}: measure at least {more} more, better twice as many poses"]
         )  # fmt: skip
     unseen = [h for h in identifiability.held if h.cause == "poses"]
     if unseen:

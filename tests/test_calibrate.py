@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from scalar.calibrate import calibrate
+from scalar.errors import InvalidInput
 from scalar.evaluate import evaluate
 from scalar.units import DEG, MM
 from tests import helpers
@@ -175,7 +176,7 @@ def test_held_parameters_keep_their_nominal_values():
         assert parameters[name]["std"] is None
         assert parameters[name]["reason"]
     assert all(entry["std"] > 0 for name, entry in parameters.items() if name not in held)
-    with pytest.raises(ValueError, match="a_9"):
+    with pytest.raises(InvalidInput, match="no parameter 'a_9'"):
         calibrate(scene.dataset, hold=["a_9"])
 
 
