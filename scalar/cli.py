@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +11,11 @@ from typing import Any
 import click
 
 from scalar import __version__
-from scalar.errors import ScalarError
+from scalar.errors import Fault, InvalidInput, ScalarError
+
+# Small matrices lose time, and reproducible bytes, to threads. Set before NumPy is first imported, which every command does for itself.
+for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_variable, "1")
 
 _FOLDER = click.Path(path_type=Path)
 _OUTPUT = click.option("-o", "--output", "output", type=_FOLDER, required=True, help="Folder to write to; made if missing.")
@@ -200,7 +205,11 @@ def evaluate(calibration: Path, truth: Path, output: Path) -> None:
 
 
 def _made(folder: Path) -> Path:
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        message = f"cannot be written ({error.strerror or error}); give another place for the output"
+        raise InvalidInput(Fault(str(folder), message)) from None
     return folder
 
 

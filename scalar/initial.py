@@ -103,12 +103,13 @@ def start(residuals: Residuals, robot: Robot, target: Planes, T_flange_sensor: A
     if not proposals:
         raise failure if failure is not None else Undetermined(["state sensor.nominal_pose: this kind of sensor needs it"])
     best: Start | None = None
+    lowest = np.inf
     for origin, T, refit_planes in proposals:
         planes = measurement.fitted_target(T_base_flange @ T, target) if refit_planes else target
         found = _refine(residuals, Model.at(robot, T, planes))
-        if best is None or found.chi_squared < best_chi_squared:
+        if best is None or found.chi_squared < lowest:
             model = found.model.rebased()
-            best, best_chi_squared = Start(model, residuals.rms(model), origin), found.chi_squared
+            best, lowest = Start(model, residuals.rms(model), origin), found.chi_squared
     assert best is not None
     return best
 

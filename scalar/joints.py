@@ -13,6 +13,7 @@ from scalar.atomic import atomic_write
 from scalar.calibration import PREDICTION_COLUMNS
 from scalar.errors import Fault, InvalidInput
 from scalar.pose_files import read_pose_table
+from scalar.robot import GEOMETRY
 from scalar.se3 import Array, log_so3
 
 FRAME_COLUMNS = PREDICTION_COLUMNS[1:]
@@ -43,6 +44,19 @@ def read_truth(
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
         raise InvalidInput([Fault(str(path), f"not JSON: {error}")]) from None
-    if not isinstance(content, dict):
-        raise InvalidInput([Fault(str(path), "not a truth: expected a mapping")])
+    try:
+        _check_truth(content)
+    except (TypeError, ValueError, KeyError, AttributeError):
+        message = "not a truth: expected 'parameters' and 'planes' as 'scalar simulate' writes them"
+        raise InvalidInput([Fault(str(path), message)]) from None
     return poses, content
+
+
+def _check_truth(content: dict[str, Any]) -> None:
+    """Raise whatever NumPy or Python raises where a number, a list or a mapping is not what its place asks for."""
+    parameters, planes = content.get("parameters", {}), content.get("planes")
+    for key in (*GEOMETRY, "t", "r"):
+        np.array(parameters.get(key, []), dtype=float).reshape(-1)
+    if planes is not None:
+        normals = np.array(planes["normals"], dtype=float).reshape(-1, 3)
+        np.array(planes["distances"], dtype=float).reshape(len(normals))

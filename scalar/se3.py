@@ -40,14 +40,14 @@ def inverse(T: Array) -> Array:
 
 def exp_so3(rotation_vector: ArrayLike) -> Array:
     """Return the rotation ``(..., 3, 3)`` of a rotation vector ``(..., 3)`` [rad]."""
-    rotation_vector = np.asarray(rotation_vector, dtype=float)
+    rotation_vector = np.array(rotation_vector, dtype=float)  # a copy: SciPy refuses pandas' read-only views
     R = Rotation.from_rotvec(rotation_vector.reshape(-1, 3)).as_matrix()
     return R.reshape(*rotation_vector.shape[:-1], 3, 3)
 
 
 def log_so3(R: Array) -> Array:
     """Return the rotation vector ``(..., 3)`` [rad], of length at most pi, of rotations ``(..., 3, 3)``."""
-    rotation_vector = Rotation.from_matrix(R.reshape(-1, 3, 3)).as_rotvec()
+    rotation_vector = Rotation.from_matrix(np.array(R, dtype=float).reshape(-1, 3, 3)).as_rotvec()
     return rotation_vector.reshape(*R.shape[:-2], 3)
 
 
