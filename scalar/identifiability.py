@@ -22,6 +22,7 @@ from scalar.residuals import Residuals
 from scalar.robot import GEOMETRY, Robot
 from scalar.se3 import Array
 from scalar.sensors import Measurement
+from scalar.sensors.line_laser import LineLaser
 from scalar.units import DEG, MM
 
 NEAR_PARALLEL = 0.1  # rad, 6 degrees: closer than that two axes are taken as parallel
@@ -315,6 +316,7 @@ def _is_scale(names: tuple[str, ...], direction: Array, values: dict[str, float]
 PLAUSIBLE_LENGTH = 5e-3  # m: how far a length may be from the data sheet
 PLAUSIBLE_ANGLE = 0.0175  # rad, a degree: the same for an angle
 PLAUSIBLE_SENSOR = (0.05, 0.2)  # m, rad: a sensor's place is known less well
+_ENOUGH_TO_JUDGE = 10  # degrees of freedom for the residual to say how large the noise is
 PLAUSIBLE_TARGET = 10.0  # m, rad: nothing is known of the target
 
 
@@ -331,6 +333,7 @@ def weakly_seen(residuals: Residuals, model: Model, free: Array) -> list[Held]:
         free: ``(P,)`` bool.
     """
     residual, J = residuals.linearise(model)
+    scatter, lines = _apart_from_scatter(residuals, model)
     scale = _plausible(model)
     names = np.array(model.names)
     ours = np.arange(len(names)) < model.blocks["target"].start
@@ -341,8 +344,9 @@ def weakly_seen(residuals: Residuals, model: Model, free: Array) -> list[Held]:
         scaled = J[:, index] * scale[index]
         factor = np.linalg.qr(np.column_stack([scaled, residual]), mode="r")
         k = len(index)
-        freedom = max(len(residual) - k, 1)
-        noise = max(float(np.sqrt(np.sum(factor[k:, -1] ** 2) / freedom)), 1.0)
+        freedom = lines - k
+        excess = float(np.sum(factor[k:, -1] ** 2)) - scatter
+        noise = max(np.sqrt(excess / freedom), 1.0) if freedom >= _ENOUGH_TO_JUDGE and excess > 0 else 1.0
         _, s, Vt = np.linalg.svd(factor[:k, :k])
         if s[-1] >= noise:
             return held
@@ -357,6 +361,15 @@ def weakly_seen(residuals: Residuals, model: Model, free: Array) -> list[Held]:
         reason = f"these poses determine it only to about {spread}, no better than the data sheet does"
         held.append(Held(name, reason, tuple(str(names[index[i]]) for i in others), "weak"))
         free[index[worst]] = False
+
+
+def _apart_from_scatter(residuals: Residuals, model: Model) -> tuple[float, int]:
+    """Return the squared scatter of points about their own scans' lines, which no model explains, and the number of other rows."""
+    measurement, N = residuals.measurement, len(residuals.poses)
+    if not isinstance(measurement, LineLaser):
+        return 0.0, N * measurement.rows_per_pose
+    within, _ = measurement.scatter(residuals.kinematics(model).T_base_sensor, model.target)
+    return float(within.sum()), int(np.minimum(np.diff(measurement.starts), measurement.equations_per_pose).sum())
 
 
 def _plausible(model: Model) -> Array:

@@ -19,6 +19,7 @@ from scalar.se3 import Array
 
 TOLERANCE = 1e-10  # relative, on cost and coordinates; less than that is rounding, and a step for nothing
 MAX_EVALUATIONS = 200
+FIRST_STEP = 0.1  # of the coordinates' own size: the default of MINPACK, 100, lets a weak direction jump by turns
 RANK_TOLERANCE = 1e-10  # of the largest singular value of the column-scaled Jacobian
 NEGLIGIBLE_STEP = 1e-3  # standard deviations: a remaining Gauss-Newton step below this does not matter
 
@@ -98,15 +99,18 @@ def fit(residuals: Residuals, model: Model, free: Array, *, tolerance: float = T
     """
     objective = _Objective(residuals, model, free)
     x = objective.start[objective.free]
+    names = model.names
     minimiser = _Minimizer(
         objective.residual,
-        to_lmfit([model.names[i] for i in objective.free], x),
+        to_lmfit([names[i] for i in objective.free], x),
         scale_covar=False,
         calc_covar=False,
         nan_policy="propagate",
         max_nfev=MAX_EVALUATIONS,
     )
-    result: Any = minimiser.leastsq(Dfun=objective.jacobian, col_deriv=0, ftol=tolerance, xtol=tolerance, gtol=0.0)
+    result: Any = minimiser.leastsq(
+        Dfun=objective.jacobian, col_deriv=0, ftol=tolerance, xtol=tolerance, gtol=0.0, factor=FIRST_STEP
+    )
     optimum = objective.at(from_lmfit(result.params))
     residual, J = objective.linearised(optimum)
     covariance, step_in_sigmas = covariance_and_step(J, residual)

@@ -54,13 +54,13 @@ class Model:
         """Return the sensor's pose on the flange ``(4, 4)``."""
         return transform(exp_so3(self.sensor[3:]) @ self.reference_rotation, self.sensor[:3])
 
-    @property
+    @cached_property
     def names(self) -> list[str]:
         """Return the name of every coordinate."""
         effects = [name for effect in self.effects for name in effect.parameter_names]
         return [*self.robot.parameter_names, *SENSOR_PARAMETERS, *self.target.parameter_names, *effects]
 
-    @property
+    @cached_property
     def units(self) -> list[str]:
         """Return the unit of every coordinate."""
         n = self.robot.n_joints

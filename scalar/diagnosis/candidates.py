@@ -31,7 +31,8 @@ class Candidate:
 
     Attributes:
         effect: With all its terms.
-        terms: Number of terms; more than one where only some may be needed (compliance: a frame's moments each).
+        terms: Number of terms; more than one where only some may be needed (compliance: a frame's
+            moments each; harmonics: an order each).
     """
 
     effect: Effect
@@ -44,6 +45,8 @@ class Candidate:
         chosen = sorted(chosen)
         if isinstance(self.effect, JointCompliance):
             return JointCompliance(tuple(self.effect.terms[i] for i in chosen))
+        if isinstance(self.effect, JointHarmonic):
+            return JointHarmonic(self.effect.joint, tuple(self.effect.orders[i] for i in chosen))
         assert isinstance(self.effect, BaseCompliance)
         return BaseCompliance(tuple(self.effect.frames[i] for i in chosen))
 
@@ -57,6 +60,7 @@ def candidates(dataset: Dataset) -> list[Candidate]:
     found.append(Candidate(JointCompliance(tuple(pairs)), len(pairs)))
     found.append(Candidate(BaseCompliance(tuple(range(1, n + 1))), n))
     found += [Candidate(JointHarmonic(j, (k,))) for j in moving for k in HARMONIC_ORDERS]
+    found += [Candidate(JointHarmonic(j, tuple(HARMONIC_ORDERS)), len(HARMONIC_ORDERS)) for j in moving]
     found += [Candidate(JointScale(j)) for j in moving]
     found += [Candidate(JointCoupling(j, s)) for j in moving for s in moving if s != j]
     found += [Candidate(JointBacklash(j, backlash_driver(dataset, j))) for j in moving]

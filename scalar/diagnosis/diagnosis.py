@@ -238,11 +238,12 @@ def _findings(before: State, after: State, pool: Any) -> tuple[Finding, ...]:
     found = []
     state, error = before, held_out(before)
     effects: tuple[Effect, ...] = ()
+    cols = columns(after, pool)
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
         state = settle(after.dataset, state.model, after.geometry_free, effects)
         now = held_out(state)
-        own, ranking = rivals(after, i, pool)
+        own, ranking = rivals(after, i, cols)
         near = [s.effect for s in ranking if s.evidence > own.evidence - CONFOUNDED_MARGIN]
         near = [e for e in near if label(e) != label(effect) and not isinstance(effect, Unattributed)]
         found.append(Finding(effect, own.p_value, error, now, tuple(near)))

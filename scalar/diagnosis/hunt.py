@@ -10,13 +10,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from scalar.diagnosis.candidates import Candidate, candidates
 from scalar.diagnosis.holdout import HeldOut, held_out, improvement
-from scalar.diagnosis.score import Background, evidence, forward, p_value, remainder, score_changes, score_gram
+from scalar.diagnosis.score import Background, Projected, evidence, p_value, remainder, score_changes
 from scalar.diagnosis.state import State, settle
 from scalar.effects.catalogue import plane_centre
 from scalar.effects.effect import Effect
@@ -74,6 +75,30 @@ class Columns:
     E: Array
     changes: list[tuple[Effect, slice, Array]]
 
+    @cached_property
+    def gram(self) -> Array:
+        """Return ``E^T E``."""
+        return self.E.T @ self.E
+
+    @cached_property
+    def sizes(self) -> Array:
+        """Return the plausible size of every coefficient."""
+        effects = [candidate.effect for candidate, _ in self.tried] + [effect for effect, _, _ in self.changes]
+        return np.concatenate([effect.plausible_sizes for effect in effects])
+
+    @cached_property
+    def by_width(self) -> dict[int, list[tuple[Candidate, slice]]]:
+        """Return the candidates by their number of columns."""
+        result: dict[int, list[tuple[Candidate, slice]]] = {}
+        for candidate, where in self.tried:
+            result.setdefault(where.stop - where.start, []).append((candidate, where))
+        return result
+
+    @property
+    def total(self) -> int:
+        """Return how many candidates and moments are tried."""
+        return len(self.tried) + sum(int(touched.sum()) for _, _, touched in self.changes)
+
 
 def columns(state: State, pool: Sequence[Candidate]) -> Columns:
     """Return the columns of a pool of candidates and of every kind of change at a state's model."""
@@ -103,31 +128,25 @@ def _changes(dataset: Dataset) -> list[tuple[Effect, Array]]:
 
 def rank(state: State, background: Background, cols: Columns) -> list[Scored]:
     """Return every candidate and change with its score, best first."""
-    A = background.Q.T @ cols.E
-    s_all = cols.E.T @ background.residual.ravel()
-    squared_all = np.einsum("ij,ij->j", cols.E, cols.E)
+    beside = Projected.of(background, cols.E, cols.gram, cols.sizes)
     families = Counter(candidate.effect.name for candidate, _ in cols.tried)
-    total = len(cols.tried) + sum(int(touched.sum()) for _, _, touched in cols.changes)
     scored = []
-    for candidate, where in cols.tried:
-        E, Q_E = cols.E[:, where], A[:, where]
-        gram = E.T @ E - Q_E.T @ Q_E
-        s, squared = s_all[where], squared_all[where]
-        sizes = candidate.effect.plausible_sizes
-        score = score_gram(background, gram, s, squared, sizes)
-        effect = candidate.effect
-        if candidate.terms > 1:
-            rest, freedom = remainder(background, score.gain, score.dof)
-            width = len(s) // candidate.terms
-            terms = [np.arange(width * k, width * (k + 1)) for k in range(candidate.terms)]
-            chosen = forward(background, gram, s, squared, sizes, terms, worth=np.log(background.freedom) * rest / freedom)
-            if not chosen:
-                continue
-            index = np.concatenate([terms[k] for k in sorted(chosen)])
-            score = score_gram(background, gram[np.ix_(index, index)], s[index], squared[index], sizes[index])
-            effect = candidate.with_terms(chosen)
-        scored.append(_scored(background, effect, score.gain, score.dof, score.observability, families[effect.name], total))
-    scored += _rank_changes(state, background, cols, total)
+    for members in cols.by_width.values():
+        groups = np.array([np.arange(where.start, where.stop) for _, where in members])
+        gain, dof, observability = beside.score(groups)
+        for k, (candidate, where) in enumerate(members):
+            effect, own_gain, own_dof = candidate.effect, float(gain[k]), int(dof[k])
+            if candidate.terms > 1:
+                rest, freedom = remainder(background, own_gain, own_dof)
+                terms = np.arange(where.start, where.stop).reshape(candidate.terms, -1)
+                chosen = beside.forward(terms, worth=np.log(background.freedom) * rest / freedom)
+                if not chosen:
+                    continue
+                own = beside.score(terms[sorted(chosen)].reshape(1, -1))
+                effect, own_gain, own_dof = candidate.with_terms(chosen), float(own[0][0]), int(own[1][0])
+            family = families[effect.name]
+            scored.append(_scored(background, effect, own_gain, own_dof, float(observability[k]), family, cols.total))
+    scored += _rank_changes(state, background, cols, cols.total)
     return sorted(scored, key=lambda entry: -entry.evidence)
 
 
@@ -236,9 +255,10 @@ def reconsidered(state: State, pool: Sequence[Candidate]) -> State:
     """Return a state in which every effect earns its place and none could be replaced by a better one."""
     for _ in range(4 + len(state.effects)):
         changed = False
+        cols = columns(state, pool)
         for i, effect in enumerate(state.effects):
             others = tuple(e for k, e in enumerate(state.effects) if k != i)
-            own, ranking = rivals(state, i, pool)
+            own, ranking = rivals(state, i, cols)
             if own.evidence <= 0 or own.p_value > ALPHA:
                 state, changed = settle(state.dataset, state.model, state.geometry_free, others), True
                 break
@@ -253,17 +273,15 @@ def reconsidered(state: State, pool: Sequence[Candidate]) -> State:
     return state
 
 
-def rivals(state: State, i: int, pool: Sequence[Candidate]) -> tuple[Scored, list[Scored]]:
+def rivals(state: State, i: int, cols: Columns) -> tuple[Scored, list[Scored]]:
     """Return how effect i of a state scores beside the others, and how everything else would score in its place."""
     without, mine, free = background_without(state, i)
-    cols = columns(state, pool)
     ranking = rank(state, without, cols)
-    sizes = state.effects[i].plausible_sizes[free]
-    score = score_gram(without, *without.gram(mine), sizes)
-    family = sum(candidate.effect.name == state.effects[i].name for candidate in pool) or state.dataset.n_poses
-    total = len(pool) + state.dataset.n_poses
-    own = _scored(without, state.effects[i], score.gain, score.dof, score.observability, family, total)
-    return own, ranking
+    effect = state.effects[i]
+    beside = Projected.of(without, mine, mine.T @ mine, effect.plausible_sizes[free])
+    gain, dof, observability = (x[0] for x in beside.score(np.arange(mine.shape[1])[None]))
+    family = sum(c.effect.name == effect.name for c, _ in cols.tried) or state.dataset.n_poses
+    return _scored(without, effect, float(gain), int(dof), float(observability), family, cols.total), ranking
 
 
 def background_without(state: State, i: int) -> tuple[Background, Array, Array]:

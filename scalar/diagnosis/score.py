@@ -61,55 +61,92 @@ class Background:
         """Return the residual's mean square over its degrees of freedom: 1 where the noise explains it."""
         return self.squared / self.freedom
 
-    def gram(self, E: Array) -> tuple[Array, Array, Array]:
-        """Return ``E'^T E'``, ``E'^T r`` and the squared lengths of the columns of E ``(N m, e)``."""
-        A = self.Q.T @ E
-        return E.T @ E - A.T @ A, E.T @ self.residual.ravel(), np.sum(E * E, axis=0)
 
-
-@dataclass(frozen=True)
-class Score:
-    """What a candidate would explain.
+@dataclass(frozen=True, eq=False)
+class Projected:
+    """Columns beside a model, all at once: what every group of them would explain follows without another pass over the rows.
 
     Attributes:
-        gain: Drop of the squared whitened residual.
-        dof: How many of its directions are seen.
-        observability: ``|E'| / |E|`` of its best-seen column, 0 to 1.
+        variance: Of the residual.
+        gram: ``(e, e)``, ``E'^T E'``, in units of the plausible sizes and of the residual's variance.
+        projection: ``(e,)``, ``E'^T r`` in the same units.
+        share: ``(e,)``, ``|E'|^2 / |E|^2`` of each column.
     """
 
-    gain: float
-    dof: int
-    observability: float
+    variance: float
+    gram: Array
+    projection: Array
+    share: Array
+
+    @classmethod
+    def of(cls, background: Background, E: Array, own_gram: Array, sizes: Array) -> Projected:
+        """Return the columns beside a background.
+
+        Args:
+            background: Of the fitted model.
+            E: ``(N m, e)``.
+            own_gram: ``E^T E``, which does not depend on the background.
+            sizes: ``(e,)``, plausible sizes of the coefficients.
+        """
+        A = background.Q.T @ E
+        gram = own_gram - A.T @ A
+        squared = np.diag(own_gram)
+        share = np.where(squared > 0, np.maximum(np.diag(gram), 0.0) / np.where(squared > 0, squared, 1.0), 0.0)
+        scale = in_plausible_units(background.variance, squared, sizes)
+        scale[share <= SILENT_SHARE] = 0.0
+        return cls(
+            background.variance,
+            gram * (scale[:, None] * scale[None, :]) / background.variance,
+            (E.T @ background.residual.ravel()) * scale / background.variance,
+            share,
+        )
+
+    def score(self, groups: Array) -> tuple[Array, Array, Array]:
+        """Return gain, degrees of freedom and observability ``(T,)`` each of groups of columns ``(T, w)``."""
+        gain, dof = _gain(self.gram[groups[:, :, None], groups[:, None, :]], self.projection[groups])
+        return self.variance * gain, dof, np.sqrt(self.share[groups].max(axis=1))
+
+    def forward(self, groups: Array, worth: float) -> list[int]:
+        """Return which groups ``(T, w)`` to take, best first, as long as one drops the squared residual by ``worth`` a column.
+
+        After each the others are projected beside it, so that each step looks at what is left.
+        """
+        width = groups.shape[1]
+        columns = groups.ravel()
+        G, s = self.gram[np.ix_(columns, columns)].copy(), self.projection[columns].copy()
+        local = np.arange(len(columns)).reshape(groups.shape)
+        chosen: list[int] = []
+        while len(chosen) < len(groups):
+            gain, dof = _gain(G[local[:, :, None], local[:, None, :]], s[local])
+            gain[chosen] = -np.inf
+            best = int(np.argmax(gain))
+            if dof[best] == 0 or self.variance * gain[best] < worth * width:
+                break
+            chosen.append(best)
+            mine = local[best]
+            solved = np.linalg.solve(G[np.ix_(mine, mine)] + np.eye(width), np.column_stack([G[mine], s[mine]]))
+            across = G[:, mine]
+            s = s - across @ solved[:, -1]
+            G = G - across @ solved[:, :-1]
+        return chosen
 
 
-def score_gram(background: Background, gram: Array, projection: Array, squared: Array, sizes: Array) -> Score:
-    """Return the score of columns from ``Background.gram`` and the plausible sizes of their coefficients ``(e,)``."""
-    kept = squared > 0
-    share = np.zeros(len(squared))
-    share[kept] = np.maximum(np.diag(gram)[kept] / squared[kept], 0.0)
-    observability = float(np.sqrt(share.max(initial=0.0)))
-    kept &= share > SILENT_SHARE
-    if not kept.any():
-        return Score(0.0, 0, observability)
-    gain, dof = _gain(
-        background.variance, gram[np.ix_(kept, kept)][None], projection[kept][None], squared[kept], sizes[kept]
-    )
-    return Score(float(gain[0]), int(dof[0]), observability)
-
-
-def _gain(variance: float, grams: Array, projections: Array, squared: Array, sizes: Array) -> tuple[Array, Array]:
-    """Return gains ``(T,)`` and degrees of freedom ``(T,)`` for grams ``(T, e, e)`` and projections ``(T, e)``.
-
-    In units of the plausible sizes, and of the residual's own variance, an eigenvalue is how much better the data know a direction than
-    common sense: directions below 1 are left out, the others are shrunk by that much.
-    """
+def in_plausible_units(variance: float, squared: Array, sizes: Array) -> Array:
+    """Return the factor ``(e,)`` on each column: its plausible size, or many standard errors where it is not bounded."""
     unbounded = _UNBOUNDED * np.sqrt(variance / np.maximum(squared, 1e-300))
-    scale = np.where(np.isfinite(sizes), sizes, unbounded)
-    G = grams * (scale[:, None] * scale[None, :]) / variance
-    values, vectors = np.linalg.eigh((G + np.swapaxes(G, 1, 2)) / 2)
-    components = np.einsum("tei,te->ti", vectors, projections * scale) / variance
+    return np.where(np.isfinite(sizes), sizes, unbounded)
+
+
+def _gain(grams: Array, projections: Array) -> tuple[Array, Array]:
+    """Return gains ``(T,)`` over the variance and degrees of freedom ``(T,)`` of grams ``(T, w, w)``, projections ``(T, w)``.
+
+    In these units an eigenvalue is how much better the data know a direction than common sense: directions below 1 are left out, the
+    others are shrunk by that much.
+    """
+    values, vectors = np.linalg.eigh((grams + np.swapaxes(grams, 1, 2)) / 2)
+    components = np.einsum("tei,te->ti", vectors, projections)
     seen = values > 1.0
-    gain = variance * np.sum(np.where(seen, components**2 / (1.0 + np.maximum(values, 0.0)), 0.0), axis=1)
+    gain = np.sum(np.where(seen, components**2 / (1.0 + np.maximum(values, 0.0)), 0.0), axis=1)
     return gain, seen.sum(axis=1)
 
 
@@ -135,43 +172,6 @@ def evidence(background: Background, gain: float, dof: int, tried: int) -> float
     rest, _ = remainder(background, gain, dof)
     n = background.freedom
     return 0.5 * (n * np.log((rest + gain) / rest) - dof * np.log(n)) - np.log(max(tried, 1))
-
-
-def forward(
-    background: Background,
-    gram: Array,
-    projection: Array,
-    squared: Array,
-    sizes: Array,
-    terms: list[Array],
-    worth: float,
-) -> list[int]:
-    """Return which terms to take, best first, adding one as long as it drops the squared residual by ``worth`` a column.
-
-    Args:
-        background: Of the fitted model.
-        gram, projection, squared: As of ``Background.gram``, over all terms.
-        sizes: Plausible sizes of the coefficients.
-        terms: Columns of each term.
-        worth: Least gain a column, in whitened squares.
-    """
-    chosen: list[int] = []
-    reached = 0.0
-    while len(chosen) < len(terms):
-        best, best_gain = -1, reached
-        for k in range(len(terms)):
-            if k in chosen:
-                continue
-            columns = np.concatenate([terms[i] for i in (*chosen, k)])
-            part = np.ix_(columns, columns)
-            gain = score_gram(background, gram[part], projection[columns], squared[columns], sizes[columns]).gain
-            if gain - reached > best_gain - reached + 1e-12:
-                best, best_gain = k, gain
-        if best < 0 or best_gain - reached < worth * len(terms[best]):
-            break
-        chosen.append(best)
-        reached = best_gain
-    return chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,5 +212,7 @@ def score_changes(background: Background, E: Array, touched: Array, sizes: Array
     projection = np.cumsum(np.einsum("nme,nm->ne", Ei, r)[::-1], axis=0)[::-1]
     at = np.arange(margin, T - margin + 1)
     grams = moment[at] - np.einsum("tfe,tfg->teg", shared[at], shared[at])
-    gain, dof = _gain(background.variance, grams, projection[at], np.einsum("nme,nme->e", Ei, Ei), sizes)
-    return ChangeScores(index[at], gain, dof)
+    scale = in_plausible_units(background.variance, np.einsum("nme,nme->e", Ei, Ei), sizes)
+    grams *= (scale[:, None] * scale[None, :]) / background.variance
+    gain, dof = _gain(grams, projection[at] * scale / background.variance)
+    return ChangeScores(index[at], background.variance * gain, dof)

@@ -61,7 +61,7 @@ def _unseated(state: State, pool: Sequence[Candidate]) -> State:
     for i, effect in enumerate(state.effects):
         if isinstance(effect, Unattributed):
             continue
-        own, without = rivals(state, i, [])[0], background_without(state, i)[0]
+        own, without = rivals(state, i, cols)[0], background_without(state, i)[0]
         best = rank(state, without, cols)[0]
         if best.evidence > own.evidence + BETTER_THAN_A_NAME:
             others = tuple(e for k, e in enumerate(state.effects) if k != i)
