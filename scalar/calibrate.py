@@ -280,7 +280,8 @@ def misfit(residuals: Residuals, model: Model, n_free: int) -> Misfit:
         lines = np.minimum(np.diff(measurement.starts), measurement.equations_per_pose)
         freedom = int(lines.sum()) - n_free
     if residuals.known is not None:
-        freedom += 3 * len(residuals.known.index)
+        known = residuals.known
+        freedom += 2 * int(np.isfinite(known.normal_std).sum()) + int(np.isfinite(known.distance_std).sum())
     if freedom <= 0:
         return Misfit(1.0, None, 1.0)
     ratio = squared / freedom

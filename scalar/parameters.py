@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import keyword
 import re
 from collections.abc import Sequence
 
@@ -17,7 +18,7 @@ def lmfit_names(names: Sequence[str]) -> list[str]:
     taken: set[str] = set()
     for name in names:
         candidate = re.sub(r"\W", "_", name, flags=re.ASCII)
-        if not re.match(r"[A-Za-z_]", candidate):
+        if keyword.iskeyword(candidate) or not re.match(r"[A-Za-z_]", candidate):
             candidate = "_" + candidate
         unique, count = candidate, 1
         while unique in taken:

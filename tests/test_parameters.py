@@ -1,5 +1,7 @@
 """Names that lmfit can take: valid, unique, in the same order, and values that come back."""
 
+import keyword
+
 import lmfit
 import numpy as np
 from hypothesis import given
@@ -8,7 +10,7 @@ from hypothesis import strategies as st
 from scalar.parameters import from_lmfit, lmfit_names, to_lmfit
 
 
-@given(st.lists(st.text(min_size=1, max_size=12), max_size=8))
+@given(st.lists(st.one_of(st.text(min_size=1, max_size=12), st.sampled_from(keyword.kwlist)), max_size=8))
 def test_any_names_become_valid_and_unique(names):
     """Whatever a user calls a plane, lmfit takes the name, and no two become one."""
     safe = lmfit_names(names)
