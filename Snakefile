@@ -2,7 +2,7 @@
 #
 #   snakemake --cores 2                                      everything in configs/paper.yaml
 #   snakemake --cores 2 --configfile configs/smoke.yaml      every rule, small
-#   snakemake --cores 2 figures                              figures only, from the tables
+#   snakemake figures --cores 2                              figures only, from the tables
 #   snakemake --report report.html                           a page with all results, after a run
 from snakemake.utils import min_version
 

@@ -135,8 +135,8 @@ def _error_rows(key: dict[str, Any], calibration: Calibration, found: Evaluation
 
 
 def _parameter_rows(found: pd.DataFrame) -> pd.DataFrame:
-    """Return the parameters in millimetres and degrees, the sensor's rotation counted the short way round."""
-    rows = _nearest_rotation(found)
+    """Return the parameters in millimetres and degrees, with their errors in standard errors."""
+    rows = found.copy()
     scale = np.where(rows["unit"] == "m", MM, DEG)
     rows["unit"] = np.where(rows["unit"] == "m", "mm", "deg")
     for column in ("value", "truth", "error", "std"):
@@ -144,22 +144,6 @@ def _parameter_rows(found: pd.DataFrame) -> pd.DataFrame:
     std = rows["std"].to_numpy(dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
         rows["normalized_error"] = np.where(std > 0, rows["error"] / std, np.nan)
-    return rows
-
-
-def _nearest_rotation(found: pd.DataFrame) -> pd.DataFrame:
-    """Return the table with the sensor's rotation vector r in the form nearest the truth.
-
-    r and r - 2 pi r/|r| are the same rotation; beside half a turn, noise decides which of them is reported.
-    """
-    rows = found.copy()
-    at = rows["parameter"].isin(["sensor_rx", "sensor_ry", "sensor_rz"])
-    r, truth = rows.loc[at, "value"].to_numpy(dtype=float), rows.loc[at, "truth"].to_numpy(dtype=float)
-    angle = float(np.linalg.norm(r))
-    if angle > 0:
-        other = r * (1.0 - 2.0 * np.pi / angle)
-        nearest = other if np.linalg.norm(other - truth) < np.linalg.norm(r - truth) else r
-        rows.loc[at, "value"], rows.loc[at, "error"] = nearest, nearest - truth
     return rows
 
 

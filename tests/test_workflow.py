@@ -1,0 +1,243 @@
+"""The workflow, small and whole: every rule, every figure, and what makes a job run again.
+
+It runs in a copy of the checkout, so that tests may edit modules and configs.
+"""
+
+import filecmp
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pandas as pd
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SMOKE = ("--configfile", "configs/smoke.yaml")
+RESULTS = Path("results/smoke")
+UNREPEATABLE = ("logs", "benchmarks")  # hold times
+
+
+def copy_checkout(to: Path) -> Path:
+    """Return a folder with what the workflow needs, and nothing that it built."""
+    for name in ("scalar", "workflow", "configs"):
+        shutil.copytree(ROOT / name, to / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "Snakefile", to)
+    return to
+
+
+def snakemake(folder: Path, *arguments: str, cores: int = 2) -> subprocess.CompletedProcess[str]:
+    """Return the finished run of snakemake in a folder, its stdout and stderr as one text."""
+    command = [sys.executable, "-m", "snakemake", "--cores", str(cores), "--nocolor", *arguments]
+    return subprocess.run(
+        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False
+    )
+
+
+def jobs(output: str) -> dict[str, int]:
+    """Return {rule: jobs} from the table that snakemake prints, without the targets that only gather."""
+    found = re.search(r"^job +count\n-[- ]+\n(.*?)^total", output, re.MULTILINE | re.DOTALL)
+    table = (
+        {name: int(count) for name, count in (line.split() for line in found[1].splitlines())}
+        if found
+        else {}
+    )
+    return {name: count for name, count in table.items() if name not in ("all", "figures")}
+
+
+def planned(folder: Path, *arguments: str) -> dict[str, int]:
+    """Return {rule: jobs} that a run would start now."""
+    ran = snakemake(folder, "--dry-run", *SMOKE, *arguments)
+    assert ran.returncode == 0, ran.stdout
+    return jobs(ran.stdout)
+
+
+@contextmanager
+def edited(path: Path, old: str, new: str) -> Iterator[None]:
+    """Replace text in a file for a while; its time stamp comes back as well."""
+    text, times = path.read_text(encoding="utf-8"), path.stat()
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    try:
+        yield
+    finally:
+        path.write_text(text, encoding="utf-8")
+        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory) -> tuple[Path, str]:
+    """Return a checkout in which the small workflow ran, and what it printed."""
+    folder = copy_checkout(tmp_path_factory.mktemp("checkout"))
+    ran = snakemake(folder, *SMOKE)
+    assert ran.returncode == 0, ran.stdout
+    return folder, ran.stdout
+
+
+def rules() -> set[str]:
+    """Return the names of all rules that do something."""
+    text = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "workflow/rules").glob("*.smk"))
+    return set(re.findall(r"^rule (\w+):", text, re.MULTILINE)) - {"figures"}
+
+
+def test_every_rule_runs(built):
+    """The small config leaves no rule out, and every job says something or nothing in a log of its own."""
+    folder, output = built
+    assert set(jobs(output)) == rules()
+    assert len(list((folder / RESULTS / "logs").rglob("*.log"))) == sum(jobs(output).values())
+
+
+def test_every_figure_is_there(built):
+    """Each is a whole PNG and a whole SVG."""
+    folder, _ = built
+    pngs = sorted((folder / RESULTS).rglob("figures/*.png"))
+    assert len(pngs) >= 5
+    for png in pngs:
+        assert png.read_bytes().startswith(b"\x89PNG"), png
+        assert png.stat().st_size > 3000, png
+        ElementTree.parse(png.with_suffix(".svg"))
+
+
+def test_the_datasets_are_such_as_a_user_has(built):
+    """The folders of the workflow are datasets of the format, truth beside and not inside."""
+    from scalar.dataset import read_dataset
+
+    folder, _ = built
+    seeds = sorted((folder / RESULTS / "headline/data/smoke").glob("seeds-*/seed-*"))
+    assert len(seeds) == 3
+    for seed in seeds:
+        assert read_dataset(seed / "dataset").n_poses == 42
+        assert {path.name for path in (seed / "truth").iterdir()} == {"truth.json", "truth_poses.csv"}
+
+
+def test_tables_hold_a_row_for_every_seed_method_and_alignment(built):
+    """Nothing is lost between batches, and every column is explained."""
+    from scalar.study.evaluate import ERROR_COLUMNS, PARAMETER_COLUMNS, PLANE_COLUMNS
+
+    folder, _ = built
+    headline = folder / RESULTS / "headline"
+    errors = pd.read_csv(headline / "errors.csv")
+    assert list(errors.columns) == list(ERROR_COLUMNS)
+    assert len(errors) == errors.groupby(["seed", "method", "alignment"]).ngroups == 3 * 5 * 2
+    assert list(pd.read_csv(headline / "planes.csv").columns) == list(PLANE_COLUMNS)
+    assert list(pd.read_csv(headline / "parameters.csv").columns) == list(PARAMETER_COLUMNS)
+
+
+def test_a_second_run_does_nothing(built):
+    """All is up to date."""
+    folder, _ = built
+    assert "Nothing to be done" in snakemake(folder, *SMOKE).stdout
+
+
+def test_figures_are_redrawn_from_tables_alone(built):
+    """A figure that is gone comes back without a dataset, a fit or an evaluation."""
+    folder, _ = built
+    figure = folder / RESULTS / "headline/figures/errors.png"
+    before = figure.read_bytes()
+    figure.unlink()
+    ran = snakemake(folder, "figures", *SMOKE)
+    assert jobs(ran.stdout) == {"draw_errors": 1}, ran.stdout
+    assert figure.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("module", "reruns", "spares"),
+    [
+        ("plots/errors.py", {"draw_errors"}, {"simulate", "calibrate", "evaluate", "draw_planes"}),
+        ("published.py", {"calibrate", "evaluate", "collect", "draw_errors"}, {"simulate", "observe"}),
+        ("se3.py", {"calibrate", "observe", "evaluate"}, set()),
+        ("simulation/noise.py", {"simulate", "calibrate", "evaluate", "draw_errors"}, set()),
+        ("simulation/schemas/scene.schema.json", {"simulate"}, set()),
+    ],
+)
+def test_editing_a_module_reruns_what_depends_on_it(built, module, reruns, spares):
+    """However deep the import, and nothing that does not need it."""
+    folder, _ = built
+    old, new = ("\n}", "\n\n}") if module.endswith(".json") else ('"""', '"""Edited. ')
+    with edited(folder / "scalar" / module, old, new):
+        started = set(planned(folder))
+    assert reruns <= started
+    assert not spares & started
+    assert planned(folder) == {}
+
+
+def test_the_modules_listed_are_those_that_are_imported(built):
+    """A second opinion on the import statements that were read: what Python itself loads."""
+    folder, _ = built
+    ran = snakemake(folder, "--detailed-summary", *SMOKE)
+    rows = [line.split("\t") for line in ran.stdout.splitlines() if line.count("\t") == 7]
+    listed = {row[2]: set(row[4].split(",")) for row in rows}
+    for rule in ("simulate", "calibrate", "evaluate", "observe"):
+        code = (
+            f"import sys, scalar.study.{rule};"
+            "print(*(m.__file__ for n, m in sorted(sys.modules.items()) if n.split('.')[0] == 'scalar'))"
+        )
+        loaded = subprocess.run(
+            [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True
+        ).stdout.split()
+        names = {str(Path(path).resolve().relative_to(folder.resolve())) for path in loaded}
+        assert len(names) > 10
+        assert names <= listed[rule], rule
+
+
+def test_a_row_more_in_a_grid_is_a_case_more(built):
+    """Only the new case is simulated; the others stay."""
+    folder, _ = built
+    with edited(folder / "configs/grids/smoke.csv", "smoke,14", "more,15,20,300\nsmoke,14"):
+        ran = snakemake(folder, "--dry-run", *SMOKE)
+    started = jobs(ran.stdout)
+    assert started["simulate"] == started["evaluate"] == 2  # one job a batch of seeds
+    assert "results/smoke/headline/data/more/seeds-001-002" in ran.stdout
+    assert "Simulating headline smoke" not in ran.stdout
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "named"),
+    [
+        ("configs/smoke.yaml", "seeds_per_job:", "seeds_per_jop:", "seeds_per_jop"),
+        ("configs/smoke.yaml", "    seeds:", "    seads:", "seads"),
+        ("configs/smoke.yaml", "manifold", "manyfold", "manyfold"),
+        ("configs/smoke.yaml", "first_seed: 1", "first_seed: one", "first_seed"),
+        ("configs/smoke.yaml", "grids/smoke.csv", "grids/none.csv", "none.csv"),
+        ("configs/grids/smoke.csv", "poses_per_plane", "poses_per_plain", "poses_per_plain"),
+        ("configs/grids/smoke.csv", ",14,", ",fourteen,", "fourteen"),
+    ],
+)
+def test_a_misspelt_config_fails_at_load_with_its_name(built, file, old, new, named):
+    """Before any job starts."""
+    folder, _ = built
+    with edited(folder / file, old, new):
+        ran = snakemake(folder, *SMOKE)
+    assert ran.returncode != 0
+    assert named in ran.stdout
+    assert "Job stats" not in ran.stdout
+
+
+def test_the_papers_config_is_sound():
+    """It loads, and plans thirty seeds of the headline in every way to calibrate."""
+    ran = snakemake(ROOT, "--dry-run", "--forceall", "--quiet", "reason", "--nolock")
+    assert ran.returncode == 0, ran.stdout
+    assert jobs(ran.stdout)["calibrate"] == 8
+
+
+@pytest.mark.slow
+def test_the_same_seeds_give_the_same_bytes_on_one_core(built, tmp_path):
+    """Tables, datasets and figures do not depend on how many jobs ran at once."""
+    folder, _ = built
+    again = copy_checkout(tmp_path / "again")
+    ran = snakemake(again, *SMOKE, cores=1)
+    assert ran.returncode == 0, ran.stdout
+    files = [
+        path.relative_to(folder / RESULTS)
+        for path in (folder / RESULTS).rglob("*")
+        if path.is_file() and path.name != ".snakemake_timestamp"
+    ]
+    files = [path for path in files if path.parts[0] not in UNREPEATABLE]
+    _, different, missing = filecmp.cmpfiles(folder / RESULTS, again / RESULTS, files, shallow=False)
+    assert len(files) > 30
+    assert different == missing == []
