@@ -19,13 +19,14 @@ from scalar.checks import check_data, check_geometry, check_parameters
 from scalar.effects.effect import Effect
 from scalar.errors import Fault, InvalidInput, NotConverged, Undetermined
 from scalar.identifiability import Identifiability, analyse, weakly_seen
-from scalar.least_squares import Fit, covariance_and_step, fit
+from scalar.least_squares import RANK_TOLERANCE, Fit, covariance_and_step, fit
 from scalar.model import Model
 from scalar.residuals import Residuals
 from scalar.robot import GEOMETRY
 from scalar.se3 import Array
 from scalar.sensors import measure
 from scalar.sensors.line_laser import LineLaser
+from scalar.units import MM
 
 if TYPE_CHECKING:
     from scalar.dataset import Dataset
@@ -123,8 +124,54 @@ def calibrate(
         Undetermined: The data cannot determine the model, or the fit did not converge.
     """
     prepared = prepare(dataset, hold)
-    found, residuals = fit_all(dataset, prepared, effects, held_effects)
+    try:
+        found, residuals = fit_all(dataset, prepared, effects, held_effects)
+    except NotConverged:
+        _refuse_gross_errors(dataset)
+        raise
+    squares, counts = residuals.squared_distances(found.model)
+    distances = np.sqrt(squares / counts)
+    if distances.max() > GROSS_ERROR:
+        _refuse_gross_errors(dataset)
+    if distances.max() > GROSS_ERROR:
+        worst = int(dataset.pose_ids[np.argmax(distances)])
+        raise Undetermined(
+            [f"the best fit is still {residuals.rms(found.model) / MM:.0f} mm RMS off, pose {worst} most of all: this is not "
+             "the robot, the sensor or the planes that dataset.yaml describes; check conventions, units and plane labels"]
+        )  # fmt: skip
     return conclude(dataset, prepared, found, residuals)
+
+
+GROSS_ERROR = 10 * MM  # of a pose after the fit: no effect on an arm makes it, a wrong label or a wrong pose does
+
+
+def _refuse_gross_errors(dataset: Dataset) -> None:
+    """Refuse a dataset with poses that contradict the rest, naming them.
+
+    Raises:
+        InvalidInput: Poses lie on another plane than said, or on none.
+        Undetermined: So many contradict each other that none can be trusted.
+    """
+    # The diagnosis builds on this module; what it sets aside, a plain calibration refuses.
+    from scalar.diagnosis.cleaning import clean
+
+    cleaned = clean(dataset)
+    rows = {int(pose): row for row, pose in enumerate(dataset.pose_ids)}
+    faults = [
+        Fault(
+            "poses.csv",
+            f"pose {pose} is said to lie on '{dataset.poses['plane'].iloc[rows[pose]]}' and lies on '{plane}': correct its plane",
+            None,
+            "plane",
+        )
+        for pose, plane in cleaned.mislabelled_poses
+    ]
+    faults += [
+        Fault("poses.csv", f"pose {pose} contradicts all others: remove it, or let 'scalar diagnose' set it aside", None, "pose")
+        for pose in cleaned.outlier_poses
+    ]
+    if faults:
+        raise InvalidInput(faults)
 
 
 def fit_all(
@@ -173,7 +220,7 @@ def fit_from(dataset: Dataset, model: Model, free: Array, residuals: Residuals |
     assert found is not None
     if not found.converged:
         raise NotConverged(
-            [f"the fit did not converge in {found.evaluations} evaluations ({found.message}); "
+            [f"the fit stopped after {found.evaluations} evaluations short of an optimum; "
              "check plane labels and the nominal robot, or remove poses that are far off ('scalar diagnose' lists them)"]
         )  # fmt: skip
     return found, residuals
@@ -213,6 +260,7 @@ def conclude(dataset: Dataset, prepared: Prepared, found: Fit, residuals: Residu
     guess = residuals.measurement.initial_target(dataset)
     model = reporting(found.model, guess)
     residual, jacobian = residuals.linearise(model)
+    _check_rank(model, jacobian[:, found.free], found.free)
     covariance, _ = covariance_and_step(jacobian[:, found.free], residual)
     spread = misfit(residuals, model, int(found.free.sum()))
     names = model.names
@@ -289,6 +337,23 @@ def misfit(residuals: Residuals, model: Model, n_free: int) -> Misfit:
         p_value = float(chi2.sf(squared, freedom))
         return Misfit(float(np.sqrt(ratio)), p_value, ratio if p_value < MISFIT_P_VALUE else 1.0)
     return Misfit(float(np.sqrt(ratio)), None, ratio)
+
+
+def _check_rank(model: Model, J: Array, free: Array) -> None:
+    """Refuse error bars for what the data do not determine.
+
+    Raises:
+        Undetermined: With the parameters that move together unseen.
+    """
+    scale = np.linalg.norm(J, axis=0)
+    _, s, Vt = np.linalg.svd(np.linalg.qr(J / np.where(scale > 0, scale, 1.0), mode="r"))
+    if s[-1] > RANK_TOLERANCE * s[0]:
+        return
+    names = np.array(model.names)[free]
+    largest = names[np.argsort(-np.abs(Vt[-1]))[:4]]
+    raise Undetermined(
+        [f"the data do not tell {', '.join(largest)} apart: measure more poses that differ in all joints, or hold one (--hold)"]
+    )
 
 
 _LARGEST_LENGTH_CHANGE = 0.5  # m

@@ -270,16 +270,16 @@ def _explain(
     name = names[index]
     joint = int(name.rsplit("_", 1)[1]) if name.rsplit("_", 1)[-1].isdigit() else 0
     in_target = any(not _is_robot(other) and not other.startswith("sensor_") for other in moves_with)
-    if cause == "still":
+    if _is_scale(names, direction, values):
+        reason = (
+            "nothing measured here carries a metric, so the whole cell may be scaled: every length is relative to this one"
+        )
+    elif cause == "still":
         which = " and ".join(str(i) for i in still)
         one = f"it acts as one with {_listed(moves_with)}" if others else "no residual depends on it"
         reason = f"joint {which} never moves in these data, so {one}"
     elif not others:
         reason = "no residual depends on it"
-    elif _is_scale(names, direction, values):
-        reason = (
-            "nothing measured here carries a metric, so the whole cell may be scaled: every length is relative to this one"
-        )
     elif joint == 1 and in_target:
         reason = "the base is floating: moving it moves the whole arm, and the target is found where the arm sees it"
     else:

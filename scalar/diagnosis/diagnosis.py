@@ -14,7 +14,7 @@ from scalar.calibration import Calibration
 from scalar.diagnosis.candidates import candidates
 from scalar.diagnosis.cleaning import Cleaned, clean, geometry_fit
 from scalar.diagnosis.holdout import HeldOut, held_out
-from scalar.diagnosis.hunt import CONFOUNDED_MARGIN, Scored, columns, hunt, label, merged, rank, rivals
+from scalar.diagnosis.hunt import CONFOUNDED_MARGIN, Scored, columns, hunt, merged, rank, rivals, same_place
 from scalar.diagnosis.noise import CONFOUNDED, Mixed, Spread, spreads, whitening
 from scalar.diagnosis.silent import Silent, silent
 from scalar.diagnosis.state import State, settle
@@ -245,7 +245,7 @@ def _findings(before: State, after: State, pool: Any) -> tuple[Finding, ...]:
         now = held_out(state)
         own, ranking = rivals(after, i, cols)
         near = [s.effect for s in ranking if s.evidence > own.evidence - CONFOUNDED_MARGIN]
-        near = [e for e in near if label(e) != label(effect) and not isinstance(effect, Unattributed)]
+        near = [e for e in near if not same_place(e, effect) and not isinstance(effect, Unattributed)]
         found.append(Finding(effect, own.p_value, error, now, tuple(near)))
         error = now
     return tuple(found)

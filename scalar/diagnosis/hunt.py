@@ -304,3 +304,14 @@ def label(effect: Effect) -> str:
     if isinstance(effect, (SensorSlip, PlaneMoved)):
         return effect.key
     return f"{effect.name} {effect.target}"
+
+
+def same_place(a: Effect, b: Effect) -> bool:
+    """Return whether two effects are the same but for their terms: orders of one joint, frames of a compliance, nearby moments."""
+    if type(a) is not type(b):
+        return False
+    if isinstance(a, JointHarmonic) and isinstance(b, JointHarmonic) and min(len(a.orders), len(b.orders)) > 1:
+        return a.joint == b.joint
+    if isinstance(a, PlaneMoved) and isinstance(b, PlaneMoved):
+        return a.plane == b.plane
+    return isinstance(a, (SensorSlip, BaseCompliance, JointCompliance)) or label(a) == label(b)
