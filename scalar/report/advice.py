@@ -1,0 +1,160 @@
+"""What to measure next: sentences that follow from what these data could not show."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scalar.effects.joints import JointBacklash
+from scalar.effects.surface import PlaneMoved
+from scalar.report.words import angle, length, listed
+from scalar.units import DEG, MM
+
+if TYPE_CHECKING:
+    from scalar.diagnosis.diagnosis import Diagnosis
+
+WEAK_LENGTH = 0.2 * MM  # standard error from which more poses are advised
+WEAK_ANGLE = 0.02 * DEG
+STILL = 0.5 * DEG
+FEW_POSES_A_PLANE = 30
+_WEAK_SHOWN = 4
+
+
+def advice(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
+    """Return what would show more, the most useful first."""
+    return [
+        *_unexplained(diagnosis, mapping),
+        *_silent(diagnosis),
+        *_weak(diagnosis),
+        *_columns(diagnosis),
+        *_poses(diagnosis),
+        *_repairs(diagnosis, mapping),
+    ]
+
+
+def _unexplained(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
+    found = []
+    for entry in mapping["effects"]:
+        if entry["name"] == "unattributed":
+            joints = [f"joint {v[1:]}" for v in entry["depends_on"] if v[:1] == "q" and v[1:].isdigit()]
+            others = [v for v in entry["depends_on"] if not (v[:1] == "q" and v[1:].isdigit())]
+            if joints:
+                found.append(
+                    f"Sweep {listed(joints)} in small steps, all other joints still, on one plate: the "
+                    "shape of the "
+                    "curve will say more of the cause than poses at random."
+                )
+            if others:
+                found.append(
+                    f"Vary {listed(others)} on purpose, the same poses each time, and see what follows it."
+                )
+    if len(diagnosis.noise) > 1:
+        found.append(
+            "Measure a dozen poses ten times each, some near and some stretched out: errors of the "
+            "joints grow with the "
+            "reach, errors of the scanner do not."
+        )
+    return found
+
+
+def _silent(diagnosis: Diagnosis) -> list[str]:
+    names = {s.name for s in diagnosis.silent}
+    found = []
+    if names & {"range_scale", "joint_scale"} or not diagnosis.after.residuals.measurement.has_metric:
+        found.append(
+            "Add a length that is known: two plates whose distance was measured, or one plate whose "
+            "place in the base frame "
+            "is known (distance_std and normal_std in dataset.yaml). It fixes the scale, which these "
+            "data cannot."
+        )
+    if "range_offset" in names:
+        found.append(
+            "Scan the same plate from near and from far, and with the scanner turned about its line of "
+            "sight: the laser's "
+            "zero hides in the scanner's place on the flange as long as the incidence hardly varies."
+        )
+    return found
+
+
+def _weak(diagnosis: Diagnosis) -> list[str]:
+    parameters = diagnosis.calibration_after.parameters()
+    weak = []
+    for name, entry in parameters.items():
+        kind = name.split("_")[0]
+        std = entry["std"]
+        if kind not in ("a", "d", "alpha", "theta") or std is None:
+            continue
+        limit, say = (WEAK_LENGTH, length) if kind in ("a", "d") else (WEAK_ANGLE, angle)
+        if std > limit:
+            weak.append((std / limit, f"{name} ± {say(std)}"))
+    if not weak:
+        return []
+    named = [text for _, text in sorted(weak, reverse=True)[:_WEAK_SHOWN]]
+    more = f", and {len(weak) - len(named)} more" if len(weak) > len(named) else ""
+    joints = sorted({int(text.split(" ")[0].rsplit("_", 1)[1]) for text in named})
+    return [
+        f"More poses, in which {listed([f'joint {j}' for j in joints])} and its neighbours take all of "
+        f"their range: the least certain parameters are {listed(named)}{more}."
+    ]
+
+
+def _columns(diagnosis: Diagnosis) -> list[str]:
+    poses, found = diagnosis.dataset.poses, []
+    considered = [entry.effect for entry in diagnosis.ranking] + [f.effect for f in diagnosis.findings]
+    if any(isinstance(e, JointBacklash) and e.by == "torque" for e in considered) or not any(
+        str(c).startswith("approach") for c in poses
+    ):
+        found.append(
+            "Record from which side each joint came (columns approach1, approach2, …; −1 or 1) and vary "
+            "it: backlash could be looked for by the sign of the gravity torque only."
+        )
+    missing = [name for name in ("time", "temperature") if name not in poses]
+    if missing:
+        order = (
+            ""
+            if "order" in poses or "time" in poses
+            else "; without them the order of the rows has to stand for the time"
+        )
+        found.append(
+            f"Record {listed(missing)} with each pose: a drift could not be looked for along "
+            f"{'it' if len(missing) == 1 else 'them'}{order}."
+        )
+    if diagnosis.dataset.sensor.noise is None:
+        found.append("State the sensor's noise in dataset.yaml: what is structure is judged against it.")
+    return found
+
+
+def _poses(diagnosis: Diagnosis) -> list[str]:
+    dataset, found = diagnosis.dataset, []
+    spans = np.ptp(dataset.q, axis=0)
+    still = [f"joint {j + 1}" for j in np.flatnonzero(spans < STILL)]
+    if still:
+        found.append(f"Move {listed(still)}: nothing can be said of a joint that stands still.")
+    if dataset.sensor.kind != "tracker":
+        counts = np.bincount(dataset.plane_index, minlength=len(dataset.planes))
+        few = [
+            f"{p.name} ({n})" for p, n in zip(dataset.planes, counts, strict=True) if n < FEW_POSES_A_PLANE
+        ]
+        if few:
+            found.append(f"More poses on {listed(few)}: effects show where there are tens of poses a plate.")
+    return found
+
+
+def _repairs(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
+    found = []
+    for effect in (f.effect for f in diagnosis.findings):
+        if isinstance(effect, PlaneMoved):
+            found.append(
+                f"Clamp plate {effect.plane} and measure again, or give the poses from order "
+                f"{effect.order:.0f} on a session "
+                "of their own."
+            )
+    wrong = mapping["outliers"]["mislabelled"]
+    if wrong:
+        found.append(
+            f"Correct the plane in poses.csv for {'the pose' if len(wrong) == 1 else 'the poses'} listed "
+            "above, and run again."
+        )
+    return found

@@ -1,0 +1,254 @@
+"""What the report says, section by section: a diagnosis in, texts, tables and pictures out, for the
+template to lay out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scalar.diagnosis.noise import whitening
+from scalar.diagnosis.partial import courses, seen_share
+from scalar.diagnosis.separation import separation
+from scalar.diagnosis.traces import View
+from scalar.effects.effect import Effect
+from scalar.effects.joints import JointHarmonic
+from scalar.effects.unattributed import Unattributed
+from scalar.report import words
+from scalar.report.advice import advice
+from scalar.report.pictures import draw, draw_residuals, draw_spread
+from scalar.sensors.tracker import Tracker
+from scalar.units import DEG, MM
+
+if TYPE_CHECKING:
+    from scalar.diagnosis.diagnosis import Diagnosis, Finding
+
+VERDICTS = {
+    "no_effect": "Nothing but noise",
+    "effect": "Found what the model lacks",
+    "unattributed": "Structure that no known effect explains",
+}
+KINDS = {"line-laser": "line laser", "probe": "touch probe", "tracker": "tracker"}
+_NAMED_IN_SENTENCE = 4
+_RANKS_SHOWN = 8
+_MANY_PICTURES = 12  # effects with pictures; what comes after has its table only
+_RIVALS_SHOWN = 3
+
+
+def page(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Return everything that the template needs."""
+    mapping = diagnosis.to_mapping()
+    view = View.of(diagnosis.after, diagnosis.calibration_after.free, diagnosis.calibration_after.covariance)
+    effects = [_card(diagnosis, view, i, finding) for i, finding in enumerate(diagnosis.findings)]
+    if diagnosis.noise:
+        effects.append(_noise_card(diagnosis, mapping))
+    return {
+        "name": diagnosis.dataset.name,
+        "about": _about(diagnosis),
+        "verdict": mapping["verdict"],
+        "headline": VERDICTS[mapping["verdict"]],
+        "sentence": _sentence(mapping, effects),
+        "errors": _errors(mapping),
+        "effects": effects,
+        "residuals": draw_residuals(diagnosis.before, diagnosis.after),
+        "ranking": _ranking(diagnosis),
+        "silent": [
+            {"title": words.capital(words.title(s.name, s.target)), "text": s.consequence}
+            for s in diagnosis.silent
+        ],
+        "set_aside": mapping["outliers"],
+        "noise": _noise(diagnosis, mapping),
+        "advice": advice(diagnosis, mapping),
+        "gauge": [dict(entry) for entry in diagnosis.calibration_after.gauge],
+    }
+
+
+def _about(diagnosis: Diagnosis) -> str:
+    dataset = diagnosis.dataset
+    parts = [
+        f"robot {dataset.robot.name}, {dataset.robot.n_joints} joints",
+        KINDS.get(dataset.sensor.kind, "sensor"),
+    ]
+    parts.append(f"{dataset.n_poses} poses")
+    if len(dataset.planes):
+        parts.append(f"{len(np.unique(dataset.plane_index))} plates")
+    if dataset.sensor.kind == "line-laser":
+        parts.append(f"{len(dataset.points):,} points".replace(",", "\u202f"))
+    return " · ".join(parts)
+
+
+def _sentence(mapping: Mapping[str, Any], effects: list[dict[str, Any]]) -> str:
+    before, after = (mapping["residual"][when]["held_out_rms_mm"] for when in ("before", "after"))
+    floor = mapping["residual"]["floor_mm"]
+    level = f"noise alone would leave {words.number(floor)} mm"
+    if not effects:
+        return (
+            "These data show nothing that the model lacks: on poses held out from the fit the error is "
+            f"{words.number(before)} mm, "
+            f"and {level}."
+        )
+    texts = [e["clause"] + (f" ({e['size']})" if e["size"] else "") for e in effects]
+    more = len(texts) - _NAMED_IN_SENTENCE
+    if more > 1:
+        texts = [*texts[:_NAMED_IN_SENTENCE], f"{more} effects more"]
+    opening = words.capital(words.listed(texts))
+    if all(e["is_noise"] for e in effects):
+        held = f"On poses held out from the fit the error is {words.number(after)} mm; {level}."
+        return f"{opening}: a spread, not a shift, which no correction removes. {held}"
+    return (
+        f"{opening}. With {'this' if len(effects) == 1 else 'these'} in the model, the error on poses "
+        "held out from the fit falls from "
+        f"{words.number(before)} to {words.number(after)} mm; {level}."
+    )
+
+
+def _errors(mapping: Mapping[str, Any]) -> list[dict[str, Any]]:
+    residual = mapping["residual"]
+    largest = max(residual[w]["held_out_max_mm"] for w in ("before", "after"))
+    rows = []
+    for label, key in (("root mean square", "held_out_rms_mm"), ("worst pose", "held_out_max_mm")):
+        values = [residual[w][key] for w in ("before", "after")]
+        # Each quantity has a scale of its own: a worst pose would make the rest look like nothing.
+        scale = 1.08 * max(*values, residual["floor_mm"]) if key == "held_out_rms_mm" else 1.08 * largest
+        floor = residual["floor_mm"] if key == "held_out_rms_mm" else None
+        rows.append(
+            {
+                "label": label,
+                "bars": [
+                    {"when": when, "text": words.number(v), "percent": _percent(v, scale)}
+                    for when, v in zip(("before", "after"), values, strict=True)
+                ],
+                "floor": None
+                if floor is None
+                else {"text": words.number(floor), "percent": _percent(floor, scale)},
+            }
+        )
+    return rows
+
+
+def _percent(value: float, scale: float) -> float:
+    return round(100.0 * value / scale, 1) if scale > 0 else 0.0
+
+
+def _card(diagnosis: Diagnosis, view: View, index: int, finding: Finding) -> dict[str, Any]:
+    effect = finding.effect
+    traces = courses(view, index) if index < _MANY_PICTURES else []
+    return {
+        "title": words.effect_title(effect),
+        "clause": words.statement(effect.name, effect.target, words.effect_title(effect)),
+        "text": effect.sentence,
+        "is_noise": False,
+        "flexible": isinstance(effect, Unattributed),
+        "size": words.size(effect, traces),
+        "p_value": words.chance(finding.p_value),
+        "before": words.number(finding.before.rms / MM),
+        "after": words.number(finding.after.rms / MM),
+        "seen": f"{100 * seen_share(view, index):.0f} %",
+        "table": _coefficients(diagnosis, effect),
+        "pictures": [draw(trace) for trace in traces],
+        "confounded": _confounded(diagnosis, index, finding),
+    }
+
+
+def _coefficients(diagnosis: Diagnosis, effect: Effect) -> dict[str, Any] | None:
+    if isinstance(effect, Unattributed):
+        return None
+    std = diagnosis.calibration_after.std
+    errors = [std.get(name) for name in effect.parameter_names]
+    errors = [None if e is None else float(e) for e in errors]
+    if isinstance(effect, JointHarmonic):
+        rows = words.harmonics(effect.orders, list(effect.coefficients), errors)
+        return {"head": ("order", "amplitude", "±", "first top at"), "rows": rows}
+    rows = [
+        words.coefficient(name, float(value), error)
+        for name, value, error in zip(effect.coefficient_names, effect.coefficients, errors, strict=True)
+    ]
+    return {"head": ("coefficient", "value", "±", "unit"), "rows": rows}
+
+
+def _confounded(diagnosis: Diagnosis, index: int, finding: Finding) -> dict[str, Any] | None:
+    if not finding.confounded_with:
+        return None
+    near = list(finding.confounded_with)
+    titles = [words.effect_title(e) for e in near]
+    found = separation(diagnosis.after, index, near[0])
+    text = ""
+    if found is not None:
+        text = (
+            f"Poses with joint {found.joint} between {words.angle(found.low)} and "
+            f"{words.angle(found.high)} would tell it from "
+            f"{titles[0]} best: there the two explanations put the sensor {words.length(found.there)} "
+            "apart, and "
+            f"{words.length(found.here)} at the poses that were measured."
+        )
+    more = len(titles) - _RIVALS_SHOWN
+    shown = titles[:_RIVALS_SHOWN] + ([f"{more} more"] if more > 0 else [])
+    return {"names": words.listed(shown, "or"), "poses": text}
+
+
+def _noise_card(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> dict[str, Any]:
+    best = diagnosis.noise[0]
+    entry = next(e for e in mapping["effects"] if e["name"] == best.name)
+    is_angle = best.name == "pose_jitter"
+    state = diagnosis.after
+    residual = state.linearised()[0][: len(best.covariance) * best.covariance.shape[1]]
+    rows = residual.reshape(len(best.covariance), -1)
+    mixed = np.einsum("nij,nj->ni", whitening(best), rows)
+    pick = slice(None) if isinstance(state.residuals.measurement, Tracker) else slice(0, 1)
+    near = [words.title(c["name"], c["target"]) for c in entry["confounded_with"]]
+    how = "to a spread in the joints" if is_angle else "but for an error of its own, common to its points"
+    return {
+        "title": words.title(best.name, {}),
+        "clause": words.statement(best.name, {}, best.name),
+        "text": f"each {'pose' if is_angle else 'scan'} repeats only {how}: a noise, not a shift",
+        "is_noise": True,
+        "flexible": False,
+        "size": f"{words.angle(best.std) if is_angle else words.length(best.std)} standard deviation",
+        "p_value": words.chance(best.p_value),
+        "before": None,
+        "after": None,
+        "seen": None,
+        "table": {
+            "head": ("coefficient", "value", "±", "unit"),
+            "rows": [
+                (
+                    "standard deviation",
+                    words.number(best.std / (DEG if is_angle else MM)),
+                    words.number(best.std_error / (DEG if is_angle else MM), 2),
+                    "° in each joint" if is_angle else "mm",
+                )
+            ],
+        },
+        "pictures": [draw_spread(rows[:, pick].ravel(), mixed[:, pick].ravel())],
+        "confounded": {"names": words.listed(near, "or"), "poses": ""} if near else None,
+    }
+
+
+def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
+    squared = max(diagnosis.before.background().squared, 1e-300)
+    taken = {f.effect.key for f in diagnosis.findings}
+    top = max([entry.evidence for entry in diagnosis.ranking] + [1e-9])
+    rows = [
+        {
+            "title": words.capital(words.effect_title(entry.effect)),
+            "evidence": f"{round(entry.evidence)}".replace("-", "−"),
+            "percent": _percent(max(entry.evidence, 0.0), top),
+            "p_value": words.chance(entry.p_value),
+            "share": f"{100 * min(entry.gain / squared, 1.0):.1f} %",
+            "taken": entry.effect.key in taken,
+        }
+        for entry in diagnosis.ranking
+    ]
+    return {"first": rows[:_RANKS_SHOWN], "rest": rows[_RANKS_SHOWN:]}
+
+
+def _noise(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> dict[str, Any]:
+    noise = mapping["noise"]
+    stated = diagnosis.dataset.sensor.noise
+    return {
+        "within": words.number(noise["within_scan_mm"]),
+        "between": words.number(noise["between_scans_mm"], 2),
+        "source": "as the dataset states it" if stated is not None else "as these data show it",
+        "scans": diagnosis.dataset.sensor.kind == "line-laser",
+    }
