@@ -156,6 +156,7 @@ class Kinematics:
         frames: ``(N, n + 1, 4, 4)``.
         geometry_offsets: ``(N, 5, n)`` or None.
         T_base_tilted: ``(N, 4, 4)`` or None: the motion of the base by effects.
+        T_base_held: ``(N, 4, 4)``: where the sensor would be if it had not moved on the flange.
         T_base_sensor: ``(N, 4, 4)``.
     """
 
@@ -164,6 +165,7 @@ class Kinematics:
     frames: Array
     geometry_offsets: Array | None
     T_base_tilted: Array | None
+    T_base_held: Array
     T_base_sensor: Array
 
     @classmethod
@@ -185,9 +187,10 @@ class Kinematics:
             T_tilted = step if T_tilted is None else T_tilted @ step
         if T_tilted is not None:
             T = T_tilted @ T
+        T_held = T
         for basis, where in bases.sensor:
             T = T @ exp_screw(basis @ c[where])
-        return cls(model, bases, frames, offsets, T_tilted, T)
+        return cls(model, bases, frames, offsets, T_tilted, T_held, T)
 
     def screws(self) -> Array:
         """Return the screw of the sensor, in the base frame, by every coordinate of robot, sensor and effects.
@@ -207,7 +210,7 @@ class Kinematics:
         at = blocks["sensor"].start
         screws[:, 3:, at : at + 3] = flange_R
         turns = flange_R @ left_jacobian_so3(model.sensor[3:])
-        screws[:, :, at + 3 : at + 6] = rotations_about(turns, self.T_base_sensor[:, :3, 3])
+        screws[:, :, at + 3 : at + 6] = rotations_about(turns, self.T_base_held[:, :3, 3])
         start, n = blocks["effects"].start, model.robot.n_joints
         by_angle = geometry[:, :, 3 * n : 4 * n]
         for basis, where in self.bases.joints:
@@ -215,11 +218,32 @@ class Kinematics:
         for basis, where in self.bases.links:
             flat = basis.reshape(N, -1, basis.shape[-1])
             screws[:, :, start + where.start : start + where.stop] = geometry @ flat
-        for basis, where in self.bases.base:
-            screws[:, :, start + where.start : start + where.stop] = basis
-        for basis, where in self.bases.sensor:
-            screws[:, :, start + where.start : start + where.stop] = moved(self.T_base_sensor, basis)
+        c = model.vector[blocks["effects"]]
+        for places, T in ((self.bases.base, None), (self.bases.sensor, self.T_base_held)):
+            for basis, where in places:
+                step = basis @ c[where]
+                by_coefficient = derived(step, basis)
+                screws[:, :, start + where.start : start + where.stop] = (
+                    by_coefficient if T is None else moved(T, by_coefficient)
+                )
+                if len(places) > 1:  # the next of the same place acts where this one has brought it
+                    T = exp_screw(step) if T is None else T @ exp_screw(step)
         return screws
+
+
+def derived(screw: Array, by_parameter: Array) -> Array:
+    """Return the screws ``(N, 6, k)`` by which ``exp_screw`` of ``screw`` ``(N, 6)`` moves with what the screw depends on.
+
+    A point stands at ``p = exp(w) p_0 + v``, so ``dp = (J_l dw) x (p - v) + dv``.
+
+    Args:
+        screw: (w, v) as it is.
+        by_parameter: ``(N, 6, k)``, its derivatives.
+    """
+    if not screw.any():
+        return by_parameter
+    w = left_jacobian_so3(screw[:, :3]) @ by_parameter[:, :3]
+    return np.concatenate([w, by_parameter[:, 3:] + skew(screw[:, 3:]) @ w], axis=1)
 
 
 def moved(T: Array, screws: Array) -> Array:

@@ -68,16 +68,18 @@ def skew(w: ArrayLike) -> Array:
 
 
 def left_jacobian_so3(rotation_vector: ArrayLike) -> Array:
-    """Return ``J_l``, ``(3, 3)``, with ``exp(r + dr) = exp(J_l dr) exp(r)`` to first order.
+    """Return ``J_l``, ``(..., 3, 3)``, with ``exp(r + dr) = exp(J_l dr) exp(r)`` to first order, for ``r`` ``(..., 3)`` [rad].
 
     ``J_l = I + (1 - cos t)/t^2 [r]x + (t - sin t)/t^3 [r]x^2``, t = |r| (Barfoot, State Estimation for Robotics, 7.85).
     """
     r = np.asarray(rotation_vector, dtype=float)
-    angle = float(np.linalg.norm(r))
+    angle = np.linalg.norm(r, axis=-1)[..., None, None]
+    small = angle < _SMALL_ANGLE
+    t = np.where(small, 1.0, angle)
+    first = np.where(small, 0.5, (1 - np.cos(t)) / t**2)
+    second = np.where(small, 1.0 / 6.0, (t - np.sin(t)) / t**3)
     W = skew(r)
-    if angle < _SMALL_ANGLE:
-        return np.eye(3) + W / 2 + W @ W / 6
-    return np.eye(3) + (1 - np.cos(angle)) / angle**2 * W + (angle - np.sin(angle)) / angle**3 * W @ W
+    return np.eye(3) + first * W + second * (W @ W)
 
 
 def exp_screw(screw: Array) -> Array:

@@ -1,0 +1,80 @@
+"""One of every effect, with coefficients of real sizes, and poses with every optional column."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scalar.dataset import Dataset
+from scalar.effects.base import BaseCompliance
+from scalar.effects.catalogue import plane_centre
+from scalar.effects.effect import Effect
+from scalar.effects.joints import JointBacklash, JointCompliance, JointCoupling, JointHarmonic, JointScale
+from scalar.effects.links import AxisNonparallel, ThermalDrift
+from scalar.effects.sensor import RangeDistortion, RangeOffset, RangeScale, SensorSlip
+from scalar.effects.surface import PlaneBow, PlaneMoved
+from scalar.effects.unattributed import (
+    GRAVITY,
+    UnattributedJoint,
+    UnattributedLink,
+    UnattributedSensor,
+    Variable,
+)
+
+SIZE = {"rad": 3e-4, "m": 5e-4, "rad/rad": 1e-3, "m/m": 1e-3, "1/m": 5e-3}
+SIZE |= {"1/K": 1e-5, "1/s": 1e-6, "1/pose": 3e-6}
+
+
+def optional_columns(rng: np.random.Generator, n_poses: int, n_joints: int) -> dict[str, np.ndarray]:
+    """Return time, temperature, approach1.. and a column of no known meaning."""
+    time = np.cumsum(rng.uniform(5.0, 15.0, n_poses))
+    columns = {"time": time, "temperature": 21.0 + 6.0 * (1 - np.exp(-time / 600.0))}
+    columns |= {f"approach{j + 1}": rng.choice([-1.0, 1.0], n_poses) for j in range(n_joints)}
+    return columns | {"humidity": rng.uniform(30.0, 50.0, n_poses)}
+
+
+def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
+    """Return one effect of every kind that a line laser can show, on six joints, coefficients random."""
+    q = {j: Variable.seen(f"q{j}", dataset.q[:, j - 1]) for j in (2, 5)}
+    half = float(dataset.n_poses // 2)
+    floor, wall = (plane_centre(dataset, name) for name in ("floor", "wall_x"))
+    effects: list[Effect] = [
+        JointCompliance(((2, 2), (2, 3), (3, 3), (5, 6))),
+        JointHarmonic(4, (2,)),
+        JointHarmonic(3, (1, 5, 32)),
+        JointScale(2),
+        JointCoupling(6, 5),
+        JointBacklash(2, "approach"),
+        JointBacklash(3, "torque"),
+        AxisNonparallel(3),
+        BaseCompliance((2, 3)),
+        ThermalDrift("temperature", 21.0),
+        ThermalDrift("time", 0.0),
+        ThermalDrift("time", 0.0, 400.0),
+        ThermalDrift("order", 0.0),
+        SensorSlip(half, 120.5),
+        SensorSlip(half, None, turns=False),
+        RangeScale(),
+        RangeOffset(),
+        RangeDistortion(),
+        PlaneBow("floor", floor),
+        PlaneMoved("wall_x", half, None, wall),
+        PlaneMoved("floor", 3.0, 17.25, floor, creep_span=50.0),
+        UnattributedJoint(3, (q[2],)),
+        UnattributedJoint(3, (q[2], q[5])),
+        UnattributedJoint(1, (Variable("humidity", 40.0, 10.0),)),
+        UnattributedLink(4),
+        UnattributedSensor(Variable(GRAVITY, 0.0, 1.0)),
+        UnattributedSensor(Variable("order", half, half), turns=False),
+    ]
+    return [with_random_coefficients(effect, rng) for effect in effects]
+
+
+def with_random_coefficients(effect: Effect, rng: np.random.Generator) -> Effect:
+    """Return an effect with Gaussian coefficients of real sizes."""
+    sizes = np.array([SIZE[unit] for unit in effect.coefficient_units])
+    return effect.with_coefficients(sizes * rng.standard_normal(len(sizes)))
+
+
+def describe(effect: Effect) -> str:
+    """Return a short name for a test's title."""
+    return f"{effect.key}-{len(effect.coefficients)}"

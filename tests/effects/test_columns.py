@@ -1,0 +1,114 @@
+"""Every effect's columns are the derivatives of the exact model by its coefficients."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scalar.effects.effect import PointEffect
+from scalar.model import Model
+from scalar.residuals import Residuals, extra_basis_of
+from scalar.sensors import measure
+from tests import helpers
+from tests.effects.everything import describe, every_effect, optional_columns, with_random_coefficients
+from tests.effects.planted import make_cell
+
+RELATIVE = 1e-6  # of a column's length, against central differences
+COUNT = len(every_effect(make_cell(poses_per_plane=6, points_per_scan=4).dataset, np.random.default_rng(0)))
+
+
+def model_with(dataset, effects, seed):
+    """Return residuals and a model away from its references, with effects at non-zero coefficients."""
+    rng = np.random.default_rng(seed)
+    measurement = measure(dataset, extra_basis_of(effects))
+    T = dataset.robot.flange(dataset.q) @ dataset.sensor.T_flange_sensor
+    target = measurement.fitted_target(T, measurement.initial_target(dataset))
+    model = Model.at(dataset.robot, dataset.sensor.T_flange_sensor, target, effects)
+    away = model.vector.copy()
+    before = model.blocks["effects"].start
+    away[:before] += 1e-2 * rng.standard_normal(before)
+    model = model.with_vector(away)
+    residuals = Residuals.of(dataset, model, measurement)
+    return residuals.reweighted(model), model
+
+
+def by_central_differences(residuals, model, where, step=1e-5):
+    """Return the Jacobian by some of the coordinates, each moved by a step either way."""
+    columns = []
+    for i in range(where.start, where.stop):
+        h = np.zeros(len(model.vector))
+        h[i] = step
+        ahead, behind = (residuals.residual(model.with_vector(model.vector + s * h)) for s in (1, -1))
+        columns.append((ahead - behind) / (2 * step))
+    return np.column_stack(columns)
+
+
+def compare(residuals, model, where=None, relative=RELATIVE):
+    """Assert that the columns of some coordinates, or of all effects, agree with central differences."""
+    where = model.blocks["effects"] if where is None else where
+    J = residuals.linearise(model)[1][:, where]
+    numeric = by_central_differences(residuals, model, where)
+    for name, exact, near in zip(model.names[where], J.T, numeric.T, strict=True):
+        assert np.linalg.norm(exact) > 0, f"{name}: a column of nothing"
+        assert np.linalg.norm(exact - near) < relative * np.linalg.norm(exact), name
+
+
+@pytest.mark.parametrize("axis", ["ray", "z"])
+@pytest.mark.parametrize("which", range(COUNT))
+def test_columns_are_derivatives_of_the_exact_model(which, axis):
+    """The analytic columns of one effect agree with central differences, for errors along the ray and z."""
+    cell = make_cell(
+        seed=3, poses_per_plane=6, points_per_scan=(5, 9), columns=optional_columns, error_axis=axis
+    )
+    effect = every_effect(cell.dataset, np.random.default_rng(which))[which]
+    compare(*model_with(cell.dataset, (effect,), which))
+
+
+def test_columns_of_many_effects_at_once():
+    """With an effect at every place of the arm acting together the whole Jacobian still is the derivative:
+    the effects' columns, and those of robot and sensor too.
+    """
+    cell = make_cell(seed=4, poses_per_plane=6, points_per_scan=7, columns=optional_columns)
+    effects = every_effect(cell.dataset, np.random.default_rng(5))
+    residuals, model = model_with(
+        cell.dataset, tuple(e for e in effects if not isinstance(e, PointEffect)), 6
+    )
+    for block in ("geometry", "sensor", "effects"):
+        compare(residuals, model, model.blocks[block])
+
+
+def test_columns_beside_bent_plates_and_range_errors():
+    """With effects on points and plates the columns of robot and sensor are taken over the flat plate and the
+    right range: within 1 %, the slope of what is bent.
+    """
+    cell = make_cell(seed=4, poses_per_plane=6, points_per_scan=7, columns=optional_columns)
+    effects = [e for e in every_effect(cell.dataset, np.random.default_rng(5)) if isinstance(e, PointEffect)]
+    residuals, model = model_with(cell.dataset, tuple(effects), 6)
+    compare(residuals, model)
+    for block in ("geometry", "sensor"):
+        compare(residuals, model, model.blocks[block], 0.01)
+
+
+@pytest.mark.parametrize("kind", ["probe", "tracker"])
+def test_columns_for_single_points(kind):
+    """A probe's and a tracker's columns are derivatives as well, for every effect that acts on them."""
+    scene = helpers.make_scene(kind=kind, seed=7, poses_per_plane=7)
+    rng = np.random.default_rng(8)
+    extra = optional_columns(rng, scene.dataset.n_poses, 6)
+    dataset = replace(scene.dataset, poses=scene.dataset.poses.assign(**extra))
+    laser = make_cell(seed=7, poses_per_plane=7, columns=optional_columns)
+    for effect in every_effect(laser.dataset, rng):
+        if isinstance(effect, PointEffect) and (kind == "tracker" or "range" in effect.name):
+            continue
+        if effect.name == "sensor_slip" and effect.turns:
+            continue  # a point has no orientation
+        if effect.name == "unattributed" and getattr(effect, "turns", False):
+            continue
+        compare(*model_with(dataset, (with_random_coefficients(effect, rng),), 9))
+
+
+def test_titles_tell_effects_apart():
+    """The effects under test are all different."""
+    effects = every_effect(make_cell(poses_per_plane=6).dataset, np.random.default_rng(0))
+    names = [describe(effect) + str(effect.to_mapping()) for effect in effects]
+    assert len(set(names)) == len(names)
