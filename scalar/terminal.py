@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from scalar.evaluate import Evaluation
 
 _MISFIT_WORTH_SAYING = 1.15
+_EFFECTS_NAMED = 8
+_COEFFICIENTS_SHOWN = 3
+_PLAIN = str.maketrans({"−": "-", "±": "+-", "°": "deg", "²": "2", "×": "x"})  # for terminals that know no more
 
 
 @contextmanager
@@ -120,35 +123,52 @@ def describe_calibration(calibration: Calibration) -> str:
 
 def describe_diagnosis(diagnosis: Diagnosis) -> str:
     """Return what was found, in about ten lines."""
+    from scalar.report import words
+
     d = diagnosis.to_mapping()
     before, after = d["residual"]["before"], d["residual"]["after"]
     verdict = {
-        "no_effect": "nothing but noise: the model lacks nothing that these data can show",
+        "no_effect": "nothing but noise: these data show nothing that the model lacks",
         "effect": "found what the model lacks",
         "unattributed": "the residual holds structure that no known effect explains",
     }[d["verdict"]]
     lines = [f"{diagnosis.dataset.name}: {verdict}"]
-    for entry in d["effects"]:
-        target = ", ".join(f"{key} {value}" for key, value in entry["target"].items())
-        size = "; ".join(f"{name} {c['value']:.3g}" + (f" +- {c['std']:.1g}" if c["std"] else "") for name, c in list(entry["coefficients"].items())[:3])
-        depends = f" depends on {', '.join(entry['depends_on'])}" if "depends_on" in entry else ""
-        lines.append(f"  {entry['name']}{' (' + target + ')' if target else ''}{depends}: {size}")
+    for entry in d["effects"][:_EFFECTS_NAMED]:
+        title = words.title(entry["name"], entry["target"], entry.get("depends_on", ()))
+        lines.append(f"  {title}{_sizes(entry)}")
         if entry["confounded_with"]:
-            near = ", ".join(sorted({c["name"] for c in entry["confounded_with"]}))
-            lines.append(f"    these data do not tell it from {near}")
+            near = [words.title(c["name"], c["target"]) for c in entry["confounded_with"]]
+            more = [f"{len(near) - 3} more"] if len(near) > 3 else []
+            lines.append(f"    these data do not tell it from {words.listed(near[:3] + more, 'or')}")
+    if len(d["effects"]) > _EFFECTS_NAMED:
+        lines.append(f"  and {len(d['effects']) - _EFFECTS_NAMED} more")
     lines.append(
-        f"  held-out RMS {before['held_out_rms_mm']:.4f} -> {after['held_out_rms_mm']:.4f} mm; "
+        f"  error on held-out poses {before['held_out_rms_mm']:.4f} -> {after['held_out_rms_mm']:.4f} mm RMS; "
         f"noise alone would leave {d['residual']['floor_mm']:.4f} mm"
     )
     outliers = d["outliers"]
     if outliers["poses"] or outliers["points"]:
         lines.append(
-            f"  set aside: {len(outliers['poses'])} poses ({len(outliers['mislabelled'])} with a wrong plane), "
-            f"{outliers['points']} points"
+            f"  set aside: {len(outliers['poses'])} poses, {len(outliers['mislabelled'])} of them on another plane "
+            f"than said, and {outliers['points']} points"
         )
     if d["silent"]:
-        lines.append(f"  cannot be seen here: {', '.join(sorted({s['name'] for s in d['silent']}))}")
-    return "\n".join(lines)
+        hidden = dict.fromkeys(words.title(s["name"], s["target"]) for s in d["silent"])
+        lines.append(f"  cannot be seen here: {words.listed(list(hidden))}")
+    return "\n".join(lines).translate(_PLAIN)
+
+
+def _sizes(entry: Mapping[str, Any]) -> str:
+    """Return the coefficients of an effect for a line: all of few, or the most certain one of many."""
+    from scalar.report import words
+
+    shown = list(entry["coefficients"].items())
+    if len(shown) > _COEFFICIENTS_SHOWN:
+        shown = sorted(shown, key=lambda c: -abs(c[1]["value"]) / (c[1]["std"] or np.inf))[:1]
+    rows = [words.coefficient(name, c["value"], c["std"]) for name, c in shown]
+    texts = [f"{name} {value} ± {std} {unit}" for name, value, std, unit in rows]
+    rest = len(entry["coefficients"]) - len(shown)
+    return (": " + ", ".join(texts) if texts else "") + (f", and {rest} more coefficients" if rest else "")
 
 
 def describe_evaluation(evaluation: Evaluation) -> str:
