@@ -41,6 +41,9 @@ CATALOGUE: dict[str, type[Effect]] = {
     )
 }
 
+MAX_ORDER = 32  # of a joint's harmonics
+DRIFT_DRIVERS = ("temperature", "time", "order")
+
 
 def effect_to_mapping(effect: Effect, std: Mapping[str, float]) -> dict[str, Any]:
     """Return an effect as calibrations and diagnoses write it.
@@ -98,10 +101,19 @@ def _joints(dataset: Dataset, words: Sequence[str]) -> list[int]:
     n = dataset.robot.n_joints
     if not words:
         return list(range(1, n + 1))
-    joint = int(words[0])
-    if not 1 <= joint <= n:
-        raise ValueError(f"this robot has joints 1 to {n}")
-    return [joint]
+    if not words[0].isdecimal() or not 1 <= int(words[0]) <= n:
+        raise ValueError(f"'{words[0]}' is no joint; this robot has joints 1 to {n}")
+    return [int(words[0])]
+
+
+def _order(word: str) -> float:
+    try:
+        value = float(word)
+    except ValueError:
+        value = np.nan
+    if not np.isfinite(value):
+        raise ValueError(f"'{word}' is no order of acquisition; say from which pose on, as a number")
+    return value
 
 
 def _planes(dataset: Dataset, words: Sequence[str]) -> list[str]:
@@ -119,14 +131,20 @@ def _compliance(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
 
 
 def _harmonic(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
-    orders = tuple(int(k) for k in words[1:]) or (1,)
+    wrong = [word for word in words[1:] if not word.isdecimal() or not 1 <= int(word) <= MAX_ORDER]
+    if wrong:
+        raise ValueError(f"'{wrong[0]}' is no order; there are orders 1 to {MAX_ORDER}")
+    orders = tuple(sorted({int(word) for word in words[1:]})) or (1,)
     return [JointHarmonic(j, orders) for j in _joints(dataset, words)]
 
 
 def _coupling(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
     if len(words) < 2:
         raise ValueError("name the joint and its source, as in joint_coupling:6:5")
-    return [JointCoupling(_joints(dataset, words[:1])[0], _joints(dataset, words[1:])[0])]
+    joint, source = _joints(dataset, words[:1])[0], _joints(dataset, words[1:])[0]
+    if joint == source:
+        raise ValueError(f"a joint that errs with its own angle is joint_scale:{joint}")
+    return [JointCoupling(joint, source)]
 
 
 def _nonparallel(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
@@ -137,8 +155,11 @@ def _nonparallel(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
 
 def _drift(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
     by = words[0] if words else drift_driver(dataset)
+    if by not in DRIFT_DRIVERS:
+        raise ValueError(f"'{by}' drives no drift; there are {', '.join(DRIFT_DRIVERS)}")
     if by == "order":
-        return [ThermalDrift("order", 0.0)]
+        order = dataset.poses["order"].to_numpy(dtype=float) if "order" in dataset.poses else np.arange(dataset.n_poses)
+        return [ThermalDrift("order", float(order.min()), last=float(order.max()))]
     if by not in dataset.poses:
         raise ValueError(f"poses.csv has no column '{by}'")
     return [ThermalDrift(by, float(dataset.poses[by].min()))]
@@ -147,14 +168,14 @@ def _drift(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
 def _slip(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
     if not words:
         raise ValueError("say from which order on, as in sensor_slip:120")
-    return [SensorSlip(float(words[0]), turns=dataset.sensor.kind == "line-laser")]
+    return [SensorSlip(_order(words[0]), turns=dataset.sensor.kind == "line-laser")]
 
 
 def _moved(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
     if len(words) < 2:
         raise ValueError("name the plane and from which order on, as in plane_moved:floor:120")
     plane = _planes(dataset, words)[0]
-    return [PlaneMoved(plane, float(words[1]), None, plane_centre(dataset, plane))]
+    return [PlaneMoved(plane, _order(words[1]), None, plane_centre(dataset, plane))]
 
 
 _MAKERS: dict[str, Callable[[Any, Sequence[str]], list[Effect]]] = {
@@ -175,6 +196,7 @@ _MAKERS: dict[str, Callable[[Any, Sequence[str]], list[Effect]]] = {
     "plane_bow": lambda dataset, words: [PlaneBow(p, plane_centre(dataset, p)) for p in _planes(dataset, words)],
     "plane_moved": _moved,
 }
+_MOST_WORDS = {"joint_harmonic": 1 + MAX_ORDER, "joint_coupling": 2, "plane_moved": 2}
 
 
 def parse_effects(text: str, dataset: Dataset) -> tuple[Effect, ...]:
@@ -198,9 +220,13 @@ def parse_effects(text: str, dataset: Dataset) -> tuple[Effect, ...]:
             faults.append(Fault("--effects", f"no effect '{name}' that can be freed{hint}"))
             continue
         try:
+            if len(target) > _MOST_WORDS.get(name, 1):
+                raise ValueError(f"too many words after '{name}'")
             effects += _MAKERS[name](dataset, target)
         except ValueError as error:
             faults.append(Fault("--effects", f"{word}: {error}"))
+    keys = [effect.key for effect in effects]
+    faults += [Fault("--effects", f"'{key}' is named twice") for key in sorted({k for k in keys if keys.count(k) > 1})]
     if faults:
         raise InvalidInput(faults)
     return tuple(effects)

@@ -71,11 +71,13 @@ class ThermalDrift(LinkEffect):
         by: ``temperature``, ``time`` or ``order``: the column that drives the growth.
         reference: Value of the column at which the lengths are those of the model.
         time_constant: Of a warm-up ``1 - exp(-(t - reference) / time_constant)``; zero for growth in proportion.
+        last: Last order of acquisition: where predictions without ``order`` stand. None where it is not known.
     """
 
     by: str
     reference: float
     time_constant: float = 0.0
+    last: float | None = None
 
     name: ClassVar[str] = "thermal_drift"
     sentence: ClassVar[str] = "the arm's lengths grow with time or temperature"
@@ -101,18 +103,31 @@ class ThermalDrift(LinkEffect):
 
     def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the nominal lengths times the course of the growth."""
-        driver = poses.order if self.by == "order" else poses.column(self.by)
+        driver = self._order(poses) if self.by == "order" else poses.column(self.by)
         x = driver - self.reference
         if self.time_constant:
             x = 1.0 - np.exp(-np.maximum(x, 0.0) / self.time_constant)
         lengths = np.array([kind in LENGTHS for kind in GEOMETRY])[:, None] * robot.geometry
         return x[:, None, None, None] * lengths[None, :, :, None]
 
+    def _order(self, poses: Poses) -> Array:
+        """Return the order of acquisition ``(N,)``, the end of it where none is stated."""
+        if np.all(np.isfinite(poses.order)):
+            return poses.order
+        return np.where(np.isfinite(poses.order), poses.order, poses.column("order") if self.last is None else self.last)
+
     def to_mapping(self) -> dict[str, Any]:
         """Return what drives the growth."""
-        return {"by": self.by, "reference": self.reference, "time_constant": self.time_constant}
+        mapping: dict[str, Any] = {"by": self.by, "reference": self.reference, "time_constant": self.time_constant}
+        return mapping if self.last is None else {**mapping, "last": self.last}
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the effect of ``to_mapping``."""
-        return cls(str(mapping["by"]), float(mapping["reference"]), float(mapping["time_constant"]))
+        last = mapping.get("last")
+        return cls(
+            str(mapping["by"]),
+            float(mapping["reference"]),
+            float(mapping["time_constant"]),
+            None if last is None else float(last),
+        )

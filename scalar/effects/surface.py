@@ -9,19 +9,34 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from scalar.effects.effect import PointEffect
-from scalar.planes import Planes, tangent_basis
+from scalar.planes import Planes
 from scalar.poses import Poses
 from scalar.se3 import Array
 
 
-def _plane_axes(planes: Planes, name: str) -> tuple[int, Array, Array]:
-    k = planes.names.index(name)
-    normal = planes.normals[k]
-    # Axes from the reference normal, so that they do not turn while the plane is fitted.
-    e1 = tangent_basis(planes.reference_normals[k : k + 1])[0, 0]
-    e1 = e1 - normal * (normal @ e1)
-    e1 /= np.linalg.norm(e1)
-    return k, e1, np.cross(normal, e1)
+_STEEP = 0.9  # |n_x|: a plate that faces the base's x axis more than this has its first axis along y
+
+
+def _plate_axes(planes: Planes, name: str, plane_index: Array) -> tuple[Array, Array, Array]:
+    """Return which poses measure a plate, in whatever session ``(N,)``, and the plate's axes u and v ``(N, 3)`` each.
+
+    u is the base's x axis, or y on a plate that faces x, turned into the plate: it depends on where the plate is and not on what its
+    coordinates are counted from, so that coefficients mean the same in a fit and in a file.
+    """
+    mine = [k for k, other in enumerate(planes.names) if other.split("@")[0] == name or other == name]
+    if not mine:
+        raise ValueError(f"no plane '{name}'; there are {', '.join(planes.names)}")
+    normals = planes.normals
+    axes = np.where(np.abs(normals[:, :1]) > _STEEP, np.eye(3)[1], np.eye(3)[0])
+    u = axes - normals * np.sum(axes * normals, axis=1, keepdims=True)
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    v = np.cross(normals, u)
+    return np.isin(plane_index, mine), u[plane_index], v[plane_index]
+
+
+def _heights(carriers: Array, along: Array) -> Array:
+    """Return each pose's carriers ``(N, 3, 3)`` along a direction ``(N, 3)``."""
+    return np.einsum("nkx,nx->nk", carriers, along)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,13 +74,13 @@ class PlaneBow(PointEffect):
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
     ) -> Array:
         """Return minus the height as a quadratic form of (1, x, z)."""
-        k, e1, e2 = _plane_axes(planes, self.plane)
+        mine, e1, e2 = _plate_axes(planes, self.plane, plane_index)
         offset = T_base_sensor[:, :3, 3] - np.array(self.centre)
         carriers = np.stack([offset, T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2]], axis=1)
-        u, v = carriers @ e1, carriers @ e2
+        u, v = _heights(carriers, e1), _heights(carriers, e2)
         columns = [_quadratic(u, u), _quadratic(u, v), _quadratic(v, v)]
         G = -np.stack(columns, axis=2)
-        G[plane_index != k] = 0.0
+        G[~mine] = 0.0
         return G
 
     def to_mapping(self) -> dict[str, Any]:
@@ -96,14 +111,14 @@ def _quadratic(s: Array, t: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class PlaneMoved(PointEffect):
-    """A plate stands elsewhere from a pose on, or creeps: distance and tilt change by a step, or in proportion to the order.
+    """A plate stands elsewhere from a pose on, or creeps: distance and tilt change by a step, or by a ramp.
 
     Attributes:
         plane: Its name.
         order: Order of acquisition of the first pose after the step; of the beginning of the creep.
         time: Its time [s], or None.
         centre: ``(3,)`` [m], base frame: the tilt turns about it.
-        creep_span: Zero for a step; else the span of order over which a creep reaches the stated change.
+        creep_span: Zero for a step; else the span of order over which a creep reaches the stated change, and stays.
     """
 
     plane: str
@@ -139,21 +154,21 @@ class PlaneMoved(PointEffect):
     def course(self, order: Array) -> Array:
         """Return how much of the change has happened at each order ``(N,)``."""
         if self.creep_span:
-            return np.clip((order - self.order) / self.creep_span, 0.0, None)
+            return np.clip((order - self.order) / self.creep_span, 0.0, 1.0)
         return (order >= self.order).astype(float)
 
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
     ) -> Array:
         """Return minus the height of the moved plate over the old one, linear in (1, x, z)."""
-        k, e1, e2 = _plane_axes(planes, self.plane)
+        mine, e1, e2 = _plate_axes(planes, self.plane, plane_index)
         offset = T_base_sensor[:, :3, 3] - np.array(self.centre)
         carriers = np.stack([offset, T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2]], axis=1)
         b = contact.shape[1] if contact.shape[1] == 1 else 3
         G = np.zeros((len(contact), 3, 3))
         G[:, 0, 0] = -1.0
-        G[:, :, 1], G[:, :, 2] = -(carriers @ e1), -(carriers @ e2)
-        G *= (self.course(poses.order) * (plane_index == k))[:, None, None]
+        G[:, :, 1], G[:, :, 2] = -_heights(carriers, e1), -_heights(carriers, e2)
+        G *= (self.course(poses.order) * mine)[:, None, None]
         return G[:, :b]
 
     def to_mapping(self) -> dict[str, Any]:
