@@ -14,7 +14,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.joints import JointBacklash, JointCompliance, JointCoupling, JointHarmonic, JointScale
 from scalar.effects.links import AxisNonparallel, ThermalDrift
 from scalar.effects.sensor import RangeDistortion, RangeOffset, RangeScale
-from scalar.effects.surface import PlaneBow
+from scalar.effects.surface import PlaneBow, PlaneMoved
 from scalar.effects.unattributed import GRAVITY, UnattributedJoint, UnattributedLink, UnattributedSensor, Variable
 from scalar.identifiability import STILL, near_parallel_joints
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from scalar.dataset import Dataset
 
 HARMONIC_ORDERS = range(1, 33)
+CREEP_SHARES = (0.1, 0.3, 1.0)  # of the whole order: how long a creep that is tried takes
 WARM_UP_SHARES = (0.1, 0.3, 1.0)  # of the whole time: time constants of a warm-up that are tried
 
 
@@ -70,7 +71,33 @@ def candidates(dataset: Dataset) -> list[Candidate]:
         found += [Candidate(RangeScale()), Candidate(RangeOffset()), Candidate(RangeDistortion())]
         used = {dataset.planes[k].name for k in dataset.plane_index}
         found += [Candidate(PlaneBow(p.name, plane_centre(dataset, p.name))) for p in dataset.planes if p.name in used]
+    found += [Candidate(effect) for effect in _creeps(dataset)]
     return found
+
+
+def _creeps(dataset: Dataset) -> list[Effect]:
+    """Return plates that creep over the whole acquisition, or settle in its first part."""
+    if dataset.sensor.kind == "tracker":
+        return []
+    order, time = _acquisition(dataset)
+    found: list[Effect] = []
+    for k in np.unique(dataset.plane_index):
+        name = dataset.planes[k].name
+        mine = np.flatnonzero(dataset.plane_index == k)
+        span = float(np.ptp(order[mine]))
+        start = float(order[mine[0]])
+        at = None if time is None else float(time[mine[0]])
+        if span > 0:
+            centre = plane_centre(dataset, name)
+            found += [PlaneMoved(name, start, at, centre, share * span) for share in CREEP_SHARES]
+    return found
+
+
+def _acquisition(dataset: Dataset) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the order of acquisition ``(N,)`` and the time ``(N,)`` [s], or None where it is not recorded."""
+    poses = dataset.poses
+    order = poses["order"].to_numpy(dtype=float) if "order" in poses else np.arange(dataset.n_poses, dtype=float)
+    return order, poses["time"].to_numpy(dtype=float) if "time" in poses else None
 
 
 def _drifts(dataset: Dataset) -> list[Effect]:
@@ -82,9 +109,10 @@ def _drifts(dataset: Dataset) -> list[Effect]:
         start, span = float(np.min(x)), float(np.ptp(x))
         if span <= 0:
             continue
-        found.append(ThermalDrift(driver, start))
+        last = start + span if driver == "order" else None
+        found.append(ThermalDrift(driver, start, last=last))
         if driver != "temperature":
-            found += [ThermalDrift(driver, start, share * span) for share in WARM_UP_SHARES]
+            found += [ThermalDrift(driver, start, share * span, last) for share in WARM_UP_SHARES]
     return found
 
 
@@ -98,10 +126,9 @@ def flexible(dataset: Dataset) -> list[Candidate]:
     found += [
         UnattributedJoint(j, (angles[a], angles[b])) for j in moving for a, b in itertools.combinations(moving, 2)
     ]
-    found += [UnattributedLink(j) for j in moving]
+    found += [UnattributedLink(j, by) for j in range(1, n + 1) for by in (f"q{j}", GRAVITY) if by == GRAVITY or j in moving]
     found.append(UnattributedSensor(Variable(GRAVITY, 0.0, 1.0), turns))
-    order = dataset.poses["order"].to_numpy(dtype=float) if "order" in dataset.poses else np.arange(dataset.n_poses)
-    drivers = {"order": np.asarray(order, dtype=float)}
+    drivers = {"order": _acquisition(dataset)[0]}
     for name in ("time", "temperature", *dataset.covariates):
         if name in dataset.poses and dataset.poses[name].nunique() > 4:
             drivers[name] = dataset.poses[name].to_numpy(dtype=float)

@@ -15,7 +15,8 @@ from scalar.diagnosis.candidates import candidates
 from scalar.diagnosis.cleaning import Cleaned, clean, geometry_fit
 from scalar.diagnosis.holdout import HeldOut, held_out
 from scalar.diagnosis.hunt import CONFOUNDED_MARGIN, Scored, columns, hunt, merged, rank, rivals, same_place
-from scalar.diagnosis.noise import CONFOUNDED, Mixed, Spread, spreads, whitening
+from scalar.diagnosis.noise import CONFOUNDED, Mixed, Spread, whitening
+from scalar.diagnosis.score import Background
 from scalar.diagnosis.silent import Silent, silent
 from scalar.diagnosis.state import State, settle
 from scalar.diagnosis.unnamed import with_unnamed
@@ -169,9 +170,9 @@ def floor(state: State) -> float:
 
 def between_scans(state: State) -> float:
     """Return the standard deviation [m] of what a scan as a whole is off, beyond the noise of its points; zero where it is not."""
-    background = state.background()
-    excess = max(background.variance - 1.0, 0.0)
     measurement = state.residuals.measurement
+    background = Background.of(*state.linearised(), state.dataset.n_poses, measurement.rows_per_pose)
+    excess = max(background.variance - 1.0, 0.0)
     if not isinstance(measurement, LineLaser):
         return float(np.sqrt(excess)) * measurement.sigma
     # The first profile row is the whitened mean: its length in metres is one over the norm of the weights.
@@ -201,7 +202,7 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
     found = hunt(before)
     progress("looking for structure without a name")
     after = with_unnamed(found.after, pool)
-    noise = tuple(spreads(after))
+    noise = tuple(after.spreads)
     findings = _findings(before, after, pool)
     progress("calibrating")
     calibration_before = conclude(cleaned.dataset, prepared, *fit_from(cleaned.dataset, before.model, before.free))

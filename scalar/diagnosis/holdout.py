@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scalar.diagnosis.state import State
+from scalar.diagnosis.state import State, mixed
 from scalar.residuals import Residuals
 from scalar.se3 import Array
 from scalar.sensors.line_laser import LineLaser
@@ -54,9 +54,14 @@ def blocks(n_poses: int) -> tuple[Array, Array]:
     return block, block % FOLDS
 
 
-def held_out(state: State) -> HeldOut:
-    """Return the held-out errors of a state, every pose held out once."""
-    residual, J = state.linearised()
+def held_out(state: State, mix: Array | None = None) -> HeldOut:
+    """Return the held-out errors of a state, every pose held out once.
+
+    Args:
+        state: To judge.
+        mix: ``(N, m, m)``, whitening of what whole poses spread by; the same for states that are compared.
+    """
+    residual, J = (mixed(mix, rows) for rows in state.linearised())
     N = state.dataset.n_poses
     metric_rows = metric(state.residuals)
     r_metric, J_metric = metric_rows.linearise(state.model)

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import comb
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +19,7 @@ import numpy as np
 from scalar.diagnosis.candidates import Candidate, candidates
 from scalar.diagnosis.holdout import HeldOut, held_out, improvement
 from scalar.diagnosis.score import Background, Projected, evidence, p_value, remainder, score_changes
-from scalar.diagnosis.state import State, settle
+from scalar.diagnosis.state import State, mixed, settle
 from scalar.effects.catalogue import plane_centre
 from scalar.effects.effect import Effect
 from scalar.effects.joints import JointCompliance, JointHarmonic
@@ -136,16 +137,22 @@ def rank(state: State, background: Background, cols: Columns) -> list[Scored]:
         gain, dof, observability = beside.score(groups)
         for k, (candidate, where) in enumerate(members):
             effect, own_gain, own_dof = candidate.effect, float(gain[k]), int(dof[k])
+            chosen: list[int] = []
             if candidate.terms > 1:
                 rest, freedom = remainder(background, own_gain, own_dof)
                 terms = np.arange(where.start, where.stop).reshape(candidate.terms, -1)
-                chosen = beside.forward(terms, worth=np.log(background.freedom) * rest / freedom)
+                # Each term has to pay for its columns and for being one of many, as it would have to alone.
+                price = np.log(background.freedom) + 2 * np.log(candidate.terms) / terms.shape[1]
+                chosen = beside.forward(terms, worth=price * rest / freedom)
                 if not chosen:
                     continue
                 own = beside.score(terms[sorted(chosen)].reshape(1, -1))
                 effect, own_gain, own_dof = candidate.with_terms(chosen), float(own[0][0]), int(own[1][0])
-            family = families[effect.name]
-            scored.append(_scored(background, effect, own_gain, own_dof, float(observability[k]), family, cols.total))
+            choices = comb(candidate.terms, len(chosen)) if candidate.terms > 1 else 1
+            family = families[effect.name] * choices
+            scored.append(
+                _scored(background, effect, own_gain, own_dof, float(observability[k]), family, cols.total * choices)
+            )
     scored += _rank_changes(state, background, cols, cols.total)
     return sorted(scored, key=lambda entry: -entry.evidence)
 
@@ -237,7 +244,7 @@ def hunt(state: State) -> Found:
                 continue
             trial = settle(state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect))
             trial_error = held_out(trial)
-            if improvement(error, trial_error) < LEAST_IMPROVEMENT:
+            if improvement(held_out(state, state.mix), held_out(trial, state.mix)) < LEAST_IMPROVEMENT:
                 refused.add(label(entry.effect))
                 continue
             taken = (entry, trial, trial_error)
@@ -292,9 +299,9 @@ def background_without(state: State, i: int) -> tuple[Background, Array, Array]:
     where = slice(start, start + len(state.effects[i].coefficients))
     mine[where] = state.free[where]
     rest = residual - jacobian[:, mine] @ state.model.vector[mine]
-    n, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
-    background = Background.of(rest, jacobian[:, state.free & ~mine], n, m)
-    return background, jacobian[: n * m, mine], state.free[where]
+    measured = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
+    background = state.background_of(rest, jacobian[:, state.free & ~mine])
+    return background, mixed(state.mix, jacobian[:measured, mine]), state.free[where]
 
 
 def label(effect: Effect) -> str:

@@ -9,17 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
-from scalar.diagnosis.state import State
-from scalar.effects.sensor import RangeOffset
+from scalar.diagnosis.score import Background
 from scalar.se3 import Array
 from scalar.sensors.line_laser import LineLaser
 from scalar.sensors.measurement import Measurement, Rows, Target
+
+if TYPE_CHECKING:
+    from scalar.diagnosis.state import State
 
 P_VALUE = 1e-4  # of a spread between poses beyond the noise within scans
 CONFOUNDED = 3.0  # nats of likelihood within which jitter and bias are not told apart
@@ -48,12 +50,13 @@ class Spread:
 
 def spreads(state: State) -> list[Spread]:
     """Return the noise effects that the residual's covariance shows, likeliest first; empty where the noise explains it."""
-    _, jacobian = state.residuals.linearise(state.model)
-    background = state.background()
+    residual, jacobian = state.linearised()
+    m = state.residuals.measurement.rows_per_pose
+    background = Background.of(residual, jacobian, state.dataset.n_poses, m)
     rows = background.residual
-    live = np.any(jacobian.reshape(-1, jacobian.shape[1])[: rows.size] != 0, axis=1).reshape(rows.shape)
     # A fit takes up its share of the spread; without it the estimate would be low by that share.
-    rows = rows * np.sqrt(live.sum() / background.freedom)
+    live = background.freedom + background.Q.shape[1]
+    rows = rows * np.sqrt(live / background.freedom)
     found = []
     for name, D in _directions(state):
         K = D @ np.swapaxes(D, 1, 2)
@@ -73,10 +76,11 @@ def _directions(state: State) -> list[tuple[str, Array]]:
     rows = state.residuals.measurement.rows(kinematics.T_base_sensor, state.model.target)
     m = rows.residual.shape[1]
     jitter = rows.wrench @ by_angle
-    if isinstance(state.residuals.measurement, LineLaser):
-        bias = state.columns_of([RangeOffset()])[: len(by_angle) * m].reshape(-1, m, 1)
+    measurement = state.residuals.measurement
+    if isinstance(measurement, LineLaser):
+        bias = measurement.common_error(kinematics.T_base_sensor, state.model.target)[:, :, None]
     else:
-        bias = np.broadcast_to(np.eye(m) / state.residuals.measurement.sigma, (len(by_angle), m, m))
+        bias = np.broadcast_to(np.eye(m) / measurement.sigma, (len(by_angle), m, m))
     return [("pose_jitter", jitter), ("scan_bias", np.array(bias))]
 
 

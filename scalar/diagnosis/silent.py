@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from scalar.diagnosis.candidates import Candidate
-from scalar.diagnosis.state import State
+from scalar.diagnosis.state import State, mixed
 from scalar.effects.effect import Effect, PointEffect
 from scalar.se3 import Array
 from scalar.units import DEG, MM
@@ -60,7 +60,7 @@ def silent(state: State, pool: Sequence[Candidate]) -> list[Silent]:
     wanted = [c.effect for c in pool if c.effect.name in USUAL_SIZE and c.terms == 1]
     E = state.columns_of(wanted)
     background = state.background()
-    J = state.linearised()[1][: len(E)]
+    J = mixed(state.mix, state.linearised()[1])[: len(E)]
     left = E - background.Q @ (background.Q.T @ E)
     result = []
     start = 0

@@ -33,7 +33,7 @@ def with_unnamed(state: State, named: Sequence[Candidate]) -> State:
         if trial is None:
             break
         state = hunt(reconsidered(trial, named)).after
-    return state
+    return reconsidered(state, named)
 
 
 def _columns(state: State, pool: Sequence[Candidate]) -> Columns:
@@ -50,7 +50,7 @@ def _with_best(state: State, pool: Sequence[Candidate]) -> State | None:
         if entry.p_value > ALPHA or entry.evidence <= 0:
             return None
         trial = settle(state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect))
-        if improvement(held_out(state), held_out(trial)) >= LEAST_IMPROVEMENT:
+        if improvement(held_out(state, state.mix), held_out(trial, state.mix)) >= LEAST_IMPROVEMENT:
             return trial
     return None
 

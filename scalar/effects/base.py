@@ -10,6 +10,7 @@ import numpy as np
 
 from scalar.effects.effect import BaseEffect
 from scalar.effects.gravity import AXES, unit_moments
+from scalar.planes import tangent_basis
 from scalar.poses import Poses
 from scalar.robot import Robot
 from scalar.se3 import Array
@@ -17,10 +18,12 @@ from scalar.se3 import Array
 
 @dataclass(frozen=True, eq=False)
 class BaseCompliance(BaseEffect):
-    """The base turns about its origin in proportion to the weight's moment: ``w = sum over frames of c . (R_i e) x g / |g|``.
+    """The base turns about its origin under the weight's moment, more easily about one horizontal axis than about the other.
+
+    ``w = sum over frames of C_i (R_i e) x g / |g|``: tilt about each of two horizontal axes by the moment about it.
 
     Attributes:
-        frames: From 1: whose first moments of mass act. Two coefficients a frame.
+        frames: From 1: whose first moments of mass act. Four coefficients a frame: two tilts by two components of the first moment.
     """
 
     frames: tuple[int, ...]
@@ -35,19 +38,23 @@ class BaseCompliance(BaseEffect):
 
     @property
     def coefficient_names(self) -> list[str]:
-        """``frame3_x_rad``: tilt at full leverage of a moment along x of frame 3."""
-        return [f"frame{f}_{axis}_rad" for f in self.frames for axis in AXES]
+        """``tilt_u_frame3_x_rad``: tilt about u at full leverage of a first moment along x of frame 3."""
+        return [f"tilt_{tilt}_frame{f}_{axis}_rad" for f in self.frames for axis in AXES for tilt in ("u", "v")]
 
     @property
     def coefficient_units(self) -> list[str]:
         """Radians."""
-        return ["rad"] * (2 * len(self.frames))
+        return ["rad"] * (4 * len(self.frames))
 
     def base_screws(self, robot: Robot, poses: Poses) -> Array:
         """Return the tilts of unit first moments, about the origin of the base frame."""
         moments, _ = unit_moments(robot, poses.q)
         index = np.array(self.frames) - 1
-        w = np.swapaxes(moments[:, index].reshape(len(poses), -1, 3), 1, 2)
+        down = robot.gravity / max(float(np.linalg.norm(robot.gravity)), 1e-12)
+        across = tangent_basis(down[None])[0]
+        by_axis = np.einsum("nfax,tx->nfat", moments[:, index], across)
+        w = (by_axis[..., None] * across).reshape(len(poses), -1, 3)
+        w = np.swapaxes(w, 1, 2)
         return np.concatenate([w, np.zeros_like(w)], axis=1)
 
     def to_mapping(self) -> dict[str, Any]:

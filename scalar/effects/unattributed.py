@@ -21,7 +21,7 @@ from scalar.se3 import Array
 SINGLE_DEGREE = 6
 PAIR_DEGREE = 3
 DRIFT_DEGREE = 4
-WOBBLE_ORDERS = (1, 2)
+WOBBLE_ORDERS = (1, 2, 3)
 GRAVITY = "gravity"
 NAME = "unattributed"
 
@@ -162,53 +162,64 @@ class UnattributedJoint(Unattributed, JointEffect):
 
 @dataclass(frozen=True, eq=False)
 class UnattributedLink(Unattributed, LinkEffect):
-    """A link's geometry errs periodically with its joint's own angle: an axis that wobbles."""
+    """A link's geometry errs with its joint's own angle (an axis that wobbles) or with the direction of gravity (a link that bends).
+
+    Attributes:
+        joint: From 1.
+        by: ``q<joint>`` or ``gravity``.
+    """
 
     joint: int
+    by: str
 
     @property
     def depends_on(self) -> list[str]:
-        """Return the joint's angle."""
-        return [f"q{self.joint}"]
+        """Return what drives the error: a joint's angle, or gravity."""
+        return [self.by]
 
     @property
     def key(self) -> str:
-        """Name and joint."""
-        return f"{NAME}_link{self.joint}"
+        """Name, joint and driver."""
+        return f"{NAME}_link{self.joint}_{self.by}"
+
+    @property
+    def _functions(self) -> list[str]:
+        if self.by == GRAVITY:
+            return ["gx", "gy", "gz"]
+        return [f"{f}{k}" for k in WOBBLE_ORDERS for f in ("sin", "cos")]
 
     @property
     def coefficient_names(self) -> list[str]:
-        """A sine and a cosine for every order and kind of geometry."""
-        return [
-            f"{kind}_{f}{k}_{'m' if kind in LENGTHS else 'rad'}"
-            for kind in GEOMETRY
-            for k in WOBBLE_ORDERS
-            for f in ("sin", "cos")
-        ]
+        """Every function for every kind of geometry."""
+        return [f"{kind}_{f}_{'m' if kind in LENGTHS else 'rad'}" for kind in GEOMETRY for f in self._functions]
 
     @property
     def coefficient_units(self) -> list[str]:
         """Metres and radians."""
-        return ["m" if kind in LENGTHS else "rad" for kind in GEOMETRY for _ in range(2 * len(WOBBLE_ORDERS))]
+        return ["m" if kind in LENGTHS else "rad" for kind in GEOMETRY for _ in self._functions]
 
     def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
-        """Return the waves at every kind of geometry of the joint."""
-        q = poses.q[:, self.joint - 1]
-        waves = np.stack([f(k * q) for k in WOBBLE_ORDERS for f in (np.sin, np.cos)], axis=1)
-        w = waves.shape[1]
+        """Return the functions at every kind of geometry of the joint."""
+        if self.by == GRAVITY:
+            down = robot.gravity / max(float(np.linalg.norm(robot.gravity)), 1e-12)
+            functions = np.einsum("nij,i->nj", robot.frames(poses.q)[:, self.joint - 1, :3, :3], down)
+        else:
+            q = poses.q[:, self.joint - 1]
+            functions = np.stack([f(k * q) for k in WOBBLE_ORDERS for f in (np.sin, np.cos)], axis=1)
+        w = functions.shape[1]
         basis = np.zeros((len(poses), len(GEOMETRY), robot.n_joints, len(GEOMETRY) * w))
         for k in range(len(GEOMETRY)):
-            basis[:, k, self.joint - 1, k * w : (k + 1) * w] = waves
+            basis[:, k, self.joint - 1, k * w : (k + 1) * w] = functions
         return basis
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return place and joint."""
-        return {"place": "link", "joint": self.joint}
+        """Return place, joint and driver."""
+        return {"place": "link", "joint": self.joint, "by": self.by}
 
     @classmethod
     def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the term of ``to_mapping``."""
-        return cls(int(mapping["joint"]))
+        return cls(int(mapping["joint"]), str(mapping["by"]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -169,7 +169,7 @@ class LineLaser(Measurement):
             if freedom.sum() > 0:
                 sigma = max(float(np.sqrt(_robust_variance(scatter, freedom))), LEAST_SIGMA)
         whitened = basis / (sigma * incidence)[:, None]
-        R = self._profile_rows(whitened, c) if self.profiled else compress(whitened, self.starts)
+        R = self._profile_rows(whitened, c, 1.0 / (sigma * incidence)) if self.profiled else compress(whitened, self.starts)
         return replace(self, R=R, sigma=sigma)
 
     def profiles(self, T_base_sensor: Array, target: Target) -> LineLaser:
@@ -180,13 +180,18 @@ class LineLaser(Measurement):
         """
         return replace(self, profiled=True).reweighted(T_base_sensor, target)
 
-    def _profile_rows(self, whitened: Array, c: Array) -> Array:
-        """Return the components ``(N, 3, k)`` of whitened functions ``(P, k)`` along 1, t, t^2 of every scan, t along its line."""
+    def _profile_rows(self, whitened: Array, c: Array, weight: Array) -> Array:
+        """Return the components ``(N, 3, k)`` of whitened functions ``(P, k)`` along 1, t, t^2 of every scan, t along its line.
+
+        Args:
+            whitened: Functions of the points, times their weights.
+            c: ``(N, 3)``, contact vectors.
+            weight: ``(P,)`` [1/m].
+        """
         counts = np.diff(self.starts)
         along = np.repeat(np.column_stack([-c[:, 2], c[:, 1]]), counts, axis=0)
         t = np.sum(self.points * along, axis=1)
         t -= np.repeat(np.add.reduceat(t, self.starts[:-1]) / counts, counts)
-        weight = np.linalg.norm(whitened[:, :1], axis=1)
         _, Q = compress_keeping_q(weight[:, None] * np.column_stack([np.ones_like(t), t, t * t]), self.starts)
         products = (Q[:, :, None] * whitened[:, None, :]).reshape(len(t), -1)
         return np.add.reduceat(products, self.starts[:-1]).reshape(len(counts), 3, -1)
@@ -195,6 +200,15 @@ class LineLaser(Measurement):
         """Return per scan the whitened squared scatter about its own line and its degrees of freedom."""
         assert isinstance(target, Planes)
         return scatter_within(self.R, contact(T_base_sensor, target, self.target_index)[0], np.diff(self.starts))
+
+    def common_error(self, T_base_sensor: Array, target: Target) -> Array:
+        """Return the derivative ``(N, m)`` of the profile rows by an error [m] of the range that all points of a scan share."""
+        assert isinstance(target, Planes)
+        c = contact(T_base_sensor, target, self.target_index)[0]
+        incidence = self._incidence(c)
+        direction = point_basis(("ux", "uz"), self.points, self.error_axis)
+        per_point = np.sum(direction * np.repeat(c[:, 1:], np.diff(self.starts), axis=0), axis=1)
+        return self._profile_rows((per_point / (self.sigma * incidence))[:, None], c, 1.0 / (self.sigma * incidence))[:, :, 0]
 
     def noise_floor(self, T_base_sensor: Array, target: Target) -> float:
         """Return the root mean square distance [m] to the plates that the noise of the points alone makes."""
