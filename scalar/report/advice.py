@@ -95,7 +95,7 @@ def _weak(diagnosis: Diagnosis) -> list[str]:
     more = f", and {len(weak) - len(named)} more" if len(weak) > len(named) else ""
     joints = sorted({int(text.split(" ")[0].rsplit("_", 1)[1]) for text in named})
     return [
-        f"More poses, in which {listed([f'joint {j}' for j in joints])} and its neighbours take all of "
+        f"More poses, in which {listed([f'joint {j}' for j in joints])} and the joints beside take all of "
         f"their range: the least certain parameters are {listed(named)}{more}."
     ]
 

@@ -53,10 +53,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         "effects": effects,
         "residuals": draw_residuals(diagnosis.before, diagnosis.after),
         "ranking": _ranking(diagnosis),
-        "silent": [
-            {"title": words.capital(words.title(s.name, s.target)), "text": s.consequence}
-            for s in diagnosis.silent
-        ],
+        "silent": _silent(diagnosis),
         "set_aside": mapping["outliers"],
         "noise": _noise(diagnosis, mapping),
         "advice": advice(diagnosis, mapping),
@@ -241,6 +238,17 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
         for entry in diagnosis.ranking
     ]
     return {"first": rows[:_RANKS_SHOWN], "rest": rows[_RANKS_SHOWN:]}
+
+
+def _silent(diagnosis: Diagnosis) -> list[dict[str, str]]:
+    """Return what cannot be seen, effects of the same consequence together."""
+    together: dict[str, list[str]] = {}
+    for entry in diagnosis.silent:
+        together.setdefault(entry.consequence, []).append(words.title(entry.name, entry.target))
+    return [
+        {"title": words.capital("; ".join(dict.fromkeys(titles))), "text": text}
+        for text, titles in together.items()
+    ]
 
 
 def _noise(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from scalar.units import DEG, MM
 
 _ORDERS_IN_TITLE, _ORDERS_IN_SENTENCE = 12, 3
 
+_CLOCK = {"time": " s", "order": " poses"}
 _NAMES = {
     "joint_compliance": "compliance",
     "joint_harmonic": "harmonic error",
@@ -67,7 +68,8 @@ def _orders(orders: Sequence[int], most: int) -> str:
 def effect_title(effect: Effect) -> str:
     """Return what an effect is called, with what drives it where its target leaves that open."""
     if isinstance(effect, ThermalDrift):
-        course = "warm-up" if effect.time_constant else _NAMES[effect.name]
+        course = f"warm-up (constant {number(effect.time_constant)}{_CLOCK.get(effect.by, '')})"
+        course = course if effect.time_constant else _NAMES[effect.name]
         return f"{course} {'in the course of acquisition' if effect.by == 'order' else 'with ' + effect.by}"
     depends = effect.depends_on if isinstance(effect, Unattributed) else []
     return title(effect.name, effect.target, depends)
