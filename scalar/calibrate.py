@@ -323,7 +323,8 @@ def misfit(residuals: Residuals, model: Model, n_free: int) -> Misfit:
     N = len(residuals.poses)
     freedom = measurement.rows_per_pose * N - n_free
     if isinstance(measurement, LineLaser):
-        within, freedom_within = measurement.scatter(residuals.kinematics(model).T_base_sensor, model.target)
+        T = residuals.kinematics(model).T_base_sensor
+        within, freedom_within = measurement.scatter(T, model.target, residuals.point_effects(model))
         squared -= float(within.sum())
         lines = np.minimum(np.diff(measurement.starts), measurement.equations_per_pose)
         freedom = int(lines.sum()) - n_free

@@ -238,13 +238,13 @@ def _from_mapping(mapping: Mapping[str, Any]) -> Calibration:
     model = Model(
         calibrated, nominal, np.eye(3), np.r_[T[:3, 3], log_so3(T[:3, :3])], target, effects
     )
-    model = model.with_vector(np.array([parameters[name]["value"] for name in model.names], dtype=float))
+    model = model.with_vector(np.array([float(parameters[name]["value"]) for name in model.names]))
     covariance = mapping["covariance"]
     return Calibration(
         model=model,
         sensor=sensor,
         free=tuple(covariance["names"]),
-        covariance=np.array(covariance["matrix"], dtype=float).reshape(len(covariance["names"]), -1),
+        covariance=np.array(covariance["matrix"], dtype=float).reshape(len(covariance["names"]), len(covariance["names"])),
         held={name: p["reason"] for name, p in parameters.items() if p["held"]},
         gauge=tuple(mapping["gauge"]),
         residual_rms=float(mapping["residual_rms_m"]),

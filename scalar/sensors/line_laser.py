@@ -196,10 +196,12 @@ class LineLaser(Measurement):
         products = (Q[:, :, None] * whitened[:, None, :]).reshape(len(t), -1)
         return np.add.reduceat(products, self.starts[:-1]).reshape(len(counts), 3, -1)
 
-    def scatter(self, T_base_sensor: Array, target: Target) -> tuple[Array, Array]:
+    def scatter(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> tuple[Array, Array]:
         """Return per scan the whitened squared scatter about its own line and its degrees of freedom."""
         assert isinstance(target, Planes)
-        return scatter_within(self.R, contact(T_base_sensor, target, self.target_index)[0], np.diff(self.starts))
+        c, _, _ = contact(T_base_sensor, target, self.target_index)
+        full, _ = self._extended(c, T_base_sensor, target, point_effects)
+        return scatter_within(self.R, c, np.diff(self.starts), full)
 
     def common_error(self, T_base_sensor: Array, target: Target) -> Array:
         """Return the derivative ``(N, m)`` of the profile rows by an error [m] of the range that all points of a scan share."""
@@ -251,13 +253,19 @@ def contact(T_base_sensor: Array, planes: Planes, index: Array) -> tuple[Array, 
     return c, wrench, by_target
 
 
-def scatter_within(R: Array, c: Array, counts: Array) -> tuple[Array, Array]:
+def scatter_within(R: Array, c: Array, counts: Array, full: Array | None = None) -> tuple[Array, Array]:
     """Return per scan the squared residual that no line explains ``(N,)`` and its degrees of freedom ``(N,)``.
 
     Of the residual ``R c`` the part along ``R (1, 0, 0)`` (a shift) and ``R (0, -c_z, c_x)`` (a turn of the line) is removed: what
     remains does not depend on where robot, scanner and plate are.
+
+    Args:
+        R: ``(N, m, k)``.
+        c: ``(N, 3)``, contact vectors of the flat plate.
+        counts: ``(N,)``, points a scan.
+        full: ``(N, k)``, contact vectors with what effects on points and plates add; c where None.
     """
-    f = np.einsum("nij,nj->ni", R[:, :, :3], c)
+    f = np.einsum("nij,nj->ni", R[:, :, :3], c) if full is None else np.einsum("nij,nj->ni", R, full)
     shift = R[:, :, 0]
     turn = R[:, :, 2] * c[:, 1:2] - R[:, :, 1] * c[:, 2:3]
     for _ in range(2):

@@ -62,7 +62,8 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         UnattributedJoint(3, (q[2],)),
         UnattributedJoint(3, (q[2], q[5])),
         UnattributedJoint(1, (Variable("humidity", 40.0, 10.0),)),
-        UnattributedLink(4),
+        UnattributedLink(4, "q4"),
+        UnattributedLink(3, GRAVITY),
         UnattributedSensor(Variable(GRAVITY, 0.0, 1.0)),
         UnattributedSensor(Variable("order", half, half), turns=False),
     ]

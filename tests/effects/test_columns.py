@@ -79,14 +79,14 @@ def test_columns_of_many_effects_at_once():
 
 def test_columns_beside_bent_plates_and_range_errors():
     """With effects on points and plates the columns of robot and sensor are taken over the flat plate and the
-    right range: within 1 %, the slope of what is bent.
+    right range: within a few per cent, the slope of what is bent.
     """
     cell = make_cell(seed=4, poses_per_plane=6, points_per_scan=7, columns=optional_columns)
     effects = [e for e in every_effect(cell.dataset, np.random.default_rng(5)) if isinstance(e, PointEffect)]
     residuals, model = model_with(cell.dataset, tuple(effects), 6)
     compare(residuals, model)
     for block in ("geometry", "sensor"):
-        compare(residuals, model, model.blocks[block], 0.01)
+        compare(residuals, model, model.blocks[block], 0.05)
 
 
 @pytest.mark.parametrize("kind", ["probe", "tracker"])

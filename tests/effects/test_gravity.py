@@ -1,0 +1,88 @@
+"""Gravity moments: they span the statics of every arm with these axes, whatever its masses."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from scalar.effects.gravity import torque_basis, typical_torque, unit_moments
+from scalar.effects.joints import JointCompliance
+from scalar.poses import Poses
+from scalar.robot import Robot
+from tests import helpers
+from tests.effects.planted import gravity_torques
+
+ROBOTS = ("vs060", "ur10e", "puma560", "panda")
+
+
+def arm(name, seed):
+    """Return an arm of the maker's geometry, its truth for other kinematics, and poses ``(40, n)``."""
+    truth = helpers.make_scene(name, kind="tracker", seed=0, poses_per_plane=2).truth
+    robot = Robot(
+        name, truth.geometry, truth.limits, truth.T_base_0, truth.T_n_flange, np.array([0.0, 0.0, -9.81])
+    )
+    return robot, truth, np.random.default_rng(seed).uniform(-3.0, 3.0, (40, robot.n_joints))
+
+
+@settings(max_examples=12)
+@given(name=st.sampled_from(ROBOTS), seed=st.integers(0, 10**6))
+def test_moments_span_the_statics_of_any_masses(name, seed):
+    """Minus the gradient of the potential energy, for links of any mass anywhere, is a combination of unit
+    torques: on each joint of the frames from it outwards.
+    """
+    robot, truth, q = arm(name, seed)
+    rng = np.random.default_rng(seed)
+    n = robot.n_joints
+    masses, centres = rng.uniform(0.0, 20.0, n), rng.uniform(-0.5, 0.5, (n, 3))
+    torque = gravity_torques(truth, q, masses, centres)
+    for joint in range(1, n + 1):
+        basis = np.hstack([torque_basis(robot, q, joint, frame) for frame in range(joint, n + 1)])
+        rest = torque[:, joint - 1] - basis @ np.linalg.lstsq(basis, torque[:, joint - 1], rcond=None)[0]
+        assert np.abs(rest).max() < 1e-6 * max(np.abs(torque).max(), 1.0), f"joint {joint}"
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_one_set_of_moments_serves_all_joints(name):
+    """The first moments that explain one joint's torque are physical: with every joint equally soft the same
+    numbers explain all joints at once.
+    """
+    robot, truth, q = arm(name, 3)
+    rng = np.random.default_rng(4)
+    n = robot.n_joints
+    torque = gravity_torques(truth, q, rng.uniform(1.0, 9.0, n), rng.uniform(-0.2, 0.2, (n, 3)))
+    moments, axes = unit_moments(robot, q)
+    A = np.einsum("nfax,njx->njfa", moments, axes)
+    for joint in range(n):
+        A[:, joint, :joint] = 0.0  # what is inside a joint does not load it
+    A = A.reshape(-1, 2 * n)
+    rest = torque.ravel() - A @ np.linalg.lstsq(A, torque.ravel(), rcond=None)[0]
+    assert np.abs(rest).max() < 1e-6 * np.abs(torque).max()
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_frame_loads_only_the_joints_inside_it(name):
+    """A joint carries what is beyond it: its column holds no other joint."""
+    robot, _, q = arm(name, 5)
+    poses = Poses(q, np.arange(len(q), dtype=float), {})
+    B = JointCompliance(((2, 3),)).joint_basis(robot, poses)
+    assert np.abs(B[:, 1]).max() > 0.1
+    assert not np.delete(B, 1, axis=1).any()
+
+
+def test_the_typical_torque_has_the_sign_of_gravity():
+    """An arm stretched out level is pulled down: the torque on its shoulder turns it downwards, from both
+    sides.
+    """
+    robot, truth, _ = arm("vs060", 0)
+    n = robot.n_joints
+    rng = np.random.default_rng(1)
+    q = rng.uniform(-2.0, 2.0, (50, n))
+    torque = typical_torque(robot, q, 2)
+    h = 1e-4
+    ahead = q.copy()
+    ahead[:, 1] += h
+    masses = np.zeros(n)
+    masses[2:] = 1.0
+    exact = gravity_torques(truth, q, masses, np.zeros((n, 3)))[:, 1]
+    heavy = np.abs(exact) > 0.5 * np.abs(exact).max()
+    assert np.all(np.sign(torque[heavy]) == np.sign(exact[heavy]))
