@@ -82,6 +82,29 @@ def simulate(config: Path, output: Path, seed: int | None) -> None:
     click.echo(f"{output / 'dataset'}: {len(scene.poses)} poses, {len(scene.scans)} points; truth in {output / 'truth'}")
 
 
+@cli.command("import")
+@click.argument("mapping", type=_FOLDER)
+@click.argument("sources", metavar="SOURCE...", type=_FOLDER, nargs=-1, required=True)
+@click.option("-o", "--output", "output", type=_FOLDER, required=True, help="Dataset folder to write.")
+def import_(mapping: Path, sources: Sequence[Path], output: Path) -> None:
+    """Bring tables with other columns, units and separators into a dataset, as the YAML file MAPPING says.
+
+    A SOURCE is a CSV file, a MATLAB matrix (.mat), or a folder that holds the files that MAPPING names.
+
+    \b
+    Example (see configs/measured for complete mappings):
+      scalar import my-tracker.yaml measurements.csv -o my-cell
+      scalar diagnose my-cell -o out
+    """
+    from scalar.dataset import read_dataset
+    from scalar.ingest import import_dataset
+    from scalar.terminal import describe_dataset
+
+    import_dataset(mapping, sources, output)
+    click.echo(describe_dataset(read_dataset(output)))
+    click.echo(f"written: {output}")
+
+
 @cli.command()
 @click.argument("dataset", type=_FOLDER)
 def validate(dataset: Path) -> None:

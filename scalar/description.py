@@ -32,11 +32,13 @@ class Description:
     Args:
         mapping: the plain data of the file.
         lines: the line of every value.
+        file: the name of the file, in messages.
     """
 
-    def __init__(self, mapping: Any, lines: Lines) -> None:
+    def __init__(self, mapping: Any, lines: Lines, file: str = DESCRIPTION) -> None:
         self.mapping = mapping
         self.lines = lines
+        self.file = file
         self.faults: list[Fault] = []
 
     def get(self, *path: str | int) -> Any:
@@ -73,7 +75,7 @@ class Description:
         there = path
         while there and there not in self.lines:
             there = there[:-1]
-        self.faults.append(Fault(DESCRIPTION, message, self.lines.get(there), join_path(path) or None))
+        self.faults.append(Fault(self.file, message, self.lines.get(there), join_path(path) or None))
 
     @property
     def kind(self) -> str | None:
@@ -104,14 +106,17 @@ def check_description(description: Description) -> None:
     if not isinstance(description.mapping, dict):
         description.fault((), "not a mapping; write keys and values, beginning with format: scalar-dataset/1")
         return
-    errors = sorted(
-        _validator().iter_errors(description.mapping), key=lambda e: [str(k) for k in e.absolute_path]
-    )
-    for error in errors:
-        _say(description, error)
-    _check_finite(description, description.mapping, ())
+    check_schema(description, _validator())
+    check_finite(description, description.mapping, ())
     _check_robot(description)
     _check_sensor_and_planes(description)
+
+
+def check_schema(description: Description, validator: Draft202012Validator) -> None:
+    """Add every difference from a schema to ``description.faults``."""
+    errors = validator.iter_errors(description.mapping)
+    for error in sorted(errors, key=lambda e: [str(k) for k in e.absolute_path]):
+        _say(description, error)
 
 
 def _say(description: Description, error: ValidationError) -> None:
@@ -137,22 +142,26 @@ def _say(description: Description, error: ValidationError) -> None:
             found = "empty" if value is None else f"not {_KINDS.get(kinds[0], kinds[0])} ({shorten(value)})"
             description.fault(path, f"{found}; write {meaning}")
         case "enum":
-            hint = did_you_mean(str(value), list(expected))
-            description.fault(path, f"unknown ({shorten(value)}); {hint}write one of {', '.join(expected)}")
+            known = [str(choice) for choice in expected]
+            hint = did_you_mean(str(value), known)
+            description.fault(path, f"unknown ({shorten(value)}); {hint}write one of {', '.join(known)}")
         case "const":
             description.fault(path, f"{shorten(value)} cannot be read by this version; write {expected}")
         case "exclusiveMinimum":
             description.fault(path, f"{value} is not greater than {expected}; write {meaning}")
+        case "minimum":
+            description.fault(path, f"{value} is less than {expected}; write {meaning}")
         case "minItems" | "maxItems":
             description.fault(path, f"{len(value)} entries where {expected} are needed; write {meaning}")
         case _:
             description.fault(path, f"empty; write {meaning}")
 
 
-def _check_finite(description: Description, value: Any, path: Path) -> None:
+def check_finite(description: Description, value: Any, path: Path) -> None:
+    """Add every number that is not finite, or too large to compute with, to ``description.faults``."""
     if isinstance(value, dict | list):
         for key, item in value.items() if isinstance(value, dict) else enumerate(value):
-            _check_finite(description, item, (*path, key))
+            check_finite(description, item, (*path, key))
     elif isinstance(value, float) and not np.isfinite(value):
         description.fault(path, f"not a finite number ({value}); write the number")
     elif isinstance(value, int | float) and abs(value) > LARGEST:

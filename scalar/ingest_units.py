@@ -1,0 +1,111 @@
+"""Named units of foreign files into SI, for columns and for the numbers of a dataset's description.
+
+Lengths in millimetres are rounded to the 15 digits that a float64 surely holds, so that 383.97123 mm become
+0.38397123 m and not a neighbour of it.
+"""
+
+import copy
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from scalar.units import DEG, MM
+
+
+def _mm_to_m(value: Any) -> Any:
+    """Return millimetres, a number or an array of them, in metres."""
+    if isinstance(value, np.ndarray):
+        return np.array([_mm_to_m(x) for x in value.tolist()], dtype=float)
+    return float(f"{value * MM:.15g}")
+
+
+UNITS: dict[str, dict[str, Callable[[Any], Any]]] = {
+    "length": {"m": lambda value: value, "mm": _mm_to_m},
+    "angle": {"rad": lambda value: value, "deg": lambda value: value * DEG},
+    "time": {"s": lambda value: value},
+    "temperature": {"degC": lambda value: value},
+}
+"""By quantity and name of the unit: from that unit to SI (temperature: degrees Celsius, as in poses.csv)."""
+
+_EULER = "rotation_euler"
+
+
+def description_to_si(
+    mapping: Any, length: str, angle: str
+) -> tuple[Any, list[tuple[tuple[str | int, ...], str]]]:
+    """Return a copy of a description in metres, radians and rotation vectors, and what is wrong with it.
+
+    ``rotation_euler: {axes: XYZ, angles: [a, b, c]}`` may stand in place of ``rotation_vector``: capitals
+    turn about the moving axes (intrinsic), small letters about the fixed axes (extrinsic), in that order.
+
+    Args:
+        mapping: the content of dataset.yaml, not yet checked: what is not a number stays as it is.
+        length: ``m`` or ``mm``.
+        angle: ``rad`` or ``deg``.
+    """
+    mapping = copy.deepcopy(mapping)
+    to_m, to_rad = UNITS["length"][length], UNITS["angle"][angle]
+    faults: list[tuple[tuple[str | int, ...], str]] = []
+    for joint in _items(mapping, "robot", "joints"):
+        _convert(joint, ("a", "d"), to_m)
+        _convert(joint, ("alpha", "theta", "beta", "limits"), to_rad)
+    for path in (("robot", "base"), ("robot", "flange"), ("sensor", "nominal_pose")):
+        transform = _get(mapping, *path)
+        _convert(transform, ("translation",), to_m)
+        _convert(transform, ("rotation_vector",), to_rad)
+        if isinstance(transform, dict) and _EULER in transform:
+            message = _euler_to_vector(transform, to_rad)
+            if message:
+                faults.append(((*path, _EULER), message))
+    _convert(_get(mapping, "sensor"), ("noise",), to_m)
+    for plane in _items(mapping, "planes"):
+        _convert(plane, ("distance",), to_m)
+        _convert(_get(plane, "known"), ("distance_std",), to_m)
+        _convert(_get(plane, "known"), ("normal_std",), to_rad)
+    return mapping, faults
+
+
+def _euler_to_vector(transform: dict[str, Any], to_rad: Callable[[Any], Any]) -> str | None:
+    """Replace Euler angles by the rotation vector; return what is wrong with them, or None."""
+    given = transform.pop(_EULER)
+    if "rotation_vector" in transform:
+        return "rotation_vector is there too, and only one can be meant; remove one"
+    transform["rotation_vector"] = [0.0, 0.0, 0.0]
+    if not isinstance(given, dict) or set(given) != {"axes", "angles"}:
+        return "write {axes: XYZ, angles: [0, 0, 0]}"
+    axes, angles = given["axes"], given["angles"]
+    known = isinstance(axes, str) and len(axes) == 3 and (set(axes) <= set("xyz") or set(axes) <= set("XYZ"))
+    if not known or axes[0] == axes[1] or axes[1] == axes[2]:
+        return f"axes {axes!r} are not three such as XYZ (about moving axes) or xyz (about fixed axes)"
+    if not isinstance(angles, list) or len(angles) != 3 or not all(map(_is_number, angles)):
+        return "angles are not three numbers; write them as [0, 0, 0]"
+    vector = Rotation.from_euler(axes, [to_rad(float(x)) for x in angles]).as_rotvec()
+    transform["rotation_vector"] = vector.tolist()
+    return None
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
+
+
+def _convert(mapping: Any, keys: tuple[str, ...], to_si: Callable[[Any], Any]) -> None:
+    """Convert the numbers under these keys, in lists as well; leave everything else to the checks."""
+    for key in keys if isinstance(mapping, dict) else ():
+        value = mapping.get(key)
+        if isinstance(value, list):
+            mapping[key] = [to_si(x) if _is_number(x) else x for x in value]
+        elif _is_number(value):
+            mapping[key] = to_si(value)
+
+
+def _get(mapping: Any, *path: str) -> Any:
+    for key in path:
+        mapping = mapping.get(key) if isinstance(mapping, dict) else None
+    return mapping
+
+
+def _items(mapping: Any, *path: str) -> list[Any]:
+    value = _get(mapping, *path)
+    return value if isinstance(value, list) else []
