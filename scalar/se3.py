@@ -6,11 +6,14 @@ point that coincides with the origin [m], so that a point moves by ``dp = w x p 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
+"""An array; float64 where nothing else is said, integers and booleans where a docstring says index, count or mask."""
 
 _SMALL_ANGLE = 1e-4  # rad; below it the series of the left Jacobian is exact to 1e-17
 

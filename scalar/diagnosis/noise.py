@@ -23,7 +23,7 @@ from scalar.sensors.measurement import Measurement, Rows, Target
 if TYPE_CHECKING:
     from scalar.diagnosis.state import State
 
-P_VALUE = 1e-4  # of a spread between poses beyond the noise within scans
+P_VALUE = 1e-5  # of a spread between poses beyond the noise within scans
 CONFOUNDED = 3.0  # nats of likelihood within which jitter and bias are not told apart
 
 
