@@ -108,14 +108,15 @@ class Calibration:
             Position ``(N,)`` [m] and orientation ``(N,)`` [rad]: root of the trace of each 3 x 3 covariance.
         """
         kinematics = self._kinematics(poses)
-        names = self.model.names
-        columns = [names.index(name) for name in self.free]
-        screws = kinematics.screws()[:, :, columns]
-        o = kinematics.T_base_sensor[:, :3, 3]
-        turning = screws[:, :3]
-        moving = screws[:, 3:] + np.cross(turning, o[:, :, None], axis=1)
-        variance = [np.einsum("nij,jk,nik->n", block, self.covariance, block) for block in (moving, turning)]
-        return np.sqrt(np.maximum(variance[0], 0.0)), np.sqrt(np.maximum(variance[1], 0.0))
+        columns = np.array([self.model.names.index(name) for name in self.free], dtype=int)
+        # What is measured against moves no prediction, so only the marginal covariance of the rest is asked for, by its square root.
+        target = self.model.blocks["target"]
+        moves = (columns < target.start) | (columns >= target.stop)
+        values, vectors = np.linalg.eigh(self.covariance[np.ix_(moves, moves)])
+        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        screws = kinematics.screws()[:, :, columns[moves]] @ root
+        moving = screws[:, 3:] + np.cross(screws[:, :3], kinematics.T_base_sensor[:, :3, 3, None], axis=1)
+        return np.linalg.norm(moving, axis=(1, 2)), np.linalg.norm(screws[:, :3], axis=(1, 2))
 
     def _kinematics(self, poses: pd.DataFrame) -> Kinematics:
         at = Poses.from_frame(poses, self.model.robot.n_joints, order_is_row=False)
