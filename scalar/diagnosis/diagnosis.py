@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 FORMAT = "scalar-diagnosis/1"
 MAX_RANKING = 25
+WORST_REPEATABILITY = 4e-4  # rad of each joint: 0.4 mm at arm's length, several times what the worst industrial arms are sold with
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +82,14 @@ class Diagnosis:
     @property
     def verdict(self) -> str:
         """Return ``no_effect``, ``effect`` or ``unattributed``."""
-        if any(isinstance(finding.effect, Unattributed) for finding in self.findings):
+        if self.spread_beyond_belief or any(isinstance(finding.effect, Unattributed) for finding in self.findings):
             return "unattributed"
         return "effect" if self.findings or self.noise else "no_effect"
+
+    @property
+    def spread_beyond_belief(self) -> bool:
+        """Return whether poses spread by more than any arm's repeatability: something acts on them that no test here recognises."""
+        return bool(self.noise) and self.noise[0].name == "pose_jitter" and self.noise[0].std > WORST_REPEATABILITY
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the content of ``diagnosis.json``."""
@@ -91,7 +97,11 @@ class Diagnosis:
         named = [f for f in self.findings if not isinstance(f.effect, Unattributed)]
         unnamed = [f for f in self.findings if isinstance(f.effect, Unattributed)]
         effects = [self._finding(f, std) for f in named]
-        effects += [self._noise(self.noise)] if self.noise else []
+        noise = [self._noise(self.noise)] if self.noise else []
+        if self.spread_beyond_belief and not unnamed:
+            joints = [f"q{i + 1}" for i in range(self.dataset.robot.n_joints)]
+            noise[0] |= {"name": Unattributed.name, "confounded_with": [], "depends_on": joints}
+        effects += noise
         effects += [self._unnamed(unnamed, std)] if unnamed else []
         outliers = [*self.cleaned.outlier_poses, *(pose for pose, _ in self.cleaned.mislabelled_poses)]
         mapping = {
