@@ -3,6 +3,7 @@
 #   snakemake --cores 2                                      everything in configs/paper.yaml
 #   snakemake --cores 2 --configfile configs/smoke.yaml      every rule, small
 #   snakemake figures --cores 2                              figures only, from the tables
+#   snakemake measured --cores 2                             measured robots, where their files are to be had
 #   snakemake --report report.html                           a page with all results, after a run
 from snakemake.utils import min_version
 
@@ -21,11 +22,13 @@ include: "workflow/rules/simulate.smk"
 include: "workflow/rules/calibrate.smk"
 include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/measured.smk"
 
 
 localrules:
     all,
     figures,
+    measured,
 
 
 rule all:

@@ -111,6 +111,7 @@ HEADLINE = f"{RESULTS}/headline"
 
 
 wildcard_constraints:
+    set=r"[a-z0-9_]+",
     study="|".join(STUDIES),
     case=r"[A-Za-z0-9][A-Za-z0-9_.-]*",
     method=r"manifold|published-(abs|clip|raise)",

@@ -1,0 +1,108 @@
+"""What a measured set says of its robot, from the bare model upwards, always on blocks of poses held out.
+
+Truth is not known here: the one judge is how well poses are predicted that no fit has seen. Three models are
+compared with the diagnosis: only the places of base (tracker, planes) and sensor fitted; the geometry as well;
+and the geometry with another campaign's effects, held as they were found there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.calibrate import prepare
+from scalar.dataset import Dataset
+from scalar.diagnosis.cleaning import clean
+from scalar.diagnosis.holdout import held_out
+from scalar.diagnosis.state import State
+from scalar.effects.effect import Effect
+from scalar.least_squares import fit
+from scalar.residuals import Residuals
+from scalar.se3 import Array
+from scalar.units import MM
+
+SUMMARY_COLUMNS = ("set", "model", "poses", "train_rms_mm", "held_out_rms_mm", "held_out_max_mm")
+BASE_AND_TOOL, BEFORE, AFTER = "base_and_tool", "geometry", "geometry_and_effects"
+
+
+def compare(dataset: Dataset) -> dict[str, dict[str, float]]:
+    """Return the errors [mm] with only base and sensor fitted, and with the geometry as well."""
+    cleaned = clean(dataset).dataset
+    prepared = prepare(cleaned)
+    model = prepared.start.model
+    held = set(model.robot.parameter_names)
+    if not prepared.residuals.measurement.sees_sensor_rotation:
+        held |= {"sensor_rx", "sensor_ry", "sensor_rz"}
+    placed = np.array([name not in held for name in model.names])
+    return {
+        BASE_AND_TOOL: _errors(_settled(cleaned, model, placed, ())),
+        BEFORE: _errors(_settled(cleaned, model, prepared.free, ())),
+    }
+
+
+def transferred(dataset: Dataset, effects: Sequence[Effect]) -> dict[str, float]:
+    """Return the errors [mm] with the geometry fitted and the effects held as another campaign found them."""
+    cleaned = clean(dataset).dataset
+    prepared = prepare(cleaned)
+    return _errors(_settled(cleaned, prepared.start.model, prepared.free, effects))
+
+
+def _settled(dataset: Dataset, model: Any, free: Array, effects: Sequence[Effect]) -> State:
+    """Return the optimum of a model whose effects are held."""
+    model = replace(model, effects=tuple(effects)).rebased()
+    all_free = np.r_[free, np.zeros(sum(len(effect.coefficients) for effect in effects), dtype=bool)]
+    residuals = Residuals.of(dataset, model).reweighted(model)
+    found = fit(residuals, model, all_free)
+    model = found.model.rebased()
+    residuals = residuals.reweighted(model)
+    return State(dataset, fit(residuals, model, all_free).model, free, all_free, residuals)
+
+
+def _errors(state: State) -> dict[str, float]:
+    error = held_out(state)
+    return {
+        "poses": state.dataset.n_poses,
+        "train_rms_mm": state.residuals.rms(state.model) / MM,
+        "held_out_rms_mm": error.rms / MM,
+        "held_out_max_mm": error.largest / MM,
+    }
+
+
+def summarise(
+    files: Mapping[str, Mapping[str, str]],
+    diagnoses: Mapping[str, Mapping[str, Any]],
+    errors: Mapping[str, Mapping[str, Mapping[str, float]]],
+) -> tuple[dict[str, Any], pd.DataFrame]:
+    """Return the summary of all sets, and the same errors as a table with a row a set and model.
+
+    Args:
+        files: by set, the SHA-256 of each original file.
+        diagnoses: by set, the content of ``diagnosis.json``.
+        errors: by set and model, the errors [mm] of `compare` and `transferred`.
+    """
+    sets: dict[str, Any] = {}
+    rows = []
+    for name, diagnosis in diagnoses.items():
+        after = {"poses": errors[name][BEFORE]["poses"], **diagnosis["residual"]["after"]}
+        models = {**errors[name], AFTER: after}
+        sets[name] = {
+            "files_sha256": dict(files[name]),
+            "verdict": diagnosis["verdict"],
+            "models": models,
+            "effects": [
+                {
+                    key: effect.get(key)
+                    for key in ("name", "target", "held_out_rms_before_mm", "held_out_rms_after_mm")
+                }
+                for effect in diagnosis["effects"]
+            ],
+            "outlier_poses": diagnosis["outliers"]["poses"],
+            "floor_mm": diagnosis["residual"]["floor_mm"],
+        }
+        rows += [{"set": name, "model": model, **values} for model, values in models.items()]
+    table = pd.DataFrame(rows).reindex(columns=list(SUMMARY_COLUMNS))
+    return {"format": "scalar-measured/1", "held_out": "blocks of successive poses", "sets": sets}, table

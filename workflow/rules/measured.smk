@@ -1,0 +1,171 @@
+# Measured robots: get the originals, import, diagnose, compare. Nothing here is part of the default target.
+from functools import cache
+
+from snakemake.logging import logger
+
+from scalar.study.originals import answers, read_originals
+
+MEASURED = f"{RESULTS}/measured"
+ORIGINALS = read_originals(ROOT / "workflow/resources/measured.csv")
+FOLDER = (config.get("measured") or {}).get("folder") or ""
+ADDRESSES = (config.get("measured") or {}).get(
+    "addresses",
+    [
+        "https://github.com/{repository}/raw/{commit}/{path}",
+        "https://raw.githubusercontent.com/{repository}/HEAD/{path}",
+    ],
+)
+TRANSFERS = {"ur10_tracker_d": "ur10_tracker_c"}  # set: the campaign whose effects are applied to it
+
+
+@cache
+def sets_at_hand():
+    """Return the measured sets whose originals are here or can be fetched; say kindly what of the others is missing."""
+    found, missing = [], {}
+    for name, originals in ORIGINALS.items():
+        absent = [o for o in originals if not FOLDER or o.find(Path(FOLDER)) is None]
+        if absent and not Path(f"{MEASURED}/originals/{name}").is_dir():
+            missing[name] = absent
+        else:
+            found.append(name)
+    if missing and any(answers(a) for a in next(iter(missing.values()))[0].addresses(ADDRESSES)):
+        return list(ORIGINALS)
+    if missing:
+        where = f"in measured.folder ({FOLDER})" if FOLDER else "here (measured.folder is not set)"
+        files = "; ".join(f"{name}: {', '.join(o.file for o in absent)}" for name, absent in missing.items())
+        logger.warning(
+            f"measured: these original files are neither {where} nor to be had from the network now: {files}. "
+            "To have them, say --config 'measured={folder: PATH}' with a folder that holds them "
+            "(workflow/resources/measured.csv lists repositories and checksums), or try again with a network. "
+            f"Left out until then: {', '.join(missing)}."
+        )
+    return found
+
+
+def transfers_at_hand():
+    """Return the sets at hand to which effects of another one at hand are applied."""
+    return [name for name, other in TRANSFERS.items() if {name, other} <= set(sets_at_hand())]
+
+
+rule get_originals:
+    output:
+        directory(f"{MEASURED}/originals/{{set}}"),
+    log:
+        f"{RESULTS}/logs/measured/get_originals/{{set}}.log",
+    threads: 1
+    resources:  # and not params: files known by their checksums are the same wherever they came from
+        folder=FOLDER,
+    params:
+        addresses=lambda w: ADDRESSES,
+        listed=local(ROOT / "workflow/resources/measured.csv"),
+    message:
+        "Getting the originals of {wildcards.set}"
+    script:
+        "../scripts/get_originals.py"
+
+
+rule import_measured:
+    input:
+        originals=rules.get_originals.output[0],
+        mapping=local(ROOT / "configs/measured") + "/{set}.yaml",
+        modules=modules("scalar.ingest"),
+    output:
+        directory(f"{MEASURED}/{{set}}/dataset"),
+    log:
+        f"{RESULTS}/logs/measured/import/{{set}}.log",
+    threads: 1
+    message:
+        "Importing {wildcards.set}"
+    script:
+        "../scripts/import_measured.py"
+
+
+rule diagnose_measured:
+    input:
+        dataset=rules.import_measured.output[0],
+        modules=modules("scalar.diagnosis", "scalar.report"),
+    output:
+        before=f"{MEASURED}/{{set}}/before.json",
+        after=f"{MEASURED}/{{set}}/after.json",
+        diagnosis=f"{MEASURED}/{{set}}/diagnosis.json",
+        page=report(
+            f"{MEASURED}/{{set}}/report.html",
+            caption="../report/measured_diagnosis.rst",
+            category="Measured robots",
+            labels={"set": "{set}", "shows": "diagnosis"},
+        ),
+    log:
+        f"{RESULTS}/logs/measured/diagnose/{{set}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/measured/diagnose/{{set}}.tsv"
+    threads: 1
+    message:
+        "Diagnosing {wildcards.set}"
+    script:
+        "../scripts/diagnose_measured.py"
+
+
+rule compare_measured:
+    input:
+        dataset=rules.import_measured.output[0],
+        modules=modules("scalar.study.measured"),
+    output:
+        f"{MEASURED}/{{set}}/models.json",
+    log:
+        f"{RESULTS}/logs/measured/compare/{{set}}.log",
+    threads: 1
+    message:
+        "Holding out poses of {wildcards.set}: base and tool, geometry"
+    script:
+        "../scripts/compare_measured.py"
+
+
+rule transfer_measured:
+    input:
+        dataset=rules.import_measured.output[0],
+        effects=lambda w: f"{MEASURED}/{TRANSFERS[w.set]}/after.json",
+        modules=modules("scalar.study.measured", "scalar.calibrate"),
+    output:
+        calibration=f"{MEASURED}/{{set}}/transferred/calibration.json",
+        errors=f"{MEASURED}/{{set}}/transferred/models.json",
+    log:
+        f"{RESULTS}/logs/measured/transfer/{{set}}.log",
+    threads: 1
+    params:
+        source=lambda w: TRANSFERS[w.set],
+    message:
+        "Calibrating {wildcards.set} with the effects of {params.source}"
+    script:
+        "../scripts/transfer_measured.py"
+
+
+rule summarise_measured:
+    input:
+        originals=lambda w: expand(rules.get_originals.output[0], set=sets_at_hand()),
+        diagnoses=lambda w: expand(rules.diagnose_measured.output.diagnosis, set=sets_at_hand()),
+        errors=lambda w: expand(rules.compare_measured.output[0], set=sets_at_hand()),
+        transfers=lambda w: expand(rules.transfer_measured.output.errors, set=transfers_at_hand()),
+        modules=modules("scalar.study.measured", "scalar.study.originals", "scalar.study.tables"),
+    output:
+        summary=f"{MEASURED}/summary.json",
+        table=report(
+            f"{MEASURED}/summary.csv",
+            caption="../report/measured_summary.rst",
+            category="Measured robots",
+            labels={"set": "all", "shows": "held-out errors, a row a set and model"},
+        ),
+    log:
+        f"{RESULTS}/logs/measured/summarise.log",
+    threads: 1
+    params:
+        sets=lambda w: sets_at_hand(),
+        transfers=lambda w: transfers_at_hand(),
+    message:
+        "Summarising the measured sets"
+    script:
+        "../scripts/summarise_measured.py"
+
+
+rule measured:
+    input:
+        lambda w: rules.summarise_measured.output if sets_at_hand() else [],

@@ -1,0 +1,10 @@
+"""Hold out poses of a measured set from models without effects."""
+
+from job import logged
+
+with logged(snakemake.log):
+    from scalar.atomic import write_json
+    from scalar.dataset import read_dataset
+    from scalar.study.measured import compare
+
+    write_json(snakemake.output[0], compare(read_dataset(snakemake.input.dataset)))

@@ -1,0 +1,15 @@
+"""Calibrate a measured set with the effects of another campaign held, and hold out its poses."""
+
+from job import logged
+
+with logged(snakemake.log):
+    from scalar.atomic import write_json
+    from scalar.calibrate import calibrate
+    from scalar.calibration import load_calibration
+    from scalar.dataset import read_dataset
+    from scalar.study.measured import transferred
+
+    data = read_dataset(snakemake.input.dataset)
+    effects = load_calibration(snakemake.input.effects).model.effects
+    calibrate(data, held_effects=effects).save(snakemake.output.calibration)
+    write_json(snakemake.output.errors, {f"effects_of_{snakemake.params.source}": transferred(data, effects)})
