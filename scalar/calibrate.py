@@ -137,7 +137,7 @@ def calibrate(
         worst = int(dataset.pose_ids[np.argmax(distances)])
         raise Undetermined(
             [f"the best fit is still {residuals.rms(found.model) / MM:.0f} mm RMS off, pose {worst} most of all: this is not "
-             "the robot, the sensor or the planes that dataset.yaml describes; check conventions, units and plane labels"]
+             "the robot, the sensor or the planes that dataset.yaml describes; check conventions, units and plane labels; 'scalar diagnose' can say more"]
         )  # fmt: skip
     return conclude(dataset, prepared, found, residuals)
 
@@ -220,7 +220,7 @@ def fit_from(dataset: Dataset, model: Model, free: Array, residuals: Residuals |
     assert found is not None
     if not found.converged:
         raise NotConverged(
-            [f"the fit stopped after {found.evaluations} evaluations short of an optimum; "
+            [f"the fit did not converge: it stopped after {found.evaluations} evaluations short of an optimum; "
              "check plane labels and the nominal robot, or remove poses that are far off ('scalar diagnose' lists them)"]
         )  # fmt: skip
     return found, residuals

@@ -24,18 +24,21 @@ from scalar.units import MM
 if TYPE_CHECKING:
     from scalar.dataset import Dataset
 
-POINT_SIGMAS = 7.0  # robust standard deviations of a scan beyond which a point is off its own line
+POINT_SIGMAS = 5.0  # robust standard deviations of a scan beyond which a point is off its own line
 LEAST_POINT_ERROR = 2e-4  # m; and never less than this
 LEAST_POINTS = 5  # of a scan, for a line to have outliers
 POSE_SIGMAS = 10.0  # robust standard deviations beyond which a pose is off
-LEAST_POSE_ERROR = 2.0 * MM  # and never less than this
+LEAST_POSE_ERROR = 1.0 * MM  # and never less than this
 COARSE_POSE_ERROR = 20.0 * MM  # with the arm still nominal, whose own errors make several millimetres
 LABEL_RATIO = 0.2  # a pose is mislabelled where another plane is nearer than this share of its own distance
 CORE_SHARE = 0.6  # of the poses on a plane that are trusted at first
 MOST_SET_ASIDE = 0.45  # of the poses: with more, nothing can be said of which are right
 CONTIGUOUS_RUN = 4  # successive poses of one plane that are all off are a change, not outliers
+RUN_BY_CHANCE = 0.05  # expected number of runs as long that scattered outliers would make
 _MADE_NORMAL = 1.4826  # median absolute deviation to standard deviation
 _ROUNDS = 12
+_CONCENTRATIONS = 4
+_HEAVY_TAIL = 2.0  # root mean square over median of the poses' distances; a chi law of two numbers has about 1.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,12 +158,7 @@ def _coarsely_consistent(dataset: Dataset, usable: Array) -> Array:
     planes, keep = guess, usable
     distance = _pose_distances(dataset, T, planes, index)
     for _ in range(_ROUNDS):
-        core = np.zeros(dataset.n_poses, dtype=bool)
-        for k in range(len(planes.names)):
-            mine = np.flatnonzero((index == k) & usable)
-            if len(mine):
-                best = mine[np.argsort(distance[mine], kind="stable")]
-                core[best[: max(int(np.ceil(CORE_SHARE * len(best))), 3)]] = True
+        core = _core(dataset, distance, usable)
         subset = dataset.subset(core)
         fitted = measure(subset)
         planes_found = fitted.fitted_target(T[core], fitted.initial_target(subset))
@@ -184,18 +182,54 @@ def _merged(planes: Planes, found: Planes) -> Planes:
 
 
 def _finely_consistent(dataset: Dataset, keep: Array) -> Array:
-    """Return which poses agree with a calibration of the geometry, dropping and taking back until nothing changes."""
+    """Return which poses agree with a calibration of the geometry.
+
+    Where some do not, a fit to all would be dragged by them: the geometry is first fitted to the better part of the poses, until that part no
+    longer changes, and then taken back to all that agree with it.
+    """
+    distance = _distances_under(dataset, geometry_fit(dataset.subset(keep))[0])
+    if np.all(distance[keep] < _limit(distance[keep])) and not _heavy_tailed(distance[keep]):
+        return _agreeing(dataset, distance, keep)
+    usable = keep
+    for _ in range(_CONCENTRATIONS):
+        core = _core(dataset, distance, usable)
+        distance = _distances_under(dataset, geometry_fit(dataset.subset(core))[0])
+    keep = _agreeing(dataset, distance, core)
     for _ in range(_ROUNDS):
-        subset = dataset.subset(keep)
-        model, _ = geometry_fit(subset)
-        distance = _distances_under(dataset, model)
-        scale = _MADE_NORMAL * float(np.median(distance[keep]))
-        new = distance < max(LEAST_POSE_ERROR, POSE_SIGMAS * scale)
-        new |= _in_runs(dataset, ~new)
-        if np.array_equal(new, keep) or new.sum() < (1 - MOST_SET_ASIDE) * dataset.n_poses:
-            return new
+        if keep.sum() < (1 - MOST_SET_ASIDE) * dataset.n_poses:
+            return keep
+        distance = _distances_under(dataset, geometry_fit(dataset.subset(keep))[0])
+        new = _agreeing(dataset, distance, keep)
+        if np.array_equal(new, keep):
+            break
         keep = new
     return keep
+
+
+def _limit(trusted: Array) -> float:
+    """Return the distance [m] beyond which a pose is off, from the distances of poses that are trusted."""
+    return max(LEAST_POSE_ERROR, POSE_SIGMAS * _MADE_NORMAL * float(np.median(trusted)))
+
+
+def _heavy_tailed(distances: Array) -> bool:
+    """Return whether a few poses are so much farther off than most that they may have dragged the fit."""
+    return float(np.sqrt(np.mean(distances**2))) > _HEAVY_TAIL * float(np.median(distances))
+
+
+def _agreeing(dataset: Dataset, distance: Array, trusted: Array) -> Array:
+    agrees = distance < _limit(distance[trusted])
+    return agrees | (_in_runs(dataset, ~agrees) & (distance < COARSE_POSE_ERROR))
+
+
+def _core(dataset: Dataset, distance: Array, usable: Array) -> Array:
+    """Return the better part of the usable poses on every plane."""
+    core = np.zeros(len(usable), dtype=bool)
+    index = dataset.plane_index
+    for k in np.unique(index):
+        mine = np.flatnonzero((index == k) & usable)
+        best = mine[np.argsort(distance[mine], kind="stable")]
+        core[best[: max(int(np.ceil(CORE_SHARE * len(best))), 3)]] = True
+    return core
 
 
 def geometry_fit(dataset: Dataset) -> tuple[Model, Prepared]:
@@ -217,8 +251,10 @@ def _in_runs(dataset: Dataset, off: Array) -> Array:
     for k in np.unique(dataset.plane_index):
         mine = np.flatnonzero(dataset.plane_index == k)
         edges = np.flatnonzero(np.diff(np.r_[0, off[mine].astype(int), 0]))
+        share = min(max(float(off[mine].mean()), 1e-3), 0.95)
+        by_chance = np.log(RUN_BY_CHANCE / len(mine)) / np.log(share)
         for begin, end in zip(edges[::2], edges[1::2], strict=True):
-            if end - begin >= CONTIGUOUS_RUN:
+            if end - begin >= max(CONTIGUOUS_RUN, by_chance):
                 runs[mine[begin:end]] = True
     return runs
 

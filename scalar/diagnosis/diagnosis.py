@@ -97,11 +97,8 @@ class Diagnosis:
         named = [f for f in self.findings if not isinstance(f.effect, Unattributed)]
         unnamed = [f for f in self.findings if isinstance(f.effect, Unattributed)]
         effects = [self._finding(f, std) for f in named]
-        noise = [self._noise(self.noise)] if self.noise else []
-        if self.spread_beyond_belief and not unnamed:
-            joints = [f"q{i + 1}" for i in range(self.dataset.robot.n_joints)]
-            noise[0] |= {"name": Unattributed.name, "confounded_with": [], "depends_on": joints}
-        effects += noise
+        if self.noise and not (self.spread_beyond_belief and unnamed):
+            effects.append(self.noise_entry())
         effects += [self._unnamed(unnamed, std)] if unnamed else []
         outliers = [*self.cleaned.outlier_poses, *(pose for pose, _ in self.cleaned.mislabelled_poses)]
         mapping = {
@@ -147,11 +144,12 @@ class Diagnosis:
         entry["corrected_by_flexible_term"] = True
         return entry
 
-    def _noise(self, noise: tuple[Spread, ...]) -> dict[str, Any]:
-        best = noise[0]
+    def noise_entry(self) -> dict[str, Any]:
+        """Return the entry of the likeliest noise effect; without a name where it is beyond belief."""
+        best, *others = self.noise
         unit = "std_rad" if best.name == "pose_jitter" else "std_m"
-        near = [s for s in noise[1:] if best.log_likelihood_gain - s.log_likelihood_gain < CONFOUNDED]
-        return {
+        near = [s for s in others if best.log_likelihood_gain - s.log_likelihood_gain < CONFOUNDED]
+        entry = {
             "name": best.name,
             "target": {},
             "coefficients": {unit: {"value": best.std, "std": best.std_error}},
@@ -160,6 +158,10 @@ class Diagnosis:
             "held_out_rms_after_mm": self.held_out_after.rms / MM,
             "confounded_with": [{"name": s.name, "target": {}} for s in near],
         }
+        if self.spread_beyond_belief:
+            joints = [f"q{i + 1}" for i in range(self.dataset.robot.n_joints)]
+            entry |= {"name": Unattributed.name, "confounded_with": [], "depends_on": joints}
+        return entry
 
 
 def _residual(state: State, error: HeldOut) -> dict[str, float]:

@@ -42,7 +42,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
     view = View.of(diagnosis.after, diagnosis.calibration_after.free, diagnosis.calibration_after.covariance)
     effects = [_card(diagnosis, view, i, finding) for i, finding in enumerate(diagnosis.findings)]
     if diagnosis.noise:
-        effects.append(_noise_card(diagnosis, mapping))
+        effects.append(_noise_card(diagnosis))
     return {
         "name": diagnosis.dataset.name,
         "about": _about(diagnosis),
@@ -184,9 +184,9 @@ def _confounded(diagnosis: Diagnosis, index: int, finding: Finding) -> dict[str,
     return {"names": words.listed(shown, "or"), "poses": text}
 
 
-def _noise_card(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> dict[str, Any]:
+def _noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
     best = diagnosis.noise[0]
-    entry = next(e for e in mapping["effects"] if e["name"] == best.name)
+    entry = diagnosis.noise_entry()
     is_angle = best.name == "pose_jitter"
     state = diagnosis.after
     residual = state.linearised()[0][: len(best.covariance) * best.covariance.shape[1]]
@@ -194,11 +194,16 @@ def _noise_card(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> dict[str, A
     mixed = np.einsum("nij,nj->ni", whitening(best), rows)
     pick = slice(None) if isinstance(state.residuals.measurement, Tracker) else slice(0, 1)
     near = [words.title(c["name"], c["target"]) for c in entry["confounded_with"]]
+    beyond = diagnosis.spread_beyond_belief
     how = "to a spread in the joints" if is_angle else "but for an error of its own, common to its points"
     return {
-        "title": words.title(best.name, {}),
-        "clause": words.statement(best.name, {}, best.name),
-        "text": f"each {'pose' if is_angle else 'scan'} repeats only {how}: a noise, not a shift",
+        "title": words.title(entry["name"], {}),
+        "clause": words.statement(entry["name"], {}, entry["name"]),
+        "text": (
+            "poses spread by more than any arm's repeatability, and by nothing that was tried: something acts on them"
+            if beyond
+            else f"each {'pose' if is_angle else 'scan'} repeats only {how}: a noise, not a shift"
+        ),
         "is_noise": True,
         "flexible": False,
         "size": f"{words.angle(best.std) if is_angle else words.length(best.std)} standard deviation",
