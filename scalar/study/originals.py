@@ -126,10 +126,9 @@ def _fetch(original: Original, addresses: Sequence[str], path: Path) -> list[Fau
 
 
 def checksums(folder: str | Path) -> dict[str, str]:
-    """Return the SHA-256 of every file in a folder, by name."""
-    return {
-        path.name: _sha256(path.read_bytes()) for path in sorted(Path(folder).iterdir()) if path.is_file()
-    }
+    """Return the SHA-256 of every file in a folder, by name; hidden files (Snakemake's time stamp) aside."""
+    paths = sorted(path for path in Path(folder).iterdir() if path.is_file() and path.name[0] != ".")
+    return {path.name: _sha256(path.read_bytes()) for path in paths}
 
 
 def _sha256(content: bytes) -> str:

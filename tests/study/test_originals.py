@@ -30,6 +30,7 @@ def test_the_second_address_serves_where_the_first_fails_or_is_wrong(tmp_path):
     right = published(tmp_path / "right")
     nothing = (tmp_path / "none").as_uri() + "/{path}"
     get_originals([ORIGINAL], "", [nothing, wrong, right], tmp_path / "out")
+    (tmp_path / "out/.snakemake_timestamp").touch()
     assert checksums(tmp_path / "out") == {"data.csv": ORIGINAL.sha256}
     assert answers(ORIGINAL.addresses([right])[0])
     assert not answers(ORIGINAL.addresses([nothing])[0])
