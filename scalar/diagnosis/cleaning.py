@@ -7,12 +7,12 @@ effects make tenths, and scattered: a run of successive poses that are all off i
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scalar.calibrate import Prepared, prepare
-from scalar.errors import ScalarError, Undetermined
+from scalar.errors import InvalidInput, ScalarError, Undetermined
 from scalar.least_squares import fit
 from scalar.model import Model
 from scalar.planes import Planes
@@ -38,7 +38,9 @@ RUN_BY_CHANCE = 0.05  # expected number of runs as long that scattered outliers 
 _MADE_NORMAL = 1.4826  # median absolute deviation to standard deviation
 _ROUNDS = 12
 _CONCENTRATIONS = 4
-_HEAVY_TAIL = 2.0  # root mean square over median of the poses' distances; a chi law of two numbers has about 1.2
+_HEAVY_TAIL = (
+    2.0  # root mean square over median of the poses' distances; a chi law of two numbers has about 1.2
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +69,17 @@ def clean(dataset: Dataset) -> Cleaned:
     dataset, n_points, torn = without_outlying_points(dataset)
     keep = ~torn
     keep &= _coarsely_consistent(dataset, keep)
-    keep = _finely_consistent(dataset, keep)
-    off = np.flatnonzero(~keep)
+    try:
+        keep = _finely_consistent(dataset, keep)
+    except InvalidInput as error:
+        # What contradicts the rough planes may be the planes or the labels: the data themselves cannot say which.
+        raise Undetermined(
+            [
+                *(str(fault) for fault in error.faults),
+                "until labels and rough planes agree, nothing can be said of what the model lacks",
+            ]
+        ) from None
+    off = [int(i) for i in np.flatnonzero(~keep)]
     if len(off) > MOST_SET_ASIDE * dataset.n_poses:
         raise Undetermined(
             [f"{len(off)} of {dataset.n_poses} poses contradict the rest: no part of the data can be trusted over another; "
@@ -103,7 +114,7 @@ def without_outlying_points(dataset: Dataset) -> tuple[Dataset, int, Array]:
         distance = np.abs(_line_distance(dataset.points, weight, first, scan))
         scale = np.maximum(_MADE_NORMAL * _median_within(distance, scan, first, counts), 1e-9)
         weight = 1.0 / np.maximum(distance / scale[scan], 0.3)
-    floor = 0.5 * np.median(scale)
+    floor = np.median(scale)  # a short scan's own spread is low by chance now and then
     limit = np.maximum(POINT_SIGMAS * np.maximum(scale, floor), LEAST_POINT_ERROR)
     off = (distance > limit[scan]) & (counts[scan] >= LEAST_POINTS)
     share = np.add.reduceat(off.astype(float), first) / counts
@@ -112,7 +123,11 @@ def without_outlying_points(dataset: Dataset) -> tuple[Dataset, int, Array]:
     if not drop.any():
         return dataset, 0, torn
     kept = counts - np.add.reduceat(drop.astype(int), first)
-    return replace(dataset, points=dataset.points[~drop], starts=np.r_[0, np.cumsum(kept)]), int(drop.sum()), torn
+    return (
+        replace(dataset, points=dataset.points[~drop], starts=np.r_[0, np.cumsum(kept)]),
+        int(drop.sum()),
+        torn,
+    )
 
 
 def _line_distance(points: Array, weight: Array, first: Array, scan: Array) -> Array:
@@ -161,7 +176,7 @@ def _coarsely_consistent(dataset: Dataset, usable: Array) -> Array:
         core = _core(dataset, distance, usable)
         subset = dataset.subset(core)
         fitted = measure(subset)
-        planes_found = fitted.fitted_target(T[core], fitted.initial_target(subset))
+        planes_found: Any = fitted.fitted_target(T[core], fitted.initial_target(subset))
         planes = _merged(planes, planes_found)
         distance = _pose_distances(dataset, T, planes, index)
         limit = max(COARSE_POSE_ERROR, POSE_SIGMAS * _MADE_NORMAL * float(np.median(distance[core])))
@@ -187,13 +202,17 @@ def _finely_consistent(dataset: Dataset, keep: Array) -> Array:
     Where some do not, a fit to all would be dragged by them: the geometry is first fitted to the better part of the poses, until that part no
     longer changes, and then taken back to all that agree with it.
     """
-    distance = _distances_under(dataset, geometry_fit(dataset.subset(keep))[0])
-    if np.all(distance[keep] < _limit(distance[keep])) and not _heavy_tailed(distance[keep]):
+    model, prepared = geometry_fit(dataset.subset(keep))
+    distance = _distances_under(dataset, model)
+    # Thirty parameters bend towards a single wrong pose and spread its centimetres over all others, behind which it hides: no ratio of
+    # distances shows it, but their size does.
+    if np.all(distance[keep] < LEAST_POSE_ERROR) and not _heavy_tailed(distance[keep]):
         return _agreeing(dataset, distance, keep)
-    usable = keep
+    usable = core = keep
     for _ in range(_CONCENTRATIONS):
-        core = _core(dataset, distance, usable)
-        distance = _distances_under(dataset, geometry_fit(dataset.subset(core))[0])
+        core = _core(dataset, _left_out(dataset, model, prepared.free, core), usable)
+        model, prepared = geometry_fit(dataset.subset(core))
+        distance = _distances_under(dataset, model)
     keep = _agreeing(dataset, distance, core)
     for _ in range(_ROUNDS):
         if keep.sum() < (1 - MOST_SET_ASIDE) * dataset.n_poses:
@@ -204,6 +223,28 @@ def _finely_consistent(dataset: Dataset, keep: Array) -> Array:
             break
         keep = new
     return keep
+
+
+def _left_out(dataset: Dataset, model: Model, free: Array, trained: Array) -> Array:
+    """Return the whitened residual ``(N,)`` that every pose would have if the fit had been made without it: ``(I - H_ii)^-1 r_i``.
+
+    Args:
+        dataset: All poses.
+        model: Fitted to some of them.
+        free: ``(P,)`` bool.
+        trained: ``(N,)`` bool, those that it was fitted to.
+    """
+    residuals = Residuals.of(dataset, model).reweighted(model)
+    residual, jacobian = residuals.linearise(model)
+    N, m = dataset.n_poses, residuals.measurement.rows_per_pose
+    J = jacobian[:, free] / np.maximum(np.linalg.norm(jacobian[:, free], axis=0), 1e-300)
+    used = J[np.r_[np.repeat(trained, m), np.ones(len(J) - N * m, dtype=bool)]]
+    measured = J[: N * m]
+    solved = np.linalg.lstsq(used.T @ used, measured.T, rcond=1e-12)[0]
+    H = np.einsum("nmf,fnk->nmk", measured.reshape(N, m, -1), solved.reshape(-1, N, m))
+    H[~trained] = 0.0
+    kept = (1.0 + 1e-6) * np.eye(m) - H  # a pose that alone decides something would divide by nothing
+    return np.linalg.norm(np.linalg.solve(kept, residual[: N * m].reshape(N, m, 1)), axis=(1, 2))
 
 
 def _limit(trusted: Array) -> float:
@@ -240,7 +281,9 @@ def geometry_fit(dataset: Dataset) -> tuple[Model, Prepared]:
 
 
 def _distances_under(dataset: Dataset, model: Model) -> Array:
-    residuals = Residuals.of(dataset, Model(model.robot, model.nominal, model.reference_rotation, model.sensor, model.target))
+    residuals = Residuals.of(
+        dataset, Model(model.robot, model.nominal, model.reference_rotation, model.sensor, model.target)
+    )
     squares, counts = residuals.squared_distances(model)
     return np.sqrt(squares / counts)
 
@@ -259,7 +302,7 @@ def _in_runs(dataset: Dataset, off: Array) -> Array:
     return runs
 
 
-def _other_labels(dataset: Dataset, keep: Array, off: Array) -> dict[int, str]:
+def _other_labels(dataset: Dataset, keep: Array, off: list[int]) -> dict[int, str]:
     """Return for poses that are off the plane that they do lie on, where there is one."""
     if dataset.sensor.kind == "tracker" or not len(off):
         return {}
@@ -271,10 +314,14 @@ def _other_labels(dataset: Dataset, keep: Array, off: Array) -> dict[int, str]:
     assert isinstance(planes, Planes)
     T = dataset.robot.with_geometry(model.robot.geometry).flange(dataset.q) @ model.T_flange_sensor
     every = np.stack(
-        [_pose_distances(dataset, T, planes, np.full(dataset.n_poses, k)) for k in range(len(planes.names))], axis=1
+        [_pose_distances(dataset, T, planes, np.full(dataset.n_poses, k)) for k in range(len(planes.names))],
+        axis=1,
     )[off]
     scale = float(np.median(_pose_distances(dataset, T, planes, measure(dataset).target_index)[keep]))
-    own = [planes.names.index(name) if name in planes.names else -1 for name in dataset.poses["plane"].to_numpy()[off]]
+    own = [
+        planes.names.index(name) if name in planes.names else -1
+        for name in dataset.poses["plane"].to_numpy()[off]
+    ]
     labels = {}
     for i, distances, mine in zip(off, every, own, strict=True):
         best = int(np.argmin(distances))

@@ -219,7 +219,7 @@ def spoiled(
     away = rng.uniform(2e-3, 3e-2, (len(stray), 1)) * rng.choice([-1.0, 1.0], (len(stray), 1))
     cloud[stray] *= 1 + away / r
     joints = helpers.joint_names(dataset.q.shape[1])
-    angles = frame[joints].to_numpy()
+    angles = frame[joints].to_numpy(copy=True)
     angles[wrong_poses] += rng.uniform(0.05, 0.5, (len(wrong_poses), angles.shape[1]))
     frame[joints] = angles
     names = [plane.name for plane in dataset.planes]
