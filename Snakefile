@@ -2,6 +2,7 @@
 #
 #   snakemake --cores 2                                      everything in configs/paper.yaml
 #   snakemake --cores 2 --configfile configs/smoke.yaml      every rule, small
+#   snakemake --cores 2 --configfile configs/sweeps.yaml     the sweeps of the paper as well
 #   snakemake figures --cores 2                              figures only, from the tables
 #   snakemake measured --cores 2                             measured robots, where their files are to be had
 #   snakemake --report report.html                           a page with all results, after a run
@@ -21,6 +22,7 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/calibrate.smk"
 include: "workflow/rules/evaluate.smk"
+include: "workflow/rules/sweeps.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/measured.smk"
 

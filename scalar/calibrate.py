@@ -68,7 +68,9 @@ def prepare(dataset: Dataset, hold: Sequence[str] = ()) -> Prepared:
     guess = measurement.initial_target(dataset)
     check_data(dataset, measurement, guess)
     T = dataset.sensor.T_flange_sensor
-    residuals = Residuals.of(dataset, Model.at(dataset.robot, np.eye(4) if T is None else T, guess), measurement)
+    residuals = Residuals.of(
+        dataset, Model.at(dataset.robot, np.eye(4) if T is None else T, guess), measurement
+    )
     start = initial.start(residuals, dataset.robot, guess, T)
     check_geometry(dataset, residuals, start.model, guess)
     residuals = residuals.reweighted(start.model)
@@ -82,7 +84,9 @@ def prepare(dataset: Dataset, hold: Sequence[str] = ()) -> Prepared:
     return Prepared(residuals, start, identifiability, free)
 
 
-_ALREADY_NOMINAL = 0.02  # m: a sensor found this near its nominal place is taken to have the symmetry of the nominal one
+_ALREADY_NOMINAL = (
+    0.02  # m: a sensor found this near its nominal place is taken to have the symmetry of the nominal one
+)
 
 
 def _symmetric(model: Model, T_nominal: Array | None) -> Model:
@@ -90,7 +94,10 @@ def _symmetric(model: Model, T_nominal: Array | None) -> Model:
 
     A tool that is drawn on the axis of the flange hides parameters that a millimetre beside it would pretend to show.
     """
-    if T_nominal is None or np.linalg.norm(model.T_flange_sensor[:3, 3] - T_nominal[:3, 3]) > _ALREADY_NOMINAL:
+    if (
+        T_nominal is None
+        or np.linalg.norm(model.T_flange_sensor[:3, 3] - T_nominal[:3, 3]) > _ALREADY_NOMINAL
+    ):
         return model
     return Model.at(model.robot, T_nominal, model.target)
 
@@ -137,12 +144,15 @@ def calibrate(
         worst = int(dataset.pose_ids[np.argmax(distances)])
         raise Undetermined(
             [f"the best fit is still {residuals.rms(found.model) / MM:.0f} mm RMS off, pose {worst} most of all: this is not "
-             "the robot, the sensor or the planes that dataset.yaml describes; check conventions, units and plane labels; 'scalar diagnose' can say more"]
+             "the robot, the sensor or the planes that dataset.yaml describes; check conventions, units and plane labels; "
+             "'scalar diagnose' can say more"]
         )  # fmt: skip
     return conclude(dataset, prepared, found, residuals)
 
 
-GROSS_ERROR = 10 * MM  # of a pose after the fit: no effect on an arm makes it, a wrong label or a wrong pose does
+GROSS_ERROR = (
+    10 * MM
+)  # of a pose after the fit: no effect on an arm makes it, a wrong label or a wrong pose does
 
 
 def _refuse_gross_errors(dataset: Dataset) -> None:
@@ -167,7 +177,12 @@ def _refuse_gross_errors(dataset: Dataset) -> None:
         for pose, plane in cleaned.mislabelled_poses
     ]
     faults += [
-        Fault("poses.csv", f"pose {pose} contradicts all others: remove it, or let 'scalar diagnose' set it aside", None, "pose")
+        Fault(
+            "poses.csv",
+            f"pose {pose} contradicts all others: remove it, or let 'scalar diagnose' set it aside",
+            None,
+            "pose",
+        )
         for pose in cleaned.outlier_poses
     ]
     if faults:
@@ -194,7 +209,9 @@ def fit_all(
     return fit_from(dataset, found.model, free, residuals)
 
 
-def fit_from(dataset: Dataset, model: Model, free: Array, residuals: Residuals | None = None) -> tuple[Fit, Residuals]:
+def fit_from(
+    dataset: Dataset, model: Model, free: Array, residuals: Residuals | None = None
+) -> tuple[Fit, Residuals]:
     """Return the fit from a model near the optimum, reweighted until that changes nothing, and the residuals where it ended.
 
     Args:
@@ -324,7 +341,7 @@ def misfit(residuals: Residuals, model: Model, n_free: int) -> Misfit:
     freedom = measurement.rows_per_pose * N - n_free
     if isinstance(measurement, LineLaser):
         T = residuals.kinematics(model).T_base_sensor
-        within, freedom_within = measurement.scatter(T, model.target, residuals.point_effects(model))
+        within, _ = measurement.scatter(T, model.target, residuals.point_effects(model))
         squared -= float(within.sum())
         lines = np.minimum(np.diff(measurement.starts), measurement.equations_per_pose)
         freedom = int(lines.sum()) - n_free
@@ -353,7 +370,9 @@ def _check_rank(model: Model, J: Array, free: Array) -> None:
     names = np.array(model.names)[free]
     largest = names[np.argsort(-np.abs(Vt[-1]))[:4]]
     raise Undetermined(
-        [f"the data do not tell {', '.join(largest)} apart: measure more poses that differ in all joints, or hold one (--hold)"]
+        [
+            f"the data do not tell {', '.join(largest)} apart: measure more poses that differ in all joints, or hold one (--hold)"
+        ]
     )
 
 
@@ -371,7 +390,9 @@ def _check_plausible(model: Model) -> None:
     reasons = []
     for k, kind in enumerate(GEOMETRY):
         bound, unit, factor = (
-            (_LARGEST_LENGTH_CHANGE, "mm", 1e3) if kind in ("a", "d") else (_LARGEST_ANGLE_CHANGE, "deg", 180 / np.pi)
+            (_LARGEST_LENGTH_CHANGE, "mm", 1e3)
+            if kind in ("a", "d")
+            else (_LARGEST_ANGLE_CHANGE, "deg", 180 / np.pi)
         )
         for i in np.flatnonzero(change[k] > bound):
             reasons.append(

@@ -66,7 +66,9 @@ class Calibration:
         target: Any = TrackerFrames(("tracker",), np.eye(3)[None], np.zeros((1, 6)))
         if dataset.planes:
             planes = dataset.planes
-            target = Planes.at([p.name for p in planes], np.array([p.normal for p in planes]), [p.distance for p in planes])
+            target = Planes.at(
+                [p.name for p in planes], np.array([p.normal for p in planes]), [p.distance for p in planes]
+            )
         model = Model.at(dataset.robot, T, target)
         return cls(reporting(model, model.target), sensor_mapping(dataset))
 
@@ -105,14 +107,18 @@ class Calibration:
         """Return the standard errors of the predicted poses, what is held being taken as exact.
 
         Returns:
-            Position ``(N,)`` [m] and orientation ``(N,)`` [rad]: root of the trace of each 3 x 3 covariance.
+            Position ``(N,)`` [m] and orientation ``(N,)`` [rad]: root of the trace of each 3 x 3 covariance; NaN where the fit
+            gave no covariance.
         """
         kinematics = self._kinematics(poses)
         columns = np.array([self.model.names.index(name) for name in self.free], dtype=int)
         # What is measured against moves no prediction, so only the marginal covariance of the rest is asked for, by its square root.
         target = self.model.blocks["target"]
         moves = (columns < target.start) | (columns >= target.stop)
-        values, vectors = np.linalg.eigh(self.covariance[np.ix_(moves, moves)])
+        covariance = self.covariance[np.ix_(moves, moves)]
+        if not np.all(np.isfinite(covariance)):
+            return np.full(len(poses), np.nan), np.full(len(poses), np.nan)
+        values, vectors = np.linalg.eigh(covariance)
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         screws = kinematics.screws()[:, :, columns[moves]] @ root
         moving = screws[:, 3:] + np.cross(screws[:, :3], kinematics.T_base_sensor[:, :3, 3, None], axis=1)
@@ -136,7 +142,10 @@ class Calibration:
             "planes": self._planes(),
             "tracker_frames": self._frames(),
             "summary": dict(self.summary),
-            "covariance": {"names": list(self.free), "matrix": [list(map(float, row)) for row in self.covariance]},
+            "covariance": {
+                "names": list(self.free),
+                "matrix": [list(map(float, row)) for row in self.covariance],
+            },
         }
 
     def _planes(self) -> list[dict[str, Any]]:
@@ -201,15 +210,21 @@ def load_calibration(path: str | Path) -> Calibration:
     try:
         mapping = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise InvalidInput([Fault(str(path), "no such file; 'scalar calibrate DATASET -o DIR' writes one")]) from None
+        raise InvalidInput(
+            [Fault(str(path), "no such file; 'scalar calibrate DATASET -o DIR' writes one")]
+        ) from None
     except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
         raise InvalidInput([Fault(str(path), f"not a calibration: {error}")]) from None
     if not isinstance(mapping, dict) or mapping.get("format") != FORMAT:
-        raise InvalidInput([Fault(str(path), f"not a calibration: its format is not '{FORMAT}'", None, "format")])
+        raise InvalidInput(
+            [Fault(str(path), f"not a calibration: its format is not '{FORMAT}'", None, "format")]
+        )
     try:
         return _from_mapping(mapping)
     except (KeyError, TypeError, ValueError, IndexError) as error:
-        raise InvalidInput([Fault(str(path), f"damaged calibration: {type(error).__name__} {error}")]) from None
+        raise InvalidInput(
+            [Fault(str(path), f"damaged calibration: {type(error).__name__} {error}")]
+        ) from None
 
 
 def _from_mapping(mapping: Mapping[str, Any]) -> Calibration:
@@ -223,29 +238,33 @@ def _from_mapping(mapping: Mapping[str, Any]) -> Calibration:
     if mapping["planes"]:
         planes = mapping["planes"]
         guess = Planes.at(
-            [p["name"] for p in planes], np.array([p["reference_normal"] for p in planes]), [p["distance"] for p in planes]
+            [p["name"] for p in planes],
+            np.array([p["reference_normal"] for p in planes]),
+            [p["distance"] for p in planes],
         )
         at = Planes.at(guess.names, np.array([p["normal"] for p in planes]), [p["distance"] for p in planes])
         target = at.expressed_about(guess)
     else:
         transforms = [
-            transform_from_rotation_vector(f["T_tracker_base"]["translation"], f["T_tracker_base"]["rotation_vector"])
+            transform_from_rotation_vector(
+                f["T_tracker_base"]["translation"], f["T_tracker_base"]["rotation_vector"]
+            )
             for f in mapping["tracker_frames"]
         ]
         names = tuple(f["name"] for f in mapping["tracker_frames"])
         coordinates = np.array([np.r_[t[:3, 3], log_so3(t[:3, :3])] for t in transforms]).reshape(-1, 6)
         target = TrackerFrames(names, np.tile(np.eye(3), (len(names), 1, 1)), coordinates)
     effects = tuple(effect_from_mapping(effect) for effect in mapping["effects"])
-    model = Model(
-        calibrated, nominal, np.eye(3), np.r_[T[:3, 3], log_so3(T[:3, :3])], target, effects
-    )
+    model = Model(calibrated, nominal, np.eye(3), np.r_[T[:3, 3], log_so3(T[:3, :3])], target, effects)
     model = model.with_vector(np.array([float(parameters[name]["value"]) for name in model.names]))
     covariance = mapping["covariance"]
     return Calibration(
         model=model,
         sensor=sensor,
         free=tuple(covariance["names"]),
-        covariance=np.array(covariance["matrix"], dtype=float).reshape(len(covariance["names"]), len(covariance["names"])),
+        covariance=np.array(covariance["matrix"], dtype=float).reshape(
+            len(covariance["names"]), len(covariance["names"])
+        ),
         held={name: p["reason"] for name, p in parameters.items() if p["held"]},
         gauge=tuple(mapping["gauge"]),
         residual_rms=float(mapping["residual_rms_m"]),

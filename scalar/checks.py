@@ -97,7 +97,11 @@ def check_geometry(dataset: Dataset, residuals: Residuals, model: Model, guess: 
     ]
     if faults:
         raise InvalidInput(faults)
-    span = float(np.linalg.svd(planes.normals, compute_uv=False)[-1]) if len(planes.normals) >= LEAST_PLANES else 0.0
+    span = (
+        float(np.linalg.svd(planes.normals, compute_uv=False)[-1])
+        if len(planes.normals) >= LEAST_PLANES
+        else 0.0
+    )
     if span < LEAST_SPAN and isinstance(residuals.measurement, LineLaser):
         raise Undetermined(_parallel_planes(planes))
 
@@ -161,7 +165,8 @@ def check_parameters(
         more = int(np.ceil((needed - equations) / measurement.equations_per_pose))
         raise Undetermined(
             [f"{_poses_give(dataset.n_poses)} {equations} equations for {needed} unknowns"
-             f"{', however many points they have' if isinstance(measurement, LineLaser) else ''}: measure at least {more} more, better twice as many poses"]
+             f"{', however many points they have' if isinstance(measurement, LineLaser) else ''}: "
+             f"measure at least {more} more, better twice as many poses"]
         )  # fmt: skip
     unseen = [h for h in identifiability.held if h.cause == "poses"]
     if unseen:

@@ -18,7 +18,9 @@ for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
 _FOLDER = click.Path(path_type=Path)
-_OUTPUT = click.option("-o", "--output", "output", type=_FOLDER, required=True, help="Folder to write to; made if missing.")
+_OUTPUT = click.option(
+    "-o", "--output", "output", type=_FOLDER, required=True, help="Folder to write to; made if missing."
+)
 
 
 class _Group(click.Group):
@@ -72,14 +74,18 @@ def simulate(config: Path, output: Path, seed: int | None) -> None:
     except ModuleNotFoundError as error:
         if error.name != "pybullet":
             raise
-        raise click.ClickException("simulating needs pybullet: pip install 'scalar-calibration[simulation]'") from None
+        raise click.ClickException(
+            "simulating needs pybullet: pip install 'scalar-calibration[simulation]'"
+        ) from None
     content = load_config(config)
     if seed is not None:
         content["seed"] = seed
     with progress("placing the scanner") as advance:
         scene = simulate(content, base_dir=config.parent, progress=advance)
     write_scene(scene, output)
-    click.echo(f"{output / 'dataset'}: {len(scene.poses)} poses, {len(scene.scans)} points; truth in {output / 'truth'}")
+    click.echo(
+        f"{output / 'dataset'}: {len(scene.poses)} poses, {len(scene.scans)} points; truth in {output / 'truth'}"
+    )
 
 
 @cli.command("import")
@@ -123,10 +129,24 @@ def validate(dataset: Path) -> None:
 @cli.command()
 @click.argument("dataset", type=_FOLDER)
 @_OUTPUT
-@click.option("--effects", "effects", metavar="NAME,...", help="Free these effects as well, e.g. joint_compliance,joint_scale:2.")
-@click.option("--effects-from", type=_FOLDER, metavar="CALIBRATION", help="Take effects from another calibration and hold them.")
-@click.option("--hold", metavar="NAME,...", help="Hold these parameters at their nominal values, e.g. a_2,d_4.")
-def calibrate(dataset: Path, output: Path, effects: str | None, effects_from: Path | None, hold: str | None) -> None:
+@click.option(
+    "--effects",
+    "effects",
+    metavar="NAME,...",
+    help="Free these effects as well, e.g. joint_compliance,joint_scale:2.",
+)
+@click.option(
+    "--effects-from",
+    type=_FOLDER,
+    metavar="CALIBRATION",
+    help="Take effects from another calibration and hold them.",
+)
+@click.option(
+    "--hold", metavar="NAME,...", help="Hold these parameters at their nominal values, e.g. a_2,d_4."
+)
+def calibrate(
+    dataset: Path, output: Path, effects: str | None, effects_from: Path | None, hold: str | None
+) -> None:
     """Calibrate robot, sensor and planes together: DIR/calibration.json and a summary.
 
     \b

@@ -78,7 +78,8 @@ class Evaluation:
 def true_frames(truth_poses: pd.DataFrame) -> Array:
     """Return the true sensor frames ``(N, 4, 4)`` of a table with x, y, z [m] and rx, ry, rz [rad]."""
     return transform(
-        exp_so3(truth_poses[["rx", "ry", "rz"]].to_numpy(dtype=float)), truth_poses[["x", "y", "z"]].to_numpy(dtype=float)
+        exp_so3(truth_poses[["rx", "ry", "rz"]].to_numpy(dtype=float)),
+        truth_poses[["x", "y", "z"]].to_numpy(dtype=float),
     )
 
 
@@ -101,7 +102,9 @@ def aligned_to(T_true: Array, T_hat: Array) -> Array:
     return best_rigid_motion(T_hat[:, :3, 3], T_true[:, :3, 3]) @ T_hat
 
 
-def evaluate(calibration: Calibration, truth_poses: pd.DataFrame, truth: Mapping[str, Any] | None = None) -> Evaluation:
+def evaluate(
+    calibration: Calibration, truth_poses: pd.DataFrame, truth: Mapping[str, Any] | None = None
+) -> Evaluation:
     """Return the errors of a calibration.
 
     Args:
@@ -152,8 +155,12 @@ def true_parameters(truth: Mapping[str, Any]) -> dict[str, float]:
     parameters = truth.get("parameters", {})
     for kind in GEOMETRY:
         values.update({f"{kind}_{i + 1}": float(x) for i, x in enumerate(parameters.get(kind, []))})
-    values.update({f"sensor_{axis}": float(x) for axis, x in zip("xyz", parameters.get("t", []), strict=False)})
-    values.update({f"sensor_r{axis}": float(x) for axis, x in zip("xyz", parameters.get("r", []), strict=False)})
+    values.update(
+        {f"sensor_{axis}": float(x) for axis, x in zip("xyz", parameters.get("t", []), strict=False)}
+    )
+    values.update(
+        {f"sensor_r{axis}": float(x) for axis, x in zip("xyz", parameters.get("r", []), strict=False)}
+    )
     return values
 
 

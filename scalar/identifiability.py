@@ -157,7 +157,9 @@ def _any_poses(robot: Robot, n_targets: int) -> tuple[Array, Array]:
     return robot.limits[:, 0] + unit * np.ptp(robot.limits, axis=1), np.arange(count) % n_targets
 
 
-def _perfect_jacobian(residuals: Residuals, measurement: Measurement, model: Model, q: Array, index: Array) -> Array:
+def _perfect_jacobian(
+    residuals: Residuals, measurement: Measurement, model: Model, q: Array, index: Array
+) -> Array:
     """Return the Jacobian ``(rows, P)`` of measurements without error of targets ``index`` at joint angles q."""
     none = EffectBases([], [], [], [])
 
@@ -244,8 +246,11 @@ def _choose(null: Array, order: list[int], J_scaled: Array) -> list[int]:
             basis = np.vstack([basis, rest / np.linalg.norm(rest)])
             if len(chosen) == r:
                 break
-    revealing = [int(i) for i in qr(null.T, mode="r", pivoting=True)[1][:r]]
-    if len(chosen) < r or _smallest_kept(J_scaled, chosen) < _smallest_kept(J_scaled, revealing) / _CONDITION_SLACK:
+    revealing = [int(i) for i in np.asarray(qr(null.T, mode="r", pivoting=True)[-1])[:r]]
+    if (
+        len(chosen) < r
+        or _smallest_kept(J_scaled, chosen) < _smallest_kept(J_scaled, revealing) / _CONDITION_SLACK
+    ):
         return revealing
     return chosen
 
@@ -265,15 +270,17 @@ def _explain(
 ) -> Held:
     """Return a held parameter with its reason, in words that a roboticist understands."""
     weight = np.abs(direction)
-    others = [i for i in np.argsort(-weight, kind="stable") if i != index and weight[i] > _WORTH_NAMING * weight.max()]
+    others = [
+        i
+        for i in np.argsort(-weight, kind="stable")
+        if i != index and weight[i] > _WORTH_NAMING * weight.max()
+    ]
     moves_with = tuple(names[i] for i in others)
     name = names[index]
     joint = int(name.rsplit("_", 1)[1]) if name.rsplit("_", 1)[-1].isdigit() else 0
     in_target = any(not _is_robot(other) and not other.startswith("sensor_") for other in moves_with)
     if _is_scale(names, direction, values):
-        reason = (
-            "nothing measured here carries a metric, so the whole cell may be scaled: every length is relative to this one"
-        )
+        reason = "nothing measured here carries a metric, so the whole cell may be scaled: every length is relative to this one"
     elif cause == "still":
         which = " and ".join(str(i) for i in still)
         one = f"it acts as one with {_listed(moves_with)}" if others else "no residual depends on it"
@@ -310,7 +317,11 @@ def _is_scale(names: tuple[str, ...], direction: Array, values: dict[str, float]
         is_length = kind in ("a", "d") and number.isdigit() and int(number) > 1
         if is_length and abs(values.get(name, 0.0)) > 0.01:
             ratios.append(direction[i] / values[name])
-    return len(ratios) >= 2 and min(np.abs(ratios)) > 0 and float(np.ptp(ratios)) < 0.05 * float(np.max(np.abs(ratios)))
+    return (
+        len(ratios) >= 2
+        and min(np.abs(ratios)) > 0
+        and float(np.ptp(ratios)) < 0.05 * float(np.max(np.abs(ratios)))
+    )
 
 
 PLAUSIBLE_LENGTH = 5e-3  # m: how far a length may be from the data sheet
@@ -342,7 +353,7 @@ def weakly_seen(residuals: Residuals, model: Model, free: Array) -> list[Held]:
     while True:
         index = np.flatnonzero(free)
         scaled = J[:, index] * scale[index]
-        factor = np.linalg.qr(np.column_stack([scaled, residual]), mode="r")
+        factor = np.asarray(np.linalg.qr(np.column_stack([scaled, residual]), mode="r"))
         k = len(index)
         freedom = lines - k
         excess = float(np.sum(factor[k:, -1] ** 2)) - scatter
@@ -353,7 +364,9 @@ def weakly_seen(residuals: Residuals, model: Model, free: Array) -> list[Held]:
         weight = np.abs(Vt[-1]) * ours[index]
         worst = int(np.argmax(weight))
         direction = Vt[-1] * scale[index]
-        others = [i for i in np.argsort(-np.abs(Vt[-1])) if i != worst and abs(Vt[-1][i]) > 0.2 * weight[worst]][:4]
+        others = [
+            i for i in np.argsort(-np.abs(Vt[-1])) if i != worst and abs(Vt[-1][i]) > 0.2 * weight[worst]
+        ][:4]
         name = str(names[index[worst]])
         angle = model.units[index[worst]] == "rad"
         size = abs(direction[worst]) * noise / max(s[-1], 1e-12)
@@ -369,7 +382,9 @@ def _apart_from_scatter(residuals: Residuals, model: Model) -> tuple[float, int]
     if not isinstance(measurement, LineLaser):
         return 0.0, N * measurement.rows_per_pose
     within, _ = measurement.scatter(residuals.kinematics(model).T_base_sensor, model.target)
-    return float(within.sum()), int(np.minimum(np.diff(measurement.starts), measurement.equations_per_pose).sum())
+    return float(within.sum()), int(
+        np.minimum(np.diff(measurement.starts), measurement.equations_per_pose).sum()
+    )
 
 
 def _plausible(model: Model) -> Array:

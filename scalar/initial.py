@@ -8,6 +8,7 @@ known only roughly, plate and scanner are then refined together, the arm held no
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -73,7 +74,7 @@ def linear_guess(measurement: LineLaser, T_base_flange: Array, planes: Planes, u
     return transform(U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt, p)
 
 
-def start(residuals: Residuals, robot: Robot, target: Planes, T_flange_sensor: Array | None) -> Start:
+def start(residuals: Residuals, robot: Robot, target: Any, T_flange_sensor: Array | None) -> Start:
     """Return the best start: from the stated nominal pose where there is one, and from linear guesses.
 
     Args:
@@ -95,13 +96,19 @@ def start(residuals: Residuals, robot: Robot, target: Planes, T_flange_sensor: A
         for use in _plane_choices(measurement, target, robot):
             try:
                 proposals.append(("linear guess", _alternate(measurement, T_base_flange, target, use), True))
-                proposals.append(("linear guess", linear_guess(measurement, T_base_flange, target, use), False))
+                proposals.append(
+                    ("linear guess", linear_guess(measurement, T_base_flange, target, use), False)
+                )
             except Undetermined as error:
                 failure = error
             if T_flange_sensor is not None:
                 break
     if not proposals:
-        raise failure if failure is not None else Undetermined(["state sensor.nominal_pose: this kind of sensor needs it"])
+        raise (
+            failure
+            if failure is not None
+            else Undetermined(["state sensor.nominal_pose: this kind of sensor needs it"])
+        )
     best: Start | None = None
     lowest = np.inf
     for origin, T, refit_planes in proposals:

@@ -19,7 +19,9 @@ from scalar.se3 import Array
 
 TOLERANCE = 1e-10  # relative, on cost and coordinates; less than that is rounding, and a step for nothing
 MAX_EVALUATIONS = 200
-FIRST_STEP = 0.1  # of the coordinates' own size: the default of MINPACK, 100, lets a weak direction jump by turns
+FIRST_STEP = (
+    0.1  # of the coordinates' own size: the default of MINPACK, 100, lets a weak direction jump by turns
+)
 RANK_TOLERANCE = 1e-10  # of the largest singular value of the column-scaled Jacobian
 NEGLIGIBLE_STEP = 1e-3  # standard deviations: a remaining Gauss-Newton step below this does not matter
 

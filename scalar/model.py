@@ -44,7 +44,9 @@ class Model:
     effects: tuple[Effect, ...] = ()
 
     @classmethod
-    def at(cls, nominal: Robot, T_flange_sensor: Array, target: Target, effects: Sequence[Effect] = ()) -> Model:
+    def at(
+        cls, nominal: Robot, T_flange_sensor: Array, target: Target, effects: Sequence[Effect] = ()
+    ) -> Model:
         """Return the model of a nominal robot with a sensor at ``T_flange_sensor`` ``(4, 4)``."""
         sensor = np.r_[T_flange_sensor[:3, 3], 0.0, 0.0, 0.0]
         return cls(nominal, nominal, T_flange_sensor[:3, :3].copy(), sensor, target, tuple(effects))

@@ -35,12 +35,16 @@ class Planes:
     distances: Array
 
     @classmethod
-    def at(cls, names: Sequence[str], normals: Array, distances: Array) -> Planes:
+    def at(cls, names: Sequence[str], normals: Array, distances: Array | Sequence[float]) -> Planes:
         """Return planes at rest at the given normals ``(K, 3)`` and distances ``(K,)`` [m]."""
         normals = np.asarray(normals, dtype=float)
         normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
         return cls(
-            tuple(names), normals, tangent_basis(normals), np.zeros((len(normals), 2)), np.array(distances, dtype=float)
+            tuple(names),
+            normals,
+            tangent_basis(normals),
+            np.zeros((len(normals), 2)),
+            np.array(distances, dtype=float),
         )
 
     @property
@@ -60,7 +64,11 @@ class Planes:
     @property
     def parameter_names(self) -> list[str]:
         """Return ``normal_<name>_u, normal_<name>_v, distance_<name>`` of every plane."""
-        return [text for name in self.names for text in (f"normal_{name}_u", f"normal_{name}_v", f"distance_{name}")]
+        return [
+            text
+            for name in self.names
+            for text in (f"normal_{name}_u", f"normal_{name}_v", f"distance_{name}")
+        ]
 
     @property
     def parameter_units(self) -> list[str]:

@@ -54,7 +54,16 @@ class Poses:
             InvalidInput: The table lacks the column that an effect needs.
         """
         if name not in self.columns:
-            raise InvalidInput([Fault("poses", f"the calibrated effects need the column '{name}', and it is missing", None, name)])
+            raise InvalidInput(
+                [
+                    Fault(
+                        "poses",
+                        f"the calibrated effects need the column '{name}', and it is missing",
+                        None,
+                        name,
+                    )
+                ]
+            )
         return self.columns[name]
 
     def approach(self) -> Array | None:

@@ -90,7 +90,9 @@ class Known:
         """Return the rows ``(4 k,)`` and their derivatives by the planes' coordinates ``(4 k, 3 K)``."""
         count = len(self.index)
         delta = (planes.normals[self.index] - self.normals) / self.normal_std[:, None]
-        residual = np.concatenate([delta.ravel(), (planes.distances[self.index] - self.distances) / self.distance_std])
+        residual = np.concatenate(
+            [delta.ravel(), (planes.distances[self.index] - self.distances) / self.distance_std]
+        )
         jacobian = np.zeros((4 * count, len(planes.vector)))
         by_tangent = planes.normal_derivatives[self.index] / self.normal_std[:, None, None]
         for i, k in enumerate(self.index):
@@ -137,7 +139,11 @@ class Residuals:
 
     def point_effects(self, model: Model) -> list[BoundPointEffect]:
         """Return the model's effects on points and surfaces, bound to the poses."""
-        return [BoundPointEffect(effect, self.poses) for effect in model.effects if isinstance(effect, PointEffect)]
+        return [
+            BoundPointEffect(effect, self.poses)
+            for effect in model.effects
+            if isinstance(effect, PointEffect)
+        ]
 
     def _at(self, model: Model) -> tuple[Kinematics, Rows]:
         """Return kinematics and rows at a model, kept since a Jacobian follows a residual at the same object."""
@@ -181,7 +187,9 @@ class Residuals:
     def _priors(self, model: Model) -> tuple[Array, Array]:
         """Return the rows of what is known beforehand and their Jacobian: reference planes, and how large effects may be."""
         blocks = model.blocks
-        if self.known is None and not model.effects:  # most fits: not worth the dozen calls below at each step
+        if (
+            self.known is None and not model.effects
+        ):  # most fits: not worth the dozen calls below at each step
             return np.zeros(0), np.zeros((0, blocks["effects"].stop))
         coefficients = model.vector[blocks["effects"]]
         sizes = np.concatenate([np.zeros(0), *(effect.plausible_sizes for effect in model.effects)])

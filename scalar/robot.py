@@ -77,7 +77,9 @@ class Robot:
             geometry[0], geometry[1] = np.r_[0.0, a[:-1]], np.r_[0.0, alpha[:-1]]
             last = transform_from_rotation_vector([a[-1], 0.0, 0.0], [alpha[-1], 0.0, 0.0])
             flange = last @ flange
-        limits = np.array([joint.get("limits", [-DEFAULT_LIMIT, DEFAULT_LIMIT]) for joint in joints], dtype=float)
+        limits = np.array(
+            [joint.get("limits", [-DEFAULT_LIMIT, DEFAULT_LIMIT]) for joint in joints], dtype=float
+        )
         return cls(
             name=str(mapping["name"]),
             geometry=geometry,

@@ -20,14 +20,16 @@ if TYPE_CHECKING:
 _MISFIT_WORTH_SAYING = 1.15
 _EFFECTS_NAMED = 8
 _COEFFICIENTS_SHOWN = 3
-_PLAIN = str.maketrans({"−": "-", "±": "+-", "°": "deg", "²": "2", "×": "x"})  # for terminals that know no more
+_PLAIN = str.maketrans(
+    {"−": "-", "±": "+-", "°": "deg", "²": "2", "×": "x"}
+)  # for terminals that know no more
 
 
 @contextmanager
-def progress(label: str) -> Iterator[Callable[[int, int], None]]:
-    """Show a progress bar on stderr while the block runs, where stderr is a terminal; yields ``advance(done, total)``."""
+def progress(label: str) -> Iterator[Callable[[str, int, int], None]]:
+    """Show a progress bar on stderr while the block runs, where stderr is a terminal; yields ``advance(stage, done, total)``."""
     if not sys.stderr.isatty():
-        yield lambda done, total: None
+        yield lambda stage, done, total: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -35,7 +37,7 @@ def progress(label: str) -> Iterator[Callable[[int, int], None]]:
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(label, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+        yield lambda stage, done, total: bar.update(task, description=stage, completed=done, total=total)
 
 
 @contextmanager
@@ -59,7 +61,9 @@ def describe_dataset(dataset: Dataset) -> str:
         lines.append(f"  {dataset.n_poses} poses tracked")
     else:
         counts = np.bincount(dataset.plane_index, minlength=len(dataset.planes))
-        per_plane = ", ".join(f"{plane.name} {count}" for plane, count in zip(dataset.planes, counts, strict=True))
+        per_plane = ", ".join(
+            f"{plane.name} {count}" for plane, count in zip(dataset.planes, counts, strict=True)
+        )
         lines.append(f"  {dataset.n_poses} poses: {per_plane}")
     if dataset.sensor.kind == "line-laser":
         points = np.diff(dataset.starts)
@@ -173,7 +177,9 @@ def _sizes(entry: Mapping[str, Any]) -> str:
 
 def describe_evaluation(evaluation: Evaluation) -> str:
     """Return the errors against the truth, raw and aligned."""
-    lines = [f"errors over {len(evaluation.raw.position)} poses   position mean / max [mm]   orientation mean / max [deg]"]
+    lines = [
+        f"errors over {len(evaluation.raw.position)} poses   position mean / max [mm]   orientation mean / max [deg]"
+    ]
     for name, errors in (("raw", evaluation.raw), ("aligned", evaluation.aligned)):
         e = errors.to_mapping()
         lines.append(

@@ -33,7 +33,9 @@ _INT = re.compile(r"[-+]?[0-9]+")
 _BASED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
-_TEXT_KEYS = frozenset({"name", "source"})  # text in every file of ours, even where it reads like a number (7113e31)
+_TEXT_KEYS = frozenset(
+    {"name", "source"}
+)  # text in every file of ours, even where it reads like a number (7113e31)
 _MAX_DIGITS = 400  # no number needs more, and Python refuses to convert integers of several thousand digits
 
 
@@ -111,7 +113,11 @@ class _Builder:
                 raise self.refuse(event, f"the key {key!r} stands here twice; remove one of the two", path)
             self.lines[(*path, key)] = event.start_mark.line + 1
             value = self.next()
-            if key in _TEXT_KEYS and isinstance(value, events.ScalarEvent) and _NULL.fullmatch(value.value) is None:
+            if (
+                key in _TEXT_KEYS
+                and isinstance(value, events.ScalarEvent)
+                and _NULL.fullmatch(value.value) is None
+            ):
                 mapping[key] = value.value
             else:
                 mapping[key] = self.value(value, (*path, key), depth + 1)

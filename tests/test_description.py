@@ -35,7 +35,7 @@ EDITS = [
     (put("format", "scalar-dataset/2"), "format", "cannot be read by this version; write scalar-dataset/1"),
     (put("nmae", "x"), "nmae", "unknown key"),
     (put("name", ""), "name", "empty"),
-    (put("name", 7), "name", "not text (7)"),
+    (put("name", ["a"]), "name", "not text"),
     (put("source", ["a"]), "source", "not text"),
     (put("robot", None), "robot", "empty; write the robot"),
     (put("robot", "convention", "craig"), "robot.convention", "write one of modified-dh, standard-dh"),

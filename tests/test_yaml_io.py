@@ -129,3 +129,11 @@ def test_values_know_their_lines(tmp_path: Path) -> None:
     assert lines["a", 0, "c"] == 4
     assert lines["a", 0, "c", 1] == 6
     assert lines["a", 1] == 7
+
+
+@pytest.mark.parametrize("name", ["7", "7113e31", "532737e985", "true", "2026-11-21"])
+def test_a_name_is_text_even_where_it_reads_like_something_else(tmp_path: Path, name: str) -> None:
+    """Names and sources are text: no name turns into a number, least of all into an infinite one."""
+    path = tmp_path / "a.yaml"
+    path.write_text(f"name: {name}\nnoise: 1e-4\n", encoding="utf-8")
+    assert load_yaml(path) == {"name": name, "noise": 1e-4}

@@ -15,7 +15,13 @@ from scalar.effects.joints import JointBacklash, JointCompliance, JointCoupling,
 from scalar.effects.links import AxisNonparallel, ThermalDrift
 from scalar.effects.sensor import RangeDistortion, RangeOffset, RangeScale
 from scalar.effects.surface import PlaneBow, PlaneMoved
-from scalar.effects.unattributed import GRAVITY, UnattributedJoint, UnattributedLink, UnattributedSensor, Variable
+from scalar.effects.unattributed import (
+    GRAVITY,
+    UnattributedJoint,
+    UnattributedLink,
+    UnattributedSensor,
+    Variable,
+)
 from scalar.identifiability import STILL, near_parallel_joints
 
 if TYPE_CHECKING:
@@ -70,7 +76,11 @@ def candidates(dataset: Dataset) -> list[Candidate]:
     if dataset.sensor.kind == "line-laser":
         found += [Candidate(RangeScale()), Candidate(RangeOffset()), Candidate(RangeDistortion())]
         used = {dataset.planes[k].name for k in dataset.plane_index}
-        found += [Candidate(PlaneBow(p.name, plane_centre(dataset, p.name))) for p in dataset.planes if p.name in used]
+        found += [
+            Candidate(PlaneBow(p.name, plane_centre(dataset, p.name)))
+            for p in dataset.planes
+            if p.name in used
+        ]
     found += [Candidate(effect) for effect in _creeps(dataset)]
     return found
 
@@ -96,7 +106,9 @@ def _creeps(dataset: Dataset) -> list[Effect]:
 def _acquisition(dataset: Dataset) -> tuple[np.ndarray, np.ndarray | None]:
     """Return the order of acquisition ``(N,)`` and the time ``(N,)`` [s], or None where it is not recorded."""
     poses = dataset.poses
-    order = poses["order"].to_numpy(dtype=float) if "order" in poses else np.arange(dataset.n_poses, dtype=float)
+    order = (
+        poses["order"].to_numpy(dtype=float) if "order" in poses else np.arange(dataset.n_poses, dtype=float)
+    )
     return order, poses["time"].to_numpy(dtype=float) if "time" in poses else None
 
 
@@ -105,7 +117,11 @@ def _drifts(dataset: Dataset) -> list[Effect]:
     found: list[Effect] = []
     drivers = {by, "time"} if "time" in dataset.poses else {by}
     for driver in sorted(drivers):
-        x = dataset.poses[driver].to_numpy(dtype=float) if driver in dataset.poses else np.arange(dataset.n_poses)
+        x = (
+            dataset.poses[driver].to_numpy(dtype=float)
+            if driver in dataset.poses
+            else np.arange(dataset.n_poses)
+        )
         start, span = float(np.min(x)), float(np.ptp(x))
         if span <= 0:
             continue
@@ -124,13 +140,20 @@ def flexible(dataset: Dataset) -> list[Candidate]:
     turns = dataset.sensor.kind == "line-laser"
     found: list[Effect] = [UnattributedJoint(j, (angles[v],)) for j in moving for v in moving]
     found += [
-        UnattributedJoint(j, (angles[a], angles[b])) for j in moving for a, b in itertools.combinations(moving, 2)
+        UnattributedJoint(j, (angles[a], angles[b]))
+        for j in moving
+        for a, b in itertools.combinations(moving, 2)
     ]
-    found += [UnattributedLink(j, by) for j in range(1, n + 1) for by in (f"q{j}", GRAVITY) if by == GRAVITY or j in moving]
+    found += [
+        UnattributedLink(j, by)
+        for j in range(1, n + 1)
+        for by in (f"q{j}", GRAVITY)
+        if by == GRAVITY or j in moving
+    ]
     found.append(UnattributedSensor(Variable(GRAVITY, 0.0, 1.0), turns))
     drivers = {"order": _acquisition(dataset)[0]}
     for name in ("time", "temperature", *dataset.covariates):
-        if name in dataset.poses and dataset.poses[name].nunique() > 4:
+        if name in dataset.poses and len(np.unique(dataset.poses[name].to_numpy())) > 4:
             drivers[name] = dataset.poses[name].to_numpy(dtype=float)
     for name, values in drivers.items():
         variable = Variable.seen(name, values)

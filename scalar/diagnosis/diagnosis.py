@@ -82,14 +82,20 @@ class Diagnosis:
     @property
     def verdict(self) -> str:
         """Return ``no_effect``, ``effect`` or ``unattributed``."""
-        if self.spread_beyond_belief or any(isinstance(finding.effect, Unattributed) for finding in self.findings):
+        if self.spread_beyond_belief or any(
+            isinstance(finding.effect, Unattributed) for finding in self.findings
+        ):
             return "unattributed"
         return "effect" if self.findings or self.noise else "no_effect"
 
     @property
     def spread_beyond_belief(self) -> bool:
         """Return whether poses spread by more than any arm's repeatability: something acts on them that no test here recognises."""
-        return bool(self.noise) and self.noise[0].name == "pose_jitter" and self.noise[0].std > WORST_REPEATABILITY
+        return (
+            bool(self.noise)
+            and self.noise[0].name == "pose_jitter"
+            and self.noise[0].std > WORST_REPEATABILITY
+        )
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the content of ``diagnosis.json``."""
@@ -109,7 +115,9 @@ class Diagnosis:
             "outliers": {
                 "poses": sorted(outliers),
                 "points": self.cleaned.points,
-                "mislabelled": [{"pose": pose, "lies_on": plane} for pose, plane in self.cleaned.mislabelled_poses],
+                "mislabelled": [
+                    {"pose": pose, "lies_on": plane} for pose, plane in self.cleaned.mislabelled_poses
+                ],
             },
             "noise": {
                 "within_scan_mm": self.after.residuals.measurement.sigma / MM,
@@ -217,7 +225,9 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
     noise = tuple(after.spreads)
     findings = _findings(before, after, pool)
     progress("calibrating")
-    calibration_before = conclude(cleaned.dataset, prepared, *fit_from(cleaned.dataset, before.model, before.free))
+    calibration_before = conclude(
+        cleaned.dataset, prepared, *fit_from(cleaned.dataset, before.model, before.free)
+    )
     calibration_after = conclude(cleaned.dataset, prepared, *_final_fit(after, noise))
     return Diagnosis(
         dataset=dataset,

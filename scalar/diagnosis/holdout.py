@@ -8,6 +8,7 @@ Gauss-Newton step from the joint optimum, exact for what is nearly linear at thi
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -98,7 +99,7 @@ def _step(J: Array, residual: Array) -> Array:
 
 def metric(residuals: Residuals) -> Residuals:
     """Return the residuals in metres, every point with the same weight."""
-    measurement = residuals.measurement
+    measurement: Any = residuals.measurement
     if isinstance(measurement, LineLaser):
         measurement = replace(measurement, R=measurement.R_metric, profiled=False)
     else:

@@ -20,10 +20,10 @@ from scalar.diagnosis.candidates import Candidate, candidates
 from scalar.diagnosis.holdout import HeldOut, held_out, improvement
 from scalar.diagnosis.score import Background, Projected, evidence, p_value, remainder, score_changes
 from scalar.diagnosis.state import State, mixed, settle
+from scalar.effects.base import BaseCompliance
 from scalar.effects.catalogue import plane_centre
 from scalar.effects.effect import Effect
 from scalar.effects.joints import JointCompliance, JointHarmonic
-from scalar.effects.base import BaseCompliance
 from scalar.effects.sensor import SensorSlip
 from scalar.effects.surface import PlaneMoved
 from scalar.se3 import Array
@@ -84,7 +84,9 @@ class Columns:
     @cached_property
     def sizes(self) -> Array:
         """Return the plausible size of every coefficient."""
-        effects = [candidate.effect for candidate, _ in self.tried] + [effect for effect, _, _ in self.changes]
+        effects = [candidate.effect for candidate, _ in self.tried] + [
+            effect for effect, _, _ in self.changes
+        ]
         return np.concatenate([effect.plausible_sizes for effect in effects])
 
     @cached_property
@@ -107,7 +109,10 @@ def columns(state: State, pool: Sequence[Candidate]) -> Columns:
     effects = [candidate.effect for candidate in pool] + [effect for effect, _ in always]
     E = state.columns_of(effects)
     ends = np.cumsum([len(effect.coefficients) for effect in effects])
-    slices = [slice(int(end) - len(effect.coefficients), int(end)) for end, effect in zip(ends, effects, strict=True)]
+    slices = [
+        slice(int(end) - len(effect.coefficients), int(end))
+        for end, effect in zip(ends, effects, strict=True)
+    ]
     n = len(pool)
     return Columns(
         list(zip(pool, slices[:n], strict=True)),
@@ -118,7 +123,9 @@ def columns(state: State, pool: Sequence[Candidate]) -> Columns:
 
 def _changes(dataset: Dataset) -> list[tuple[Effect, Array]]:
     everywhere = np.ones(dataset.n_poses, dtype=bool)
-    found: list[tuple[Effect, Array]] = [(SensorSlip(_ALWAYS, turns=dataset.sensor.kind == "line-laser"), everywhere)]
+    found: list[tuple[Effect, Array]] = [
+        (SensorSlip(_ALWAYS, turns=dataset.sensor.kind == "line-laser"), everywhere)
+    ]
     if dataset.sensor.kind != "tracker":
         for k in np.unique(dataset.plane_index):
             name = dataset.planes[k].name
@@ -151,7 +158,15 @@ def rank(state: State, background: Background, cols: Columns) -> list[Scored]:
             choices = comb(candidate.terms, len(chosen)) if candidate.terms > 1 else 1
             family = families[effect.name] * choices
             scored.append(
-                _scored(background, effect, own_gain, own_dof, float(observability[k]), family, cols.total * choices)
+                _scored(
+                    background,
+                    effect,
+                    own_gain,
+                    own_dof,
+                    float(observability[k]),
+                    family,
+                    cols.total * choices,
+                )
             )
     scored += _rank_changes(state, background, cols, cols.total)
     return sorted(scored, key=lambda entry: -entry.evidence)
@@ -172,12 +187,22 @@ def _rank_changes(state: State, background: Background, cols: Columns, total: in
         moment = {"order": float(order[i]), "time": None if time is None else float(time[i])}
         assert isinstance(effect, (SensorSlip, PlaneMoved))
         at = replace(effect, **moment, coefficients=np.zeros(len(effect.coefficients)))
-        scored.append(_scored(background, at, float(found.gain[best]), int(found.dof[best]), 1.0, len(found.gain), total))
+        scored.append(
+            _scored(
+                background, at, float(found.gain[best]), int(found.dof[best]), 1.0, len(found.gain), total
+            )
+        )
     return scored
 
 
 def _scored(
-    background: Background, effect: Effect, gain: float, dof: int, observability: float, family: int, total: int
+    background: Background,
+    effect: Effect,
+    gain: float,
+    dof: int,
+    observability: float,
+    family: int,
+    total: int,
 ) -> Scored:
     corrected = min(1.0, max(p_value(background, gain, dof), _LEAST_P_VALUE) * total)
     return Scored(effect, gain, dof, evidence(background, gain, dof, family), corrected, observability)
@@ -242,7 +267,9 @@ def hunt(state: State) -> Found:
                 break
             if label(entry.effect) in refused:
                 continue
-            trial = settle(state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect))
+            trial = settle(
+                state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect)
+            )
             trial_error = held_out(trial)
             if improvement(held_out(state, state.mix), held_out(trial, state.mix)) < LEAST_IMPROVEMENT:
                 refused.add(label(entry.effect))
@@ -317,7 +344,11 @@ def same_place(a: Effect, b: Effect) -> bool:
     """Return whether two effects are the same but for their terms: orders of one joint, frames of a compliance, nearby moments."""
     if type(a) is not type(b):
         return False
-    if isinstance(a, JointHarmonic) and isinstance(b, JointHarmonic) and min(len(a.orders), len(b.orders)) > 1:
+    if (
+        isinstance(a, JointHarmonic)
+        and isinstance(b, JointHarmonic)
+        and min(len(a.orders), len(b.orders)) > 1
+    ):
         return a.joint == b.joint
     if isinstance(a, PlaneMoved) and isinstance(b, PlaneMoved):
         return a.plane == b.plane

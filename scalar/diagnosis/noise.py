@@ -64,7 +64,9 @@ def spreads(state: State) -> list[Spread]:
         p = float(0.5 * chi2.sf(2 * gain, 1)) if gain > 0 else 1.0
         if p < P_VALUE and v > 0:
             std = float(np.sqrt(v))
-            found.append(Spread(name, std, float(curvature / (2 * std)), gain, p, np.eye(rows.shape[1]) + v * K))
+            found.append(
+                Spread(name, std, float(curvature / (2 * std)), gain, p, np.eye(rows.shape[1]) + v * K)
+            )
     return sorted(found, key=lambda s: -s.log_likelihood_gain)
 
 
@@ -96,7 +98,9 @@ def _maximum_likelihood(rows: Array, K: Array) -> tuple[float, float, float]:
         return 0.5 * float(np.sum(np.log(spread) + squares / spread))
 
     start = np.log(typical)
-    result: Any = minimize_scalar(cost, bounds=(start - 16, start + 24), method="bounded", options={"xatol": 1e-4})
+    result: Any = minimize_scalar(
+        cost, bounds=(start - 16, start + 24), method="bounded", options={"xatol": 1e-4}
+    )
     v = float(np.exp(result.x))
     spread = 1.0 + v * values
     information = 0.5 * float(np.sum((values / spread) ** 2))

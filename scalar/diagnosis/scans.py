@@ -136,9 +136,10 @@ def over_plate(view: View, effect: PlaneBow) -> Map:
     found = pieces(state, effect)
     mine = _on_plate(state, effect.plane, found.pose)
     position, height = found.position[mine], found.height[mine]
-    names = list(state.model.target.names)
+    planes: Any = state.model.target
+    names = list(planes.names)
     k = next(i for i, name in enumerate(names) if name.split("@")[0] == effect.plane or name == effect.plane)
-    across = int(np.argmax(np.abs(state.model.target.normals[k])))
+    across = int(np.argmax(np.abs(planes.normals[k])))
     a, b = [i for i in range(3) if i != across]
     u_axis, v_axis = (Axis(f"{'xyz'[i]} of the base", "m") for i in (a, b))
     y_axis = Axis("height over the plane", "m")

@@ -91,7 +91,9 @@ class Projected:
         A = background.Q.T @ E
         gram = own_gram - A.T @ A
         squared = np.diag(own_gram)
-        share = np.where(squared > 0, np.maximum(np.diag(gram), 0.0) / np.where(squared > 0, squared, 1.0), 0.0)
+        share = np.where(
+            squared > 0, np.maximum(np.diag(gram), 0.0) / np.where(squared > 0, squared, 1.0), 0.0
+        )
         scale = in_plausible_units(background.variance, squared, sizes)
         scale[share <= SILENT_SHARE] = 0.0
         return cls(
@@ -124,7 +126,9 @@ class Projected:
                 break
             chosen.append(best)
             mine = local[best]
-            solved = np.linalg.solve(G[np.ix_(mine, mine)] + np.eye(width), np.column_stack([G[mine], s[mine]]))
+            solved = np.linalg.solve(
+                G[np.ix_(mine, mine)] + np.eye(width), np.column_stack([G[mine], s[mine]])
+            )
             across = G[:, mine]
             s = s - across @ solved[:, -1]
             G = G - across @ solved[:, :-1]
@@ -189,7 +193,9 @@ class ChangeScores:
     dof: Array
 
 
-def score_changes(background: Background, E: Array, touched: Array, sizes: Array, margin: int) -> ChangeScores:
+def score_changes(
+    background: Background, E: Array, touched: Array, sizes: Array, margin: int
+) -> ChangeScores:
     """Return the scores of columns that act from one pose on, for every such pose, by cumulative sums: one pass for all.
 
     Args:
@@ -204,7 +210,7 @@ def score_changes(background: Background, E: Array, touched: Array, sizes: Array
     if T < 2 * margin:
         empty = np.zeros(0)
         return ChangeScores(empty.astype(int), empty, empty.astype(int))
-    N, m, e = E.shape
+    N, m, _ = E.shape
     Q = background.Q.reshape(N, m, -1)[index]
     Ei, r = E[index], background.residual[index]
     moment = np.cumsum(np.einsum("nmi,nmj->nij", Ei, Ei)[::-1], axis=0)[::-1]

@@ -62,7 +62,7 @@ def separation(state: State, index: int, other: Effect) -> Separation | None:
     here, there = (_disagreement(state, other, steps, poses) for poses in (seen, anywhere))
     best: tuple[float, int, float, float] | None = None
     for j in range(len(limits)):
-        edges = np.linspace(*limits[j], PARTS + 1)
+        edges = np.linspace(limits[j][0], limits[j][1], PARTS + 1)
         part = np.clip(np.digitize(q[:, j], edges) - 1, 0, PARTS - 1)
         means = np.array([np.mean(there[part == k] ** 2) for k in range(PARTS)])
         k = int(np.argmax(means))

@@ -103,7 +103,11 @@ def _skew_rows(p: Array) -> Array:
 def _words(effect: Effect, shift: float) -> str:
     unit = effect.coefficient_units[0]
     size = USUAL_SIZE[effect.name]
-    text = f"{size / DEG:.3g} deg" if unit == "rad" else (f"{size / MM:g} mm" if unit == "m" else f"{size:g} {unit}")
+    text = (
+        f"{size / DEG:.3g} deg"
+        if unit == "rad"
+        else (f"{size / MM:g} mm" if unit == "m" else f"{size:g} {unit}")
+    )
     if shift > 0:
         return (
             f"an error of {text} would leave no residual and put predicted positions off by about {shift / MM:.2g} mm; "

@@ -82,7 +82,9 @@ class State:
         """Return the columns ``(N m, e)`` of effects at this model, whitened as the background, whether or not it has them."""
         model = replace(self.model, effects=(*self.model.effects, *effects))
         names = extra_basis_of(model.effects)
-        residuals = Residuals.of(self.dataset, model, profile_measurement(self.dataset, self.model, self.residuals, names))
+        residuals = Residuals.of(
+            self.dataset, model, profile_measurement(self.dataset, self.model, self.residuals, names)
+        )
         jacobian = residuals.linearise_measured(model)[1]
         return mixed(self.mix, jacobian[:, len(self.model.vector) :])
 
@@ -97,7 +99,9 @@ def mixed(mix: Array | None, rows: Array) -> Array:
     return result.reshape(rows.shape)
 
 
-def profile_measurement(dataset: Dataset, model: Model, residuals: Residuals, extra_basis: Sequence[str]) -> Measurement:
+def profile_measurement(
+    dataset: Dataset, model: Model, residuals: Residuals, extra_basis: Sequence[str]
+) -> Measurement:
     """Return a dataset's rows for tests: scans as profiles, whitened where the sensor stands in a model."""
     measurement = measure(dataset, extra_basis)
     if isinstance(measurement, LineLaser):

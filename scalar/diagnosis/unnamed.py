@@ -14,7 +14,9 @@ from scalar.diagnosis.state import State, settle
 from scalar.effects.unattributed import Unattributed
 
 ALPHA = 1e-5  # chance of seeing structure where there is none, corrected for all terms that were tried
-LEAST_IMPROVEMENT = 2.0  # standard errors by which the held-out error has to fall, blocks being few and unlike
+LEAST_IMPROVEMENT = (
+    2.0  # standard errors by which the held-out error has to fall, blocks being few and unlike
+)
 BETTER_THAN_A_NAME = 10.0  # nats by which a flexible term has to explain better to unseat a name
 MAX_TERMS = 2
 
@@ -69,4 +71,3 @@ def _unseated(state: State, pool: Sequence[Candidate]) -> State:
             if trial.background().squared < state.background().squared:
                 return trial
     return state
-

@@ -39,7 +39,9 @@ class BaseCompliance(BaseEffect):
     @property
     def coefficient_names(self) -> list[str]:
         """``tilt_u_frame3_x_rad``: tilt about u at full leverage of a first moment along x of frame 3."""
-        return [f"tilt_{tilt}_frame{f}_{axis}_rad" for f in self.frames for axis in AXES for tilt in ("u", "v")]
+        return [
+            f"tilt_{tilt}_frame{f}_{axis}_rad" for f in self.frames for axis in AXES for tilt in ("u", "v")
+        ]
 
     @property
     def coefficient_units(self) -> list[str]:

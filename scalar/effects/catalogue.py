@@ -83,7 +83,11 @@ def drift_driver(dataset: Dataset) -> str:
 def backlash_driver(dataset: Dataset, joint: int) -> str:
     """Return what tells a joint's side of its play: the recorded approach where it varies, else the torque's sign."""
     name = f"approach{joint}"
-    return "approach" if name in dataset.poses and dataset.poses[name].nunique() > 1 else "torque"
+    return (
+        "approach"
+        if name in dataset.poses and len(np.unique(dataset.poses[name].to_numpy())) > 1
+        else "torque"
+    )
 
 
 def plane_centre(dataset: Dataset, plane: str) -> tuple[float, float, float]:
@@ -150,7 +154,10 @@ def _coupling(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
 def _nonparallel(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
     from scalar.identifiability import near_parallel_joints
 
-    return [AxisNonparallel(j) for j in (_joints(dataset, words) if words else near_parallel_joints(dataset.robot))]
+    return [
+        AxisNonparallel(j)
+        for j in (_joints(dataset, words) if words else near_parallel_joints(dataset.robot))
+    ]
 
 
 def _drift(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
@@ -158,11 +165,15 @@ def _drift(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
     if by not in DRIFT_DRIVERS:
         raise ValueError(f"'{by}' drives no drift; there are {', '.join(DRIFT_DRIVERS)}")
     if by == "order":
-        order = dataset.poses["order"].to_numpy(dtype=float) if "order" in dataset.poses else np.arange(dataset.n_poses)
+        order = (
+            dataset.poses["order"].to_numpy(dtype=float)
+            if "order" in dataset.poses
+            else np.arange(dataset.n_poses)
+        )
         return [ThermalDrift("order", float(order.min()), last=float(order.max()))]
     if by not in dataset.poses:
         raise ValueError(f"poses.csv has no column '{by}'")
-    return [ThermalDrift(by, float(dataset.poses[by].min()))]
+    return [ThermalDrift(by, float(np.min(dataset.poses[by].to_numpy(dtype=float))))]
 
 
 def _slip(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
@@ -193,7 +204,9 @@ _MAKERS: dict[str, Callable[[Any, Sequence[str]], list[Effect]]] = {
     "range_scale": lambda dataset, words: [RangeScale()],
     "range_offset": lambda dataset, words: [RangeOffset()],
     "range_distortion": lambda dataset, words: [RangeDistortion()],
-    "plane_bow": lambda dataset, words: [PlaneBow(p, plane_centre(dataset, p)) for p in _planes(dataset, words)],
+    "plane_bow": lambda dataset, words: [
+        PlaneBow(p, plane_centre(dataset, p)) for p in _planes(dataset, words)
+    ],
     "plane_moved": _moved,
 }
 _MOST_WORDS = {"joint_harmonic": 1 + MAX_ORDER, "joint_coupling": 2, "plane_moved": 2}
@@ -226,7 +239,10 @@ def parse_effects(text: str, dataset: Dataset) -> tuple[Effect, ...]:
         except ValueError as error:
             faults.append(Fault("--effects", f"{word}: {error}"))
     keys = [effect.key for effect in effects]
-    faults += [Fault("--effects", f"'{key}' is named twice") for key in sorted({k for k in keys if keys.count(k) > 1})]
+    faults += [
+        Fault("--effects", f"'{key}' is named twice")
+        for key in sorted({k for k in keys if keys.count(k) > 1})
+    ]
     if faults:
         raise InvalidInput(faults)
     return tuple(effects)

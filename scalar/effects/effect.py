@@ -18,7 +18,6 @@ from scalar.poses import Poses
 from scalar.robot import Robot
 from scalar.se3 import Array
 
-
 PLAUSIBLE_SIZE = {
     "rad": 3e-3,
     "m": 0.02,

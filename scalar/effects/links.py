@@ -25,7 +25,9 @@ class AxisNonparallel(LinkEffect):
     joint: int
 
     name: ClassVar[str] = "axis_nonparallel"
-    sentence: ClassVar[str] = "the axis is tilted against the one before in the way that modified DH cannot hold"
+    sentence: ClassVar[str] = (
+        "the axis is tilted against the one before in the way that modified DH cannot hold"
+    )
 
     @property
     def target(self) -> dict[str, Any]:
@@ -114,11 +116,17 @@ class ThermalDrift(LinkEffect):
         """Return the order of acquisition ``(N,)``, the end of it where none is stated."""
         if np.all(np.isfinite(poses.order)):
             return poses.order
-        return np.where(np.isfinite(poses.order), poses.order, poses.column("order") if self.last is None else self.last)
+        return np.where(
+            np.isfinite(poses.order), poses.order, poses.column("order") if self.last is None else self.last
+        )
 
     def to_mapping(self) -> dict[str, Any]:
         """Return what drives the growth."""
-        mapping: dict[str, Any] = {"by": self.by, "reference": self.reference, "time_constant": self.time_constant}
+        mapping: dict[str, Any] = {
+            "by": self.by,
+            "reference": self.reference,
+            "time_constant": self.time_constant,
+        }
         return mapping if self.last is None else {**mapping, "last": self.last}
 
     @classmethod

@@ -13,7 +13,6 @@ from scalar.planes import Planes
 from scalar.poses import Poses
 from scalar.se3 import Array
 
-
 _STEEP = 0.9  # |n_x|: a plate that faces the base's x axis more than this has its first axis along y
 
 

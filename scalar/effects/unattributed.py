@@ -145,7 +145,7 @@ class UnattributedJoint(Unattributed, JointEffect):
         if len(self.variables) == 1:
             functions = single_functions(self.variables[0], poses)
         else:
-            functions = pair_functions(*self.variables, poses)
+            functions = pair_functions(self.variables[0], self.variables[1], poses)
         B = np.zeros((len(poses), robot.n_joints, functions.shape[1]))
         B[:, self.joint - 1] = functions
         return B
@@ -191,7 +191,9 @@ class UnattributedLink(Unattributed, LinkEffect):
     @property
     def coefficient_names(self) -> list[str]:
         """Every function for every kind of geometry."""
-        return [f"{kind}_{f}_{'m' if kind in LENGTHS else 'rad'}" for kind in GEOMETRY for f in self._functions]
+        return [
+            f"{kind}_{f}_{'m' if kind in LENGTHS else 'rad'}" for kind in GEOMETRY for f in self._functions
+        ]
 
     @property
     def coefficient_units(self) -> list[str]:

@@ -13,7 +13,11 @@ from scalar.sensors.tracker import Tracker
 if TYPE_CHECKING:
     from scalar.dataset import Dataset
 
-KINDS: dict[str, type[LineLaser | Probe | Tracker]] = {"line-laser": LineLaser, "probe": Probe, "tracker": Tracker}
+KINDS: dict[str, type[LineLaser | Probe | Tracker]] = {
+    "line-laser": LineLaser,
+    "probe": Probe,
+    "tracker": Tracker,
+}
 
 __all__ = ["KINDS", "Measurement", "Rows", "Target", "measure"]
 

@@ -112,7 +112,9 @@ class LineLaser(Measurement):
         assert isinstance(target, Planes)
         ends = np.cumsum(np.diff(self.starts))
         counts = np.diff(self.starts).astype(float)
-        sums = np.add.reduceat(np.column_stack([self.points, _products(self.points)]), np.r_[0, ends[:-1]], axis=0)
+        sums = np.add.reduceat(
+            np.column_stack([self.points, _products(self.points)]), np.r_[0, ends[:-1]], axis=0
+        )
         X, Z, o = T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2], T_base_sensor[:, :3, 3]
         A = np.stack([o, X, Z], axis=2)
         moments = np.empty((len(counts), 3, 3))
@@ -141,7 +143,9 @@ class LineLaser(Measurement):
         residual = np.einsum("nij,nj->ni", self.R, full)
         return Rows(residual, R @ wrench, R @ by_target, self.R @ extra)
 
-    def _extended(self, c: Array, T_base_sensor: Array, planes: Planes, point_effects: Sequence[Any]) -> tuple[Array, Array]:
+    def _extended(
+        self, c: Array, T_base_sensor: Array, planes: Planes, point_effects: Sequence[Any]
+    ) -> tuple[Array, Array]:
         """Return the contact vectors over all functions kept ``(N, k)`` and their derivatives by the effects' coefficients."""
         if not point_effects and len(self.basis_names) == len(LINE_BASIS):
             return c, np.zeros((len(c), 3, 0))
@@ -169,7 +173,11 @@ class LineLaser(Measurement):
             if freedom.sum() > 0:
                 sigma = max(float(np.sqrt(_robust_variance(scatter, freedom))), LEAST_SIGMA)
         whitened = basis / (sigma * incidence)[:, None]
-        R = self._profile_rows(whitened, c, 1.0 / (sigma * incidence)) if self.profiled else compress(whitened, self.starts)
+        R = (
+            self._profile_rows(whitened, c, 1.0 / (sigma * incidence))
+            if self.profiled
+            else compress(whitened, self.starts)
+        )
         return replace(self, R=R, sigma=sigma)
 
     def profiles(self, T_base_sensor: Array, target: Target) -> LineLaser:
@@ -196,7 +204,9 @@ class LineLaser(Measurement):
         products = (Q[:, :, None] * whitened[:, None, :]).reshape(len(t), -1)
         return np.add.reduceat(products, self.starts[:-1]).reshape(len(counts), 3, -1)
 
-    def scatter(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> tuple[Array, Array]:
+    def scatter(
+        self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
+    ) -> tuple[Array, Array]:
         """Return per scan the whitened squared scatter about its own line and its degrees of freedom."""
         assert isinstance(target, Planes)
         c, _, _ = contact(T_base_sensor, target, self.target_index)
@@ -210,7 +220,9 @@ class LineLaser(Measurement):
         incidence = self._incidence(c)
         direction = point_basis(("ux", "uz"), self.points, self.error_axis)
         per_point = np.sum(direction * np.repeat(c[:, 1:], np.diff(self.starts), axis=0), axis=1)
-        return self._profile_rows((per_point / (self.sigma * incidence))[:, None], c, 1.0 / (self.sigma * incidence))[:, :, 0]
+        return self._profile_rows(
+            (per_point / (self.sigma * incidence))[:, None], c, 1.0 / (self.sigma * incidence)
+        )[:, :, 0]
 
     def noise_floor(self, T_base_sensor: Array, target: Target) -> float:
         """Return the root mean square distance [m] to the plates that the noise of the points alone makes."""

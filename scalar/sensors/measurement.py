@@ -87,7 +87,9 @@ class Measurement(ABC):
     equations_per_pose: int  # independent constraints that a pose gives, however many points
     sees_sensor_rotation: bool
     has_metric: bool  # False where the scale of the whole cell leaves no residual
-    contact_iterations: int = 0  # how often `contact_step` is applied to bring any pose to a perfect measurement
+    contact_iterations: int = (
+        0  # how often `contact_step` is applied to bring any pose to a perfect measurement
+    )
     target_index: Array
     sigma: float
     sigma_stated: bool

@@ -59,11 +59,18 @@ class Probe(Measurement):
         residual, wrench, by_target = contact(o, target, k)
         extra = np.zeros((len(o), 1, 0))
         if point_effects:
-            columns = [effect.contact_columns(T_base_sensor, target, k, residual[:, None]) for effect in point_effects]
+            columns = [
+                effect.contact_columns(T_base_sensor, target, k, residual[:, None])
+                for effect in point_effects
+            ]
             extra = np.concatenate([column[:, :1] for column in columns], axis=2)
-            residual = residual + extra[:, 0] @ np.concatenate([effect.coefficients for effect in point_effects])
+            residual = residual + extra[:, 0] @ np.concatenate(
+                [effect.coefficients for effect in point_effects]
+            )
         scale = 1.0 / self.sigma
-        return Rows(residual[:, None] * scale, wrench[:, None] * scale, by_target[:, None] * scale, extra * scale)
+        return Rows(
+            residual[:, None] * scale, wrench[:, None] * scale, by_target[:, None] * scale, extra * scale
+        )
 
     def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
         """Return the rows of contacts, and which poses are in contact."""
