@@ -1,0 +1,216 @@
+"""The whole diagnosis on cells that this repository's simulator has not made: rates, not anecdotes.
+
+60 poses a plate, 32 points a scan, 0.1 mm of noise; effects of the sizes that real arms have.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scalar.calibrate import calibrate
+from scalar.diagnosis import diagnose
+from scalar.evaluate import evaluate
+from tests.diagnosis.cases import NAMED, approaches, drift, harmonic, judged, knock, slip, spoiled, unnamed
+from tests.effects.planted import Flaws, make_cell, on_joint
+
+pytestmark = pytest.mark.slow
+
+LEAST_RIGHT = 0.92  # of the sets with a named effect
+SEEDS = (100, 101)
+
+
+@pytest.fixture(scope="module")
+def named():
+    """Return the diagnoses of two cells of every named effect."""
+    found = {}
+    for label, case in NAMED.items():
+        for seed in SEEDS:
+            cell, name, target = case(seed)
+            found[label, seed] = (cell, name, target, diagnose(cell.dataset))
+    return found
+
+
+def test_single_effects_are_named(named):
+    """Of 28 sets, two of each of 14 effects, at least 92 % are named right with joint, order, plate and moment,
+    and none is said to be clean. The pedestal may be taken for a joint that gives way only where it is listed as
+    confounded: with the arm in one vertical plane both do the same but for some micrometres.
+    """
+    wrong = []
+    for (label, seed), (_, name, target, diagnosis) in named.items():
+        mapping = diagnosis.to_mapping()
+        assert mapping["verdict"] != "no_effect", (label, seed)
+        right = judged(mapping["effects"], name, target)
+        if not right and label == "pedestal" and mapping["effects"][0]["name"] == "joint_compliance":
+            right = name in [e["name"] for e in mapping["effects"][0]["confounded_with"]]
+        if not right:
+            wrong.append((label, seed, [(e["name"], e["target"]) for e in mapping["effects"]]))
+    assert len(wrong) <= (1 - LEAST_RIGHT) * len(named), wrong
+
+
+def test_nothing_is_named_besides(named):
+    """With one effect planted no more than one set in ten shows a second."""
+    more = [key for key, (*_, diagnosis) in named.items() if len(diagnosis.to_mapping()["effects"]) > 1]
+    assert len(more) <= 0.1 * len(named), more
+
+
+def test_held_out_errors_fall(named):
+    """Taking an effect lowers the error of poses never seen, to little more than the noise leaves; noise effects
+    are no shift and lower nothing.
+    """
+    for key, (_, name, _, diagnosis) in named.items():
+        residual = diagnosis.to_mapping()["residual"]
+        if name in ("pose_jitter", "scan_bias"):
+            continue
+        assert residual["after"]["held_out_rms_mm"] < residual["before"]["held_out_rms_mm"], key
+        assert residual["after"]["held_out_rms_mm"] < 1.1 * residual["floor_mm"], key
+
+
+def test_predictions_come_near_the_floor(named):
+    """Over 1,000 poses the error after is within 1.25 times that of the same cell without the effect, in the
+    median over the sets of effects that act on the arm; and better than before.
+    """
+    ratios, gains = [], []
+    for (_, seed), (cell, name, _, diagnosis) in named.items():
+        if name in (
+            "pose_jitter",
+            "scan_bias",
+            "joint_backlash",
+            "thermal_drift",
+            "plane_bow",
+            "plane_moved",
+        ):
+            continue
+        table, _ = cell.truth_poses(1000, np.random.default_rng(seed))
+        clean = make_cell(seed=seed)
+        reference, _ = clean.truth_poses(1000, np.random.default_rng(seed))
+        floor = error(calibrate(clean.dataset), reference)
+        after = error(diagnosis.calibration_after, table)
+        ratios.append(after / floor)
+        gains.append(error(diagnosis.calibration_before, table) / after)
+    assert np.median(ratios) < 1.25
+    assert np.median(gains) > 1.2
+
+
+def error(calibration, table):
+    """Return the mean position error [m] over true poses, the base aligned."""
+    return evaluate(calibration, table).aligned.position.mean()
+
+
+def test_clean_cells_are_clean():
+    """Of 12 cells with nothing planted, none is given an effect."""
+    found = [diagnose(make_cell(seed=200 + k).dataset).to_mapping() for k in range(12)]
+    assert [m["verdict"] for m in found] == ["no_effect"] * 12
+    assert not any(m["effects"] for m in found)
+
+
+@pytest.mark.parametrize("dirt", [{"points": 0.03}, {"poses": 0.1}, {"labels": 0.08}, {"poses": 0.3}])
+def test_dirt_is_no_effect(dirt):
+    """Gross errors in points, poses and labels are listed, and no effect is made of them; up to 30 % of poses."""
+    for seed in (300, 301):
+        dataset, planted = spoiled(make_cell(seed=seed).dataset, np.random.default_rng(seed), **dirt)
+        mapping = diagnose(dataset).to_mapping()
+        assert mapping["verdict"] == "no_effect", mapping["effects"]
+        wrong = planted["poses"] | planted["labels"]
+        assert wrong <= set(mapping["outliers"]["poses"])
+        assert len(mapping["outliers"]["poses"]) <= len(wrong) + 2
+        assert mapping["outliers"]["points"] >= 0.95 * len(planted["points"]) * (1 - 0.3 * bool(wrong))
+
+
+def test_an_effect_is_found_beneath_dirt():
+    """With stray points, wrong poses and wrong labels together the gear error is named all the same."""
+    right = 0
+    for seed in range(400, 404):
+        cell, name, target = harmonic(seed)
+        dataset, _ = spoiled(cell.dataset, np.random.default_rng(seed), points=0.02, poses=0.04, labels=0.04)
+        right += judged(diagnose(dataset).to_mapping()["effects"], name, target)
+    assert right >= 3
+
+
+def test_what_has_no_name_is_given_none():
+    """Joint 3 erring with the sine of the product of two other angles is unattributed, and depends on both."""
+    for seed in range(500, 504):
+        cell, name, target = unnamed(seed)
+        mapping = diagnose(cell.dataset).to_mapping()
+        assert mapping["verdict"] == "unattributed"
+        last = mapping["effects"][-1]
+        assert last["name"] == name and set(last["depends_on"]) >= target["depends_on"]
+        assert len(mapping["effects"]) == 1
+
+
+PAIRS = {
+    "gear and play": (
+        {"joints": lambda at: 3e-4 * (np.eye(6)[3] * np.sin(3 * at.q[:, 3:4]) + np.eye(6)[1] * side(at, 2))},
+        [("joint_harmonic", {"joint": 4, "order": 3}), ("joint_backlash", {"joint": 2})],
+    ),
+    "scale and bent plate": (
+        {"joints": lambda at: 1e-3 * np.eye(6)[2] * at.q[:, 2:3], "bent": {"wall_x": (2e-3, 0.0, 2e-3)}},
+        [("joint_scale", {"joint": 3}), ("plane_bow", {"plane": "wall_x"})],
+    ),
+    "coupling and knocked plate": (
+        {
+            "joints": lambda at: 1e-3 * np.eye(6)[5] * at.q[:, 4:5],
+            "moved": {"floor": (90.0, 5e-4, (0.0, 0.0))},
+        },
+        [("joint_coupling", {"joint": 6, "source": 5}), ("plane_moved", {"plane": "floor", "order": 90.0})],
+    ),
+}
+
+
+def side(at, joint):
+    return at.columns[f"approach{joint}"][:, None]
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_two_at_once_are_found_one_after_another(pair):
+    """Two effects together are both named, and the order in which they are found does not matter; in both of two
+    cells, with nothing besides.
+    """
+    settings, wanted = PAIRS[pair]
+    for seed in (600, 601):
+        cell = make_cell(Flaws(**settings), seed=seed, columns=approaches)
+        effects = diagnose(cell.dataset).to_mapping()["effects"]
+        assert len(effects) == 2, [(e["name"], e["target"]) for e in effects]
+        for name, target in wanted:
+            assert any(judged([e], name, target) for e in effects), [
+                (e["name"], e["target"]) for e in effects
+            ]
+
+
+@pytest.mark.parametrize("case", [slip, knock, drift])
+def test_the_order_in_the_files_does_not_matter(case):
+    """With ``order`` stated, rows shuffled in poses.csv give the same findings as rows in order."""
+    dataset = case(700)[0].dataset
+    dataset = replace(dataset, poses=dataset.poses.assign(order=np.arange(dataset.n_poses)))
+    shuffled = in_file_order(dataset, np.random.default_rng(1).permutation(dataset.n_poses))
+    first, second = (diagnose(d).to_mapping() for d in (dataset, shuffled))
+    assert [(e["name"], e["target"]) for e in first["effects"]] == [
+        (e["name"], e["target"]) for e in second["effects"]
+    ]
+
+
+def in_file_order(dataset, rows):
+    """Return the dataset as the reader gives it where the files hold its rows in another order."""
+    poses = dataset.poses.iloc[rows].sort_values("order", kind="stable")
+    back = dataset.subset(poses.index.to_numpy())
+    return replace(back, poses=poses.reset_index(drop=True))
+
+
+def test_several_orders_of_one_joint_are_one_entry():
+    """A strain wave gear errs at several orders: one entry, with ``orders`` that hold them."""
+
+    def gear(at):
+        q = at.q[:, 3]
+        return 3e-4 * np.sin(2 * q) + 2e-4 * np.cos(4 * q) + 2e-4 * np.sin(6 * q)
+
+    mapping = diagnose(make_cell(Flaws(joints=on_joint(4, gear)), seed=800).dataset).to_mapping()
+    assert [e["name"] for e in mapping["effects"]] == ["joint_harmonic"]
+    assert mapping["effects"][0]["target"] == {"joint": 4, "orders": [2, 4, 6]}
+
+
+@pytest.mark.parametrize("robot", ["ur10e", "puma560"])
+def test_other_arms(robot):
+    """Parallel axes and offset wrists: clean cells stay clean and a gear error is named."""
+    assert diagnose(make_cell(seed=900, robot=robot).dataset).verdict == "no_effect"
+    cell, name, target = harmonic(901, robot=robot)
+    assert judged(diagnose(cell.dataset).to_mapping()["effects"], name, target)
