@@ -1,0 +1,175 @@
+"""Datasets at the edge: what can still be said is said, and where nothing can, exit 3 and why; never a traceback."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from scalar.dataset import PlaneGuess
+from scalar.diagnosis import diagnose
+from scalar.errors import ScalarError, Undetermined
+from tests import helpers
+from tests.diagnosis.cases import scale, spoiled
+from tests.effects.planted import Flaws, make_cell, on_joint
+
+
+def said(dataset):
+    """Return the verdict, or the exit status and the text where there is none; any other exception fails."""
+    try:
+        diagnosis = diagnose(dataset)
+    except ScalarError as error:
+        assert len(str(error)) > 30, "a refusal says why"
+        return error.exit_status, str(error)
+    return diagnosis.verdict, diagnosis.to_mapping()
+
+
+@pytest.mark.parametrize("kind", ["probe", "tracker"])
+def test_points_instead_of_scans(kind):
+    """Contacts and tracked points are diagnosed: clean ones are clean, and a joint's scale is found."""
+    verdict, _ = said(helpers.make_scene(kind=kind, seed=1, poses_per_plane=80).dataset)
+    assert verdict == "no_effect"
+
+
+def test_a_tracked_joint_error_is_named():
+    """A tracker sees a joint that errs: encoder angles shifted against the truth are named with joint."""
+    right = 0
+    for seed in range(3):
+        scene = helpers.make_scene(kind="tracker", seed=seed, poses_per_plane=60)
+        q = scene.dataset.q
+        # The arm stood at q: the encoder read e with e + 1e-3 e_3 = q.
+        poses = scene.dataset.poses.assign(q3=q[:, 2] / (1 + 1e-3))
+        verdict, mapping = said(replace(scene.dataset, poses=poses))
+        first = mapping["effects"][0] if verdict == "effect" else {}
+        right += first.get("name") == "joint_scale" and first["target"] == {"joint": 3}
+    assert right == 3
+
+
+@pytest.mark.parametrize("poses_per_plane", [1, 2, 3, 5, 7, 8, 10, 13])
+def test_few_poses(poses_per_plane):
+    """From far too few to hardly enough to hold anything out: exit 3 with the reason, or no effect; never an
+    effect that is not there.
+    """
+    for seed in range(2):
+        verdict, text = said(make_cell(seed=seed, poses_per_plane=poses_per_plane).dataset)
+        assert verdict in (3, "no_effect"), text
+        if poses_per_plane <= 5:
+            assert verdict == 3
+
+
+def test_two_points_a_scan():
+    """Scans of two points have no scatter and no curvature: they are diagnosed by what they have."""
+    verdict, mapping = said(make_cell(seed=3, points_per_scan=2, poses_per_plane=80).dataset)
+    assert verdict == "no_effect", mapping
+
+
+def test_unequal_numbers_of_poses_and_points():
+    """A plate with few poses beside others with many, scans of 5 to 90 points: nothing is made up."""
+    dataset = make_cell(seed=4, poses_per_plane=80, points_per_scan=(5, 90)).dataset
+    few = np.flatnonzero((dataset.plane_index != 1) | (np.arange(dataset.n_poses) % 8 == 0))
+    verdict, mapping = said(dataset.subset(few))
+    assert verdict == "no_effect", mapping
+
+
+def test_an_effect_so_large_that_the_first_fit_fails():
+    """A joint that errs by a tenth of a radian: something is found or it is refused, and it is never called
+    clean.
+    """
+    error = on_joint(3, lambda at: 0.1 * np.sin(at.q[:, 2] * at.q[:, 1]))
+    verdict, _ = said(make_cell(Flaws(joints=error), seed=5).dataset)
+    assert verdict in (2, 3, "effect", "unattributed")
+
+
+def test_one_plane_seen_at_one_spot():
+    """A plate that is only seen along one line cannot give its normal: exit 3, naming it, or its part is held."""
+    dataset = make_cell(seed=6).dataset
+    first = int(np.flatnonzero(dataset.plane_index == 2)[0])
+    keep = np.flatnonzero((dataset.plane_index != 2) | (np.arange(dataset.n_poses) == first))
+    verdict, text = said(dataset.subset(keep))
+    assert verdict in (3, "no_effect")
+    if verdict == 3:
+        assert "wall_y" in text
+
+
+@pytest.mark.parametrize("how", ["in turn", "at random"])
+def test_every_pose_mislabelled(how):
+    """Nothing can be said: exit 3, and the text asks for the labels."""
+    data = make_cell(seed=7).dataset
+    shift = np.random.default_rng(1).integers(1, 3, data.n_poses) if how == "at random" else 1
+    names = np.array([plane.name for plane in data.planes], dtype=object)
+    poses = data.poses.assign(plane=names[(data.plane_index + shift) % 3])
+    status, text = said(replace(data, poses=poses))
+    assert status == 3 and "label" in text
+
+
+def test_half_of_all_poses_wrong():
+    """More wrong poses than can be outvoted: exit 3, or the right ones are found; never an effect."""
+    dataset, _ = spoiled(make_cell(seed=8).dataset, np.random.default_rng(2), poses=0.5)
+    verdict, text = said(dataset)
+    assert verdict in (3, "no_effect"), text
+
+
+def test_a_joint_that_never_moves():
+    """What a still joint does cannot be seen, and is not claimed."""
+    verdict, mapping = said(make_cell(seed=9, still_joint=4).dataset)
+    assert verdict in (3, "no_effect"), mapping
+
+
+def test_columns_that_say_nothing():
+    """Constant optional columns, nearly constant ones, and a covariate of huge numbers change nothing."""
+    dataset = make_cell(seed=10).dataset
+    n = dataset.n_poses
+    extra = {
+        "temperature": np.full(n, 21.0),
+        "time": np.zeros(n),
+        "approach1": np.ones(n),
+        "serial": np.full(n, 1e12) + np.arange(n) % 7,
+    }
+    verdict, mapping = said(replace(dataset, poses=dataset.poses.assign(**extra)))
+    assert verdict == "no_effect", mapping
+
+
+def test_two_sessions():
+    """Planes and sensor may stand elsewhere in each session: no effect; and a joint's scale is shared."""
+    cell, name, target = scale(11, poses_per_plane=80)
+    sessions = np.repeat([1, 2], cell.dataset.n_poses // 2)
+    verdict, mapping = said(replace(cell.dataset, poses=cell.dataset.poses.assign(session=sessions)))
+    assert verdict == "effect"
+    assert (mapping["effects"][0]["name"], mapping["effects"][0]["target"]) == (name, target)
+
+
+def test_without_a_nominal_sensor_pose():
+    """A line laser whose place nobody states is found first, and diagnosed as any other."""
+    cell, name, target = scale(12, nominal_pose=False)
+    verdict, mapping = said(cell.dataset)
+    assert verdict == "effect"
+    assert (mapping["effects"][0]["name"], mapping["effects"][0]["target"]) == (name, target)
+
+
+def test_reference_planes_show_the_gain():
+    """Planes known to 10 micrometres bring a length: a range gain is no longer silent."""
+    cell = make_cell(Flaws(measured=lambda r: r / (1 + 2e-3)), seed=13, poses_per_plane=60)
+    verdict, mapping = said(cell.dataset)
+    assert verdict == "no_effect"
+    assert any(s["name"] == "range_scale" for s in mapping["silent"])
+    truth = cell.scene.truth
+    known = tuple(
+        PlaneGuess(p.name, n, float(d), 1e-5, 1e-4)
+        for p, n, d in zip(cell.dataset.planes, truth.normals, truth.distances, strict=True)
+    )
+    verdict, mapping = said(replace(cell.dataset, planes=known))
+    assert verdict in ("no_effect", "effect")
+    assert not any(s["name"] == "range_scale" for s in mapping["silent"])
+
+
+def test_no_noise_at_all():
+    """Perfect measurements, their noise unstated, are no effect and no error."""
+    verdict, mapping = said(make_cell(seed=14, noise=0.0, stated_noise=None).dataset)
+    assert verdict == "no_effect", mapping
+
+
+def test_refusals_are_undetermined():
+    """What a diagnosis refuses for want of data has exit status 3."""
+    with pytest.raises(Undetermined):
+        diagnose(make_cell(seed=15, poses_per_plane=2).dataset)
+    assert isinstance(make_cell(seed=15, poses_per_plane=2).dataset.poses, pd.DataFrame)
