@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 INITIAL = "initial"
 """The model as the dataset declares it, before any calibration: a state to compare with, not a method."""
 
+BOUND = "cramer-rao"
+"""What no unbiased estimator does better than: a yardstick in the tables, not a method."""
+
 CONVERGED = "converged"
 """Status of a fit that ended at an optimum."""
 

@@ -39,7 +39,7 @@ def summarise_errors(errors: pd.DataFrame) -> pd.DataFrame:
                     "seeds": len(group),
                     "not_converged": int((~group["status"].isin([CONVERGED, INITIAL])).sum()),
                     "without_calibration": len(group) - len(values),
-                    **_spread(values),
+                    **spread(values),
                 }
             )
     return pd.DataFrame(rows)
@@ -55,7 +55,8 @@ def _groups(table: Any, *columns: str) -> Iterator[tuple[Any, Any]]:
         yield (key if len(by) > 1 else key[0]), rows
 
 
-def _spread(values: np.ndarray) -> dict[str, float]:
+def spread(values: np.ndarray) -> dict[str, float]:
+    """Return the STATISTICS of values ``(S,)``; NaN where there are none."""
     if not len(values):
         return dict.fromkeys(STATISTICS, float("nan"))
     low, median, high = np.quantile(values, [BAND[0], 0.5, BAND[1]])

@@ -30,12 +30,12 @@ def with_numbers(value):
     return number if isinstance(number, float) else value
 
 
-def checked_grids():
+def checked_grids(studies):
     """Return {study: {case: Case}}; a misspelt column or a bad cell stops the workflow, named."""
     try:
         return {
             name: {case.name: case for case in read_grid(ROOT / study["grid"])}
-            for name, study in STUDIES.items()
+            for name, study in studies.items()
         }
     except InvalidInput as error:
         raise WorkflowError(str(error)) from None
@@ -106,7 +106,7 @@ config.update(with_numbers(config))
 validate(config, str(ROOT / "workflow/schemas/config.schema.json"))
 RESULTS = config["results"]
 STUDIES = config["studies"]
-CASES = checked_grids()
+CASES = checked_grids(STUDIES)
 HEADLINE = f"{RESULTS}/headline"
 
 

@@ -93,6 +93,31 @@ rule draw_singular_values:
         "../scripts/draw_singular_values.py"
 
 
+rule draw_sweep:
+    input:
+        summary=f"{SWEEP_DIR}/{{sweep}}/summary.csv",
+        published=resource("published_curves.csv"),
+        modules=modules("scalar.plots.sweep", "scalar.study.tables"),
+    output:
+        **figure(
+            f"{SWEEP_DIR}/{{sweep}}/figures/{{walls}}",
+            "figure_sweep",
+            "Sweeps",
+            sweep="{sweep}",
+            walls="{walls}",
+        ),
+    log:
+        f"{RESULTS}/logs/draw_sweep/{{sweep}}_{{walls}}.log",
+    threads: 1
+    params:
+        axis=lambda w: {
+            key: value for key, value in AXES[w.sweep].items() if key in ("label", "scale", "published")
+        },
+        walls=lambda w: w.walls,
+    script:
+        "../scripts/draw_sweep.py"
+
+
 rule figures:
     input:
         expand(
@@ -106,3 +131,4 @@ rule figures:
             ],
             suffix=["png", "svg"],
         ),
+        SWEEP_FIGURES,

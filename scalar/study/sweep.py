@@ -1,0 +1,135 @@
+"""One case of a sweep over seeds, in memory: simulate, calibrate in every way, compare with the truth.
+
+No dataset is kept; a row of the table is a seed and a way, and a fit that fails keeps its row. In a sweep the
+paper's way holds what the paper holds, the parameters that the scene declares exact, however few the poses are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from scalar.calibrate import calibrate
+from scalar.calibration import Calibration
+from scalar.errors import NotConverged, ScalarError, Undetermined
+from scalar.evaluate import aligned_to, pose_errors, true_frames
+from scalar.published import calibrate_published
+from scalar.se3 import Array
+from scalar.study.bound import bound_errors
+from scalar.study.grid import with_overrides
+from scalar.study.memory import dataset_in_memory
+from scalar.study.methods import BOUND, CONVERGED, INITIAL
+from scalar.study.plans import read_plans, serves
+from scalar.units import MM
+
+if TYPE_CHECKING:
+    from scalar.dataset import Dataset
+
+SWEEP_COLUMNS = {
+    "case": "row of the grid",
+    "seed": "of all chance in the scene",
+    "method": "manifold (ours), published-READING (the paper's), initial (before calibration), or cramer-rao (the bound)",
+    "status": "converged, or how the fit ended; a row without numbers has no calibration",
+    "alignment": "raw: poses as predicted; aligned: after the best rigid motion of the base",
+    "position_mean_mm": "over the evaluation poses (equation 18)",
+    "position_max_mm": "the largest of them",
+    "orientation_mean_deg": "angle of the error rotation over the evaluation poses",
+    "orientation_max_deg": "the largest of them",
+    "residual_rms_mm": "distance of points and planes after the fit",
+    "evaluations": "of the residual, by the solver",
+    "reason": "of a failure, its first line",
+}
+MAX_EVALUATIONS = (
+    3000  # of the paper's way; a fit that ends takes some hundreds, and one that does not is capped
+)
+
+
+def sweep_case(
+    case: str,
+    scene: str | Path,
+    overrides: Mapping[str, Any],
+    seeds: Sequence[int],
+    methods: Sequence[str],
+    plans: str | Path,
+) -> pd.DataFrame:
+    """Return the errors of every method, of the initial model and of the bound: a row a seed, method and alignment.
+
+    Args:
+        case: Name, for the table.
+        scene: Config file of the scene.
+        overrides: ``{dotted key: value}`` of the case.
+        seeds: To run.
+        methods: Keys of ``scalar.study.methods.METHODS``.
+        plans: Postures by seed, as ``write_plans`` wrote them; a case of another cell finds its own.
+
+    Raises:
+        InvalidInput: The scene is at fault.
+        SimulationError: Too few postures see a plate, or a scan leaves its plate.
+    """
+    # The simulator is an extra; a study of one's own data does without.
+    from scalar.simulation.config import load_config
+    from scalar.simulation.scene import simulate
+
+    scene = Path(scene)
+    postures = read_plans(plans)
+    config = with_overrides(load_config(scene), overrides)
+    held = config.get("initial_model", {}).get("exact", ())
+    truth_poses: pd.DataFrame | None = None
+    rows: list[dict[str, Any]] = []
+    for seed in seeds:
+        of_seed = config | {"seed": seed}
+        plan = postures[seed] if serves(postures[seed], of_seed) else None
+        simulated = simulate(of_seed, base_dir=scene.parent, plan=plan)
+        if truth_poses is None or "true_robot_errors" in config:  # else every seed has the same true arm
+            truth_poses = simulated.truth_poses
+        dataset = dataset_in_memory(simulated)
+        T_true = true_frames(truth_poses)
+        key = {"case": case, "seed": seed}
+        bound = bound_errors(dataset, simulated.truth, held, truth_poses)
+        if bound is not None:
+            rows.append(key | {"method": BOUND, "status": BOUND, "alignment": "raw"} | bound)
+        for method in (INITIAL, *methods):
+            rows += _rows(key | {"method": method}, dataset, held, T_true, truth_poses)
+        print(
+            f"seed {seed}: {', '.join(r['method'] + ' ' + r['status'] for r in rows[-2 * len(methods) :: 2])}"
+        )
+    return pd.DataFrame(rows).reindex(columns=list(SWEEP_COLUMNS))
+
+
+def _rows(
+    key: dict[str, Any], dataset: Dataset, held: Sequence[str], T_true: Array, truth_poses: pd.DataFrame
+) -> list[dict[str, Any]]:
+    """Return the raw and the aligned row of one method."""
+    try:
+        calibration = _calibrated(key["method"], dataset, held)
+    except ScalarError as error:
+        status = _status(error)
+        reason = str(error).splitlines()[0]
+        return [key | {"status": status, "alignment": a, "reason": reason} for a in ("raw", "aligned")]
+    T_hat = calibration.predict(truth_poses)
+    key |= {
+        "status": INITIAL if key["method"] == INITIAL else calibration.summary.get("status", CONVERGED),
+        "evaluations": calibration.summary.get("evaluations"),
+        "residual_rms_mm": calibration.residual_rms / MM if calibration.free else None,
+    }
+    return [
+        key | {"alignment": alignment} | pose_errors(T_true, T).to_mapping()
+        for alignment, T in (("raw", T_hat), ("aligned", aligned_to(T_true, T_hat)))
+    ]
+
+
+def _calibrated(method: str, dataset: Dataset, held: Sequence[str]) -> Calibration:
+    ways = {INITIAL: Calibration.nominal, "manifold": calibrate}
+    published = partial(calibrate_published, points="compressed", held=held, max_nfev=MAX_EVALUATIONS)
+    reading = method.removeprefix("published-")
+    return ways[method](dataset) if method in ways else published(dataset, reading=reading)
+
+
+def _status(error: ScalarError) -> str:
+    if isinstance(error, NotConverged):
+        return "not_converged"
+    return "undetermined" if isinstance(error, Undetermined) else "refused"

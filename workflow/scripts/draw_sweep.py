@@ -1,0 +1,18 @@
+"""Draw a sweep for one kind of walls."""
+
+from job import logged
+
+with logged(snakemake.log):
+    from scalar.plots.style import save_figure
+    from scalar.plots.sweep import draw_sweep
+    from scalar.study.tables import read_table
+
+    given, axis = snakemake.input, snakemake.params.axis
+    summary, curves = read_table(given.summary), read_table(given.published)
+    figure = draw_sweep(
+        summary[summary["walls"] == snakemake.params.walls],
+        curves[curves["sweep"] == axis.get("published")],
+        axis["label"],
+        axis.get("scale", "log"),
+    )
+    save_figure(figure, [snakemake.output.png, snakemake.output.svg])

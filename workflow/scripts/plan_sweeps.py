@@ -1,0 +1,9 @@
+"""Find the postures of a batch of seeds that all sweeps share."""
+
+from job import logged
+
+with logged(snakemake.log):
+    from scalar.study.plans import write_plans
+
+    params = snakemake.params
+    write_plans(snakemake.input.scene, params.poses, params.seeds, snakemake.output[0])
