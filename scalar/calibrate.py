@@ -18,7 +18,7 @@ from scalar.calibration import Calibration, reporting, sensor_mapping
 from scalar.checks import check_data, check_geometry, check_parameters
 from scalar.effects.effect import Effect
 from scalar.errors import Fault, InvalidInput, NotConverged, Undetermined
-from scalar.identifiability import Identifiability, analyse, weakly_seen
+from scalar.identifiability import Identifiability, analyse, anchors
 from scalar.least_squares import RANK_TOLERANCE, Fit, covariance_and_step, fit
 from scalar.model import Model
 from scalar.residuals import Residuals
@@ -78,9 +78,8 @@ def prepare(dataset: Dataset, hold: Sequence[str] = ()) -> Prepared:
     identifiability = analyse(residuals, _symmetric(start.model, T), candidates)
     free = candidates & ~np.isin(start.model.names, identifiability.held_names)
     check_parameters(dataset, residuals, start.model, identifiability, int(free.sum()))
-    weak = weakly_seen(residuals, start.model, free)
-    identifiability = replace(identifiability, held=(*identifiability.held, *weak))
-    free &= ~np.isin(start.model.names, [h.name for h in weak])
+    model = replace(start.model, anchors=anchors(residuals, start.model, free))
+    start = replace(start, model=model)
     return Prepared(residuals, start, identifiability, free)
 
 
@@ -296,6 +295,7 @@ def conclude(dataset: Dataset, prepared: Prepared, found: Fit, residuals: Residu
         "start_rms_m": prepared.start.rms,
         "evaluations": found.evaluations,
         "chi_squared": found.chi_squared,
+        "kept_near_data_sheet": {a.name: a.reason for a in model.anchors if a.reason},
         "singular_values": [float(s) for s in prepared.identifiability.singular_values],
     }
     _check_plausible(model)

@@ -190,6 +190,7 @@ def reporting(model: Model, guess: Any) -> Model:
         np.r_[model.sensor[:3], model.sensor_rotation_vector()],
         model.target.expressed_about(guess),
         model.effects,
+        model.anchors,
     )
     return about
 

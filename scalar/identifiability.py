@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import qr
 
-from scalar.model import EffectBases, Kinematics, Model
+from scalar.model import Anchor, EffectBases, Kinematics, Model
 from scalar.poses import Poses
 from scalar.residuals import Residuals
 from scalar.robot import GEOMETRY, Robot
@@ -44,8 +44,7 @@ class Held:
         name: Of the parameter.
         reason: A sentence.
         moves_with: Names of the parameters that would take up a change of it.
-        cause: ``structural``: no poses whatever would free it; ``still``: a joint that never moves hides it; ``poses``: others would;
-            ``weak``: seen, but no better than the data sheet knows it.
+        cause: ``structural``: no poses whatever would free it; ``still``: a joint that never moves hides it; ``poses``: others would.
     """
 
     name: str
@@ -331,12 +330,12 @@ _ENOUGH_TO_JUDGE = 10  # degrees of freedom for the residual to say how large th
 PLAUSIBLE_TARGET = 10.0  # m, rad: nothing is known of the target
 
 
-def weakly_seen(residuals: Residuals, model: Model, free: Array) -> list[Held]:
-    """Return robot and sensor parameters that the data determine no better than the data sheet does: better held than fitted.
+def anchors(residuals: Residuals, model: Model, free: Array) -> tuple[Anchor, ...]:
+    """Return what keeps robot and sensor near the data sheet where the data determine them no better than it does.
 
     In units of what is plausible, ``J s``, a direction whose standard error exceeds 1 is weak. The noise is that of the residual which
-    no step of the model removes, so that what the model lacks counts. One parameter is held for each weak direction, the one that
-    carries most of it, until none is left.
+    no step of the model removes, so that what the model lacks counts. Where no direction is weak nothing is anchored. Where one is, every
+    length and angle is, each by how far it may plausibly be off: what is seen well does not feel it.
 
     Args:
         residuals: Of the dataset.
@@ -345,35 +344,32 @@ def weakly_seen(residuals: Residuals, model: Model, free: Array) -> list[Held]:
     """
     residual, J = residuals.linearise(model)
     scatter, lines = _apart_from_scatter(residuals, model)
-    scale = _plausible(model)
-    names = np.array(model.names)
-    ours = np.arange(len(names)) < model.blocks["target"].start
-    free = free.copy()
-    held: list[Held] = []
-    while True:
-        index = np.flatnonzero(free)
-        scaled = J[:, index] * scale[index]
-        factor = np.asarray(np.linalg.qr(np.column_stack([scaled, residual]), mode="r"))
-        k = len(index)
-        freedom = lines - k
-        excess = float(np.sum(factor[k:, -1] ** 2)) - scatter
-        noise = max(np.sqrt(excess / freedom), 1.0) if freedom >= _ENOUGH_TO_JUDGE and excess > 0 else 1.0
-        _, s, Vt = np.linalg.svd(factor[:k, :k])
-        if s[-1] >= noise:
-            return held
-        weight = np.abs(Vt[-1]) * ours[index]
-        worst = int(np.argmax(weight))
-        direction = Vt[-1] * scale[index]
-        others = [
-            i for i in np.argsort(-np.abs(Vt[-1])) if i != worst and abs(Vt[-1][i]) > 0.2 * weight[worst]
-        ][:4]
-        name = str(names[index[worst]])
-        angle = model.units[index[worst]] == "rad"
-        size = abs(direction[worst]) * noise / max(s[-1], 1e-12)
-        spread = f"{size / DEG:.2g} deg" if angle else f"{size / MM:.2g} mm"
-        reason = f"these poses determine it only to about {spread}, no better than the data sheet does"
-        held.append(Held(name, reason, tuple(str(names[index[i]]) for i in others), "weak"))
-        free[index[worst]] = False
+    index = np.flatnonzero(free)
+    k = len(index)
+    scale = plausible(model)
+    factor = np.asarray(np.linalg.qr(np.column_stack([J[:, index] * scale[index], residual]), mode="r"))
+    freedom = lines - k
+    excess = float(np.sum(factor[k:, -1] ** 2)) - scatter
+    noise = max(float(np.sqrt(excess / freedom)), 1.0) if freedom >= _ENOUGH_TO_JUDGE and excess > 0 else 1.0
+    _, s, Vt = np.linalg.svd(factor[:k, :k])
+    if s[-1] >= noise:
+        return ()
+    weak = s < noise
+    spread = noise * np.sqrt(np.sum((Vt[weak].T / np.maximum(s[weak], 1e-12)) ** 2, axis=1)) * scale[index]
+    found = []
+    for i, std in zip(index, spread, strict=True):
+        name, is_angle = model.names[i], model.units[i] == "rad"
+        if i >= model.blocks["target"].start or name.startswith("sensor_r"):
+            continue
+        value = model.nominal.geometry.ravel()[i] if i < model.blocks["geometry"].stop else model.vector[i]
+        reason = ""
+        if std > scale[i] / 2:
+            size = f"{std / DEG:.2g} deg" if is_angle else f"{std / MM:.2g} mm"
+            reason = (
+                f"these poses alone determine it only to about {size}, no better than the data sheet does"
+            )
+        found.append(Anchor(name, float(value), float(scale[i] / noise), reason))
+    return tuple(found)
 
 
 def _apart_from_scatter(residuals: Residuals, model: Model) -> tuple[float, int]:
@@ -387,7 +383,7 @@ def _apart_from_scatter(residuals: Residuals, model: Model) -> tuple[float, int]
     )
 
 
-def _plausible(model: Model) -> Array:
+def plausible(model: Model) -> Array:
     """Return how far each coordinate may be from where it is said to be, ``(P,)`` [m or rad]."""
     blocks = model.blocks
     scale = np.full(len(model.names), PLAUSIBLE_TARGET)

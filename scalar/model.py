@@ -23,6 +23,23 @@ from scalar.sensors.measurement import Target
 SENSOR_PARAMETERS = ("sensor_x", "sensor_y", "sensor_z", "sensor_rx", "sensor_ry", "sensor_rz")
 
 
+@dataclass(frozen=True)
+class Anchor:
+    """A parameter that the data determine no better than the data sheet does: one row ``(x - value) / std`` keeps it near.
+
+    Attributes:
+        name: Of the parameter.
+        value: Where the data sheet has it [m or rad].
+        std: How far it may plausibly be from there, in units in which the residual's misfit counts as noise.
+        reason: A sentence.
+    """
+
+    name: str
+    value: float
+    std: float
+    reason: str
+
+
 @dataclass(frozen=True, eq=False)
 class Model:
     """Robot, sensor, target and effects at one point of their manifold.
@@ -34,6 +51,7 @@ class Model:
         sensor: ``(6,)``, translation [m] and rotation vector [rad] about the reference: ``R = exp(r) R_reference``.
         target: Planes or tracker frames.
         effects: With their coefficients.
+        anchors: What keeps parameters near the data sheet that the data hardly see.
     """
 
     robot: Robot
@@ -42,6 +60,7 @@ class Model:
     sensor: Array
     target: Target
     effects: tuple[Effect, ...] = ()
+    anchors: tuple[Anchor, ...] = ()
 
     @classmethod
     def at(

@@ -172,9 +172,7 @@ def calibrate_published(
     how = Parameterisation(dataset.robot, measurement.initial_target(dataset))
     gauge: tuple[dict[str, Any], ...] = ()
     if held is None:
-        found = [
-            h for h in prepare(dataset).identifiability.held if h.cause != "weak"
-        ]  # the paper fits those
+        found = prepare(dataset).identifiability.held
         held = [h.name for h in found]
         gauge = tuple({"held": h.name, "reason": h.reason, "moves_with": list(h.moves_with)} for h in found)
     _check_held(how, held)

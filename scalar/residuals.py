@@ -185,22 +185,28 @@ class Residuals:
         return rows.residual.ravel(), jacobian.reshape(N * m, -1)
 
     def _priors(self, model: Model) -> tuple[Array, Array]:
-        """Return the rows of what is known beforehand and their Jacobian: reference planes, and how large effects may be."""
+        """Return the rows of what is known beforehand and their Jacobian: reference planes, how large effects may be, anchors."""
         blocks = model.blocks
         if (
-            self.known is None and not model.effects
+            self.known is None and not model.effects and not model.anchors
         ):  # most fits: not worth the dozen calls below at each step
             return np.zeros(0), np.zeros((0, blocks["effects"].stop))
         coefficients = model.vector[blocks["effects"]]
         sizes = np.concatenate([np.zeros(0), *(effect.plausible_sizes for effect in model.effects)])
         known = np.zeros(0) if self.known is None else self.known.rows(model.target)[0]  # type: ignore[arg-type]
         bounded = np.isfinite(sizes)
-        below = np.zeros((len(known) + int(bounded.sum()), blocks["effects"].stop))
+        n_bounded = len(known) + int(bounded.sum())
+        below = np.zeros((n_bounded + len(model.anchors), blocks["effects"].stop))
         if self.known is not None:
             below[: len(known), blocks["target"]] = self.known.rows(model.target)[1]  # type: ignore[arg-type]
         columns = blocks["effects"].start + np.flatnonzero(bounded)
-        below[np.arange(len(known), len(below)), columns] = 1.0 / sizes[bounded]
-        return np.concatenate([known, coefficients[bounded] / sizes[bounded]]), below
+        below[np.arange(len(known), n_bounded), columns] = 1.0 / sizes[bounded]
+        off = np.zeros(len(model.anchors))
+        for k, anchor in enumerate(model.anchors):
+            i = model.names.index(anchor.name)
+            below[n_bounded + k, i] = 1.0 / anchor.std
+            off[k] = (model.vector[i] - anchor.value) / anchor.std
+        return np.concatenate([known, coefficients[bounded] / sizes[bounded], off]), below
 
     def reweighted(self, model: Model) -> Residuals:
         """Return the same residuals, whitened for the geometry of the estimate."""

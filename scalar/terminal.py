@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from scalar.evaluate import Evaluation
 
 _MISFIT_WORTH_SAYING = 1.15
+_SILENT_SHOWN = 4
 _EFFECTS_NAMED = 8
 _COEFFICIENTS_SHOWN = 3
 _PLAIN = str.maketrans(
@@ -119,6 +120,9 @@ def describe_calibration(calibration: Calibration) -> str:
         ):
             spread = f" +- {std[name]:.2g}" if name in std else " (held)"
             lines.append(f"  effect {name}: {value:.4g}{spread} {unit}")
+    near = summary.get("kept_near_data_sheet") or {}
+    if near:
+        lines.append(f"  kept near the data sheet, because these poses hardly see it: {', '.join(near)}")
     if calibration.gauge:
         lines.append(f"  held, because the data cannot see it ({len(calibration.gauge)}):")
         lines += [f"    {entry['held']}: {entry['reason']}" for entry in calibration.gauge]
@@ -157,8 +161,10 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
             f"than said, and {outliers['points']} points"
         )
     if d["silent"]:
-        hidden = dict.fromkeys(words.title(s["name"], s["target"]) for s in d["silent"])
-        lines.append(f"  cannot be seen here: {words.listed(list(hidden))}")
+        hidden = list(dict.fromkeys(words.title(s["name"], s["target"]) for s in d["silent"]))
+        more = len(hidden) - _SILENT_SHOWN
+        shown = hidden[:_SILENT_SHOWN] + ([f"{more} more (see the report)"] if more > 0 else [])
+        lines.append(f"  cannot be seen here: {words.listed(shown)}")
     return "\n".join(lines).translate(_PLAIN)
 
 
