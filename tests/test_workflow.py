@@ -197,6 +197,33 @@ def test_a_row_more_in_a_grid_is_a_case_more(built):
     assert "Simulating headline smoke" not in ran.stdout
 
 
+def test_a_row_more_in_a_sweeps_grid_is_a_case_more(built):
+    """Only the new case runs, from the postures that are there, and the sweep's figure is drawn again."""
+    folder, _ = built
+    grid = folder / "configs/grids/smoke_noise.csv"
+    with edited(grid, "sigma-0.1mm,", "more,2e-4,14,20,300\nsigma-0.1mm,"):
+        assert planned(folder) == {"sweep": 1, "collect_sweep": 1, "draw_sweep": 1}
+
+
+def test_the_sweeps_config_is_sound():
+    """It loads, and plans every published value of every sweep for both kinds of walls."""
+    ran = snakemake(
+        ROOT,
+        "--dry-run",
+        "--forceall",
+        "--quiet",
+        "reason",
+        "--nolock",
+        "--configfile",
+        "configs/sweeps.yaml",
+    )
+    assert ran.returncode == 0, ran.stdout
+    started = jobs(ran.stdout)
+    assert started["draw_sweep"] == 2 * started["collect_sweep"]
+    curves = pd.read_csv(ROOT / "workflow/resources/published_curves.csv")
+    assert started["sweep"] >= 2 * len(curves)
+
+
 @pytest.mark.parametrize(
     ("file", "old", "new", "named"),
     [

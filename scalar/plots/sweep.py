@@ -71,9 +71,7 @@ def _panel(ax: Axes, raw: Any, published: Any, methods: list[str], quantity: str
         style = {"color": look.colour, "linestyle": _LINES[method], "linewidth": 1.5}
         ax.plot(x, shown[:, 1], marker=look.marker, markersize=4.5, markeredgewidth=0, **style)
         small = shown[:, 1] < floor
-        ax.plot(
-            x[small], np.full(small.sum(), floor * 1.25), "v", color=look.colour, markersize=4, clip_on=False
-        )
+        ax.plot(x[small], np.full(small.sum(), floor * 1.25), "v", color=look.colour, markersize=4)
     bound = rows[rows["method"] == _BOUND].sort_values("value")
     ax.plot(
         _place(bound["value"], values, scale), bound["median"], ":", color="black", linewidth=1.8, zorder=4
