@@ -11,6 +11,7 @@ import numpy as np
 from scalar.effects.base import BaseCompliance
 from scalar.effects.catalogue import backlash_driver, drift_driver, plane_centre
 from scalar.effects.effect import Effect
+from scalar.effects.gravity import typical_torque
 from scalar.effects.joints import JointBacklash, JointCompliance, JointCoupling, JointHarmonic, JointScale
 from scalar.effects.links import AxisNonparallel, ThermalDrift
 from scalar.effects.sensor import RangeDistortion, RangeOffset, RangeScale
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
     from scalar.dataset import Dataset
 
 HARMONIC_ORDERS = range(1, 33)
+LEAST_TORQUE = (
+    0.01  # of the most loaded joint's: below it the sign of a torque says nothing of where a joint rests
+)
 CREEP_SHARES = (0.1, 0.3, 1.0)  # of the whole order: how long a creep that is tried takes
 WARM_UP_SHARES = (0.1, 0.3, 1.0)  # of the whole time: time constants of a warm-up that are tried
 
@@ -55,7 +59,7 @@ class Candidate:
         if isinstance(self.effect, JointHarmonic):
             return JointHarmonic(self.effect.joint, tuple(self.effect.orders[i] for i in chosen))
         assert isinstance(self.effect, BaseCompliance)
-        return BaseCompliance(tuple(self.effect.frames[i] for i in chosen))
+        return BaseCompliance(tuple(self.effect.frames[i] for i in chosen), self.effect.alike)
 
 
 def candidates(dataset: Dataset) -> list[Candidate]:
@@ -65,12 +69,12 @@ def candidates(dataset: Dataset) -> list[Candidate]:
     pairs = [(j, f) for j in moving for f in range(j, n + 1)]
     found = [Candidate(JointCompliance(tuple(p for p in pairs if p[0] == j)), n + 1 - j) for j in moving]
     found.append(Candidate(JointCompliance(tuple(pairs)), len(pairs)))
-    found.append(Candidate(BaseCompliance(tuple(range(1, n + 1))), n))
+    found += [Candidate(BaseCompliance(tuple(range(1, n + 1)), alike), n) for alike in (True, False)]
     found += [Candidate(JointHarmonic(j, (k,))) for j in moving for k in HARMONIC_ORDERS]
     found += [Candidate(JointHarmonic(j, tuple(HARMONIC_ORDERS)), len(HARMONIC_ORDERS)) for j in moving]
     found += [Candidate(JointScale(j)) for j in moving]
     found += [Candidate(JointCoupling(j, s)) for j in moving for s in moving if s != j]
-    found += [Candidate(JointBacklash(j, backlash_driver(dataset, j))) for j in moving]
+    found += [Candidate(effect) for effect in _backlashes(dataset, moving)]
     found += [Candidate(AxisNonparallel(j)) for j in near_parallel_joints(dataset.robot)]
     found += [Candidate(effect) for effect in _drifts(dataset)]
     if dataset.sensor.kind == "line-laser":
@@ -82,6 +86,18 @@ def candidates(dataset: Dataset) -> list[Candidate]:
             if p.name in used
         ]
     found += [Candidate(effect) for effect in _creeps(dataset)]
+    return found
+
+
+def _backlashes(dataset: Dataset, moving: list[int]) -> list[Effect]:
+    """Return backlash of every joint whose side of its play is known: recorded, or pressed there by a torque worth the name."""
+    torque = {j: np.max(np.abs(typical_torque(dataset.robot, dataset.q, j))) for j in moving}
+    most = max(torque.values(), default=0.0)
+    found: list[Effect] = []
+    for j in moving:
+        by = backlash_driver(dataset, j)
+        if by == "approach" or torque[j] > LEAST_TORQUE * most:
+            found.append(JointBacklash(j, by))
     return found
 
 

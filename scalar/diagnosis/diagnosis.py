@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -229,6 +229,9 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
         cleaned.dataset, prepared, *fit_from(cleaned.dataset, before.model, before.free)
     )
     calibration_after = conclude(cleaned.dataset, prepared, *_final_fit(after, noise))
+    # What is reported is what the calibration holds, to the last digit.
+    fitted = calibration_after.model.effects
+    findings = tuple(replace(f, effect=effect) for f, effect in zip(findings, fitted, strict=True))
     return Diagnosis(
         dataset=dataset,
         cleaned=cleaned,

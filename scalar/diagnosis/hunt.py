@@ -219,7 +219,8 @@ def merged(effects: Sequence[Effect], new: Effect) -> tuple[Effect, ...]:
             result[i] = _with_known(JointCompliance(tuple(sorted({*old.terms, *new.terms}))), old)
             return tuple(result)
         if isinstance(old, BaseCompliance) and isinstance(new, BaseCompliance):
-            result[i] = _with_known(BaseCompliance(tuple(sorted({*old.frames, *new.frames}))), old)
+            frames = tuple(sorted({*old.frames, *new.frames}))
+            result[i] = _with_known(BaseCompliance(frames, old.alike and new.alike), old)
             return tuple(result)
     return (*result, new)
 

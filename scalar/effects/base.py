@@ -23,10 +23,13 @@ class BaseCompliance(BaseEffect):
     ``w = sum over frames of C_i (R_i e) x g / |g|``: tilt about each of two horizontal axes by the moment about it.
 
     Attributes:
-        frames: From 1: whose first moments of mass act. Four coefficients a frame: two tilts by two components of the first moment.
+        frames: From 1: whose first moments of mass act.
+        alike: Whether it gives way alike about every horizontal axis: two coefficients a frame, one for each component of the
+            first moment. Else four, each component tilting about each of two axes.
     """
 
     frames: tuple[int, ...]
+    alike: bool = False
 
     name: ClassVar[str] = "base_compliance"
     sentence: ClassVar[str] = "the pedestal tilts under the arm's moving weight"
@@ -38,7 +41,9 @@ class BaseCompliance(BaseEffect):
 
     @property
     def coefficient_names(self) -> list[str]:
-        """``tilt_u_frame3_x_rad``: tilt about u at full leverage of a first moment along x of frame 3."""
+        """``frame3_x_rad``, ``tilt_u_frame3_x_rad``: tilt (about u) at full leverage of a first moment along x of frame 3."""
+        if self.alike:
+            return [f"frame{f}_{axis}_rad" for f in self.frames for axis in AXES]
         return [
             f"tilt_{tilt}_frame{f}_{axis}_rad" for f in self.frames for axis in AXES for tilt in ("u", "v")
         ]
@@ -46,7 +51,7 @@ class BaseCompliance(BaseEffect):
     @property
     def coefficient_units(self) -> list[str]:
         """Radians."""
-        return ["rad"] * (4 * len(self.frames))
+        return ["rad"] * ((2 if self.alike else 4) * len(self.frames))
 
     def base_screws(self, robot: Robot, poses: Poses) -> Array:
         """Return the tilts of unit first moments, about the origin of the base frame."""
@@ -54,6 +59,9 @@ class BaseCompliance(BaseEffect):
         index = np.array(self.frames) - 1
         down = robot.gravity / max(float(np.linalg.norm(robot.gravity)), 1e-12)
         across = tangent_basis(down[None])[0]
+        if self.alike:
+            w = np.swapaxes(moments[:, index].reshape(len(poses), -1, 3), 1, 2)
+            return np.concatenate([w, np.zeros_like(w)], axis=1)
         by_axis = np.einsum("nfax,tx->nfat", moments[:, index], across)
         w = (by_axis[..., None] * across).reshape(len(poses), -1, 3)
         w = np.swapaxes(w, 1, 2)
@@ -61,9 +69,9 @@ class BaseCompliance(BaseEffect):
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the frames."""
-        return {"frames": list(self.frames)}
+        return {"frames": list(self.frames), "alike": self.alike}
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the effect of ``to_mapping``."""
-        return cls(tuple(int(f) for f in mapping["frames"]))
+        return cls(tuple(int(f) for f in mapping["frames"]), bool(mapping["alike"]))

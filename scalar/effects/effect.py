@@ -82,7 +82,12 @@ class Effect(ABC):
     @property
     def key(self) -> str:
         """A name that tells this effect from every other in a model: name and target."""
-        parts = [f"{value}" for value in self.target.values() if not isinstance(value, (dict, list))]
+        parts = []
+        for value in self.target.values():
+            if isinstance(value, dict):
+                parts.append(f"{value['order']:g}")
+            elif not isinstance(value, list):
+                parts.append(f"{value}")
         return "_".join([self.name, *parts])
 
     @property

@@ -6,9 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from scalar.simulation.config import load_config
-from scalar.simulation.export import write_scene
-from scalar.simulation.scene import simulate
 from scalar.study.grid import with_overrides
 from scalar.study.seeds import seed_name
 
@@ -28,6 +25,11 @@ def simulate_seeds(
         InvalidInput: The scene is at fault.
         SimulationError: Too few postures see a plate.
     """
+    # The simulator is an extra; a study of one's own data does without.
+    from scalar.simulation.config import load_config
+    from scalar.simulation.export import write_scene
+    from scalar.simulation.scene import simulate
+
     scene = Path(scene)
     config = with_overrides(load_config(scene), overrides)
     for seed in seeds:
