@@ -24,7 +24,7 @@ _LINES: dict[str, Any] = {
 }
 _FLOOR = {"mm": 1e-4, "deg": 1e-5}  # smaller errors are drawn as triangles on the lower edge
 _ZERO = 3.0  # on a logarithmic axis 0 stands this factor left of the smallest value
-_NEAR = 0.035  # of the axis: labels of ticks nearer than this to one another are left out
+_NEAR = 0.045  # of the axis: labels of ticks nearer than this to one another are left out
 
 
 def draw_sweep(summary: pd.DataFrame, published: pd.DataFrame, label: str, scale: str = "log") -> Figure:
@@ -109,7 +109,7 @@ def _x_axis(ax: Axes, values: np.ndarray, label: str, scale: str) -> None:
         room = x - last >= _NEAR * width
         labels.append(numeral(value, 4) if room else "")
         last = x if room else last
-    ax.set_xticks(at, labels, fontsize=7.5, rotation=45 if len(values) > 9 else 0)
+    ax.set_xticks(at, labels, fontsize=7.5, rotation=45 if len(values) > 7 else 0)
     ax.xaxis.set_minor_locator(NullLocator())
     ax.xaxis.set_minor_formatter(NullFormatter())
     ax.set_xlabel(label)
@@ -122,7 +122,7 @@ def _failures(ax: Axes, raw: Any, methods: list[str], values: np.ndarray, scale:
         mine = rows[rows["method"] == method]
         for row in mine.to_dict("records"):
             x = float(_place(row["value"], values, scale))
-            text = str(row["failed"]) + (f"+{row['lost']}" if row["lost"] else "")
+            text = str(row["failed"] + row["lost"])
             none = text == "0"
             look: Any = {
                 "color": "#aaaaaa" if none else LOOKS[method].colour,

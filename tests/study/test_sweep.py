@@ -123,3 +123,16 @@ def test_a_published_point_is_placed_among_the_seeds_of_its_own_case():
     assert len(placed) == len(names)
     assert placed["inside"].all()
     assert (placed["percentile"] == 50.0).all()
+
+
+def test_readings_of_the_root_agree_where_it_is_never_negative(tmp_path, repository):
+    """On tilted walls a reading that is taken over from another is the one that it would have found itself."""
+    scene, own = "configs/scenes/paper_tilted.yaml", tmp_path / "plans.json"
+    write_plans(repository / scene, 12, [1], own)
+    tables = [
+        sweep_case("tilted", repository / scene, SMALL, [1], methods, own).set_index(["method", "alignment"])
+        for methods in (["published-clip", "published-raise"], ["published-clip"])
+    ]
+    shared, alone = (table.loc["published-clip"] for table in tables)
+    assert shared.loc["raw", "status"] == "converged"
+    pd.testing.assert_frame_equal(shared, alone, check_exact=True)
