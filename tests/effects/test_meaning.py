@@ -185,7 +185,7 @@ def test_slipped_sensor():
     result, cell = explained(Flaws(slip=(61.0, motion)), "sensor_slip:61", seed=27)
     assert_explained(result, cell)
     for axis, truth in zip("xyz", motion[:3, 3], strict=True):
-        assert value(result, f"sensor_slip.{axis}_m") == pytest.approx(truth, abs=1e-7)
+        assert value(result, f"sensor_slip_61.{axis}_m") == pytest.approx(truth, abs=1e-7)
     at = somewhere(cell, 50)
     before = cell.sensor(Moment(at.q, np.zeros(50), {}))
     assert apart(result, at.q, before, order=np.zeros(50)) < PREDICTION
