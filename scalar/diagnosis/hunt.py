@@ -281,7 +281,7 @@ def hunt(state: State) -> Found:
             break
         entry, trial, trial_error = taken
         steps.append((entry, error, trial_error))
-        state, error = reconsidered(trial, pool), trial_error
+        state = reconsidered(trial, pool)
         error = held_out(state)
     return Found(start, start_error, state, error, steps)
 

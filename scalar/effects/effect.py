@@ -100,6 +100,26 @@ class Effect(ABC):
         return replace(self, coefficients=np.array(coefficients, dtype=float))
 
 
+class OneJoint(Effect):
+    """An effect that one joint names in full: a dataclass field ``joint``, counted from 1, and nothing else."""
+
+    joint: int
+
+    @property
+    def target(self) -> dict[str, Any]:
+        """The joint."""
+        return {"joint": self.joint}
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the joint."""
+        return {"joint": self.joint}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        return cls(joint=int(mapping["joint"]))  # type: ignore[call-arg]
+
+
 class JointEffect(Effect):
     """An error of the joint angles, ``dq = B c``: the arm stands at ``q + dq`` where the encoders read q."""
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from scalar.effects.effect import JointEffect
+from scalar.effects.effect import JointEffect, OneJoint
 from scalar.effects.gravity import AXES, torque_basis, typical_torque
 from scalar.poses import Poses
 from scalar.robot import Robot
@@ -112,7 +112,7 @@ class JointHarmonic(JointEffect):
 
 
 @dataclass(frozen=True, eq=False)
-class JointScale(JointEffect):
+class JointScale(OneJoint, JointEffect):
     """A joint's angle errs in proportion to itself: ``dq_j = s q_j``.
 
     Attributes:
@@ -123,11 +123,6 @@ class JointScale(JointEffect):
 
     name: ClassVar[str] = "joint_scale"
     sentence: ClassVar[str] = "the angle errs in proportion to itself"
-
-    @property
-    def target(self) -> dict[str, Any]:
-        """The joint."""
-        return {"joint": self.joint}
 
     @property
     def coefficient_names(self) -> list[str]:
@@ -144,15 +139,6 @@ class JointScale(JointEffect):
         B = np.zeros((len(poses), robot.n_joints, 1))
         B[:, self.joint - 1, 0] = poses.q[:, self.joint - 1]
         return B
-
-    def to_mapping(self) -> dict[str, Any]:
-        """Return the joint."""
-        return {"joint": self.joint}
-
-    @classmethod
-    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
-        """Return the effect of ``to_mapping``."""
-        return cls(int(mapping["joint"]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,14 +8,14 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from scalar.effects.effect import LinkEffect
+from scalar.effects.effect import LinkEffect, OneJoint
 from scalar.poses import Poses
 from scalar.robot import GEOMETRY, LENGTHS, Robot
 from scalar.se3 import Array
 
 
 @dataclass(frozen=True, eq=False)
-class AxisNonparallel(LinkEffect):
+class AxisNonparallel(OneJoint, LinkEffect):
     """The angle about y between near-parallel axes, Hayati's beta, that four DH parameters cannot hold.
 
     Attributes:
@@ -28,11 +28,6 @@ class AxisNonparallel(LinkEffect):
     sentence: ClassVar[str] = (
         "the axis is tilted against the one before in the way that modified DH cannot hold"
     )
-
-    @property
-    def target(self) -> dict[str, Any]:
-        """The joint."""
-        return {"joint": self.joint}
 
     @property
     def coefficient_names(self) -> list[str]:
@@ -54,15 +49,6 @@ class AxisNonparallel(LinkEffect):
         basis = np.zeros((len(poses), len(GEOMETRY), robot.n_joints, 1))
         basis[:, GEOMETRY.index("beta"), self.joint - 1, 0] = 1.0
         return basis
-
-    def to_mapping(self) -> dict[str, Any]:
-        """Return the joint."""
-        return {"joint": self.joint}
-
-    @classmethod
-    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
-        """Return the effect of ``to_mapping``."""
-        return cls(int(mapping["joint"]))
 
 
 @dataclass(frozen=True, eq=False)
