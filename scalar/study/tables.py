@@ -12,10 +12,10 @@ from scalar.atomic import atomic_write
 DIGITS = 9  # of a number in a table: rounding shows neither in a figure nor in a comparison
 
 
-def write_table(path: str | Path, table: pd.DataFrame) -> None:
-    """Write a table to a CSV file."""
+def write_table(path: str | Path, table: pd.DataFrame, digits: int = DIGITS) -> None:
+    """Write a table to a CSV file, numbers with so many significant digits."""
     with atomic_write(path) as temporary:
-        table.to_csv(temporary, index=False, float_format=f"%.{DIGITS}g", lineterminator="\n")
+        table.to_csv(temporary, index=False, float_format=f"%.{digits}g", lineterminator="\n")
 
 
 def read_table(path: str | Path) -> pd.DataFrame:
