@@ -25,6 +25,7 @@ include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/sweeps.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/measured.smk"
+include: "workflow/rules/paper.smk"
 
 
 localrules:
@@ -38,3 +39,4 @@ rule all:
     input:
         rules.figures.input,
         rules.summarise_headline.output,
+        rules.paper.output,

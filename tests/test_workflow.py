@@ -25,7 +25,7 @@ UNREPEATABLE = ("logs", "benchmarks")  # hold times
 
 def copy_checkout(to: Path) -> Path:
     """Return a folder with what the workflow needs, and nothing that it built."""
-    for name in ("scalar", "workflow", "configs"):
+    for name in ("scalar", "workflow", "configs", "paper"):
         shutil.copytree(ROOT / name, to / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "Snakefile", to)
     return to

@@ -1,0 +1,115 @@
+"""The numbers that the paper quotes: every leaf of the results' files by one key, already rounded and with its unit.
+
+A key is the place of a number in its file behind the part it belongs to, ``headline.methods.manifold.raw.position_mean_mm.mean``. Its
+unit is the one in its name, or in the nearest name around it (``_mm``, ``_deg``). A number comes in several roundings, for the
+text to choose from; how it looks is decided here, once, so that the text holds no digits at all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from scalar.errors import Fault, InvalidInput
+
+MOST_DIGITS = 5  # significant ones that a text may ask for
+EXPONENT_BELOW, EXPONENT_FROM = 1e-4, 1e6  # outside them a number is written with a power of ten
+NARROW_SPACE = "\u202f"  # between a number and its unit: no line breaks there
+UNITS = {
+    "mm": "mm",
+    "um": "µm",
+    "m": "m",
+    "deg": "°",
+    "rad": "rad",
+    "mrad": "mrad",
+    "urad": "µrad",
+    "s": "s",
+    "ms": "ms",
+    "percent": "%",
+}
+"""Last word of a name: what stands behind the number."""
+TO_PAPER = {"m": ("mm", 1e3), "rad": ("mrad", 1e3)}
+"""Units in which nobody reads small errors, and what they become where the number is below a tenth."""
+POWER = "×10^"
+"""Stands before the exponent of a number too small or too large to be written out; the text sets it as a power."""
+
+
+def gather(parts: Mapping[str, Any]) -> dict[str, Any]:
+    """Return ``{"parts": names, "numbers": {key: entry}}`` of several files' contents.
+
+    An entry holds ``text``, the number in 1 to MOST_DIGITS significant digits (whole numbers and words are as
+    they are, one text), ``unit``, with the space before it, and for a share between 0 and 1 its ``percent``.
+
+    Args:
+        parts: ``{name: content}``: mappings and lists of numbers, words and truths.
+    """
+    numbers: dict[str, Any] = {}
+    for part, content in parts.items():
+        for key, value, unit in _leaves(part, content, ""):
+            if key in numbers:
+                raise InvalidInput(Fault(part, f"the paper's numbers have {key!r} twice; rename one"))
+            numbers[key] = entry(value, unit)
+    return {"parts": list(parts), "numbers": numbers}
+
+
+def _leaves(key: str, value: Any, unit: str) -> Iterator[tuple[str, Any, str]]:
+    """Yield (key, value, unit) of every leaf; a list's items are numbered from 1, and its length is a leaf of its own."""
+    if isinstance(value, Mapping):
+        for name, item in value.items():
+            yield from _leaves(f"{key}.{name}", item, unit_of(str(name)) or unit)
+    elif isinstance(value, list):
+        yield f"{key}.count", len(value), ""
+        for i, item in enumerate(value, start=1):
+            yield from _leaves(f"{key}.{i}", item, unit)
+    else:
+        yield key, value, unit
+
+
+def unit_of(name: str) -> str:
+    """Return the unit that a name ends in, as in ``position_mean_mm``; empty where it has none."""
+    last = name.rsplit("_", 1)
+    return last[1] if len(last) == 2 and last[1] in UNITS else ""
+
+
+def entry(value: Any, unit: str) -> dict[str, Any]:
+    """Return a number as texts to choose from; see ``gather``."""
+    if value is None:
+        return {"text": ["–"], "unit": ""}
+    if isinstance(value, bool):
+        return {"text": ["yes" if value else "no"], "unit": ""}
+    if isinstance(value, str):
+        return {"text": [value], "unit": ""}
+    if not math.isfinite(value):
+        return {"text": ["∞" if value > 0 else "–"], "unit": ""}
+    if unit in TO_PAPER and 0 < abs(value) < 0.1:
+        unit, factor = TO_PAPER[unit]
+        value *= factor
+    mark = UNITS.get(unit, "")
+    shown = {"text": [rounded(value, digits) for digits in range(1, MOST_DIGITS + 1)]}
+    if isinstance(value, int):
+        shown = {"text": [grouped(value)]}
+    elif 0.0 <= value <= 1.0 and not unit:
+        shown["percent"] = [f"{100 * value:.{places}f}" for places in range(3)]
+    return shown | {"unit": f"{'' if mark == '°' else NARROW_SPACE}{mark}" if mark else ""}
+
+
+def rounded(value: float, digits: int) -> str:
+    """Return a number with some significant digits, zeros at its end kept: ``0.018``, ``1.20``, ``3.1×10^−6``, ``15,000``."""
+    if value == 0:
+        return "0"
+    size = abs(value)
+    exponent = int(f"{size:.{digits - 1}e}".split("e")[1])
+    if not EXPONENT_BELOW <= size < EXPONENT_FROM:
+        mantissa = f"{size / 10.0**exponent:.{digits - 1}f}"
+        text = f"{mantissa}{POWER}{exponent}".replace("^-", "^−")
+    else:
+        places = digits - 1 - exponent
+        text = f"{size:.{places}f}" if places > 0 else grouped(int(round(size, places)))
+    return f"−{text}" if value < 0 else text
+
+
+def grouped(value: int) -> str:
+    """Return a whole number, its thousands apart from ten thousand on: ``4096``, ``10,000``."""
+    text = f"{abs(value):,}" if abs(value) >= 10_000 else str(abs(value))
+    return f"−{text}" if value < 0 else text

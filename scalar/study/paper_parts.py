@@ -1,0 +1,140 @@
+"""Parts of the paper's numbers that no study writes: the setup, what the method is set to, what the original paper states, and ratios."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from scalar import identifiability, published
+from scalar.diagnosis import cleaning, hunt, noise, unnamed
+from scalar.diagnosis.holdout import BLOCKS_PER_FOLD, FOLDS
+from scalar.effects.catalogue import CATALOGUE, MAX_ORDER
+from scalar.effects.unattributed import Unattributed
+from scalar.study.methods import INITIAL
+from scalar.study.summary import BAND, QUANTITIES
+from scalar.units import MM
+
+EQUATIONS_PER_POSE = 2
+"""A scan of a plane is a straight line: an offset and a slope, however many points it has."""
+OURS = "manifold"
+NOISES = 2
+"""Effects that are noises: jitter of the poses, and an error common to a scan."""
+
+
+def setup(scene: Path, seeds: int) -> dict[str, Any]:
+    """Return the headline's setup: counts, and sizes with their unit in the name.
+
+    Args:
+        scene: Config of its scene. seeds: Repetitions.
+    """
+    # The simulator is an extra; a study of one's own data does without.
+    from scalar.simulation.config import load_config, poses_wanted
+
+    config = load_config(scene)
+    joints, planes = len(config["robot"]["joints"]), len(config["planes"])
+    poses = sum(poses_wanted(config))
+    points = config["sensor"]["points_per_scan"]
+    near, far = config["sensor"]["range_m"]
+    printed = len(published.DH_KINDS) * joints + len(published.SENSOR) + 4 * planes
+    constrained = 1 + planes  # unit vectors: the scanner's axis, and the normals
+    return {
+        "seeds": seeds,
+        "joints": joints,
+        "planes": planes,
+        "poses": poses,
+        "poses_per_plane": poses // planes,
+        "points": points,
+        "points_in_all": poses * points,
+        "equations_per_pose": EQUATIONS_PER_POSE,
+        "equations": EQUATIONS_PER_POSE * poses,
+        "parameters_dh": len(published.DH_KINDS) * joints,
+        "parameters_sensor": len(published.SENSOR),
+        "parameters_planes": 4 * planes,
+        "parameters_printed": printed,
+        "parameters_constrained": constrained,
+        "parameters_independent": printed - constrained,
+        "noise_mm": config["noise"]["range_noise_std_m"] / MM,
+        "fan_half_angle_deg": config["sensor"]["fan_half_angle_deg"],
+        "range_near_mm": near / MM,
+        "range_far_mm": far / MM,
+        "incidence_deg": config["sensor"]["incidence_max_deg"],
+        "wall_distance_m": config["planes"][1]["distance_m"],
+        "plane_offset_mm": config["plane_guess"]["offset_m"] / MM,
+        "plane_tilt_deg": config["plane_guess"]["tilt_deg"],
+        "length_error_mm": config["initial_model"]["length_std_m"] / MM,
+        "angle_error_deg": config["initial_model"]["angle_std_deg"],
+        "evaluation_poses": config["truth_poses"],
+    }
+
+
+def settings() -> dict[str, Any]:
+    """Return what the method is set to, as the code has it."""
+    return {
+        "null_tolerance": identifiability.NULL_TOLERANCE,
+        "near_parallel_rad": identifiability.NEAR_PARALLEL,
+        "max_evaluations": published.MAX_EVALUATIONS,
+        "band_low": BAND[0],
+        "band_high": BAND[1],
+        "effects": len(CATALOGUE) - (Unattributed.name in CATALOGUE) + NOISES,
+        "highest_order": MAX_ORDER,
+        "alpha": hunt.ALPHA,
+        "least_improvement": hunt.LEAST_IMPROVEMENT,
+        "swap_margin": hunt.SWAP_MARGIN,
+        "confounded_margin": hunt.CONFOUNDED_MARGIN,
+        "noise_alpha": noise.P_VALUE,
+        "unnamed_alpha": unnamed.ALPHA,
+        "folds": FOLDS,
+        "blocks": FOLDS * BLOCKS_PER_FOLD,
+        "point_sigmas": cleaning.POINT_SIGMAS,
+        "pose_sigmas": cleaning.POSE_SIGMAS,
+        "least_pose_error_mm": cleaning.LEAST_POSE_ERROR / MM,
+    }
+
+
+def stated(headline: pd.DataFrame, planes: pd.DataFrame, curves: pd.DataFrame) -> dict[str, Any]:
+    """Return what the original paper states: ``headline.initial``, ``planes``, ``curves.noise.0.01``, the columns below.
+
+    Args:
+        headline: published_headline.csv. planes: published_plane_errors.csv. curves: published_curves.csv.
+    """
+    columns = list(QUANTITIES)
+    states: Any = headline.set_index("state")[columns]
+    by_sweep: dict[str, Any] = {}
+    for row in curves.to_dict("records"):
+        by_sweep.setdefault(row["sweep"], {})[f"{row['value']:g}"] = {name: row[name] for name in columns}
+    first: Any = planes.iloc[0]
+    return {
+        "headline": states.to_dict("index"),
+        "planes": {
+            "distance_error_mm": first["distance_error_mm"],
+            "normal_error_deg": first["normal_error_deg"],
+        },
+        "curves": by_sweep,
+        "points": len(curves),
+    }
+
+
+def compared(headline: Mapping[str, Any]) -> dict[str, Any]:
+    """Return how many times nearer to the truth we come than the original paper states, by quantity, and than where we began.
+
+    Args:
+        headline: numbers.json of the headline.
+    """
+    methods = headline["methods"]
+    ours, initial = methods[OURS], methods[INITIAL]
+    return {
+        "published_over_ours": {
+            _unitless(name): ours["published"][name]["value"] / ours["raw"][name]["mean"]
+            for name in QUANTITIES
+        },
+        "initial_over_ours": {
+            _unitless(name): initial["raw"][name]["mean"] / ours["raw"][name]["mean"] for name in QUANTITIES
+        },
+    }
+
+
+def _unitless(quantity: str) -> str:
+    return quantity.rsplit("_", 1)[0]

@@ -1,0 +1,56 @@
+# The paper: its numbers and figures from the results, its text from paper/. A part of the results that a config does
+# not ask for is left out, section and all, and the title says that it is a draft.
+PAPER = ROOT / "paper"
+PAPER_NUMBERS = {"headline": f"{HEADLINE}/numbers.json"}  # {part: file whose leaves the text quotes}
+PAPER_FIGURES = {  # {as the text calls it: file}
+    "headline/errors.svg": f"{HEADLINE}/figures/errors.svg",
+    "headline/parameters.svg": f"{HEADLINE}/figures/parameters_manifold.svg",
+    "headline/singular_values.svg": f"{HEADLINE}/figures/singular_values_{next(iter(CASES['headline']))}.svg",
+}
+
+
+rule gather_numbers:
+    input:
+        parts=list(PAPER_NUMBERS.values()),
+        scene=local(ROOT / STUDIES["headline"]["scene"]),
+        headline=resource("published_headline.csv"),
+        planes=resource("published_plane_errors.csv"),
+        curves=resource("published_curves.csv"),
+        modules=modules("scalar.study.paper_numbers", "scalar.study.paper_parts", "scalar.study.tables"),
+    output:
+        f"{RESULTS}/paper/numbers.json",
+    log:
+        f"{RESULTS}/logs/paper/gather_numbers.log",
+    threads: 1
+    params:
+        parts=PAPER_NUMBERS,
+        seeds=STUDIES["headline"]["seeds"],
+    message:
+        "Gathering the paper's numbers"
+    script:
+        "../scripts/gather_numbers.py"
+
+
+rule paper:
+    input:
+        numbers=rules.gather_numbers.output[0],
+        text=[local(path) for path in sorted(PAPER.rglob("*")) if path.suffix in (".typ", ".bib")],
+        figures=list(PAPER_FIGURES.values()),
+        modules=modules("scalar.study.paper"),
+    output:
+        report(
+            f"{RESULTS}/paper.pdf",
+            caption="../report/paper.rst",
+            category="Paper",
+            labels={"shows": "the paper"},
+        ),
+    log:
+        f"{RESULTS}/logs/paper/paper.log",
+    threads: 1
+    params:
+        text=local(PAPER),
+        figures=PAPER_FIGURES,
+    message:
+        "Typesetting the paper"
+    script:
+        "../scripts/build_paper.py"

@@ -1,0 +1,23 @@
+"""Gather the numbers that the paper quotes."""
+
+from job import logged
+
+with logged(snakemake.log):
+    import json
+    from pathlib import Path
+
+    from scalar.atomic import write_json
+    from scalar.study.paper_numbers import gather
+    from scalar.study.paper_parts import compared, settings, setup, stated
+    from scalar.study.tables import read_table
+
+    given = snakemake.input
+    parts = {
+        name: json.loads(Path(place).read_text(encoding="utf-8"))
+        for name, place in snakemake.params.parts.items()
+    }
+    parts["setup"] = setup(Path(given.scene), snakemake.params.seeds)
+    parts["settings"] = settings()
+    parts["published"] = stated(*map(read_table, (given.headline, given.planes, given.curves)))
+    parts["compared"] = compared(parts["headline"])
+    write_json(snakemake.output[0], gather(parts))
