@@ -21,11 +21,10 @@ from scalar.simulation.effects import Effects
 from scalar.simulation.errors import SimulationError
 from scalar.simulation.noise import Noise, noise_from_mapping, noisy_points
 from scalar.simulation.plan import Cell, PosePlan, Progress, cell_of, cell_text, plan_poses
-from scalar.simulation.planted.catalogue import plant, planted_records
-from scalar.simulation.records import recorded_columns
 from scalar.simulation.scanner import BEYOND, cast_fan
 from scalar.simulation.scans import Scans
 from scalar.simulation.streams import (
+    EFFECTS,
     INITIAL_MODEL,
     JOINT_NOISE,
     ORDER,
@@ -76,7 +75,7 @@ class SimulatedScene:
     @cached_property
     def truth_poses(self) -> pd.DataFrame:
         """Return the table truth_poses.csv, computed when first asked for: a sweep may need it once only."""
-        return evaluation_poses(self.cell.arm, self.effects, self.config["truth_poses"], self.poses)
+        return evaluation_poses(self.cell.arm, self.effects, self.config["truth_poses"])
 
     def true_scans(self) -> Scans:
         """Return the true scans, for scenes of the same cell and postures."""
@@ -93,7 +92,7 @@ def simulate(
     base_dir: Path | None = None,
     *,
     plan: PosePlan | None = None,
-    scans: Scans | None = None,
+    cast: Scans | None = None,
     effects: Effects | None = None,
     progress: Progress | None = None,
 ) -> SimulatedScene:
@@ -102,15 +101,16 @@ def simulate(
     Args:
         config: of a scene. base_dir: where its robot path starts.
         plan: postures found before for the same cell, at least as many as are asked for; None: find them.
-        scans: true scans of these postures, taken up where they hold every ray and neither effects nor noise
+        cast: true scans of these postures, taken up where they hold every ray and neither effects nor noise
             of the joints act; else rays are cast.
-        effects: what to plant instead of the config's `planted`. progress: called with (stage, done, of).
+        effects: what to plant. progress: called with (stage, done, of).
 
     Raises:
         InvalidInput: the config is at fault.
         SimulationError: no postures, a plan for another cell, or a scan that leaves its plate.
     """
     config = complete_config(config, base_dir=base_dir)
+    effects = effects or Effects()
     cell = cell_of(config)
     wanted = poses_wanted(config)
     plan = plan or plan_poses(config, progress=progress)
@@ -123,7 +123,7 @@ def simulate(
             "the plan holds fewer poses than poses_per_plane asks for; plan again with more"
         )
 
-    seed, n, scanner = config["seed"], cell.arm.n, cell.scanner
+    seed, n, scanner, noise = config["seed"], cell.arm.n, cell.scanner, noise_from_mapping(config["noise"])
     order = _acquisition_order(config, wanted)
     plane_index = np.repeat(np.arange(len(wanted)), wanted)[order]
     q = np.concatenate([found[:k] for found, k in zip(plan.q, wanted, strict=True)])[order]
@@ -138,11 +138,8 @@ def simulate(
 
     poses = pd.DataFrame({"pose": np.arange(len(q)), "plane": [cell.plates[k].name for k in plane_index]})
     poses[[f"q{i + 1}" for i in range(n)]] = q
-    recorded = {*config["record"], *planted_records(config["planted"])}
-    for name, column in recorded_columns(recorded, seed, len(q), n, draws).items():
+    for name, column in effects.columns(poses, stream(seed, EFFECTS)).items():
         poses[name] = column
-    effects = effects or plant(config["planted"], cell, poses, plane_index, seed)
-    noise = effects.noise(noise_from_mapping(config["noise"]))
 
     q_true = q + noise.joint_std * draws(JOINT_NOISE, n)
     rays = scanner.angles()
@@ -153,22 +150,20 @@ def simulate(
         chosen = np.sort(np.argsort(lottery, axis=1)[:, : scanner.points], axis=1)
     angles = rays[chosen]
     known = None
-    if scans is not None and scans.cell == plan.cell and noise.joint_std == 0 and not effects.record():
-        known = scans.at(wanted, order, angles)
+    if cast is not None and cast.cell == plan.cell and noise.joint_std == 0 and not effects.record():
+        known = cast.at(wanted, order, angles)
     if known is None:
         T_base_sensor = arm_frames(cell.arm, effects, q_true, poses, evaluating=False)
         ranges = _measure(cell, effects, T_base_sensor, angles, plane_index, poses)
     else:
         T_base_sensor, ranges = known
-    readings = ranges * np.cos(angles) if scanner.error_axis == "z" else ranges
     points = noisy_points(
-        ranges,
+        effects.ranges(ranges, angles, poses),
         angles,
         noise,
         np.take_along_axis(draws(RANGE_NOISE, scanner.rays), chosen, axis=1),
         draws(SCAN_BIAS),
         scanner.error_axis,
-        effects.range_errors(readings, angles, poses),
     )
     if progress is not None:
         progress("scans", len(q), len(q))
@@ -184,7 +179,7 @@ def simulate(
         dataset=_dataset_mapping(config, cell, noise),
         poses=poses,
         scans=scans,
-        truth=truth_mapping(cell.arm, cell.plates, noise, effects, poses, seed),
+        truth=truth_mapping(cell.arm, cell.plates, noise, effects, seed),
         cell=cell,
         effects=effects,
         q=q,
