@@ -20,9 +20,9 @@ from scalar.simulation.transforms import (
     transform,
     vector_from_rotation,
 )
+from scalar.simulation.weights import Weights
 
 FIELDS = ("a", "alpha", "d", "theta", "beta")
-LENGTHS = ("a", "d")
 GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, the dataset format's default
 
 
@@ -36,6 +36,7 @@ class Arm:
         limits: (n, 2) [rad].
         T_base_0, T_n_flange, T_flange_sensor: (4, 4).
         gravity: (3,) [m/s^2] in the base frame.
+        weights: of its links, where something depends on them.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Arm:
     T_n_flange: Array
     T_flange_sensor: Array
     gravity: Array
+    weights: Weights | None = None
 
     @property
     def n(self) -> int:
@@ -126,6 +128,7 @@ def arm_from_mapping(robot: Mapping[str, Any], sensor_pose: Mapping[str, Any] | 
         T_n_flange=T_n_flange,
         T_flange_sensor=pose_matrix(sensor_pose),
         gravity=np.array(robot.get("gravity", GRAVITY), float),
+        weights=None,
     )
 
 

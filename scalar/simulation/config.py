@@ -17,9 +17,11 @@ from typing import Any
 import jsonschema
 
 from scalar.errors import Fault, InvalidInput
+from scalar.simulation.planted.checks import planted_faults
 from scalar.yaml_io import join_path, load_yaml
 
 ROBOT_PARAMETERS = ("a", "d", "alpha", "theta", "beta")
+LENGTHS = ("a", "d")
 SENSOR_PARAMETERS = ("sensor_x", "sensor_y", "sensor_z", "sensor_rx", "sensor_ry", "sensor_rz")
 
 
@@ -69,6 +71,11 @@ def parameter_names(n: int) -> list[str]:
     return [f"{name}_{i + 1}" for name in ROBOT_PARAMETERS for i in range(n)] + list(SENSOR_PARAMETERS)
 
 
+def length_names(n: int) -> list[str]:
+    """Return the names of the lengths of n joints: a_1 .. a_n, d_1 .. d_n."""
+    return [f"{name}_{i + 1}" for name in LENGTHS for i in range(n)]
+
+
 def poses_wanted(config: Mapping[str, Any]) -> list[int]:
     """Return the number of poses of each plane, in the planes' order."""
     wanted = config["poses_per_plane"]
@@ -100,11 +107,19 @@ def _contradictions(config: dict[str, Any]) -> list[tuple[str, str]]:
         low, high = joint.get("limits", (-1, 1))
         if not low < high:
             found.append((f"robot.joints[{k}].limits", "the lower limit comes first and is the smaller"))
+    n = len(config["robot"]["joints"])
+    for key in ("links_kg", "centres_m"):
+        given = config["masses"][key]
+        if given is not None and len(given) != n:
+            found.append((f"masses.{key}", f"{len(given)} for {n} joints; give one for the link behind each"))
+    by_name = dict(zip(names, poses_wanted(config), strict=True)) if len(found) == 0 else {}
+    if by_name:
+        found += planted_faults(config["planted"], n, by_name, length_names(n))
     if "true_robot_errors" in config and "initial_model" in config:
         found.append(
             ("initial_model", "stands beside true_robot_errors; perturb the arm or the model, not both")
         )
-    known = parameter_names(len(config["robot"]["joints"]))
+    known = parameter_names(n)
     for block in ("true_robot_errors", "initial_model"):
         for name in config.get(block, {}).get("exact", ()):
             if name not in known:
@@ -147,6 +162,10 @@ def _faults(error: Any, file: str) -> list[Fault]:
         if deeper:
             return [fault for sub in deeper for fault in _faults(sub, file)]
     message = "; ".join(error.message.splitlines())
+    if error.validator == "enum" and isinstance(error.instance, str):
+        message = f"{error.instance!r} is not known here" + _meant(
+            error.instance, list(error.validator_value)
+        )
     return [Fault(file, message[:300], column=place or None)]
 
 
@@ -162,6 +181,9 @@ def _fill(value: Any, schema: dict[str, Any]) -> None:
     if "$ref" in schema:
         schema = scene_schema()["$defs"][schema["$ref"].removeprefix("#/$defs/")]
     if isinstance(value, dict):
+        for branch in schema.get("allOf", ()):
+            if jsonschema.Draft202012Validator(branch["if"]).is_valid(value):
+                _fill(value, branch["then"])
         for key, sub in schema.get("properties", {}).items():
             if key not in value and "default" in sub:
                 value[key] = copy.deepcopy(sub["default"])

@@ -40,7 +40,13 @@ def noise_from_mapping(noise: Mapping[str, float]) -> Noise:
 
 
 def noisy_points(
-    ranges: Array, angles: Array, noise: Noise, draws: Array, bias_draws: Array, error_axis: str
+    ranges: Array,
+    angles: Array,
+    noise: Noise,
+    draws: Array,
+    bias_draws: Array,
+    error_axis: str,
+    systematic: Array | float = 0.0,
 ) -> Array:
     """Return the measured points (x, z), (N, M, 2) [m].
 
@@ -50,9 +56,9 @@ def noisy_points(
     Args:
         ranges: (N, M) [m] true, along the rays. angles: (N, M) [rad]. draws: (N, M) and bias_draws: (N,)
             standard normal.
-        error_axis: "ray" or "z".
+        error_axis: "ray" or "z". systematic: (N, M) [m], errors that are no noise.
     """
-    error = noise.range_std * draws + noise.scan_bias_std * bias_draws[:, None]
+    error = noise.range_std * draws + noise.scan_bias_std * bias_draws[:, None] + systematic
     x, z = ranges * np.sin(angles), ranges * np.cos(angles)
     if error_axis == "z":
         return np.stack([x, _rounded(z + error, noise.range_quantum)], -1)

@@ -6,7 +6,7 @@ sweep plans once.
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +17,9 @@ from scalar.simulation.declared import draw_errors
 from scalar.simulation.plates import Plate, plate_from_mapping
 from scalar.simulation.poses import Search, find_poses
 from scalar.simulation.scanner import Scanner, scanner_from_mapping
-from scalar.simulation.streams import POSES, TRUE_ARM, stream
+from scalar.simulation.streams import POSES, TRUE_ARM, WEIGHTS, stream
 from scalar.simulation.transforms import Array
+from scalar.simulation.weights import draw_weights
 from scalar.simulation.world import World
 from scalar.units import DEG
 
@@ -61,6 +62,8 @@ def cell_of(config: Mapping[str, Any]) -> Cell:
     if "true_robot_errors" in config:
         errors = draw_errors(config["true_robot_errors"], drawn.n, stream(config["seed"], TRUE_ARM))
         arm = drawn.shifted(errors)
+    weights = draw_weights(drawn, config["masses"], stream(config["seed"], WEIGHTS))
+    arm = replace(arm, weights=weights)
     shoulder = (drawn.T_base_0 @ drawn.joint_origin(0))[:3, 3]
     plates = tuple(plate_from_mapping(plane, shoulder) for plane in config["planes"])
     return Cell(arm, drawn, plates, scanner_from_mapping(config["sensor"], DEG))

@@ -21,10 +21,11 @@ from scalar.simulation.effects import Effects
 from scalar.simulation.errors import SimulationError
 from scalar.simulation.noise import Noise, noise_from_mapping, noisy_points
 from scalar.simulation.plan import Cell, PosePlan, Progress, cell_of, cell_text, plan_poses
+from scalar.simulation.planted.catalogue import plant, planted_records
+from scalar.simulation.records import recorded_columns
 from scalar.simulation.scanner import BEYOND, cast_fan
 from scalar.simulation.scans import Scans
 from scalar.simulation.streams import (
-    EFFECTS,
     INITIAL_MODEL,
     JOINT_NOISE,
     ORDER,
@@ -75,7 +76,7 @@ class SimulatedScene:
     @cached_property
     def truth_poses(self) -> pd.DataFrame:
         """Return the table truth_poses.csv, computed when first asked for: a sweep may need it once only."""
-        return evaluation_poses(self.cell.arm, self.effects, self.config["truth_poses"])
+        return evaluation_poses(self.cell.arm, self.effects, self.config["truth_poses"], self.poses)
 
     def true_scans(self) -> Scans:
         """Return the true scans, for scenes of the same cell and postures."""
@@ -103,14 +104,13 @@ def simulate(
         plan: postures found before for the same cell, at least as many as are asked for; None: find them.
         cast: true scans of these postures, taken up where they hold every ray and neither effects nor noise
             of the joints act; else rays are cast.
-        effects: what to plant. progress: called with (stage, done, of).
+        effects: what to plant instead of the config's `planted`. progress: called with (stage, done, of).
 
     Raises:
         InvalidInput: the config is at fault.
         SimulationError: no postures, a plan for another cell, or a scan that leaves its plate.
     """
     config = complete_config(config, base_dir=base_dir)
-    effects = effects or Effects()
     cell = cell_of(config)
     wanted = poses_wanted(config)
     plan = plan or plan_poses(config, progress=progress)
@@ -123,7 +123,7 @@ def simulate(
             "the plan holds fewer poses than poses_per_plane asks for; plan again with more"
         )
 
-    seed, n, scanner, noise = config["seed"], cell.arm.n, cell.scanner, noise_from_mapping(config["noise"])
+    seed, n, scanner = config["seed"], cell.arm.n, cell.scanner
     order = _acquisition_order(config, wanted)
     plane_index = np.repeat(np.arange(len(wanted)), wanted)[order]
     q = np.concatenate([found[:k] for found, k in zip(plan.q, wanted, strict=True)])[order]
@@ -138,8 +138,11 @@ def simulate(
 
     poses = pd.DataFrame({"pose": np.arange(len(q)), "plane": [cell.plates[k].name for k in plane_index]})
     poses[[f"q{i + 1}" for i in range(n)]] = q
-    for name, column in effects.columns(poses, stream(seed, EFFECTS)).items():
+    recorded = {*config["record"], *planted_records(config["planted"])}
+    for name, column in recorded_columns(recorded, seed, len(q), n, draws).items():
         poses[name] = column
+    effects = effects or plant(config["planted"], cell, poses, plane_index, seed)
+    noise = effects.noise(noise_from_mapping(config["noise"]))
 
     q_true = q + noise.joint_std * draws(JOINT_NOISE, n)
     rays = scanner.angles()
@@ -157,17 +160,19 @@ def simulate(
         ranges = _measure(cell, effects, T_base_sensor, angles, plane_index, poses)
     else:
         T_base_sensor, ranges = known
+    readings = ranges * np.cos(angles) if scanner.error_axis == "z" else ranges
     points = noisy_points(
-        effects.ranges(ranges, angles, poses),
+        ranges,
         angles,
         noise,
         np.take_along_axis(draws(RANGE_NOISE, scanner.rays), chosen, axis=1),
         draws(SCAN_BIAS),
         scanner.error_axis,
+        effects.range_errors(readings, angles, poses),
     )
     if progress is not None:
         progress("scans", len(q), len(q))
-    scans = pd.DataFrame(
+    scan_table = pd.DataFrame(
         {
             "pose": np.repeat(np.arange(len(q)), scanner.points),
             "x": points[..., 0].ravel(),
@@ -178,8 +183,8 @@ def simulate(
         config=config,
         dataset=_dataset_mapping(config, cell, noise),
         poses=poses,
-        scans=scans,
-        truth=truth_mapping(cell.arm, cell.plates, noise, effects, seed),
+        scans=scan_table,
+        truth=truth_mapping(cell.arm, cell.plates, noise, effects, poses, seed),
         cell=cell,
         effects=effects,
         q=q,

@@ -17,7 +17,11 @@ import numpy as np
     SELECTION,
     ORDER,
     EFFECTS,
-) = range(10)
+    WEIGHTS,
+    TIME,
+    APPROACH,
+    TEMPERATURE,
+) = range(14)
 """The uses of chance. Numbers are part of what a seed means: append, never reorder."""
 
 TRUTH_POSES_SEED = 20180710

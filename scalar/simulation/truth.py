@@ -10,6 +10,7 @@ from scalar.simulation.arm import Arm, pose_mapping
 from scalar.simulation.effects import Effects
 from scalar.simulation.noise import Noise
 from scalar.simulation.plates import Plate
+from scalar.simulation.records import SIDES
 from scalar.simulation.streams import TRUTH_POSES_SEED
 from scalar.simulation.transforms import Array, vector_from_rotation
 from scalar.simulation.world import World
@@ -18,9 +19,13 @@ NOTE = "arrays by joint; beta is the angle about y; t and r: sensor on the flang
 
 
 def truth_mapping(
-    arm: Arm, plates: Sequence[Plate], noise: Noise, effects: Effects, seed: int
+    arm: Arm, plates: Sequence[Plate], noise: Noise, effects: Effects, poses: pd.DataFrame, seed: int
 ) -> dict[str, Any]:
-    """Return truth.json: SI units, arrays by joint; t [m] and r [rad]: the sensor's pose on the flange."""
+    """Return truth.json: SI units, arrays by joint; t [m] and r [rad]: the sensor's pose on the flange.
+
+    Parameters are those of the first pose, before anything drifts or slips.
+    """
+    arm = effects.arms(arm, poses.iloc[:1], False)[0][1]
     sensor = pose_mapping(arm.T_flange_sensor)
     return {
         "robot": arm.name,
@@ -60,21 +65,31 @@ def arm_frames(arm: Arm, effects: Effects, q: Array, poses: pd.DataFrame, evalua
             world.place_arm(arm_then)
             dq = effects.joint_errors(world, q[rows], poses.iloc[rows])
             T[rows] = world.sensor_frames(q[rows] + dq)
-    return effects.move_frames(T, q, poses)
+            T[rows] = effects.motions(world, q[rows], poses.iloc[rows]) @ T[rows]
+    return T
 
 
 def evaluation_poses(
-    arm: Arm, effects: Effects, count: int, progress: Callable[[str, int, int], None] | None = None
+    arm: Arm,
+    effects: Effects,
+    count: int,
+    recorded: pd.DataFrame | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
 ) -> pd.DataFrame:
     """Return truth_poses.csv: pose, q1..qn [rad]; x, y, z [m] and rx, ry, rz [rad] of the sensor.
 
     q is uniform within the joint limits, without a collision filter, from one seed for all scenes; no noise
-    acts.
+    acts. `recorded`: the poses of the scene; what they record beside angles is there too, time and
+    temperature as at their end, approaches drawn.
     """
     rng = np.random.default_rng(TRUTH_POSES_SEED)
     q = rng.uniform(arm.limits[:, 0], arm.limits[:, 1], (count, arm.n))
     table = pd.DataFrame(q, columns=[f"q{i + 1}" for i in range(arm.n)])
     table.insert(0, "pose", np.arange(count))
+    if recorded is not None:
+        for name in recorded.columns.difference(["plane", *table.columns], sort=False):
+            approaches = name.startswith("approach")
+            table[name] = rng.choice(SIDES, count) if approaches else recorded[name].to_numpy()[-1]
     T = arm_frames(arm, effects, q, table, evaluating=True)
     table[["x", "y", "z"]] = T[:, :3, 3]
     table[["rx", "ry", "rz"]] = vector_from_rotation(T[:, :3, :3])

@@ -5,7 +5,8 @@ printed with 17 digits, so the arm in the engine is the arm that was asked for. 
 sensor are links of their own with their centre of mass at the origin, since the centre of mass is what
 pybullet reports in double precision.
 
-Masses are placeholders: nothing here depends on them. Effects that do will state theirs.
+An arm without weights gets placeholders, since kinematics does not depend on them. Inertias always are: the
+arm stands still.
 """
 
 import numpy as np
@@ -15,14 +16,19 @@ from scalar.simulation.body import Body, Box, Capsule
 from scalar.simulation.transforms import Array, rpy_from_rotation
 
 UNLIMITED = 1e3  # effort and velocity, which URDF wants stated
-INERTIAL = (
-    '<inertial><origin xyz="0 0 0" rpy="0 0 0"/><mass value="1"/>'
-    '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
-)
+NO_CENTRE = (0.0, 0.0, 0.0)
+WEIGHTLESS = 1e-9  # kg; a link of mass zero would be taken for one that never moves
 
 
 def _numbers(values: Array | tuple[float, ...]) -> str:
     return " ".join(f"{value:.17g}" for value in values)
+
+
+def _inertial(mass: float, centre: Array | tuple[float, ...]) -> str:
+    return (
+        f'<inertial><origin xyz="{_numbers(centre)}" rpy="0 0 0"/><mass value="{mass:.17g}"/>'
+        '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+    )
 
 
 def _origin(T: Array) -> str:
@@ -61,10 +67,16 @@ def urdf_of(arm: Arm, body: Body | None = None) -> str:
     """
     n = arm.n
     names = ["base", *(f"link{i + 1}" for i in range(n)), "flange", "sensor"]
+    inertials = [_inertial(1.0, NO_CENTRE)] * len(names)
+    if arm.weights is not None:
+        links = zip(arm.weights.masses, arm.weights.centres, strict=True)
+        inertials[1 : n + 1] = [_inertial(mass, centre) for mass, centre in links]
+        inertials[n + 1] = _inertial(WEIGHTLESS, NO_CENTRE)
+        inertials[n + 2] = _inertial(arm.weights.sensor or WEIGHTLESS, NO_CENTRE)
     lines = ['<?xml version="1.0"?>', f'<robot name="{arm.name}">']
     for k, name in enumerate(names):
         solids = () if body is None else (solid for solid in body.solids if solid.link == k - 1)
-        lines.append(f'<link name="{name}">{INERTIAL}{"".join(map(_solid, solids))}</link>')
+        lines.append(f'<link name="{name}">{inertials[k]}{"".join(map(_solid, solids))}</link>')
     for i in range(n):
         T = arm.joint_origin(i)
         if i == 0:

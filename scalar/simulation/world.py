@@ -1,8 +1,8 @@
 """The cell in pybullet: an arm, its plates, and what one can ask of them.
 
 Everything runs in a DIRECT client of its own, with no window, no stepping of time and no shared state;
-leaving the `with` block always disconnects it. Of the engine we use three things: forward kinematics, rays,
-distances.
+leaving the `with` block always disconnects it. Of the engine we use four things: forward kinematics, rays,
+distances, and the torques of weight.
 """
 
 import os
@@ -66,6 +66,7 @@ class World:
         self._arm: Arm | None = None
         self._arm_id = NOTHING
         self._body: Body | None = None
+        self._plates: list[Plate] = []
         self.plate_ids: list[int] = []
         try:
             # Without this, a URDF is cached by its path, and an arm could come back in place of another.
@@ -100,10 +101,17 @@ class World:
         return self._arm_id
 
     def set_plates(self, plates: Sequence[Plate]) -> None:
-        """Put these plates up in place of those that stand."""
-        for plate_id in self.plate_ids:
-            pybullet.removeBody(plate_id, physicsClientId=self._client)
-        self.plate_ids = [self._add_plate(plate) for plate in plates]
+        """Put these plates up in place of those that stand; one that stands already stays."""
+        standing = list(zip(self._plates, self.plate_ids, strict=True))
+        kept = {plate_id for plate, plate_id in standing if any(plate is other for other in plates)}
+        for _, plate_id in standing:
+            if plate_id not in kept:
+                pybullet.removeBody(plate_id, physicsClientId=self._client)
+        ids = []
+        for plate in plates:
+            same = [plate_id for other, plate_id in standing if other is plate]
+            ids.append(same[0] if same else self._add_plate(plate))
+        self._plates, self.plate_ids = list(plates), ids
 
     def _add_plate(self, plate: Plate) -> int:
         """Return the id of a new plate, made of triangles.
@@ -131,6 +139,7 @@ class World:
             with open(path, "w", encoding="utf-8") as file:
                 file.write(urdf_of(arm, body))
             self._arm_id = pybullet.loadURDF(path, useFixedBase=True, physicsClientId=self._client)
+        pybullet.setGravity(*arm.gravity.tolist(), physicsClientId=self._client)
         self._arm, self._body = arm, body
 
     def move(self, q: Sequence[float]) -> None:
@@ -158,6 +167,37 @@ class World:
         T[:, :3, 3] = positions
         T[:, 3, 3] = 1.0
         return T
+
+    def gravity_torques(self, q: Array) -> Array:
+        """Return the torque of the arm's weight about each joint at rest, (N, n) [N m], by inverse dynamics.
+
+        What the weight does to the joint, the opposite of what its drive has to hold.
+        """
+        assert self._arm is not None and self._arm.weights is not None, "no arm with weights has been placed"
+        still = [0.0] * self._arm.n
+        torques = [
+            pybullet.calculateInverseDynamics(self._arm_id, row, still, still, physicsClientId=self._client)
+            for row in np.asarray(q, float).tolist()
+        ]
+        return -np.array(torques).reshape(-1, self._arm.n)
+
+    def weight_moments(self, q: Array, about: Array) -> Array:
+        """Return the moment of the arm's weight about a point (3,) [m] of the base frame, (N, 3) [N m].
+
+        Each link's centre of mass is where pybullet reports it.
+        """
+        arm = self._arm
+        assert arm is not None and arm.weights is not None, "no arm with weights has been placed"
+        links = [*range(arm.n), arm.n + 1]
+        masses = np.array([*arm.weights.masses, arm.weights.sensor])
+        first_moments = np.empty((len(q), 3))
+        for k, row in enumerate(np.asarray(q, float).tolist()):
+            self.move(row)
+            states = pybullet.getLinkStates(
+                self._arm_id, links, computeForwardKinematics=1, physicsClientId=self._client
+            )
+            first_moments[k] = masses @ (np.array([state[0] for state in states]) - about)
+        return np.cross(first_moments, arm.gravity)
 
     def cast(self, starts: Array, ends: Array) -> tuple[Array, Array]:
         """Return the body each ray meets first (R,) int, -1 for none, and the fraction of its length (R,).

@@ -1,0 +1,128 @@
+"""What an effect may look at when it is planted: the cell and its poses as they are without it.
+
+From this it takes what its config leaves open: a joint that matters, a moment in the middle of the run, the
+part of a plate that is scanned.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NoReturn
+
+import numpy as np
+import pandas as pd
+
+from scalar.errors import Fault, InvalidInput
+from scalar.simulation.arm import Arm
+from scalar.simulation.plan import Cell
+from scalar.simulation.plates import Plate
+from scalar.simulation.scanner import directions
+from scalar.simulation.transforms import Array
+from scalar.simulation.world import World
+
+MATTERS = 0.1  # a joint matters if it moves the laser's spot by this share of what the liveliest joint does
+LOADED = 0.05  # a joint carries weight if its torque is this share of the largest
+STEP = 1e-5  # rad, of central differences
+MIDDLE = (0.25, 0.75)  # of the run: when something happens
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """The plain cell, and where in the config the effect stands.
+
+    Attributes:
+        cell: without effects. poses: table of poses in acquisition order, with what is recorded.
+        plane_index: (N,) into the plates. index: of the entry in `planted`.
+    """
+
+    cell: Cell
+    poses: pd.DataFrame
+    plane_index: Array
+    index: int
+
+    @property
+    def arm(self) -> Arm:
+        """Return the plain arm."""
+        return self.cell.arm
+
+    @cached_property
+    def q(self) -> Array:
+        """Return q (N, n) [rad]."""
+        return self.poses[[f"q{i + 1}" for i in range(self.arm.n)]].to_numpy()
+
+    @cached_property
+    def torques(self) -> Array:
+        """Return the torque of the weight about each joint (N, n) [N m]."""
+        with World() as world:
+            world.place_arm(self.arm)
+            return world.gravity_torques(self.q)
+
+    @cached_property
+    def loaded(self) -> list[int]:
+        """Return the joints, from 1, that carry weight."""
+        largest = np.abs(self.torques).max(0)
+        return [j + 1 for j in range(self.arm.n) if largest[j] >= LOADED * largest.max()]
+
+    @cached_property
+    def mattering(self) -> list[int]:
+        """Return the joints, from 1, that move the laser's points on the plates."""
+        normals = np.array([plate.normal for plate in self.cell.plates])[self.plane_index]
+        spots = self._spots(np.array([-1.0, 0.0, 1.0]) * self.cell.scanner.fan)
+        leverage = np.empty(self.arm.n)
+        for j in range(self.arm.n):
+            step = np.zeros(self.arm.n)
+            step[j] = STEP
+            (R1, p1), (R0, p0) = self.arm.sensor_frames(self.q + step), self.arm.sensor_frames(self.q - step)
+            moved = np.einsum("nij,nmj->nmi", R1 - R0, spots) + (p1 - p0)[:, None]
+            per_radian = np.einsum("nmi,ni->nm", moved, normals) / (2 * STEP)
+            leverage[j] = np.sqrt((per_radian**2).mean(0).max())
+        return [j + 1 for j in range(self.arm.n) if leverage[j] >= MATTERS * leverage.max()]
+
+    def _spots(self, angles: Array) -> Array:
+        """Return where rays at these angles (M,) [rad] end, (N, M, 3) [m] in the sensor's frame."""
+        R, origin = self.arm.sensor_frames(self.q)
+        normals = np.array([plate.normal for plate in self.cell.plates])[self.plane_index]
+        distances = np.array([plate.distance for plate in self.cell.plates])[self.plane_index]
+        u = directions(angles)
+        height = distances - np.einsum("ni,ni->n", normals, origin)
+        toward = np.einsum("nij,mj,ni->nm", R, u, normals)
+        return (height[:, None] / toward)[..., None] * u
+
+    def scanned(self, plate: Plate) -> tuple[Array, float]:
+        """Return the middle (2,) [m] of what is scanned of a plate, on its axes u, v from its centre, and its radius [m].
+
+        The radius reaches the farthest ray in the middle of a scan.
+        """
+        mine = self.plane_index == self.cell.plates.index(plate)
+        R, origin = self.arm.sensor_frames(self.q)
+        points = origin + np.einsum("nij,nj->ni", R, self._spots(np.zeros(1))[:, 0])
+        uv = ((points - plate.centre) @ plate.axes[:, :2])[mine]
+        middle = (uv.min(0) + uv.max(0)) / 2
+        return middle, float(np.linalg.norm(uv - middle, axis=1).max())
+
+    def draw_moment(self, rng: np.random.Generator, rows: Array) -> int:
+        """Return the order of a pose among `rows` (in acquisition order), in the middle of them."""
+        low, high = (round(share * len(rows)) for share in MIDDLE)
+        return int(rows[int(rng.integers(low, max(high, low + 1)))])
+
+    def at(self, order: int) -> dict[str, Any]:
+        """Return the moment of the pose at an order: `{order, time}`, time [s] or None where it is not recorded."""
+        time = float(self.poses["time"].iloc[order]) if "time" in self.poses else None
+        return {"order": order, "time": time}
+
+    def draw_joint(
+        self, rng: np.random.Generator, joints: Sequence[int] | None = None, lack: str = ""
+    ) -> int:
+        """Return a joint, from 1, among `joints`; among those that matter by default.
+
+        Raises:
+            InvalidInput: there is none; the message says what is lacking.
+        """
+        joints = self.mattering if joints is None else joints
+        if not joints:
+            self.refuse("target", lack)
+        return int(rng.choice(joints))
+
+    def refuse(self, key: str, message: str) -> NoReturn:
+        """Raise InvalidInput about a key of this entry."""
+        raise InvalidInput([Fault("config", message, column=f"planted[{self.index}].{key}")])

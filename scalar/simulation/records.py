@@ -1,0 +1,44 @@
+"""What a cell records of each pose beside its joint angles: time, temperature, directions of approach.
+
+A cell of which nothing is planted may record all of them as well, so that their presence tells nothing.
+"""
+
+from collections.abc import Callable, Collection
+
+import numpy as np
+
+from scalar.simulation.streams import APPROACH, TEMPERATURE, TIME, stream
+from scalar.simulation.transforms import Array
+
+SIDES = np.array([-1, 1])
+SECONDS_A_POSE = (5.0, 15.0)
+COLD = 20.0  # degrees C, when the run begins
+WARMING = 6.0  # K, in the end, along 1 - exp(-LEVELLING * share of the run)
+LEVELLING = 3.0
+ROOM = 0.3  # K, by which the hall's own temperature swings, a few times a run
+SWINGS = (1.5, 4.0)
+
+
+def recorded_columns(
+    names: Collection[str], seed: int, n_poses: int, n_joints: int, draws: Callable[..., Array]
+) -> dict[str, Array]:
+    """Return the columns that poses.csv gets: `time` [s], `temperature` [degrees C], `approach1`.. (-1, 1).
+
+    Args:
+        names: of "time", "temperature", "approach". seed: of the scene. n_poses, n_joints: how many.
+        draws: gives (N, n) uniform draws of a use of chance, in acquisition order.
+    """
+    columns: dict[str, Array] = {}
+    time = np.cumsum(stream(seed, TIME).uniform(*SECONDS_A_POSE, n_poses))
+    if "time" in names:
+        columns["time"] = np.round(time, 1)
+    if "temperature" in names:
+        rng = stream(seed, TEMPERATURE)
+        share = time / time[-1]
+        phase = 2 * np.pi * (rng.uniform(*SWINGS) * share + rng.random())
+        rise = WARMING * (1.0 - np.exp(-LEVELLING * share))
+        columns["temperature"] = np.round(COLD + rise + ROOM * np.sin(phase), 2)
+    if "approach" in names:
+        later = draws(APPROACH, n_joints, uniform=True) < 0.5
+        columns |= {f"approach{j + 1}": SIDES[later[:, j].astype(int)] for j in range(n_joints)}
+    return columns
