@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -139,7 +140,7 @@ def validate(dataset: Path) -> None:
     "--effects-from",
     type=_FOLDER,
     metavar="CALIBRATION",
-    help="Take effects from another calibration and hold them.",
+    help="Take the arm's effects from another calibration and hold them.",
 )
 @click.option(
     "--hold", metavar="NAME,...", help="Hold these parameters at their nominal values, e.g. a_2,d_4."
@@ -159,13 +160,18 @@ def calibrate(
     from scalar.calibration import load_calibration
     from scalar.dataset import read_dataset
     from scalar.effects.catalogue import parse_effects
+    from scalar.effects.transfer import carried
     from scalar.terminal import describe_calibration, progress
 
     data = read_dataset(dataset)
     wanted = parse_effects(effects, data) if effects else ()
-    given = load_calibration(effects_from).model.effects if effects_from else ()
+    given = carried(load_calibration(effects_from).model, data) if effects_from else None
     with progress("calibrating"):
-        result = calibrate(data, effects=wanted, held_effects=given, hold=_listed(hold))
+        result = calibrate(
+            data, effects=wanted, held_effects=given.effects if given else (), hold=_listed(hold)
+        )
+    if given:
+        result = replace(result, summary={**result.summary, "effects_from": given.to_mapping()})
     result.save(_made(output) / "calibration.json")
     click.echo(describe_calibration(result))
     click.echo(f"written: {output / 'calibration.json'}")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scalar.calibration import Calibration
+from scalar.effects.transfer import describe as describe_carried
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
@@ -120,6 +121,7 @@ def describe_calibration(calibration: Calibration) -> str:
         ):
             spread = f" +- {std[name]:.2g}" if name in std else " (held)"
             lines.append(f"  effect {name}: {value:.4g}{spread} {unit}")
+    lines += describe_carried(summary.get("effects_from"))
     near = summary.get("kept_near_data_sheet") or {}
     if near:
         lines.append(f"  kept near the data sheet, because these poses hardly see it: {', '.join(near)}")

@@ -1,0 +1,67 @@
+"""What goes with an arm to its next campaign: its joints and links do, what happened on one day in one cell does not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scalar.calibration import Calibration
+from scalar.effects.transfer import carried
+from scalar.errors import InvalidInput
+from tests.effects.everything import every_effect, optional_columns
+from tests.helpers import make_scene
+
+STAYS = {"sensor_slip", "plane_moved", "plane_bow"}
+GOES = {
+    "joint_compliance",
+    "joint_harmonic",
+    "joint_scale",
+    "joint_coupling",
+    "axis_nonparallel",
+    "base_compliance",
+}
+
+
+@pytest.fixture(scope="module")
+def cell():
+    """A dataset with every optional column, and a model with every effect."""
+    rng = np.random.default_rng(5)
+    dataset = make_scene(seed=5, poses_per_plane=10, points_per_scan=5).dataset
+    columns = optional_columns(rng, dataset.n_poses, dataset.robot.n_joints)
+    dataset = replace(dataset, poses=dataset.poses.assign(**columns))
+    model = Calibration.nominal(dataset, np.eye(4)).model
+    return dataset, replace(model, effects=tuple(every_effect(dataset, rng)))
+
+
+def test_the_arms_effects_go_with_it_and_the_days_stay(cell):
+    """Joints, links and pedestal are carried with their coefficients; slips, plates and warm-ups by the clock are not, with a reason."""
+    dataset, model = cell
+    given = carried(model, dataset)
+    names = {effect.name for effect in given.effects}
+    assert names >= GOES and not names & STAYS
+    by_clock = {id(e) for e in model.effects if e.name == "thermal_drift" and e.by != "temperature"}
+    left = {id(e) for e, reason in given.left if reason}
+    assert by_clock <= left
+    assert {id(e) for e in given.effects} | left == {id(e) for e in model.effects}
+
+
+@pytest.mark.parametrize(
+    ("column", "name"), [("temperature", "thermal_drift"), ("approach2", "joint_backlash")]
+)
+def test_an_effect_whose_column_is_missing_is_left_with_the_columns_name(cell, column, name):
+    """An effect that needs a column is held only where the dataset has it."""
+    dataset, model = cell
+    poorer = replace(dataset, poses=dataset.poses.drop(columns=column))
+    rich, poor = carried(model, dataset), carried(model, poorer)
+    kept = [id(e) for e in poor.effects]
+    lost = [e for e in rich.effects if id(e) not in kept]
+    assert [e.name for e in lost] == [name]
+    assert column in dict((id(e), reason) for e, reason in poor.left)[id(lost[0])]
+
+
+def test_another_arm_is_refused(cell):
+    """Effects of an arm with another number of joints are no effects of this one."""
+    dataset, model = cell
+    other = replace(dataset.robot, geometry=dataset.robot.geometry[:, :5], limits=dataset.robot.limits[:5])
+    with pytest.raises(InvalidInput, match="6 joints"):
+        carried(model, replace(dataset, robot=other))
