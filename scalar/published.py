@@ -176,7 +176,7 @@ def calibrate_published(
         held = [h.name for h in found]
         gauge = tuple({"held": h.name, "reason": h.reason, "moves_with": list(h.moves_with)} for h in found)
     _check_held(how, held)
-    T_start, origin = _first_guess(dataset, measurement, how.planes)
+    T_start, origin = first_guess(dataset, measurement, how.planes)
     parameters = how.lmfit_parameters(how.values(T_start), held, reading)
     end = _run(_Distances(how, dataset.q, measurement, points), parameters, max_nfev)
 
@@ -249,7 +249,7 @@ def _values(parameters: lmfit.Parameters) -> Array:
     return np.array([parameter.value for parameter in parameters.values()], dtype=float)
 
 
-def _first_guess(dataset: Dataset, measurement: LineLaser, planes: Planes) -> tuple[Array, str]:
+def first_guess(dataset: Dataset, measurement: LineLaser, planes: Planes) -> tuple[Array, str]:
     """Return the scanner's linear first guess ``(4, 4)`` from the most level plane; else its nominal pose."""
     level = int(np.argmax(np.abs(planes.normals @ dataset.robot.gravity)))
     T_base_flange = dataset.robot.flange(dataset.q)
