@@ -24,6 +24,9 @@ FILES = "results/files.json"
 CREATED = datetime.datetime(2018, 10, 1, tzinfo=datetime.UTC)
 """What a PDF says of its making: a date of no meaning (the first day of IROS 2018), since a true one would change the bytes."""
 
+ARCHIVE = "a-2b"
+"""PDF/A: everything embedded, and a letter that no font has is an error instead of a box."""
+
 
 def typeset(
     text: Path,
@@ -57,8 +60,13 @@ def typeset(
         compiler = typst.Compiler(root / MAIN, root=root, ignore_system_fonts=True)
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("error")  # a font or glyph that is missing is no paper
-                made = compiler.compile(format=output_format, ppi=points_per_inch, timestamp=CREATED)
+                warnings.simplefilter("error")  # a font that is missing is no paper
+                made = compiler.compile(
+                    format=output_format,
+                    ppi=points_per_inch,
+                    timestamp=CREATED,
+                    pdf_standards=ARCHIVE if output_format == "pdf" else [],
+                )
         except (typst.TypstError, typst.TypstWarning) as error:
             reason = str(error).replace(str(root), "").replace("\n", " ")
             raise InvalidInput(Fault(str(text), f"cannot be typeset: {reason}")) from None

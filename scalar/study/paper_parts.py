@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import asin, degrees, hypot
 from pathlib import Path
 from typing import Any
 
@@ -24,16 +25,17 @@ NOISES = 2
 """Effects that are noises: jitter of the poses, and an error common to a scan."""
 
 
-def setup(scene: Path, seeds: int) -> dict[str, Any]:
+def setup(scene: Path, tilted: Path, seeds: int) -> dict[str, Any]:
     """Return the headline's setup: counts, and sizes with their unit in the name.
 
     Args:
-        scene: Config of its scene. seeds: Repetitions.
+        scene: Config of its scene. tilted: The same with leaning walls. seeds: Repetitions.
     """
     # The simulator is an extra; a study of one's own data does without.
     from scalar.simulation.config import load_config, poses_wanted
 
     config = load_config(scene)
+    leaning = [plane["normal"] for plane in load_config(tilted)["planes"][1:]]
     joints, planes = len(config["robot"]["joints"]), len(config["planes"])
     poses = sum(poses_wanted(config))
     points = config["sensor"]["points_per_scan"]
@@ -62,6 +64,7 @@ def setup(scene: Path, seeds: int) -> dict[str, Any]:
         "range_far_mm": far / MM,
         "incidence_deg": config["sensor"]["incidence_max_deg"],
         "wall_distance_m": config["planes"][1]["distance_m"],
+        "walls_lean_deg": max(degrees(asin(abs(n[2]) / hypot(*n))) for n in leaning),
         "plane_offset_mm": config["plane_guess"]["offset_m"] / MM,
         "plane_tilt_deg": config["plane_guess"]["tilt_deg"],
         "length_error_mm": config["initial_model"]["length_std_m"] / MM,

@@ -13,6 +13,7 @@ rule gather_numbers:
     input:
         parts=list(PAPER_NUMBERS.values()),
         scene=local(ROOT / STUDIES["headline"]["scene"]),
+        tilted=local(ROOT / "configs/scenes/paper_tilted.yaml"),
         headline=resource("published_headline.csv"),
         planes=resource("published_plane_errors.csv"),
         curves=resource("published_curves.csv"),

@@ -16,7 +16,7 @@ with logged(snakemake.log):
         name: json.loads(Path(place).read_text(encoding="utf-8"))
         for name, place in snakemake.params.parts.items()
     }
-    parts["setup"] = setup(Path(given.scene), snakemake.params.seeds)
+    parts["setup"] = setup(Path(given.scene), Path(given.tilted), snakemake.params.seeds)
     parts["settings"] = settings()
     parts["published"] = stated(*map(read_table, (given.headline, given.planes, given.curves)))
     parts["compared"] = compared(parts["headline"])
