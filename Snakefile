@@ -23,6 +23,7 @@ include: "workflow/rules/simulate.smk"
 include: "workflow/rules/calibrate.smk"
 include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/sweeps.smk"
+include: "workflow/rules/sequential.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/measured.smk"
 include: "workflow/rules/paper.smk"
@@ -39,4 +40,5 @@ rule all:
     input:
         rules.figures.input,
         rules.summarise_headline.output,
+        SEQUENTIAL_TABLES,
         rules.paper.output,

@@ -78,6 +78,14 @@ def resource(name):
     return local(ROOT / "workflow/resources" / name)
 
 
+def figure(name, caption, category, **labels):
+    """Return a figure's outputs, PNG (in the report) and SVG."""
+    return {
+        "png": report(f"{name}.png", caption=f"../report/{caption}.rst", category=category, labels=labels),
+        "svg": f"{name}.svg",
+    }
+
+
 def modules(*names):
     """Return the source files that modules of scalar import, directly or not, and the schemas beside them.
 

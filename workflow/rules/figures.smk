@@ -1,13 +1,5 @@
 # Pictures from tables: each rule reads what it draws and computes nothing. The first drawing of a figure is the
 # one the report shows; the other is for print.
-def figure(name, caption, category, **labels):
-    """Return a figure's outputs, PNG (in the report) and SVG."""
-    return {
-        "png": report(f"{name}.png", caption=f"../report/{caption}.rst", category=category, labels=labels),
-        "svg": f"{name}.svg",
-    }
-
-
 rule draw_errors:
     input:
         errors=f"{HEADLINE}/errors.csv",
@@ -132,3 +124,4 @@ rule figures:
             suffix=["png", "svg"],
         ),
         SWEEP_FIGURES,
+        SEQUENTIAL_FIGURES,

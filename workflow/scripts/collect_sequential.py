@@ -1,0 +1,15 @@
+"""Join the batches of the comparison of orders, and say what the seeds say together."""
+
+from job import logged
+
+with logged(snakemake.log):
+    from scalar.atomic import write_json
+    from scalar.study.sequential_summary import sequential_numbers, summarise_sequential
+    from scalar.study.tables import read_tables, write_table
+
+    wanted = snakemake.output
+    errors = read_tables(snakemake.input.tables)
+    summary = summarise_sequential(errors)
+    write_table(wanted.errors, errors)
+    write_table(wanted.summary, summary)
+    write_json(wanted.numbers, sequential_numbers(errors, summary))

@@ -1,0 +1,11 @@
+"""Calibrate a batch of seeds at once and one after the other."""
+
+from job import logged
+
+with logged(snakemake.log):
+    from scalar.study.sequential import DIGITS, compare_sequential
+    from scalar.study.tables import write_table
+
+    params = snakemake.params
+    table = compare_sequential(snakemake.input.scene, params.cases, params.seeds, params.alternate)
+    write_table(snakemake.output[0], table, DIGITS)

@@ -1,0 +1,12 @@
+"""Draw the comparison of orders."""
+
+from job import logged
+
+with logged(snakemake.log):
+    from scalar.plots.sequential import draw_sequential
+    from scalar.plots.style import save_figure
+    from scalar.study.tables import read_table
+
+    given, wanted = snakemake.input, snakemake.output
+    figure = draw_sequential(read_table(given.errors), read_table(given.summary))
+    save_figure(figure, [wanted.png, wanted.svg])
