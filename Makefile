@@ -3,13 +3,14 @@
 # make env        set up .venv alone; nothing is done if it is up to date
 # make lint       ruff, pyright, snakefmt        make format   let ruff and snakefmt rewrite
 # make bench      the side-by-side figures       make lock     resolve the requirements again
+# make readme-figures   copies of the figures that the README shows, from results/
 # make clean      remove .venv and the caches; results/ stays (snakemake --delete-all-output removes that)
 #
 # PYTHON=/path/to/python3.11, CORES=2 and PYTEST_ARGS="-k name" may be given.
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all env test lint format bench lock clean
+.PHONY: all env test lint format bench lock clean readme-figures
 
 SHELL := /bin/sh
 CORES ?= 2
@@ -76,6 +77,9 @@ format: env
 	$(RUN) ruff check --fix .
 	$(RUN) ruff format .
 	$(RUN) snakefmt $(wildcard Snakefile workflow)
+
+readme-figures: env
+	$(RUN) python paper/refresh_figures.py
 
 bench: env
 	$(RUN) python -m benchmarks

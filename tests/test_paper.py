@@ -226,3 +226,11 @@ def test_every_reference_is_cited():
     text = "\n".join(path.read_text(encoding="utf-8") for path in TEXTS)
     cited = {key for key in re.findall(r"@([a-z]+\d{4})", text)}
     assert listed == cited
+
+
+def test_the_readme_shows_what_is_committed():
+    """Every figure in the README is a small copy that `make readme-figures` refreshes."""
+    shown = re.findall(r"\(paper/figures/([^)]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    copied = re.findall(r'"([\w.]+)": "', (PAPER / "refresh_figures.py").read_text(encoding="utf-8"))
+    assert shown and set(shown) == set(copied) == {path.name for path in (PAPER / "figures").iterdir()}
+    assert all((PAPER / "figures" / name).stat().st_size < 200_000 for name in shown)
