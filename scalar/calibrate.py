@@ -15,10 +15,10 @@ from scipy.stats import chi2
 
 from scalar import initial
 from scalar.calibration import Calibration, reporting, sensor_mapping
-from scalar.checks import check_data, check_geometry, check_parameters
+from scalar.checks import check_data, check_guess, check_lines, check_parameters, check_span
 from scalar.effects.effect import Effect
 from scalar.errors import Fault, InvalidInput, NotConverged, Undetermined
-from scalar.identifiability import Identifiability, analyse, anchors
+from scalar.identifiability import Identifiability, analyse, anchors, near_parallel_joints
 from scalar.least_squares import RANK_TOLERANCE, Fit, covariance_and_step, fit
 from scalar.model import Model
 from scalar.residuals import Residuals
@@ -42,19 +42,24 @@ class Prepared:
 
     Attributes:
         residuals: Whitened at the start.
-        start: Model, its misfit and where it comes from.
+        start: Model, its misfit and where it comes from; the arm is nominal.
+        near: The model near its optimum, from which fits go on; the start itself where the poses hardly determine the arm.
         identifiability: What to hold, and why.
         free: ``(P,)`` bool.
     """
 
     residuals: Residuals
     start: initial.Start
+    near: Model
     identifiability: Identifiability
     free: Array
 
 
 def prepare(dataset: Dataset, hold: Sequence[str] = ()) -> Prepared:
-    """Return a dataset at its start: sensor and target found with the arm nominal, and what to hold.
+    """Return a dataset at its start: sensor and target found with the arm nominal, a first fit of all, and what to hold.
+
+    What the poses can show is a matter of the arm as it is, and the nominal one may be degrees off: it is asked at the start, and again
+    where the first fit ends if axes turn out to be near-parallel there that were not, or no longer are.
 
     Args:
         dataset: What was measured.
@@ -72,15 +77,62 @@ def prepare(dataset: Dataset, hold: Sequence[str] = ()) -> Prepared:
         dataset, Model.at(dataset.robot, np.eye(4) if T is None else T, guess), measurement
     )
     start = initial.start(residuals, dataset.robot, guess, T)
-    check_geometry(dataset, residuals, start.model, guess)
+    check_lines(residuals, start.model)
     residuals = residuals.reweighted(start.model)
     candidates = candidate_mask(start.model, hold)
-    identifiability = analyse(residuals, _symmetric(start.model, T), candidates)
-    free = candidates & ~np.isin(start.model.names, identifiability.held_names)
-    check_parameters(dataset, residuals, start.model, identifiability, int(free.sum()))
-    model = replace(start.model, anchors=anchors(residuals, start.model, free))
-    start = replace(start, model=model)
-    return Prepared(residuals, start, identifiability, free)
+    try:
+        identifiability, free = _what_is_seen(
+            dataset, residuals, start.model, _symmetric(start.model, T), candidates
+        )
+    except Undetermined:
+        check_span(residuals, start.model)  # parallel planes hide much else
+        raise
+    found = fit(residuals, start.model, free, tolerance=initial.COARSE)
+    if near_parallel_joints(found.model.robot) != near_parallel_joints(dataset.robot):
+        identifiability, free, found = _asked_again(
+            dataset, residuals, start.model, candidates, (identifiability, free, found)
+        )
+    check_guess(found.model, guess)
+    check_span(residuals, found.model)
+    model = replace(start.model, anchors=anchors(residuals, start.model, free, found.model))
+    near = model if model.anchors else found.model.rebased()
+    return Prepared(residuals, replace(start, model=model), near, identifiability, free)
+
+
+def _what_is_seen(
+    dataset: Dataset, residuals: Residuals, start: Model, where: Model, candidates: Array
+) -> tuple[Identifiability, Array]:
+    """Return what the poses show at a model, and which coordinates are free because of it.
+
+    Raises:
+        Undetermined: The poses are too few, or hide what no held joint explains.
+    """
+    identifiability = analyse(residuals, where, candidates)
+    free = candidates & ~np.isin(start.names, identifiability.held_names)
+    check_parameters(dataset, residuals, start, identifiability, int(free.sum()))
+    return identifiability, free
+
+
+def _asked_again(
+    dataset: Dataset,
+    residuals: Residuals,
+    start: Model,
+    candidates: Array,
+    first: tuple[Identifiability, Array, Fit],
+) -> tuple[Identifiability, Array, Fit]:
+    """Return what the poses show where the first fit ended, and the fit from the start that goes with it.
+
+    The first answer stays where the second leads nowhere: then the first fit was not near the arm.
+    """
+    found = first[2]
+    try:
+        identifiability, free = _what_is_seen(dataset, residuals, start, found.model, candidates)
+    except Undetermined:
+        return first
+    again = fit(residuals, start, free, tolerance=initial.COARSE)
+    if residuals.rms(again.model) > max(GROSS_ERROR, residuals.rms(found.model)):
+        return first
+    return identifiability, free, again
 
 
 _ALREADY_NOMINAL = (
@@ -196,7 +248,7 @@ def fit_all(
     Raises:
         NotConverged: A fit ended elsewhere than at an optimum.
     """
-    model = replace(prepared.start.model, effects=(*held_effects, *effects))
+    model = replace(prepared.near, effects=(*held_effects, *effects))
     n_held = sum(len(effect.coefficients) for effect in held_effects)
     n_free = sum(len(effect.coefficients) for effect in effects)
     free = np.r_[prepared.free, np.zeros(n_held, dtype=bool), np.ones(n_free, dtype=bool)]

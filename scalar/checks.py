@@ -58,18 +58,15 @@ def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
         raise Undetermined(reasons)
 
 
-def check_geometry(dataset: Dataset, residuals: Residuals, model: Model, guess: Any) -> None:
-    """Refuse planes that the points contradict, that are parallel, or that are scanned on one line only.
+def check_lines(residuals: Residuals, model: Model) -> None:
+    """Refuse planes that are scanned on one line only.
 
     Args:
-        dataset: Gives the names.
         residuals: Of the dataset.
         model: With sensor and planes as a first fit found them.
-        guess: The rough planes.
 
     Raises:
-        InvalidInput: A rough plane is far from where the points lie: a wrong label or a wrong normal.
-        Undetermined: The planes do not span space, or a plane is seen on a line only.
+        Undetermined: A plane is seen on a line only.
     """
     planes = model.target
     if not isinstance(planes, Planes):
@@ -83,6 +80,39 @@ def check_geometry(dataset: Dataset, residuals: Residuals, model: Model, guess: 
     ]
     if reasons:
         raise Undetermined(reasons)
+
+
+def check_span(residuals: Residuals, model: Model) -> None:
+    """Refuse scanned planes that do not span space.
+
+    Args:
+        residuals: Of the dataset.
+        model: With the planes as a fit found them.
+
+    Raises:
+        Undetermined: Naming two that are parallel.
+    """
+    planes = model.target
+    if not isinstance(planes, Planes) or not isinstance(residuals.measurement, LineLaser):
+        return
+    few = len(planes.normals) < LEAST_PLANES
+    if few or float(np.linalg.svd(planes.normals, compute_uv=False)[-1]) < LEAST_SPAN:
+        raise Undetermined([_parallel_planes(planes)])
+
+
+def check_guess(model: Model, guess: Any) -> None:
+    """Refuse rough planes that the points contradict.
+
+    Args:
+        model: With the planes as a fit of everything found them.
+        guess: The rough planes.
+
+    Raises:
+        InvalidInput: A rough plane is far from where the points lie: a wrong label or a wrong normal.
+    """
+    planes = model.target
+    if not isinstance(planes, Planes):
+        return
     cosine = np.abs(np.sum(planes.normals * guess.normals, axis=1))
     faults = [
         Fault(
@@ -97,13 +127,6 @@ def check_geometry(dataset: Dataset, residuals: Residuals, model: Model, guess: 
     ]
     if faults:
         raise InvalidInput(faults)
-    span = (
-        float(np.linalg.svd(planes.normals, compute_uv=False)[-1])
-        if len(planes.normals) >= LEAST_PLANES
-        else 0.0
-    )
-    if span < LEAST_SPAN and isinstance(residuals.measurement, LineLaser):
-        raise Undetermined(_parallel_planes(planes))
 
 
 def _parallel_planes(planes: Planes) -> str:

@@ -330,33 +330,36 @@ _ENOUGH_TO_JUDGE = 10  # degrees of freedom for the residual to say how large th
 PLAUSIBLE_TARGET = 10.0  # m, rad: nothing is known of the target
 
 
-def anchors(residuals: Residuals, model: Model, free: Array) -> tuple[Anchor, ...]:
+def anchors(residuals: Residuals, model: Model, free: Array, found: Model) -> tuple[Anchor, ...]:
     """Return what keeps robot and sensor near the data sheet where the data determine them no better than it does.
 
     In units of what is plausible, ``J s``, a direction whose standard error exceeds 1 is weak. The noise is that of the residual which
-    no step of the model removes, so that what the model lacks counts. Where no direction is weak nothing is anchored. Where one is, every
-    length and angle is, each by how far it may plausibly be off: what is seen well does not feel it.
+    neither one step of the model nor a fit removes, so that what the model lacks counts. Where no direction is weak nothing is anchored.
+    Where one is, every length and angle is, each by how far it may plausibly be off: what is seen well does not feel it.
 
     Args:
         residuals: Of the dataset.
-        model: Near the optimum.
+        model: At the start.
         free: ``(P,)`` bool.
+        found: Where a fit from there ended, without anchors: a start may be too far off for one step.
     """
     residual, J = residuals.linearise(model)
     scatter, lines = _apart_from_scatter(residuals, model)
+    left = residuals.residual(found)
+    after = float(left @ left) - _apart_from_scatter(residuals, found)[0]
     index = np.flatnonzero(free)
     k = len(index)
     scale = plausible(model)
     factor = np.asarray(np.linalg.qr(np.column_stack([J[:, index] * scale[index], residual]), mode="r"))
     freedom = lines - k
-    excess = float(np.sum(factor[k:, -1] ** 2)) - scatter
+    excess = min(float(np.sum(factor[k:, -1] ** 2)) - scatter, after)
     noise = max(float(np.sqrt(excess / freedom)), 1.0) if freedom >= _ENOUGH_TO_JUDGE and excess > 0 else 1.0
     _, s, Vt = np.linalg.svd(factor[:k, :k])
     if s[-1] >= noise:
         return ()
     weak = s < noise
     spread = noise * np.sqrt(np.sum((Vt[weak].T / np.maximum(s[weak], 1e-12)) ** 2, axis=1)) * scale[index]
-    found = []
+    kept = []
     for i, std in zip(index, spread, strict=True):
         name, is_angle = model.names[i], model.units[i] == "rad"
         if i >= model.blocks["target"].start or name.startswith("sensor_r"):
@@ -368,8 +371,8 @@ def anchors(residuals: Residuals, model: Model, free: Array) -> tuple[Anchor, ..
             reason = (
                 f"these poses alone determine it only to about {size}, no better than the data sheet does"
             )
-        found.append(Anchor(name, float(value), float(scale[i] / noise), reason))
-    return tuple(found)
+        kept.append(Anchor(name, float(value), float(scale[i] / noise), reason))
+    return tuple(kept)
 
 
 def _apart_from_scatter(residuals: Residuals, model: Model) -> tuple[float, int]:

@@ -100,3 +100,29 @@ def test_a_probe_needs_its_nominal_pose():
     data = replace(scene.dataset, sensor=replace(scene.dataset.sensor, T_flange_sensor=None))
     with pytest.raises(Undetermined, match=r"sensor\.nominal_pose"):
         calibrate(data)
+
+
+@pytest.mark.parametrize("robot", ["vs060", "ur10e"])
+@pytest.mark.parametrize("times", [5, 10])
+def test_an_arm_that_is_ten_times_as_wrong_gets_there_as_well(robot, times):
+    """Errors of 20 mm and 10 degrees: noise-free, nine cells of ten and more end with no residual at all, and the
+    others are refused. Axes that start far from parallel and end parallel are among them.
+    """
+    refused = 0
+    for seed in range(10):
+        scene = helpers.make_scene(
+            robot,
+            seed=300 + seed,
+            points_per_scan=20,
+            noise=0.0,
+            stated_noise=1e-4,
+            length_error=times * 2 * MM,
+            angle_error=times * 1 * DEG,
+        )
+        try:
+            found = calibrate(scene.dataset)
+        except Undetermined:
+            refused += 1
+            continue
+        assert found.residual_rms < 1e-12, seed
+    assert refused <= 1

@@ -83,7 +83,9 @@ def test_a_run_that_is_cut_short_is_not_converged(monkeypatch):
     assert not fit(Misra1a(), Curve(np.array([500.0, 1e-4])), np.array([True, True])).converged
     monkeypatch.setattr(least_squares, "MAX_EVALUATIONS", 1)
     monkeypatch.setattr(sys.modules["scalar.calibrate"], "MAX_REWEIGHTINGS", 1)
-    scene = helpers.make_scene(points_per_scan=10, plane_tilt=0.3)
+    scene = helpers.make_scene(
+        points_per_scan=10, plane_tilt=0.3, length_error=0.01, angle_error=np.deg2rad(5.0)
+    )
     with pytest.raises(NotConverged, match="did not converge") as refusal:
         calibrate(scene.dataset)
     assert refusal.value.exit_status == 3

@@ -276,7 +276,7 @@ def _core(dataset: Dataset, distance: Array, usable: Array) -> Array:
 def geometry_fit(dataset: Dataset) -> tuple[Model, Prepared]:
     """Return a quick fit of the geometry alone, not polished, and how it was prepared."""
     prepared = prepare(dataset)
-    found = fit(prepared.residuals, prepared.start.model, prepared.free, tolerance=1e-6)
+    found = fit(prepared.residuals, prepared.near, prepared.free, tolerance=1e-6)
     return found.model.rebased(), prepared
 
 
