@@ -5,7 +5,7 @@ from pathlib import Path
 from PIL import Image
 
 ROOT = Path(__file__).parents[1]
-WIDTH, COLOURS = 1200, 64  # pixels; a palette: line drawings need no more
+WIDTH, COLOURS = 1200, 128  # pixels; a palette: line drawings need no more
 FIGURES = {  # {name in paper/figures: file in results}
     "headline_errors.png": "headline/figures/errors.png",
 }

@@ -8,6 +8,10 @@ PAPER_FIGURES = {  # {as the text calls it: file}
     "headline/singular_values.svg": f"{HEADLINE}/figures/singular_values_{next(iter(CASES['headline']))}.svg",
 }
 
+if "sequential" in config:
+    PAPER_NUMBERS["sequential"] = f"{SEQUENTIAL_DIR}/numbers.json"
+    PAPER_FIGURES["sequential/sequential.svg"] = f"{SEQUENTIAL_DIR}/figures/sequential.svg"
+
 
 rule gather_numbers:
     input:
@@ -26,6 +30,7 @@ rule gather_numbers:
     params:
         parts=PAPER_NUMBERS,
         seeds=STUDIES["headline"]["seeds"],
+        draft=config.get("paper", {}).get("draft", False),
     message:
         "Gathering the paper's numbers"
     script:

@@ -19,5 +19,5 @@ with logged(snakemake.log):
     parts["setup"] = setup(Path(given.scene), Path(given.tilted), snakemake.params.seeds)
     parts["settings"] = settings()
     parts["published"] = stated(*map(read_table, (given.headline, given.planes, given.curves)))
-    parts["compared"] = compared(parts["headline"])
-    write_json(snakemake.output[0], gather(parts))
+    parts["compared"] = compared(parts)
+    write_json(snakemake.output[0], {"draft": snakemake.params.draft} | gather(parts))
