@@ -5,6 +5,7 @@
 #   snakemake --cores 2 --configfile configs/sweeps.yaml     the sweeps of the paper as well
 #   snakemake figures --cores 2                              figures only, from the tables
 #   snakemake measured --cores 2                             measured robots, where their files are to be had
+#   snakemake closed_loop --cores 2                          what a diagnosis makes of planted effects: about an hour
 #   snakemake --report report.html                           a page with all results, after a run
 from snakemake.utils import min_version
 
@@ -25,7 +26,9 @@ include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/sweeps.smk"
 include: "workflow/rules/sequential.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/first_loop.smk"
 include: "workflow/rules/measured.smk"
+include: "workflow/rules/closed_loop.smk"
 include: "workflow/rules/paper.smk"
 
 
@@ -41,4 +44,6 @@ rule all:
         rules.figures.input,
         rules.summarise_headline.output,
         SEQUENTIAL_TABLES,
+        FIRST_LOOP_TABLES,
+        FIRST_LOOP_FIGURES,
         rules.paper.output,

@@ -1,0 +1,13 @@
+"""Plant and diagnose the sets of one case, cell and batch of repetitions."""
+
+from job import logged
+
+with logged(snakemake.log):
+    from pathlib import Path
+
+    from scalar.study.closed_loop.cases import load_study
+    from scalar.study.closed_loop.run import run_sets
+    from scalar.study.tables import write_table
+
+    study, at, params = load_study(snakemake.params.config), snakemake.wildcards, snakemake.params
+    write_table(snakemake.output[0], run_sets(study, at.case, at.cell, at.repetitions, Path(params.root)))
