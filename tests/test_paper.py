@@ -176,11 +176,13 @@ def invented(tmp_path: Path) -> tuple[dict[str, Any], dict[str, Path]]:
     """Return a number for every key that the text quotes, and a picture for every figure: enough to typeset all of it."""
     text = "\n".join(path.read_text(encoding="utf-8") for path in TEXTS)
     numbers = {key: entry("word" if how == "name" else 0.25, "") for key, how in quoted_keys(text).items()}
+    for key in [key for key, how in quoted_keys(text).items() if how == "listed"]:
+        numbers |= {f"{key}.count": entry(2, ""), f"{key}.1": entry("one", ""), f"{key}.2": entry("two", "")}
     numbers["setup.seeds"] = entry(30, "")
     line = tmp_path / "line.svg"
     line.write_text(LINE, encoding="utf-8")
     parts = [part for part, file in PARTS.findall(text) if (PAPER / file).exists()]
-    return {"parts": parts, "numbers": numbers}, {name: line for name in pictures(text)}
+    return {"draft": True, "parts": parts, "numbers": numbers}, {name: line for name in pictures(text)}
 
 
 def test_every_section_can_be_typeset(tmp_path):

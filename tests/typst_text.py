@@ -156,7 +156,7 @@ def typed_numbers(text: str) -> list[str]:
     return found
 
 
-_READS = re.compile(r"\b(n|v|pct|name)\(\s*\"([^\"]+)\"\s*[,)]")
+_READS = re.compile(r"\b(n|v|pct|name|listed)\(\s*\"([^\"]+)\"\s*[,)]")
 _SHORT = re.compile(r"#let (\w+)\(key, digits: 2\) = (n|v)\(\"([^\"]+)\" \+ key, digits: digits\)")
 _PICTURES = re.compile(r"#picture\(\s*\"([^\"]+)\"")
 

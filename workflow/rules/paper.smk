@@ -13,6 +13,30 @@ if "sequential" in config:
     PAPER_FIGURES["sequential/sequential.svg"] = f"{SEQUENTIAL_DIR}/figures/sequential.svg"
 
 
+# What takes hours, or files that are not ours, is committed as small summaries; figures are drawn from them here.
+LOOP_SUMMARIES = PAPER / "summaries/closed_loop"
+if (LOOP_SUMMARIES / "numbers.json").exists():
+    PAPER_NUMBERS["closed_loop"] = local(LOOP_SUMMARIES / "numbers.json")
+    for name in LOOP_FIGURES:
+        PAPER_FIGURES[f"closed_loop/{name}.svg"] = f"{RESULTS}/paper/closed_loop/{name}.svg"
+
+
+use rule draw_closed_loop as draw_committed_closed_loop with:
+    input:
+        summaries=[local(LOOP_SUMMARIES / f"{name}.csv") for name in LOOP_TABLES],
+        modules=modules("scalar.plots.closed_loop", "scalar.study.tables"),
+    output:
+        **{
+            f"{name}_{suffix}": f"{RESULTS}/paper/closed_loop/{name}.{suffix}"
+            for name in LOOP_FIGURES
+            for suffix in ("png", "svg")
+        },
+    log:
+        f"{RESULTS}/logs/paper/draw_closed_loop.log",
+    message:
+        "Drawing the closed loop from its committed summaries"
+
+
 rule gather_numbers:
     input:
         parts=list(PAPER_NUMBERS.values()),
