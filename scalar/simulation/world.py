@@ -63,18 +63,26 @@ class World:
         self._client: int = pybullet.connect(pybullet.DIRECT)
         if self._client < 0:
             raise SimulationError("pybullet gave no client; too many are open in this process")
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._arm: Arm | None = None
         self._arm_id = NOTHING
+        self._asked_torques = False
         self._body: Body | None = None
         self._plates: list[Plate] = []
         self.plate_ids: list[int] = []
         try:
-            # Without this, a URDF is cached by its path, and an arm could come back in place of another.
-            pybullet.setPhysicsEngineParameter(enableFileCaching=0, physicsClientId=self._client)
-            self.set_plates(plates)
+            self._begin(plates)
         except BaseException:
             self.close()
             raise
+
+    def _begin(self, plates: Sequence[Plate]) -> None:
+        """Put plates up in an empty simulation."""
+        # Without this, a URDF is cached by its path, and an arm could come back in place of another.
+        pybullet.setPhysicsEngineParameter(enableFileCaching=0, physicsClientId=self._client)
+        self._arm_id, self._asked_torques = NOTHING, False
+        self._plates, self.plate_ids = [], []
+        self.set_plates(plates)
 
     def __enter__(self) -> "World":
         return self
@@ -89,6 +97,9 @@ class World:
         if self._client >= 0:
             pybullet.disconnect(physicsClientId=self._client)
             self._client = -1
+        if self._folder is not None:
+            self._folder.cleanup()
+            self._folder = None
 
     @property
     def client(self) -> int:
@@ -132,13 +143,18 @@ class World:
 
     def place_arm(self, arm: Arm, body: Body | None = None) -> None:
         """Put this arm up in place of the one that stands."""
+        if self._asked_torques:
+            # pybullet keeps the inverse dynamics of a removed arm by its address, where the next one may lie.
+            pybullet.resetSimulation(physicsClientId=self._client)
+            self._begin(self._plates)
         if self._arm_id >= 0:
             pybullet.removeBody(self._arm_id, physicsClientId=self._client)
-        with tempfile.TemporaryDirectory(prefix="scalar-") as folder:
-            path = os.path.join(folder, "arm.urdf")
-            with open(path, "w", encoding="utf-8") as file:
-                file.write(urdf_of(arm, body))
-            self._arm_id = pybullet.loadURDF(path, useFixedBase=True, physicsClientId=self._client)
+        if self._folder is None:
+            self._folder = tempfile.TemporaryDirectory(prefix="scalar-")
+        path = os.path.join(self._folder.name, "arm.urdf")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(urdf_of(arm, body))
+        self._arm_id = pybullet.loadURDF(path, useFixedBase=True, physicsClientId=self._client)
         pybullet.setGravity(*arm.gravity.tolist(), physicsClientId=self._client)
         self._arm, self._body = arm, body
 
@@ -175,6 +191,7 @@ class World:
         """
         assert self._arm is not None and self._arm.weights is not None, "no arm with weights has been placed"
         still = [0.0] * self._arm.n
+        self._asked_torques = True
         torques = [
             pybullet.calculateInverseDynamics(self._arm_id, row, still, still, physicsClientId=self._client)
             for row in np.asarray(q, float).tolist()

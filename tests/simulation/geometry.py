@@ -44,3 +44,23 @@ def distance_to_box(points: np.ndarray, axes: np.ndarray, centre: np.ndarray, si
     """Return the distance [m] of points (P, 3) from a solid box; 0 inside."""
     outside = np.abs((points - centre) @ axes) - size / 2
     return np.linalg.norm(np.maximum(outside, 0.0), axis=1)
+
+
+def link_frames(arm: Any, q: np.ndarray) -> np.ndarray:
+    """Return T_base_link (N, n, 4, 4) of the links behind each joint, by SciPy's elementary rotations."""
+    frames = np.empty((*q.shape, 4, 4))
+    for k, row in enumerate(q):
+        T = arm.T_base_0
+        for i, angle in enumerate(row):
+            T = T @ _turn("x", arm.alpha[i]) @ _shift(arm.a[i], 0, 0)
+            T = T @ _turn("y", arm.beta[i]) @ _turn("z", angle + arm.theta[i]) @ _shift(0, 0, arm.d[i])
+            frames[k, i] = T
+    return frames
+
+
+def masses_at(arm: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the masses of an arm are, (N, n + 1, 3) [m], the sensor's last, and how heavy, (n + 1,) [kg]."""
+    frames = link_frames(arm, q)
+    centres = np.einsum("nlij,lj->nli", frames[..., :3, :3], arm.weights.centres) + frames[..., :3, 3]
+    sensor = sensor_frames(arm, q)[:, None, :3, 3]
+    return np.concatenate([centres, sensor], axis=1), np.append(arm.weights.masses, arm.weights.sensor)

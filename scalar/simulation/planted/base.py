@@ -19,7 +19,7 @@ class PlantedEffect(Effects):
     """One effect in one cell.
 
     Attributes:
-        target: as in diagnosis.json. size: as the schema says for its name. details: whatever else was drawn
+        target: as in diagnosis.json. size: as the schema says for its name, in `unit`. details: whatever else was drawn
             or follows from the cell, with units in the names.
     """
 
@@ -28,6 +28,7 @@ class PlantedEffect(Effects):
     details: dict[str, Any]
 
     name: ClassVar[str]
+    unit: ClassVar[str]
 
     @classmethod
     @abstractmethod
@@ -41,7 +42,8 @@ class PlantedEffect(Effects):
 
     def record(self) -> list[dict[str, Any]]:
         """Return the entry in truth.json."""
-        return [{"name": self.name, "target": self.target, "size": self.size, **self.details}]
+        entry = {"name": self.name, "target": self.target, "size": self.size, "unit": self.unit}
+        return [entry | self.details]
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ class JointCompliance(PlantedEffect):
     """dq_j = size times the torque of the weight about joint j [N m], for some joints or all that carry weight."""
 
     name: ClassVar[str] = "joint_compliance"
+    unit: ClassVar[str] = "rad/(N m)"
 
     @classmethod
     def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
@@ -26,7 +27,6 @@ class JointCompliance(PlantedEffect):
         largest = np.abs(stage.torques).max(0)
         assert stage.arm.weights is not None
         details = {
-            "unit": "rad/(N m)",
             "largest_deflection_rad": {f"joint{j}": float(entry["size"] * largest[j - 1]) for j in joints},
             "masses_kg": stage.arm.weights.masses.tolist(),
             "centres_m": stage.arm.weights.centres.tolist(),
@@ -45,13 +45,13 @@ class BaseCompliance(PlantedEffect):
     """The arm turns about its pedestal's pivot by size times the moment of its weight about it [N m]."""
 
     name: ClassVar[str] = "base_compliance"
+    unit: ClassVar[str] = "rad/(N m)"
 
     @classmethod
     def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Draw nothing."""
         assert stage.arm.weights is not None
         details = {
-            "unit": "rad/(N m)",
             "pivot_m": list(entry["pivot_m"]),
             "masses_kg": stage.arm.weights.masses.tolist(),
             "centres_m": stage.arm.weights.centres.tolist(),

@@ -21,6 +21,7 @@ class JointHarmonic(JointError):
     """dq = sum over orders of size sin(order q + phase)."""
 
     name: ClassVar[str] = "joint_harmonic"
+    unit: ClassVar[str] = "rad"
 
     @classmethod
     def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
@@ -47,6 +48,7 @@ class JointScale(JointError):
     """dq = size q."""
 
     name: ClassVar[str] = "joint_scale"
+    unit: ClassVar[str] = "rad/rad"
 
     @classmethod
     def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
@@ -63,6 +65,7 @@ class JointCoupling(JointError):
     """dq = size q_source."""
 
     name: ClassVar[str] = "joint_coupling"
+    unit: ClassVar[str] = "rad/rad"
 
     @classmethod
     def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
@@ -87,6 +90,7 @@ class JointBacklash(JointError):
     """dq = size times the side of its play on which the joint rests: where it came from, or where its weight pulls."""
 
     name: ClassVar[str] = "joint_backlash"
+    unit: ClassVar[str] = "rad"
 
     @classmethod
     def needs(cls, entry: Mapping[str, Any]) -> set[str]:

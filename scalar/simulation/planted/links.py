@@ -23,18 +23,20 @@ class AxisNonparallel(PlantedEffect):
     """Hayati's beta of a joint whose axis is meant to be parallel to the one before."""
 
     name: ClassVar[str] = "axis_nonparallel"
+    unit: ClassVar[str] = "rad"
 
     @classmethod
     def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Draw the joint among those with near-parallel axes."""
         n = stage.arm.n
         parallel = [j for j in range(2, n + 1) if abs(np.sin(stage.cell.drawn.alpha[j - 1])) < NEARLY]
-        joint = stage.draw_joint(rng, parallel, "this arm has no axis parallel to the one before")
-        joint = entry["target"].get("joint", joint)
+        joint = entry["target"].get("joint")
+        if joint is None:
+            joint = stage.draw_joint(rng, parallel, "this arm has no axis parallel to the one before")
         if joint not in parallel:
+            others = f"; those of joints {', '.join(map(str, parallel))} are" if parallel else ""
             stage.refuse(
-                "target.joint",
-                f"the axis of joint {joint} is not parallel to the one before; {parallel} are",
+                "target.joint", f"the axis of joint {joint} is not parallel to the one before{others}"
             )
         return cls({"joint": joint}, entry["size"], {})
 
@@ -50,6 +52,7 @@ class ThermalDrift(PlantedEffect):
     """Lengths grow by size times the course of the temperature or of time, which ends at 1."""
 
     name: ClassVar[str] = "thermal_drift"
+    unit: ClassVar[str] = "m/m"
 
     @classmethod
     def needs(cls, entry: Mapping[str, Any]) -> set[str]:
@@ -62,7 +65,6 @@ class ThermalDrift(PlantedEffect):
         lengths = entry["lengths"] or length_names(stage.arm.n)
         driver = stage.poses[entry["by"]].to_numpy(float)
         details = {
-            "unit": "m/m",
             "by": entry["by"],
             "course": entry["course"],
             "from": float(driver[0]),

@@ -19,11 +19,12 @@ class PoseJitter(PlantedEffect):
     """Each joint repeats only to a spread of size, from pose to pose."""
 
     name: ClassVar[str] = "pose_jitter"
+    unit: ClassVar[str] = "rad"
 
     @classmethod
     def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Draw nothing: the joints' own stream does."""
-        return cls({}, entry["size"], {"unit": "rad"})
+        return cls({}, entry["size"], {})
 
     def noise(self, noise: Noise) -> Noise:
         """Return the noise with more spread of the joints."""
@@ -35,11 +36,12 @@ class ScanBias(PlantedEffect):
     """Each scan has an error of its own, with a spread of size."""
 
     name: ClassVar[str] = "scan_bias"
+    unit: ClassVar[str] = "m"
 
     @classmethod
     def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Draw nothing: the scans' own stream does."""
-        return cls({}, entry["size"], {"unit": "m"})
+        return cls({}, entry["size"], {})
 
     def noise(self, noise: Noise) -> Noise:
         """Return the noise with more spread of the scans."""

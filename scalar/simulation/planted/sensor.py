@@ -28,6 +28,7 @@ class SensorSlip(PlantedEffect):
     """From a moment on the sensor sits size metres elsewhere on the flange, and is turned."""
 
     name: ClassVar[str] = "sensor_slip"
+    unit: ClassVar[str] = "m"
 
     @classmethod
     def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
@@ -77,6 +78,7 @@ class RangeScale(RangeError):
     """Readings are (1 + size) times too long."""
 
     name: ClassVar[str] = "range_scale"
+    unit: ClassVar[str] = "m/m"
 
     def error(self, readings: Array) -> Array:
         """Return the reading's share."""
@@ -88,6 +90,7 @@ class RangeOffset(RangeError):
     """Readings are too long by size."""
 
     name: ClassVar[str] = "range_offset"
+    unit: ClassVar[str] = "m"
 
     def error(self, readings: Array) -> Array:
         """Return the size."""
@@ -99,6 +102,7 @@ class RangeDistortion(RangeError):
     """Readings are too long by size times the square of their distance from the middle of the range."""
 
     name: ClassVar[str] = "range_distortion"
+    unit: ClassVar[str] = "1/m"
 
     def error(self, readings: Array) -> Array:
         """Return the parabola."""

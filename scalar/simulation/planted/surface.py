@@ -34,6 +34,7 @@ class PlaneBow(PlantedEffect):
     """
 
     name: ClassVar[str] = "plane_bow"
+    unit: ClassVar[str] = "m"
 
     @classmethod
     def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
@@ -95,6 +96,7 @@ class PlaneMoved(PlantedEffect):
     """From a moment on a plate stands size metres along its normal elsewhere, and is tilted, at once or creeping."""
 
     name: ClassVar[str] = "plane_moved"
+    unit: ClassVar[str] = "m"
 
     @classmethod
     def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:

@@ -33,6 +33,7 @@ class Unknown(PlantedEffect):
     """
 
     name: ClassVar[str] = "unknown"
+    unit: ClassVar[str] = "rad"
 
     @classmethod
     def needs(cls, entry: Mapping[str, Any]) -> set[str]:
@@ -61,7 +62,6 @@ class Unknown(PlantedEffect):
         joint = target.get("joint", joint)
         place = rng.uniform(*MIDDLE)
         j = joint - 1
-        details["unit"] = "rad"
         if kind == "angle_product":
             pair = sorted(rng.choice(stage.arm.n, 2, replace=False).tolist())
             details["factors"] = [i + 1 for i in pair]
