@@ -2,7 +2,6 @@
 #
 #   snakemake --cores 2                                      everything in configs/paper.yaml
 #   snakemake --cores 2 --configfile configs/smoke.yaml      every rule, small
-#   snakemake --cores 2 --configfile configs/sweeps.yaml     the sweeps of the paper as well
 #   snakemake figures --cores 2                              figures only, from the tables
 #   snakemake measured --cores 2                             measured robots, where their files are to be had
 #   snakemake closed_loop --cores 2                          what a diagnosis makes of planted effects: about an hour
@@ -43,6 +42,7 @@ rule all:
     input:
         rules.figures.input,
         rules.summarise_headline.output,
+        SWEEP_NUMBERS,
         SEQUENTIAL_TABLES,
         FIRST_LOOP_TABLES,
         FIRST_LOOP_FIGURES,

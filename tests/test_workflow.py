@@ -206,26 +206,41 @@ def test_a_row_more_in_a_sweeps_grid_is_a_case_more(built):
     folder, _ = built
     grid = folder / "configs/grids/smoke_noise.csv"
     with edited(grid, "sigma-0.1mm,", "more,2e-4,14,20,300\nsigma-0.1mm,"):
-        assert planned(folder) == {"sweep": 1, "collect_sweep": 1, "draw_sweep": 1}
+        started = planned(folder)
+    assert {"sweep": 1, "collect_sweep": 1, "draw_sweep": 1, "summarise_sweeps": 1}.items() <= started.items()
+    assert not {"plan_sweeps", "simulate", "calibrate"} & set(started)
 
 
-def test_the_sweeps_config_is_sound():
-    """It loads, and plans every published value of every sweep for both kinds of walls."""
-    ran = snakemake(
-        ROOT,
-        "--dry-run",
-        "--forceall",
-        "--quiet",
-        "reason",
-        "--nolock",
-        "--configfile",
-        "configs/sweeps.yaml",
+SWEEP_AXES = """  axes:
+    noise:"""
+NEW_SWEEP = """  axes:
+    plane_offset: {grid: configs/grids/new.csv, key: plane_guess.offset_m, label: "rough planes off by [m]"}
+    noise:"""
+
+
+def test_a_whole_sweep_is_added_by_a_grid_and_a_line_of_the_config(built):
+    """Its cases run and its figures are drawn; of the sweeps that are there, only the summary of all is new."""
+    folder, _ = built
+    grid = folder / "configs/grids/new.csv"
+    grid.write_text(
+        "case,plane_guess.offset_m,poses_per_plane,truth_poses\nnear,0.001,14,300\nfar,0.05,14,300\n"
     )
-    assert ran.returncode == 0, ran.stdout
-    started = jobs(ran.stdout)
-    assert started["draw_sweep"] == 2 * started["collect_sweep"]
-    curves = pd.read_csv(ROOT / "workflow/resources/published_curves.csv")
-    assert started["sweep"] >= 2 * len(curves)
+    try:
+        with edited(folder / "configs/smoke.yaml", SWEEP_AXES, NEW_SWEEP):
+            started = planned(folder)
+            assert {name: started[name] for name in ("sweep", "collect_sweep", "draw_sweep")} == {
+                "sweep": 2,
+                "collect_sweep": 1,
+                "draw_sweep": 1,
+            }
+            assert not {"plan_sweeps", "simulate", "calibrate"} & set(started)
+            ran = snakemake(folder, *SMOKE, "results/smoke/sweeps/plane_offset/figures/upright.png")
+            assert ran.returncode == 0, ran.stdout
+        summary = pd.read_csv(folder / RESULTS / "sweeps/plane_offset/summary.csv")
+        assert set(summary["value"]) == {0.001, 0.05}
+    finally:
+        grid.unlink()
+        shutil.rmtree(folder / RESULTS / "sweeps/plane_offset", ignore_errors=True)
 
 
 @pytest.mark.parametrize(
@@ -251,10 +266,14 @@ def test_a_misspelt_config_fails_at_load_with_its_name(built, file, old, new, na
 
 
 def test_the_papers_config_is_sound():
-    """It loads, and plans thirty seeds of the headline in every way to calibrate."""
+    """It plans thirty seeds of the headline in every way, and every published value of every sweep for two kinds of walls."""
     ran = snakemake(ROOT, "--dry-run", "--forceall", "--quiet", "reason", "--nolock")
     assert ran.returncode == 0, ran.stdout
-    assert jobs(ran.stdout)["calibrate"] == 8
+    started = jobs(ran.stdout)
+    assert started["calibrate"] == 8
+    assert started["draw_sweep"] == 2 * started["collect_sweep"]
+    curves = pd.read_csv(ROOT / "workflow/resources/published_curves.csv")
+    assert started["sweep"] >= len(curves)
 
 
 NO_NETWORK = 'addresses: ["http://127.0.0.1:9/{path}"]'

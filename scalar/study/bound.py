@@ -35,8 +35,8 @@ _LEAST_SINGULAR_VALUE = 1e-6  # of the scaled Jacobian: with less a direction is
 
 def bound_errors(
     dataset: Dataset, truth: Mapping[str, Any], held: Sequence[str], truth_poses: pd.DataFrame
-) -> dict[str, float] | None:
-    """Return the expected mean and maximum errors at the bound, as ``PoseErrors.to_mapping``; None where there is none.
+) -> tuple[dict[str, float], dict[str, float]] | None:
+    """Return the errors at the bound, expected and with this noise, as ``PoseErrors.to_mapping``; None where there is none.
 
     There is none where the sensor has no noise, and where some direction of the parameters is not seen.
 
@@ -53,7 +53,8 @@ def bound_errors(
     residuals = Residuals.of(dataset, model).reweighted(model)
     if count_equations(dataset, residuals.measurement) < int(free.sum()):
         return None  # beyond two rows a scan the Jacobian holds the noise of the points, which is no equation
-    J = residuals.linearise(model)[1][:, free]
+    residual, J = residuals.linearise(model)
+    J = J[:, free]
     scale = np.linalg.norm(J, axis=0)
     if not scale.all():
         return None
@@ -66,14 +67,17 @@ def bound_errors(
     moves = (columns < target.start) | (columns >= target.stop)
     values, vectors = np.linalg.eigh(covariance[np.ix_(moves, moves)])
     draws = np.random.default_rng(DRAWS_SEED).standard_normal((int(moves.sum()), DRAWS))
-    errors = (vectors * np.sqrt(np.maximum(values, 0.0))) @ draws
+    drawn = (vectors * np.sqrt(np.maximum(values, 0.0))) @ draws
+    efficient = -(covariance @ (J.T @ residual))[moves]
+    errors = np.column_stack([drawn, efficient])
     at = Poses.from_frame(truth_poses.head(POSES), model.robot.n_joints, order_is_row=False)
     kinematics = Kinematics.of(model, at, EffectBases.of(model.nominal, at, model.effects))
     screws = kinematics.screws()[:, :, columns[moves]] @ errors
     turn, moved = screws[:, :3], screws[:, 3:]
     moved = moved + np.cross(turn, kinematics.T_base_sensor[:, :3, 3, None], axis=1)
     each = [PoseErrors(p, o).to_mapping() for p, o in zip(_lengths(moved), _lengths(turn), strict=True)]
-    return {name: float(np.mean([one[name] for one in each])) for name in each[0]}
+    efficient_errors = each.pop()
+    return {name: float(np.mean([one[name] for one in each])) for name in each[0]}, efficient_errors
 
 
 def true_model(dataset: Dataset, truth: Mapping[str, Any]) -> Model:

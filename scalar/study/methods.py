@@ -20,6 +20,9 @@ INITIAL = "initial"
 BOUND = "cramer-rao"
 """What no unbiased estimator does better than: a yardstick in the tables, not a method."""
 
+EFFICIENT = "efficient"
+"""The estimate to first order that attains the bound, from the same noise: a yardstick seed by seed."""
+
 CONVERGED = "converged"
 """Status of a fit that ended at an optimum."""
 

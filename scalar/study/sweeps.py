@@ -7,28 +7,32 @@ from typing import Any
 
 import pandas as pd
 
-from scalar.study.methods import BOUND, CONVERGED, INITIAL
+from scalar.study.methods import BOUND, CONVERGED, EFFICIENT, INITIAL
 from scalar.study.summary import QUANTITIES, spread
 
 LOST_MM = 5.0
 """Mean position error [mm] beyond which a fit that says it converged has found another solution."""
 
+PLACED_COLUMNS = [
+    *("walls", "method", "value", "quantity", "published"),
+    *("ours_min", "ours_p05", "ours_median", "ours_p95", "ours_max"),
+    *("inside_band", "inside_range", "percentile", "seeds"),
+]
+"""Of the table of published points among ours."""
 
-def join_cases(
-    tables: Sequence[pd.DataFrame], walls: Sequence[str], values: Mapping[str, float]
-) -> pd.DataFrame:
-    """Return the tables of single cases as one, with the walls and the place on the axis of each.
+
+def join_cases(tables: Sequence[pd.DataFrame], values: Mapping[str, float]) -> pd.DataFrame:
+    """Return the tables of single cases as one, by walls, with the place on the axis of each.
 
     Args:
         tables: As ``sweep_case`` gives them.
-        walls: Name of the walls of each table.
         values: ``{case: value on the axis, in the unit of its label}``.
     """
-    parts = [table.assign(walls=name) for table, name in zip(tables, walls, strict=True)]
-    whole = pd.concat([part.dropna(axis=1, how="all") for part in parts], ignore_index=True)
-    whole = whole.reindex(columns=["walls", *tables[0].columns])
+    parts = [table.dropna(axis=1, how="all") for table in tables]
+    whole = pd.concat(parts, ignore_index=True).reindex(columns=list(tables[0].columns))
     whole.insert(1, "value", [values[case] for case in whole["case"]])
-    return whole
+    order = {name: k for k, name in enumerate(dict.fromkeys(whole["walls"]))}
+    return whole.sort_values("walls", kind="stable", key=lambda names: names.map(order), ignore_index=True)
 
 
 def summarise_sweep(errors: pd.DataFrame) -> pd.DataFrame:
@@ -43,7 +47,7 @@ def summarise_sweep(errors: pd.DataFrame) -> pd.DataFrame:
     table: Any = errors
     for key, group in table.groupby(by, sort=False):
         status = group["status"]
-        ended = group[status.isin([CONVERGED, INITIAL, BOUND])]
+        ended = group[status.isin([CONVERGED, INITIAL, BOUND, EFFICIENT])]
         lost = (ended["position_mean_mm"] > LOST_MM) & (ended["status"] == CONVERGED)
         counts = {
             "seeds": len(group),
@@ -62,8 +66,8 @@ def summarise_sweep(errors: pd.DataFrame) -> pd.DataFrame:
 def place_published_curve(errors: pd.DataFrame, published: pd.DataFrame) -> pd.DataFrame:
     """Return for every published point, walls, method and quantity where it falls among our converged fits, raw.
 
-    ``inside`` says whether it lies within our range over the seeds; ``percentile`` is the share of our seeds
-    below it, in per cent.
+    ``inside_band`` says whether it lies between our 5 and 95 % quantiles over the seeds, ``inside_range`` whether
+    between our least and greatest; ``percentile`` is the share of our seeds below it, in per cent.
 
     Args:
         errors: A whole sweep. published: Rows of published_curves.csv of that sweep.
@@ -77,7 +81,7 @@ def place_published_curve(errors: pd.DataFrame, published: pd.DataFrame) -> pd.D
                 values = here[quantity].to_numpy(dtype=float)
                 if not len(values):
                     continue
-                value = float(point[quantity])
+                value, over = float(point[quantity]), spread(values)
                 rows.append(
                     {
                         "walls": walls,
@@ -85,23 +89,11 @@ def place_published_curve(errors: pd.DataFrame, published: pd.DataFrame) -> pd.D
                         "value": point["value"],
                         "quantity": quantity,
                         "published": value,
-                        "ours_min": values.min(),
-                        "ours_max": values.max(),
-                        "inside": bool(values.min() <= value <= values.max()),
+                        **{f"ours_{name}": over[name] for name in ("min", "p05", "median", "p95", "max")},
+                        "inside_band": bool(over["p05"] <= value <= over["p95"]),
+                        "inside_range": bool(over["min"] <= value <= over["max"]),
                         "percentile": 100.0 * float((values < value).mean()),
                         "seeds": len(values),
                     }
                 )
-    columns = [
-        "walls",
-        "method",
-        "value",
-        "quantity",
-        "published",
-        "ours_min",
-        "ours_max",
-        "inside",
-        "percentile",
-        "seeds",
-    ]
-    return pd.DataFrame(rows, columns=columns)
+    return pd.DataFrame(rows, columns=PLACED_COLUMNS)

@@ -97,6 +97,7 @@ rule draw_sweep:
             "Sweeps",
             sweep="{sweep}",
             walls="{walls}",
+            shows="errors, bands over the seeds",
         ),
     log:
         f"{RESULTS}/logs/draw_sweep/{{sweep}}_{{walls}}.log",

@@ -9,6 +9,8 @@ SWEEP_FIGURES = expand(
     f"{SWEEP_DIR}/{{sweep}}/figures/{{walls}}.{{suffix}}", sweep=AXES, walls=WALLS, suffix=["png", "svg"]
 )
 
+SWEEP_NUMBERS = [f"{SWEEP_DIR}/numbers.json"] if AXES else []
+
 for name, axis in AXES.items():
     for case in SWEEP_CASES[name].values():
         if axis["key"] not in case.overrides or case.scene:
@@ -29,14 +31,14 @@ def sweep_values(sweep):
     return {name: case.overrides[axis["key"]] * factor for name, case in SWEEP_CASES[sweep].items()}
 
 
-def sweep_scene(wildcards):
+def scene_of_walls(walls):
     """Return the scene of a kind of walls."""
-    return local(ROOT / WALLS[wildcards.walls])
+    return local(ROOT / WALLS[walls])
 
 
-def sweep_robot(wildcards):
+def robot_of_walls(walls):
     """Return the robot file of that scene; nothing where the scene holds the robot itself."""
-    scene = ROOT / WALLS[wildcards.walls]
+    scene = ROOT / WALLS[walls]
     robot = load_yaml(scene).get("robot")
     return [local((scene.parent / robot).resolve())] if isinstance(robot, str) else []
 
@@ -50,22 +52,21 @@ def most_poses():
 
 
 def cases_of_sweep(wildcards):
-    """Return the tables of all cases, walls and batches of a sweep."""
+    """Return the tables of all cases and batches of a sweep."""
     return expand(
-        f"{SWEEP_DIR}/{wildcards.sweep}/cases/{{case}}/{{walls}}/{{batch}}.csv",
+        f"{SWEEP_DIR}/{wildcards.sweep}/cases/{{case}}/{{batch}}.csv",
         case=SWEEP_CASES[wildcards.sweep],
-        walls=WALLS,
         batch=SWEEP_BATCHES,
     )
 
 
 rule plan_sweeps:
     input:
-        scene=sweep_scene,
-        robot=sweep_robot,
+        scene=lambda w: scene_of_walls(w.walls),
+        robot=lambda w: robot_of_walls(w.walls),
         modules=modules("scalar.study.plans"),
     output:
-        f"{SWEEP_DIR}/plans/{{walls}}/{{batch}}.json",
+        f"{SWEEP_DIR}/plans/{{walls}}/{{batch}}.npz",
     log:
         f"{RESULTS}/logs/plan_sweeps/{{walls}}/{{batch}}.log",
     threads: 1
@@ -73,31 +74,32 @@ rule plan_sweeps:
         poses=most_poses(),
         seeds=lambda w: batch_seeds(w.batch),
     message:
-        "Finding postures for the sweeps, {wildcards.walls}, {wildcards.batch}"
+        "Finding postures and casting rays for the sweeps, {wildcards.walls}, {wildcards.batch}"
     script:
         "../scripts/plan_sweeps.py"
 
 
 rule sweep:
     input:
-        scene=sweep_scene,
-        robot=sweep_robot,
-        plans=f"{SWEEP_DIR}/plans/{{walls}}/{{batch}}.json",
+        scenes=[scene_of_walls(walls) for walls in WALLS],
+        robots=sorted({path for walls in WALLS for path in robot_of_walls(walls)}),
+        plans=[f"{SWEEP_DIR}/plans/{walls}/{{batch}}.npz" for walls in WALLS],
         modules=modules("scalar.study.sweep", "scalar.study.tables"),
     output:
-        f"{SWEEP_DIR}/{{sweep}}/cases/{{case}}/{{walls}}/{{batch}}.csv",
+        f"{SWEEP_DIR}/{{sweep}}/cases/{{case}}/{{batch}}.csv",
     log:
-        f"{RESULTS}/logs/sweep/{{sweep}}/{{case}}/{{walls}}/{{batch}}.log",
+        f"{RESULTS}/logs/sweep/{{sweep}}/{{case}}/{{batch}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/sweep/{{sweep}}/{{case}}/{{walls}}/{{batch}}.tsv"
+        f"{RESULTS}/benchmarks/sweep/{{sweep}}/{{case}}/{{batch}}.tsv"
     threads: 1
     params:
         case=lambda w: w.case,
         overrides=lambda w: SWEEP_CASES[w.sweep][w.case].overrides,
         seeds=lambda w: batch_seeds(w.batch),
         methods=SWEEPS["methods"],
+        walls=list(WALLS),
     message:
-        "Sweeping {wildcards.sweep}: {wildcards.case}, {wildcards.walls}, {wildcards.batch}"
+        "Sweeping {wildcards.sweep}: {wildcards.case}, {wildcards.batch}"
     script:
         "../scripts/sweep.py"
 
@@ -113,7 +115,7 @@ rule collect_sweep:
             f"{SWEEP_DIR}/{{sweep}}/summary.csv",
             caption="../report/sweep_summary.rst",
             category="Sweeps",
-            labels={"sweep": "{sweep}", "shows": "errors over the seeds"},
+            labels={"sweep": "{sweep}", "walls": "all", "shows": "errors over the seeds"},
         ),
         placed=f"{SWEEP_DIR}/{{sweep}}/published_among_ours.csv",
     log:
@@ -121,9 +123,37 @@ rule collect_sweep:
     threads: 1
     params:
         values=lambda w: sweep_values(w.sweep),
-        walls=lambda w: [Path(path).parent.name for path in cases_of_sweep(w)],
         published=lambda w: AXES[w.sweep].get("published"),
     message:
         "Collecting the sweep over {wildcards.sweep}"
     script:
         "../scripts/collect_sweep.py"
+
+
+rule summarise_sweeps:
+    input:
+        errors=expand(f"{SWEEP_DIR}/{{sweep}}/errors.csv", sweep=AXES),
+        placed=expand(f"{SWEEP_DIR}/{{sweep}}/published_among_ours.csv", sweep=AXES),
+        modules=modules("scalar.study.sweep_numbers", "scalar.study.tables"),
+    output:
+        numbers=report(
+            f"{SWEEP_DIR}/numbers.json",
+            caption="../report/sweep_numbers.rst",
+            category="Sweeps",
+            labels={"sweep": "all", "walls": "all", "shows": "slopes, ratios, edges, failures"},
+        ),
+        inside=report(
+            f"{SWEEP_DIR}/published_inside.csv",
+            caption="../report/sweep_published.rst",
+            category="Sweeps",
+            labels={"sweep": "all", "walls": "all", "shows": "published points among ours"},
+        ),
+    log:
+        f"{RESULTS}/logs/summarise_sweeps.log",
+    threads: 1
+    params:
+        labels={name: axis["label"] for name, axis in AXES.items()},
+    message:
+        "Writing the numbers of the sweeps"
+    script:
+        "../scripts/summarise_sweeps.py"

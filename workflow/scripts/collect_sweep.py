@@ -7,7 +7,7 @@ with logged(snakemake.log):
     from scalar.study.tables import read_table, write_table
 
     given, params = snakemake.input, snakemake.params
-    errors = join_cases([read_table(path) for path in given.tables], params.walls, params.values)
+    errors = join_cases([read_table(path) for path in given.tables], params.values)
     curves = read_table(given.published)
     write_table(snakemake.output.errors, errors)
     write_table(snakemake.output.summary, summarise_sweep(errors))

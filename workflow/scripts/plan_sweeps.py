@@ -1,4 +1,4 @@
-"""Find the postures of a batch of seeds that all sweeps share."""
+"""Find the postures and true scans of a batch of seeds that all sweeps share."""
 
 from job import logged
 

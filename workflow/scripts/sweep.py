@@ -1,4 +1,4 @@
-"""Run one case of a sweep over a batch of seeds."""
+"""Run one case of a sweep over all walls and a batch of seeds."""
 
 from job import logged
 
@@ -7,5 +7,6 @@ with logged(snakemake.log):
     from scalar.study.tables import write_table
 
     given, params = snakemake.input, snakemake.params
-    table = sweep_case(params.case, given.scene, params.overrides, params.seeds, params.methods, given.plans)
+    scenes, plans = (dict(zip(params.walls, paths, strict=True)) for paths in (given.scenes, given.plans))
+    table = sweep_case(params.case, scenes, params.overrides, params.seeds, params.methods, plans)
     write_table(snakemake.output[0], table, DIGITS)

@@ -1,0 +1,14 @@
+"""Write the numbers of all sweeps, and where the published points fall among ours, point by point."""
+
+from job import logged
+
+with logged(snakemake.log):
+    from scalar.atomic import write_json
+    from scalar.study.sweep_numbers import join_placed, sweep_numbers
+    from scalar.study.tables import read_table, write_table
+
+    given, labels = snakemake.input, snakemake.params.labels
+    errors = {name: read_table(path) for name, path in zip(labels, given.errors, strict=True)}
+    placed = {name: read_table(path) for name, path in zip(labels, given.placed, strict=True)}
+    write_table(snakemake.output.inside, join_placed(placed))
+    write_json(snakemake.output.numbers, sweep_numbers(errors, placed, labels))
