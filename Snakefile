@@ -24,8 +24,8 @@ include: "workflow/rules/calibrate.smk"
 include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/sweeps.smk"
 include: "workflow/rules/sequential.smk"
-include: "workflow/rules/figures.smk"
 include: "workflow/rules/first_loop.smk"
+include: "workflow/rules/figures.smk"
 include: "workflow/rules/measured.smk"
 include: "workflow/rules/closed_loop.smk"
 include: "workflow/rules/paper.smk"
@@ -45,5 +45,4 @@ rule all:
         SWEEP_NUMBERS,
         SEQUENTIAL_TABLES,
         FIRST_LOOP_TABLES,
-        FIRST_LOOP_FIGURES,
         rules.paper.output,

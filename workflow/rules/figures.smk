@@ -126,3 +126,4 @@ rule figures:
         ),
         SWEEP_FIGURES,
         SEQUENTIAL_FIGURES,
+        FIRST_LOOP_FIGURES,

@@ -1,0 +1,17 @@
+"""Draw one figure of the first loop."""
+
+from job import logged
+
+with logged(snakemake.log):
+    from scalar.plots.first_loop import draw_curves, draw_recovery, draw_support
+    from scalar.plots.style import save_figure
+    from scalar.study.tables import read_table
+
+    given = snakemake.input
+    candidates = read_table(given.candidates)
+    figures = {
+        "curves": lambda: draw_curves(candidates, read_table(given.predictions)),
+        "support": lambda: draw_support(candidates),
+        "recovery": lambda: draw_recovery(candidates, read_table(given.recovery)),
+    }
+    save_figure(figures[snakemake.params.name](), [snakemake.output.png, snakemake.output.svg])
