@@ -99,9 +99,11 @@ class _Reader:
         """Yield the prose and the strings inside one piece of code, which ends where its brackets and its line do."""
         statement = re.compile(r"#(let|set|show|import|include|if|for|context)\b").match(self.text, self.at)
         self.at += 1
-        depth = 0
+        start, depth = self.at, 0
         while self.at < len(self.text):
             c = self.text[self.at]
+            if c in '"$' and depth == 0 and not statement and self.at > start:
+                return
             if c == '"':
                 end = self.at + 1
                 while self.text[end] != '"':
