@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.effects.base import BaseCompliance
-from scalar.effects.catalogue import backlash_driver, drift_driver, plane_centre
+from scalar.effects.catalogue import backlash_driver, drift_driver, plane_centre, range_middle
 from scalar.effects.effect import Effect
 from scalar.effects.gravity import typical_torque
 from scalar.effects.joints import JointBacklash, JointCompliance, JointCoupling, JointHarmonic, JointScale
@@ -78,7 +78,11 @@ def candidates(dataset: Dataset) -> list[Candidate]:
     found += [Candidate(AxisNonparallel(j)) for j in near_parallel_joints(dataset.robot)]
     found += [Candidate(effect) for effect in _drifts(dataset)]
     if dataset.sensor.kind == "line-laser":
-        found += [Candidate(RangeScale()), Candidate(RangeOffset()), Candidate(RangeDistortion())]
+        found += [
+            Candidate(RangeScale()),
+            Candidate(RangeOffset()),
+            Candidate(RangeDistortion(range_middle(dataset))),
+        ]
         used = {dataset.planes[k].name for k in dataset.plane_index}
         found += [
             Candidate(PlaneBow(p.name, plane_centre(dataset, p.name)))

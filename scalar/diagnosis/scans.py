@@ -176,7 +176,8 @@ def over_range(view: View, effect: PointEffect) -> Course:
     rest, fitted = -found.height[steep] / incidence, found.of_effect[steep] / incidence
     names = effect.coefficient_names
     x = np.linspace(reach.min(), reach.max(), 61)
-    powers = {"curvature_per_m": x * x, "gain_m_per_m": x, "offset_m": np.ones_like(x)}
+    middle = effect.middle if isinstance(effect, RangeDistortion) else 0.0
+    powers = {"curvature_per_m": (x - middle) ** 2, "gain_m_per_m": x, "offset_m": np.ones_like(x)}
     basis = np.stack([powers[name] for name in names], axis=1)
     curve = np.stack([x, basis @ effect.coefficients, view.error_of(effect, basis)])
     std = found.std[steep] / np.abs(incidence)

@@ -101,6 +101,14 @@ def plane_centre(dataset: Dataset, plane: str) -> tuple[float, float, float]:
     return float(x), float(y), float(z)
 
 
+def range_middle(dataset: Dataset) -> float:
+    """Return the mean of the measured ranges [m], along the axis in which the scanner errs."""
+    points = dataset.points
+    return float(
+        np.mean(points[:, 1] if dataset.sensor.error_axis == "z" else np.linalg.norm(points, axis=1))
+    )
+
+
 def _joints(dataset: Dataset, words: Sequence[str]) -> list[int]:
     n = dataset.robot.n_joints
     if not words:
@@ -203,7 +211,7 @@ _MAKERS: dict[str, Callable[[Any, Sequence[str]], list[Effect]]] = {
     "sensor_slip": _slip,
     "range_scale": lambda dataset, words: [RangeScale()],
     "range_offset": lambda dataset, words: [RangeOffset()],
-    "range_distortion": lambda dataset, words: [RangeDistortion()],
+    "range_distortion": lambda dataset, words: [RangeDistortion(range_middle(dataset))],
     "plane_bow": lambda dataset, words: [
         PlaneBow(p, plane_centre(dataset, p)) for p in _planes(dataset, words)
     ],

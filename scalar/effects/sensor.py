@@ -139,7 +139,16 @@ class RangeOffset(_RangeError):
 
 @dataclass(frozen=True, eq=False)
 class RangeDistortion(_RangeError):
-    """The measured range is curved: ``r -> r + k r^2 + s r + o``; gain and zero go with a parabola wherever its middle lies."""
+    """The measured range is curved: ``r -> r + k (r - m)^2 + s r + o``.
+
+    Gain and zero go with a parabola wherever its middle lies, and a gain cannot be seen: it is held at what the laser says of itself at
+    ``middle``. In the middle of what was measured a curvature then moves the lengths of the arm least.
+
+    Attributes:
+        middle: m [m].
+    """
+
+    middle: float = 0.0
 
     name: ClassVar[str] = "range_distortion"
     sentence: ClassVar[str] = "the laser's range is curved"
@@ -162,4 +171,15 @@ class RangeDistortion(_RangeError):
         G = np.zeros((len(contact), 6, 3))
         for k in range(3):
             G[:, 2 * k : 2 * k + 2, k] = contact[:, 1:]
+        G[:, 2:4, 0] = -2.0 * self.middle * contact[:, 1:]
+        G[:, 4:6, 0] = self.middle**2 * contact[:, 1:]
         return G
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the middle."""
+        return {"middle_m": self.middle}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        return cls(float(mapping.get("middle_m", 0.0)))
