@@ -1,0 +1,103 @@
+"""Killed anywhere and resumed, the workflow gives the same bytes.
+
+A small run by default. By hand, the whole smoke run, killed ten times (about ten minutes):
+`SCALAR_KILLS=10 SCALAR_KILL_CONFIG=configs/smoke.yaml pytest tests/test_resume.py`.
+"""
+
+import hashlib
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.test_workflow import UNREPEATABLE, copy_checkout, snakemake
+
+KILLS = int(os.environ.get("SCALAR_KILLS", "2"))
+CONFIG = os.environ.get("SCALAR_KILL_CONFIG", "")
+SMALL = """
+results: results/small
+first_seed: 1
+seeds_per_job: 1
+studies:
+  headline:
+    {scene: configs/scenes/paper.yaml, grid: configs/grids/smoke.csv, seeds: 2, methods: [published-clip, manifold]}
+sweeps:
+  seeds: 2
+  seeds_per_job: 1
+  methods: [published-clip, manifold]
+  walls: {upright: configs/scenes/paper.yaml}
+  axes:
+    noise: {grid: configs/grids/smoke_noise.csv, key: noise.range_noise_std_m, label: "noise of a point [mm]", factor: 1000}
+"""
+TARGETS = [f"results/small/{name}" for name in ("headline/numbers.json", "sweeps/numbers.json")]
+TARGETS += ["results/small/sweeps/noise/figures/upright.png"]
+
+
+def contents(folder: Path) -> dict[str, str]:
+    """Return the checksum of every file of the results that does not hold times."""
+    results = folder / "results"
+    paths = [path for path in results.rglob("*") if path.is_file() and path.name != ".snakemake_timestamp"]
+    return {
+        str(path.relative_to(results)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in paths
+        if path.relative_to(results).parts[1] not in UNREPEATABLE
+    }
+
+
+def killed(folder: Path, arguments: list[str], after: float) -> bool:
+    """Start the workflow and kill it with all its jobs after some seconds; False if it had ended by then."""
+    command = [
+        sys.executable,
+        "-m",
+        "snakemake",
+        "--cores",
+        "2",
+        "--nocolor",
+        "--rerun-incomplete",
+        *arguments,
+    ]
+    with open(os.devnull, "w") as nowhere:
+        running = subprocess.Popen(
+            command, cwd=folder, stdout=nowhere, stderr=nowhere, start_new_session=True
+        )
+        try:
+            running.wait(after)
+            return False
+        except subprocess.TimeoutExpired:
+            os.killpg(running.pid, signal.SIGKILL)
+            running.wait()
+            return True
+
+
+@pytest.mark.slow
+def test_killed_anywhere_and_resumed_it_gives_the_same_bytes(tmp_path):
+    """SIGKILL to every process at random moments; after --unlock, --rerun-incomplete carries on."""
+    folders = [copy_checkout(tmp_path / name) for name in ("whole", "killed")]
+    arguments = ["--configfile", CONFIG] if CONFIG else [*TARGETS, "--configfile", "configs/small.yaml"]
+    for folder in folders:
+        (folder / "configs/small.yaml").write_text(SMALL)
+    started = time.monotonic()
+    ran = snakemake(folders[0], *arguments)
+    assert ran.returncode == 0, ran.stdout
+    length = time.monotonic() - started
+    expected = contents(folders[0])
+    rng = random.Random(KILLS)
+    kills = 0
+    while kills < KILLS:
+        # Each time it gets on a little; the moments spread over the run, whatever is left of it.
+        if killed(folders[1], arguments, rng.uniform(0.0, 1.0) * length * max(2.0 / KILLS, 0.2)):
+            kills += 1
+            unlocked = snakemake(folders[1], "--unlock", *arguments[-2:])
+            assert unlocked.returncode == 0, unlocked.stdout
+        else:
+            assert contents(folders[1]) == expected
+            assert snakemake(folders[1], "--delete-all-output", *arguments).returncode == 0
+    ran = snakemake(folders[1], "--rerun-incomplete", *arguments)
+    assert ran.returncode == 0, ran.stdout
+    print(f"killed {kills} times in a run of {length:.0f} s, {len(expected)} files the same")
+    assert contents(folders[1]) == expected
