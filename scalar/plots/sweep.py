@@ -15,7 +15,7 @@ from matplotlib.ticker import NullFormatter, NullLocator
 from scalar.plots.style import LOOKS, PUBLISHED_COLOUR, QUANTITY_LABELS, new_figure, numeral, styled
 
 _PANELS = (("position_mean_mm", "position_max_mm"), ("orientation_mean_deg", "orientation_max_deg"))
-_BOUND = "cramer-rao"
+BOUND_ROWS = "cramer-rao"
 _LINES: dict[str, Any] = {
     "manifold": "-",
     "published-abs": "--",
@@ -44,18 +44,18 @@ def draw_sweep(summary: pd.DataFrame, published: pd.DataFrame, label: str, scale
         axes = figure.subplots(3, 2, sharex=True, height_ratios=heights)
         for row, names in zip(axes, _PANELS, strict=False):
             for ax, quantity in zip(row, names, strict=True):
-                _panel(ax, raw, published, methods, quantity, scale)
+                draw_panel(ax, raw, published, methods, quantity, scale)
         for ax in axes[2]:
-            _x_axis(ax, values, label, scale)
-            _failures(ax, raw, methods, values, scale)
-        seeds = int(raw.loc[raw["method"] != _BOUND, "seeds"].max())
+            set_x_axis(ax, values, label, scale)
+            write_failures(ax, raw, methods, values, scale)
+        seeds = int(raw.loc[raw["method"] != BOUND_ROWS, "seeds"].max())
         figure.legend(
-            handles=_legend(methods, seeds, len(published) > 0), loc="outside upper center", ncols=3
+            handles=legend_entries(methods, seeds, len(published) > 0), loc="outside upper center", ncols=3
         )
     return figure
 
 
-def _panel(ax: Axes, raw: Any, published: Any, methods: list[str], quantity: str, scale: str) -> None:
+def draw_panel(ax: Axes, raw: Any, published: Any, methods: list[str], quantity: str, scale: str) -> None:
     """Draw one quantity: bands and medians, the bound, the paper's points."""
     rows = raw[raw["quantity"] == quantity]
     values = np.unique(rows["value"].to_numpy(dtype=float))
@@ -72,7 +72,7 @@ def _panel(ax: Axes, raw: Any, published: Any, methods: list[str], quantity: str
         ax.plot(x, shown[:, 1], marker=look.marker, markersize=4.5, markeredgewidth=0, **style)
         small = shown[:, 1] < floor
         ax.plot(x[small], np.full(small.sum(), floor * 1.25), "v", color=look.colour, markersize=4)
-    bound = rows[rows["method"] == _BOUND].sort_values("value")
+    bound = rows[rows["method"] == BOUND_ROWS].sort_values("value")
     ax.plot(
         _place(bound["value"], values, scale), bound["median"], ":", color="black", linewidth=1.8, zorder=4
     )
@@ -99,7 +99,7 @@ def _place(value: Any, values: np.ndarray, scale: str) -> np.ndarray:
     return np.where(x == 0, values[values > 0].min() / _ZERO, x) if scale == "log" else x
 
 
-def _x_axis(ax: Axes, values: np.ndarray, label: str, scale: str) -> None:
+def set_x_axis(ax: Axes, values: np.ndarray, label: str, scale: str) -> None:
     """Set ticks at the cases, labels where there is room."""
     ax.set_xscale(scale)
     at = _place(values, values, scale)
@@ -115,7 +115,7 @@ def _x_axis(ax: Axes, values: np.ndarray, label: str, scale: str) -> None:
     ax.set_xlabel(label)
 
 
-def _failures(ax: Axes, raw: Any, methods: list[str], values: np.ndarray, scale: str) -> None:
+def write_failures(ax: Axes, raw: Any, methods: list[str], values: np.ndarray, scale: str) -> None:
     """Write for each method and case how many fits failed, and how many converged elsewhere."""
     rows = raw[raw["quantity"] == "position_mean_mm"]
     for line, method in enumerate(methods):
@@ -138,7 +138,7 @@ def _failures(ax: Axes, raw: Any, methods: list[str], values: np.ndarray, scale:
     ax.set_ylabel("failed\n+ lost", fontsize=7.5, rotation=0, ha="right", va="center")
 
 
-def _legend(methods: list[str], seeds: int, has_published: bool) -> list[Line2D | Patch]:
+def legend_entries(methods: list[str], seeds: int, has_published: bool) -> list[Line2D | Patch]:
     ways: list[Line2D | Patch] = []
     for method in methods:
         look = LOOKS[method]

@@ -137,6 +137,15 @@ def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
             _unitless(name): initial["raw"][name]["mean"] / ours["raw"][name]["mean"] for name in QUANTITIES
         },
     }
+    curve = sorted(map(float, parts["published"]["curves"]["noise"]))
+    setup = parts["setup"]
+    held = parts["headline"]["identifiability"]["zero_singular_values"]
+    found["published_noise"] = {"low_mm": curve[0], "next_mm": curve[1]}
+    few = min(map(int, parts["published"]["curves"]["poses"]))
+    found["poses"] = {
+        "equations_at_fewest": EQUATIONS_PER_POSE * few,
+        "unknowns": setup["parameters_independent"] - held,
+    }
     case = parts.get("sequential", {}).get("cases", {}).get("good-arm-few-noisy")
     if case:
         worse = case["ways"]["robot_first"]["one_pass"]["worse_than_at_once"]["position_mean"]

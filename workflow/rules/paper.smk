@@ -12,6 +12,14 @@ if "sequential" in config:
     PAPER_NUMBERS["sequential"] = f"{SEQUENTIAL_DIR}/numbers.json"
     PAPER_FIGURES["sequential/sequential.svg"] = f"{SEQUENTIAL_DIR}/figures/sequential.svg"
 
+if AXES:
+    PAPER_NUMBERS["sweeps"] = f"{SWEEP_DIR}/numbers.json"
+    for walls in WALLS:
+        PAPER_FIGURES[f"sweeps/overview_{walls}.svg"] = f"{SWEEP_DIR}/figures/overview_{walls}.svg"
+if FIRST_LOOP:
+    PAPER_NUMBERS["first_loop"] = f"{FIRST_LOOP_DIR}/numbers.json"
+    for name in ("curves", "support", "recovery"):
+        PAPER_FIGURES[f"first_loop/{name}.svg"] = f"{FIRST_LOOP_DIR}/figures/{name}.svg"
 
 # What takes hours, or files that are not ours, is committed as small summaries; figures are drawn from them here.
 LOOP_SUMMARIES = PAPER / "summaries/closed_loop"
@@ -35,6 +43,35 @@ use rule draw_closed_loop as draw_committed_closed_loop with:
         f"{RESULTS}/logs/paper/draw_closed_loop.log",
     message:
         "Drawing the closed loop from its committed summaries"
+
+
+rule draw_sweep_overview:
+    input:
+        summaries=expand(f"{SWEEP_DIR}/{{sweep}}/summary.csv", sweep=AXES),
+        published=resource("published_curves.csv"),
+        modules=modules("scalar.plots.sweep_overview", "scalar.study.tables"),
+    output:
+        **figure(
+            f"{SWEEP_DIR}/figures/overview_{{walls}}",
+            "figure_sweep_overview",
+            "Sweeps",
+            sweep="all",
+            walls="{walls}",
+            shows="mean position error of all sweeps",
+        ),
+    log:
+        f"{RESULTS}/logs/draw_sweep_overview/{{walls}}.log",
+    threads: 1
+    params:
+        axes={
+            name: {key: axis[key] for key in ("label", "scale", "published") if key in axis}
+            for name, axis in AXES.items()
+        },
+        walls=lambda w: w.walls,
+    message:
+        "Drawing all sweeps at a glance, walls {wildcards.walls}"
+    script:
+        "../scripts/draw_sweep_overview.py"
 
 
 rule gather_numbers:

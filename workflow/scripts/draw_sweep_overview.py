@@ -1,0 +1,14 @@
+"""Draw all sweeps at a glance, for one kind of walls."""
+
+from job import logged
+
+with logged(snakemake.log):
+    from scalar.plots.style import save_figure
+    from scalar.plots.sweep_overview import draw_overview
+    from scalar.study.tables import read_table
+
+    given, params = snakemake.input, snakemake.params
+    tables = {name: read_table(path) for name, path in zip(params.axes, given.summaries, strict=True)}
+    ours = {name: table[table["walls"] == params.walls] for name, table in tables.items()}
+    figure = draw_overview(ours, read_table(given.published), params.axes)
+    save_figure(figure, [snakemake.output.png, snakemake.output.svg])
