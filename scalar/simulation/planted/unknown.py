@@ -58,7 +58,11 @@ class Unknown(PlantedEffect):
             }
             return cls({}, entry["size"], details)
         low, high = stage.q.min(0), stage.q.max(0)
-        joint = stage.draw_joint(rng)
+        # A first joint that drifts is the same as plates that creep about it; a last one, as a sensor that does.
+        ends = (1, stage.arm.n) if kind == "encoder_drift" else ()
+        joint = stage.draw_joint(
+            rng, [j for j in stage.mattering if j not in ends], "no joint is left to drift"
+        )
         joint = target.get("joint", joint)
         place = rng.uniform(*MIDDLE)
         j = joint - 1
