@@ -38,6 +38,12 @@ if TYPE_CHECKING:
 READINGS = {"raise": "sqrt({})", "clip": "sqrt(max(0, {}))", "abs": "sqrt(abs({}))"}
 """How the square root of the constraints is read, as an lmfit expression."""
 POINTS = ("all", "compressed")
+DEFAULTS: dict[str, dict[str, Any]] = {
+    "now": {"xtol": 1.5e-8, "ftol": 1.5e-8, "gtol": 0.0, "epsfcn": 1e-10},
+    "2018": {"xtol": 1e-7, "ftol": 1e-7, "gtol": 1e-7, "epsfcn": float(np.finfo(float).eps)},
+}
+"""How lmfit calls MINPACK where nothing is said: version 1.3, and 0.9 of the paper's year. `epsfcn` is the square of the
+relative step of the finite differences, which decides what they make of a root whose slope is infinite."""
 MAX_EVALUATIONS = 5000  # beyond it a fit is reported as capped; one that ends takes some hundreds
 DH_KINDS = GEOMETRY[:4]  # the published model has no beta
 SENSOR = ("r_x", "r_y", "r_z", "r_theta", "sensor_x", "sensor_y", "sensor_z")
@@ -147,6 +153,7 @@ def calibrate_published(
     points: str = "all",
     max_nfev: int = MAX_EVALUATIONS,
     held: Sequence[str] | None = None,
+    defaults: str = "now",
 ) -> Calibration:
     """Return what the published way finds in a dataset of line scans.
 
@@ -160,6 +167,7 @@ def calibrate_published(
         points: ``all`` points, or the ``compressed`` rows that have the same sum of squares.
         max_nfev: Most evaluations of the residual, those for derivatives included.
         held: Names to hold at their nominal values; None: what ``scalar.identifiability`` finds unseen.
+        defaults: Of lmfit, a key of ``DEFAULTS``.
 
     Raises:
         Undetermined: The data determine no first guess; or, with ``held`` None, not the model.
@@ -178,7 +186,7 @@ def calibrate_published(
     _check_held(how, held)
     T_start, origin = first_guess(dataset, measurement, how.planes)
     parameters = how.lmfit_parameters(how.values(T_start), held, reading)
-    end = _run(_Distances(how, dataset.q, measurement, points), parameters, max_nfev)
+    end = _run(_Distances(how, dataset.q, measurement, points), parameters, max_nfev, DEFAULTS[defaults])
 
     model = how.model(_values(end.parameters))
     free = candidate_mask(model, held)
@@ -199,6 +207,7 @@ def calibrate_published(
             "parameterisation": "published",
             "reading": reading,
             "rows": points,
+            "lmfit_defaults": defaults,
             "status": end.status,
             "message": end.message,
             "evaluations": end.evaluations,
@@ -224,12 +233,14 @@ class _End:
     varying: int
 
 
-def _run(distances: _Distances, parameters: lmfit.Parameters, max_nfev: int) -> _End:
+def _run(
+    distances: _Distances, parameters: lmfit.Parameters, max_nfev: int, defaults: dict[str, Any]
+) -> _End:
     minimiser = lmfit.Minimizer(distances, parameters, max_nfev=max_nfev, nan_policy="raise")
     varying = sum(parameter.vary for parameter in parameters.values())
     with np.errstate(all="ignore"):  # lmfit sets this for itself, and leaves it so when it raises
         try:
-            result: Any = minimiser.leastsq()
+            result: Any = minimiser.leastsq(**defaults)
         except ValueError as error:
             reached: Any = minimiser.result
             if not np.isnan(_values(reached.params)).any():

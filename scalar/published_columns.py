@@ -1,7 +1,7 @@
 """The paper's own way once more, for sweeps: the same finite differences, all of their columns at once.
 
 ``calibrate_published`` leaves the derivatives to lmfit, which asks for the residual of all scans once for each
-parameter. Here the same forward differences, with the step that MINPACK takes, are asked for together: a plane
+parameter. Here the same forward differences, with the step that lmfit asks of MINPACK, are asked for together: a plane
 is carried forward through the joints as a row ``(n, -d) T``, the scanner's axes backward, and a parameter's
 column needs its own link only. MINPACK then takes the steps it would have taken, and every column counts as an
 evaluation, as it does there. No covariance.
@@ -17,7 +17,7 @@ import numpy as np
 from scipy.optimize import leastsq
 
 from scalar.model import Model
-from scalar.published import DH_KINDS, READINGS, SENSOR, Parameterisation, first_guess
+from scalar.published import DEFAULTS, DH_KINDS, READINGS, SENSOR, Parameterisation, first_guess
 from scalar.robot import link_transforms
 from scalar.se3 import Array, exp_so3, transform
 from scalar.sensors.line_laser import LineLaser
@@ -25,8 +25,6 @@ from scalar.sensors.line_laser import LineLaser
 if TYPE_CHECKING:
     from scalar.dataset import Dataset
 
-STEP = 1e-5  # of the forward differences, times the parameter's own size: lmfit's default, the root of its epsfcn
-TOLERANCE = 1.5e-8  # relative, on cost and parameters: lmfit's default as well
 _CONTACT = [3, 0, 2]  # columns of a frame that meet a plane's row: the origin, the axes X and Z
 
 
@@ -55,7 +53,9 @@ class _NotANumber(Exception):
     pass
 
 
-def fit_published(dataset: Dataset, reading: str, held: Sequence[str], max_nfev: int) -> Ended:
+def fit_published(
+    dataset: Dataset, reading: str, held: Sequence[str], max_nfev: int, defaults: str = "now"
+) -> Ended:
     """Return where the published way ends on a dataset of line scans, from its own start.
 
     Args:
@@ -63,6 +63,7 @@ def fit_published(dataset: Dataset, reading: str, held: Sequence[str], max_nfev:
         reading: Of the constraints' root, a key of ``scalar.published.READINGS``.
         held: Names of parameters that stay at their nominal values.
         max_nfev: Most evaluations of the residual.
+        defaults: Of lmfit, a key of ``scalar.published.DEFAULTS``.
 
     Raises:
         Undetermined: The data determine no first guess.
@@ -70,7 +71,9 @@ def fit_published(dataset: Dataset, reading: str, held: Sequence[str], max_nfev:
     measurement = LineLaser.of(dataset)
     how = Parameterisation(dataset.robot, measurement.initial_target(dataset))
     start = how.values(first_guess(dataset, measurement, how.planes)[0])
-    distances = Distances(how, dataset.q, measurement, start, held, reading, max_nfev)
+    lmfit = DEFAULTS[defaults]
+    step = float(np.sqrt(lmfit["epsfcn"]))
+    distances = Distances(how, dataset.q, measurement, start, held, reading, max_nfev, step)
     x, status = start[distances.free], "stopped"
     with np.errstate(all="ignore"):
         try:
@@ -79,9 +82,9 @@ def fit_published(dataset: Dataset, reading: str, held: Sequence[str], max_nfev:
                 x,
                 Dfun=distances.jacobian,
                 col_deriv=False,
-                ftol=TOLERANCE,
-                xtol=TOLERANCE,
-                gtol=0.0,
+                ftol=lmfit["ftol"],
+                xtol=lmfit["xtol"],
+                gtol=lmfit["gtol"],
                 maxfev=max_nfev,
                 full_output=True,
             )
@@ -109,10 +112,18 @@ class Distances:
         held: Sequence[str],
         reading: str,
         max_nfev: int,
+        step: float,
     ) -> None:
         if reading not in READINGS:
             raise ValueError(f"reading is one of {', '.join(READINGS)}")
-        self.how, self.q, self.start, self.reading, self.max_nfev = how, q, start, reading, max_nfev
+        self.how, self.q, self.start, self.reading, self.max_nfev, self.step = (
+            how,
+            q,
+            start,
+            reading,
+            max_nfev,
+            step,
+        )
         self.index = measurement.target_index.astype(np.intp)
         self.R = measurement.R_metric
         names = how.names
@@ -164,8 +175,8 @@ class Distances:
             return self._derived[1]
         self._count(len(self.free))
         values = self.values(x)
-        steps = STEP * np.abs(values)
-        steps[steps == 0] = STEP
+        steps = self.step * np.abs(values)
+        steps[steps == 0] = self.step
         columns = self._columns(values, steps)[self.free]
         J = (self.R @ columns.transpose(1, 2, 0)).reshape(-1, len(self.free)) / steps[self.free]
         if np.isnan(J).any():

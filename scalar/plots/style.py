@@ -27,6 +27,7 @@ class Look:
 LOOKS = {
     "initial": Look("initial model", "#7f7f7f", "D"),
     "published-abs": Look("paper's way, √|·|", "#d55e00", "^"),
+    "published-abs-2018": Look("paper's way, √|·|, lmfit of 2018", "#009e73", "P"),
     "published-clip": Look("paper's way, √max(0, ·)", "#e69f00", "v"),
     "published-raise": Look("paper's way, √ as it is", "#cc79a7", "s"),
     "manifold": Look("manifold (ours)", "#0072b2", "o"),

@@ -19,6 +19,7 @@ BOUND_ROWS = "cramer-rao"
 _LINES: dict[str, Any] = {
     "manifold": "-",
     "published-abs": "--",
+    "published-abs-2018": (0, (5, 1, 1, 1, 1, 1)),
     "published-clip": "-.",
     "published-raise": ":",
 }

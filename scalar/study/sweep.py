@@ -48,6 +48,7 @@ SWEEP_COLUMNS = {
     "reason": "of a failure, its first line",
 }
 _AS_IT_IS = "published-raise"
+_SAME_WITHOUT_A_NEGATIVE_ROOT = ("published-abs", "published-clip")
 MAX_EVALUATIONS = 3000
 """Of the paper's way; a fit that ends takes some hundreds, and one that does not is capped."""
 FINEST = 9
@@ -123,7 +124,8 @@ def _rows_of_scene(
             yield {"seed": seed, "method": name, "status": name, "alignment": "raw"} | errors
         as_it_is: list[dict[str, Any]] | None = None
         for method in sorted((INITIAL, *methods), key=lambda name: name != _AS_IT_IS):
-            if as_it_is is not None and method.startswith("published-") and as_it_is[0]["status"] != "raised":
+            same = method in _SAME_WITHOUT_A_NEGATIVE_ROOT
+            if same and as_it_is is not None and as_it_is[0]["status"] != "raised":
                 # The root's argument was never negative, so that no reading of it differs in a single bit.
                 found = [row | {"method": method} for row in as_it_is]
             else:
@@ -157,7 +159,8 @@ def _calibrated(method: str, dataset: Dataset, held: Sequence[str]) -> tuple[Cal
     if method == INITIAL:
         return Calibration.nominal(dataset), {"status": INITIAL}
     if method.startswith("published-"):
-        end = fit_published(dataset, method.removeprefix("published-"), held, MAX_EVALUATIONS)
+        _, reading, *year = method.split("-")
+        end = fit_published(dataset, reading, held, MAX_EVALUATIONS, *year)
         ended = {"status": end.status, "evaluations": end.evaluations, "residual_rms_mm": end.rms / MM}
         return Calibration(end.model, sensor_mapping(dataset)), ended
     found = calibrate(dataset)

@@ -122,5 +122,5 @@ wildcard_constraints:
     set=r"[a-z0-9_]+",
     study="|".join(STUDIES),
     case=r"[A-Za-z0-9][A-Za-z0-9_.-]*",
-    method=r"manifold|published-(abs|clip|raise)",
+    method=r"manifold|published-(abs|clip|raise)(-2018)?",
     batch=r"seeds-\d+-\d+",
