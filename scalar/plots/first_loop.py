@@ -23,8 +23,8 @@ _SWEEPS = {
 _STATED = "stated"
 _SHOWN = 3  # explanations beside the stated noise: more bands than this hide one another
 _LOOKS = (("#0072b2", "-"), ("#d55e00", "--"), ("#009e73", "-."))
-_VERDICTS = {"supported": "#0072b2", "undecided": "#e69f00", "excluded": "#999999"}
-_MARKS = {"supported": "o", "undecided": "D", "excluded": "X"}
+_VERDICTS = {"supported": "#0072b2", "disfavoured": "#e69f00", "excluded": "#999999"}
+_MARKS = {"supported": "o", "disfavoured": "D", "excluded": "X"}
 _FARTHEST = 300.0  # of the axis of support: beyond it a candidate stands at the edge
 
 
@@ -40,6 +40,7 @@ def draw_curves(candidates: pd.DataFrame, predictions: pd.DataFrame) -> Figure:
     labels = dict(zip(ranked["candidate"], ranked["label"], strict=True))
     table: Any = predictions
     sweeps = [name for name in _SWEEPS if name in set(table["sweep"])]
+    looks: Any = _LOOKS
     with styled():
         figure = new_figure(2.5 * max(len(sweeps), 2), 9.6)
         axes = np.atleast_2d(figure.subplots(len(QUANTITY_LABELS), len(sweeps), sharey="row", squeeze=False))
@@ -56,7 +57,7 @@ def draw_curves(candidates: pd.DataFrame, predictions: pd.DataFrame) -> Figure:
             )
         ]
         handles.append(Line2D([], [], color="#666666", linestyle=":", label="stated noise alone, our cell"))
-        for name, (colour, line) in zip(names, _LOOKS, strict=False):
+        for name, (colour, line) in zip(names, looks, strict=False):
             handles.append(Line2D([], [], color=colour, linestyle=line, linewidth=1.8, label=labels[name]))
         figure.legend(handles=handles, loc="outside upper center", ncols=3)
     return figure
@@ -90,8 +91,12 @@ def draw_support(candidates: pd.DataFrame) -> Figure:
         if name.startswith("behind_") and name not in ("behind_least", "behind_most")
     ]
     with styled():
-        figure = new_figure(10.6, 0.36 * len(rows) + 1.7)
-        ax = figure.subplots()
+        figure = new_figure(11.0, 0.34 * len(rows) + 1.8)
+        ax, words = figure.subplots(1, 2, sharey=True, width_ratios=[5.0, 4.6])
+        words.axis("off")
+        top = len(rows) - 0.35
+        for x, text in ((0.0, "magnitudes (95 %)"), (0.80, "misfit: plain, with offset")):
+            words.text(x, top, text, fontsize=8, fontweight="bold", ha="left" if x == 0 else "center")
         for at, row in enumerate(rows):
             colour, mark = _VERDICTS[row["verdict"]], _MARKS[row["verdict"]]
             others = np.minimum([row[way] for way in ways], _FARTHEST)
@@ -100,24 +105,13 @@ def draw_support(candidates: pd.DataFrame) -> Figure:
             ax.plot(
                 min(row["behind"], _FARTHEST), at, mark, color=colour, markersize=8, markeredgecolor="white"
             )
-            ax.text(1.02, at, _magnitudes(row), transform=ax.get_yaxis_transform(), va="center", fontsize=8)
-            text = f"{row['misfit_factor']:.2f}   {row['misfit_factor_with_offset']:.2f}"
-            ax.text(1.42, at, text, transform=ax.get_yaxis_transform(), va="center", fontsize=8)
-        top = len(rows) - 0.3
-        ax.text(
-            1.02, top, "magnitude (95 %)", transform=ax.get_yaxis_transform(), fontsize=8, fontweight="bold"
-        )
-        ax.text(
-            1.42,
-            top,
-            "misfit: plain, offset",
-            transform=ax.get_yaxis_transform(),
-            fontsize=8,
-            fontweight="bold",
-        )
-        for limit, text in ((3.0, "not told apart"), (np.log(1000.0), "factor 1000")):
+            words.text(0.0, at, _magnitudes(row), va="center", fontsize=8)
+            for x, name in ((0.76, "misfit_factor"), (0.86, "misfit_factor_with_offset")):
+                words.text(x, at, f"{row[name]:.2f}", va="center", ha="center", fontsize=8)
+        words.set_xlim(0.0, 1.0)
+        for limit, text, side in ((3.0, "alike ", "right"), (np.log(1000.0), " factor 1000", "left")):
             ax.axvline(limit, color="black", linestyle="--", linewidth=0.9)
-            ax.text(limit, top, text, fontsize=7.5, ha="center")
+            ax.text(limit, top, text, fontsize=7.5, ha=side)
         ax.set_xscale("symlog", linthresh=3.0)
         ax.set_xlim(-0.4, _FARTHEST * 1.15)
         ax.set_xticks([0, 1, 3, 10, 30, 100, 300], ["0", "1", "3", "10", "30", "100", "≥ 300"])
@@ -142,10 +136,10 @@ def _magnitudes(row: dict[str, Any]) -> str:
     for k in (1, 2):
         if isinstance(row.get(f"magnitude_{k}"), str):
             value, low, high = (numeral(row[f"{name}_{k}"], 2) for name in ("value", "low", "high"))
-            unit = {"factor": "times", "share": "of the noise", "relative": "", "count": ""}.get(
+            unit = {"factor": "× σ", "share": "σ", "relative": "tolerance", "count": "iterations"}.get(
                 row[f"unit_{k}"], row[f"unit_{k}"]
             )
-            words.append(f"{value} {unit}".strip() + f" ({low}-{high})")
+            words.append(f"{value} {unit}".strip() + f" ({low}–{high})")
     return ", ".join(words)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from scalar.se3 import Array
-from scalar.study.first_loop.candidates import CANDIDATES, STEPS, predict, predict_from_fits
+from scalar.study.first_loop.candidates import CANDIDATES, STATED, STEPS, predict, predict_from_fits
 from scalar.study.first_loop.cells import offset_covariance
 from scalar.study.first_loop.curves import Curves, Setting, read_curves
 from scalar.study.first_loop.ensemble import build_ensemble
@@ -19,6 +19,7 @@ from scalar.study.first_loop.findings import candidate_table, prediction_table, 
 from scalar.study.first_loop.recovery import plant, plant_from_fits, recover
 from scalar.study.first_loop.weigh import Fine, Weighed, refine, weigh
 
+WANTED = 2.0  # of the logarithm of the likelihood, by which a magnitude must help to count as found
 FRESH = 1000  # seeds of planted curves count up from here
 
 
@@ -117,11 +118,12 @@ def _recovery(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return confusion and coverage, every candidate planted as large as the curves would have it."""
     values = {name: verdicts[name].best for name in fines}
-    for name, fine in fines.items():  # where the curves want none of it, the middle of its range
-        if verdicts[name].at_edge.any():
-            values[name] = np.array(
-                [axis.values[len(axis.values) // 2] for axis in fine.prediction.candidate.axes]
-            )
+    for name, fine in fines.items():
+        # Where the curves want nothing of it there is nothing to plant: the middle of its range instead.
+        idle = verdicts[name].log_peak < verdicts[STATED].log_peak + WANTED
+        if idle or verdicts[name].at_edge.any():
+            axes = fine.prediction.candidate.axes
+            values[name] = np.array([axis.values[len(axis.values) // 2] for axis in axes])
     steps = {
         float(v)
         for name, fine in fines.items()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -87,7 +87,7 @@ def candidate_table(
             "posterior": float(np.exp(one.log_evidence - total)),
             "behind_least": min(ways),
             "behind_most": max(ways),
-            "verdict": _verdict(ways),
+            "verdict": _verdict(behind["all"][candidate.name], ways),
         }
         row |= {f"behind_{way}": behind[way][candidate.name] for way in behind if way != "all"}
         apart = held_out(fine, y, offset, groups)
@@ -98,11 +98,11 @@ def candidate_table(
     return pd.DataFrame(rows)
 
 
-def _verdict(behind: list[float]) -> str:
-    """Return ``supported`` where no way of weighing tells it from the best, ``excluded`` where all put it far behind."""
-    if max(behind) < ALIKE:
+def _verdict(behind: float, ways: Sequence[float]) -> str:
+    """Return ``supported`` where a candidate is not told apart from the best, ``excluded`` where all ways put it far behind."""
+    if behind < ALIKE:
         return "supported"
-    return "excluded" if min(behind) > EXCLUDED else "undecided"
+    return "excluded" if min(ways) > EXCLUDED else "disfavoured"
 
 
 def _factor(log_ratio: Array) -> float:
@@ -156,7 +156,7 @@ def summary_numbers(
     wrong: Any = confusion[confusion["planted"] != confusion["tried"]]
     verdicts = {
         verdict: [name for name in ranked if tested[name]["verdict"] == verdict]
-        for verdict in ("supported", "undecided", "excluded")
+        for verdict in ("supported", "disfavoured", "excluded")
     }
     with_effect = {
         effect: float(sum(row["posterior"] for name, row in tested.items() if effect in name.split("+")))

@@ -20,7 +20,10 @@ from scalar.study.first_loop.candidates import Prediction
 KAPPA = np.geomspace(0.4, 2.5, 9)
 """Values of kappa that are summed over, all alike on a logarithmic axis."""
 
-REFINE = 4  # steps between two nodes of a grid: predictions are smooth, and interpolated
+REFINE = {
+    1: 16,
+    2: 4,
+}  # by magnitudes: steps between two nodes of a grid; predictions are smooth, and interpolated
 ALL = (0, 1, 2, 3)  # quantities
 
 
@@ -54,12 +57,12 @@ def refine(prediction: Prediction, quantities: tuple[int, ...] = ALL) -> Fine:
     mean = prediction.mean.reshape(*shape, *prediction.mean.shape[1:])
     covariance = prediction.covariance.reshape(*shape, *prediction.covariance.shape[1:])
     shares = prediction.shares.reshape(*shape, *prediction.shares.shape[1:])
-    finer = []
+    finer, steps = [], REFINE.get(len(axes), 1)
     for number, axis in enumerate(axes):
         if prediction.candidate.magnitudes[number] == "iterations":
             finer.append(axis)
             continue
-        place = np.linspace(0, len(axis) - 1, REFINE * (len(axis) - 1) + 1)
+        place = np.linspace(0, len(axis) - 1, steps * (len(axis) - 1) + 1)
         low = np.minimum(place.astype(int), len(axis) - 2)
         part = place - low
         mean, covariance, shares = (
