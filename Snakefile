@@ -24,10 +24,12 @@ include: "workflow/rules/calibrate.smk"
 include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/sweeps.smk"
 include: "workflow/rules/sequential.smk"
+include: "workflow/rules/scene_figures.smk"
 include: "workflow/rules/first_loop.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/measured.smk"
 include: "workflow/rules/closed_loop.smk"
+include: "workflow/rules/worked_example.smk"
 include: "workflow/rules/paper.smk"
 
 
@@ -44,5 +46,6 @@ rule all:
         rules.summarise_headline.output,
         SWEEP_NUMBERS,
         SEQUENTIAL_TABLES,
+        WORKED_EXAMPLE,
         FIRST_LOOP_TABLES,
         rules.paper.output,

@@ -1,0 +1,112 @@
+# One diagnosis from scratch, by the command line: a cell with a gear error of which its dataset tells nothing.
+EXAMPLE = f"{RESULTS}/worked_example"
+EXAMPLE_SCENE = "configs/scenes/worked_example.yaml"
+SCALAR = f"{sys.executable} -m scalar.cli"
+
+
+rule simulate_example:
+    input:
+        scene=local(ROOT / EXAMPLE_SCENE),
+        robot=local((ROOT / "configs/scenes" / load_yaml(ROOT / EXAMPLE_SCENE)["robot"]).resolve()),
+        modules=modules("scalar.cli", "scalar.simulation"),
+    output:
+        directory(f"{EXAMPLE}/cell"),
+    log:
+        f"{RESULTS}/logs/worked_example/simulate.log",
+    threads: 1
+    params:
+        scalar=SCALAR,
+    shell:
+        "{params.scalar} simulate {input.scene} -o {output} > {log} 2>&1"
+
+
+rule diagnose_example:
+    input:
+        cell=rules.simulate_example.output[0],
+        modules=modules("scalar.cli", "scalar.diagnosis", "scalar.report"),
+    output:
+        before=f"{EXAMPLE}/before.json",
+        after=f"{EXAMPLE}/after.json",
+        diagnosis=f"{EXAMPLE}/diagnosis.json",
+        page=report(
+            f"{EXAMPLE}/report.html",
+            caption="../report/worked_example_report.rst",
+            category="Worked example",
+            labels={"shows": "the diagnosis as a user gets it"},
+        ),
+    log:
+        f"{RESULTS}/logs/worked_example/diagnose.log",
+    threads: 1
+    params:
+        scalar=SCALAR,
+        folder=EXAMPLE,
+    shell:
+        "{params.scalar} diagnose {input.cell}/dataset -o {params.folder} > {log} 2>&1"
+
+
+rule example_floor:
+    input:
+        scene=local(ROOT / EXAMPLE_SCENE),
+        robot=rules.simulate_example.input.robot,
+        modules=modules("scalar.study.worked_example", "scalar.simulation"),
+    output:
+        cell=directory(f"{EXAMPLE}/floor"),
+        calibration=f"{EXAMPLE}/floor.json",
+    log:
+        f"{RESULTS}/logs/worked_example/floor.log",
+    threads: 1
+    script:
+        "../scripts/example_floor.py"
+
+
+rule tell_example:
+    input:
+        cell=rules.simulate_example.output[0],
+        diagnosis=rules.diagnose_example.output.diagnosis,
+        before=rules.diagnose_example.output.before,
+        after=rules.diagnose_example.output.after,
+        floor=rules.example_floor.output.calibration,
+        floor_cell=rules.example_floor.output.cell,
+        modules=modules("scalar.study.worked_example", "scalar.study.tables"),
+    output:
+        poses=f"{EXAMPLE}/poses.csv",
+        curve=f"{EXAMPLE}/curve.csv",
+        ranking=f"{EXAMPLE}/ranking.csv",
+        errors=f"{EXAMPLE}/errors.csv",
+        numbers=f"{EXAMPLE}/numbers.json",
+    log:
+        f"{RESULTS}/logs/worked_example/tell.log",
+    threads: 1
+    message:
+        "Telling the worked example"
+    script:
+        "../scripts/tell_example.py"
+
+
+rule draw_example:
+    input:
+        poses=rules.tell_example.output.poses,
+        curve=rules.tell_example.output.curve,
+        ranking=rules.tell_example.output.ranking,
+        errors=rules.tell_example.output.errors,
+        numbers=rules.tell_example.output.numbers,
+        modules=modules("scalar.plots.worked_example", "scalar.study.tables"),
+    output:
+        **figure(
+            f"{EXAMPLE}/figures/worked_example",
+            "figure_worked_example",
+            "Worked example",
+            shows="from residual to effect",
+        ),
+    log:
+        f"{RESULTS}/logs/worked_example/draw.log",
+    threads: 1
+    script:
+        "../scripts/draw_example.py"
+
+
+WORKED_EXAMPLE = [
+    *rules.draw_example.output,
+    rules.tell_example.output.numbers,
+    rules.diagnose_example.output.page,
+]

@@ -1,0 +1,19 @@
+"""Put the worked example into tables and numbers."""
+
+from job import logged
+
+with logged(snakemake.log):
+    from pathlib import Path
+
+    from scalar.atomic import write_json
+    from scalar.study.tables import write_table
+    from scalar.study.worked_example import errors, numbers, read, tell
+
+    given = snakemake.input
+    truth, floor_truth = Path(given.cell) / "truth", Path(given.floor_cell) / "truth"
+    tables = tell(Path(given.cell) / "dataset")
+    found = errors(Path(given.after).parent, Path(given.floor), truth, floor_truth)
+    for name, table in {**tables, "errors": found}.items():
+        write_table(snakemake.output[name], table)
+    told = numbers(read(given.diagnosis), read(truth / "truth.json"), found, tables)
+    write_json(snakemake.output.numbers, told)
