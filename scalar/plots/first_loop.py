@@ -91,11 +91,11 @@ def draw_support(candidates: pd.DataFrame) -> Figure:
         if name.startswith("behind_") and name not in ("behind_least", "behind_most")
     ]
     with styled():
-        figure = new_figure(11.0, 0.34 * len(rows) + 1.8)
-        ax, words = figure.subplots(1, 2, sharey=True, width_ratios=[5.0, 4.6])
+        figure = new_figure(11.4, 0.34 * len(rows) + 1.8)
+        ax, words = figure.subplots(1, 2, sharey=True, width_ratios=[5.0, 5.2])
         words.axis("off")
         top = len(rows) - 0.35
-        for x, text in ((0.0, "magnitudes (95 %)"), (0.80, "misfit: plain, with offset")):
+        for x, text in ((0.0, "magnitudes (95 %)"), (0.89, "misfit: plain, with offset")):
             words.text(x, top, text, fontsize=8, fontweight="bold", ha="left" if x == 0 else "center")
         for at, row in enumerate(rows):
             colour, mark = _VERDICTS[row["verdict"]], _MARKS[row["verdict"]]
@@ -106,7 +106,7 @@ def draw_support(candidates: pd.DataFrame) -> Figure:
                 min(row["behind"], _FARTHEST), at, mark, color=colour, markersize=8, markeredgecolor="white"
             )
             words.text(0.0, at, _magnitudes(row), va="center", fontsize=8)
-            for x, name in ((0.76, "misfit_factor"), (0.86, "misfit_factor_with_offset")):
+            for x, name in ((0.84, "misfit_factor"), (0.94, "misfit_factor_with_offset")):
                 words.text(x, at, f"{row[name]:.2f}", va="center", ha="center", fontsize=8)
         words.set_xlim(0.0, 1.0)
         for limit, text, side in ((3.0, "alike ", "right"), (np.log(1000.0), " factor 1000", "left")):

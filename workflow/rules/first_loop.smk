@@ -1,5 +1,6 @@
 # Closing the first loop: which undeclared effect made the published curves go flat? A config without `first_loop` has none.
 FIRST_LOOP = config.get("first_loop") or {}
+FIRST_LOOP_OPTIONS = {"first_seed": config["first_seed"], **FIRST_LOOP}
 FIRST_LOOP_SWEEPS = {axis["published"]: name for name, axis in AXES.items() if "published" in axis}
 FIRST_LOOP_DIR = f"{RESULTS}/first_loop"
 FIRST_LOOP_SCENE = ROOT / (FIRST_LOOP.get("scene") or STUDIES["headline"]["scene"])
@@ -22,11 +23,33 @@ def first_loop_robot(wildcards):
     return [local((FIRST_LOOP_SCENE.parent / robot).resolve())] if isinstance(robot, str) else []
 
 
+rule foretell_first_loop:
+    input:
+        scene=local(FIRST_LOOP_SCENE),
+        robot=first_loop_robot,
+        published=resource("published_curves.csv"),
+        modules=modules("scalar.study.first_loop.foretell", "scalar.study.tables"),
+    output:
+        f"{FIRST_LOOP_DIR}/foretold.npz",
+    log:
+        f"{RESULTS}/logs/foretell_first_loop.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/foretell_first_loop.tsv"
+    threads: 1
+    params:
+        options=FIRST_LOOP_OPTIONS,
+    message:
+        "Predicting the published curves under every candidate"
+    script:
+        "../scripts/foretell_first_loop.py"
+
+
 rule close_first_loop:
     input:
         scene=local(FIRST_LOOP_SCENE),
         robot=first_loop_robot,
         published=resource("published_curves.csv"),
+        foretold=rules.foretell_first_loop.output[0],
         sweeps=[f"{SWEEP_DIR}/{name}/errors.csv" for name in FIRST_LOOP_SWEEPS.values()],
         modules=modules("scalar.study.first_loop.analysis", "scalar.study.tables"),
     output:
@@ -46,7 +69,7 @@ rule close_first_loop:
         f"{RESULTS}/benchmarks/close_first_loop.tsv"
     threads: 1
     params:
-        options={"first_seed": config["first_seed"], **FIRST_LOOP},
+        options=FIRST_LOOP_OPTIONS,
         sweeps=list(FIRST_LOOP_SWEEPS),
     message:
         "Weighing what made the published curves go flat"

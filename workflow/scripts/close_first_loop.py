@@ -5,11 +5,13 @@ from job import logged
 with logged(snakemake.log):
     from scalar.atomic import write_json
     from scalar.study.first_loop.analysis import close_first_loop
+    from scalar.study.first_loop.foretell import load_foretold
     from scalar.study.tables import read_table, write_table
 
     given, params, output = snakemake.input, snakemake.params, snakemake.output
     sweeps = {name: read_table(path) for name, path in zip(params.sweeps, given.sweeps, strict=True)}
-    found = close_first_loop(given.scene, read_table(given.published), sweeps, params.options)
+    foretold = load_foretold(given.foretold)
+    found = close_first_loop(given.scene, read_table(given.published), sweeps, foretold, params.options)
     for name in ("candidates", "predictions", "recovery", "coverage"):
         write_table(output[name], getattr(found, name))
     write_json(output.numbers, found.numbers)

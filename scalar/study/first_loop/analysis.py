@@ -1,4 +1,4 @@
-"""The whole of it: predictions, what the curves say of each candidate, how sure that is, and what the method can tell."""
+"""What the curves say of each candidate, how sure that is, and what the method can tell."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 import pandas as pd
 
 from scalar.se3 import Array
-from scalar.study.first_loop.candidates import CANDIDATES, STATED, STEPS, predict, predict_from_fits
-from scalar.study.first_loop.cells import offset_covariance
-from scalar.study.first_loop.curves import Curves, Setting, read_curves
+from scalar.study.first_loop.candidates import CANDIDATES, STATED, predict_from_fits
+from scalar.study.first_loop.curves import Curves
 from scalar.study.first_loop.ensemble import build_ensemble
 from scalar.study.first_loop.findings import candidate_table, prediction_table, summary_numbers
+from scalar.study.first_loop.foretell import Foretold, runs_to_weigh
 from scalar.study.first_loop.recovery import plant, plant_from_fits, recover
 from scalar.study.first_loop.weigh import Fine, Weighed, refine, weigh
 
@@ -35,13 +35,17 @@ class Findings:
 
 
 def close_first_loop(
-    scene: str | Path, published: pd.DataFrame, sweeps: Mapping[str, pd.DataFrame], options: Mapping[str, Any]
+    scene: str | Path,
+    published: pd.DataFrame,
+    sweeps: Mapping[str, pd.DataFrame],
+    foretold: Foretold,
+    options: Mapping[str, Any],
 ) -> Findings:
     """Return what the published curves say of every candidate.
 
     Args:
         scene: Config file of the paper's cell. published: Of published_curves.csv. sweeps: errors.csv by sweep.
-        options: The config's block ``first_loop``; keys in its schema.
+        foretold: As ``foretell`` returns it. options: The config's block ``first_loop``; keys in its schema.
 
     Raises:
         InvalidInput: The scene is at fault.
@@ -51,29 +55,14 @@ def close_first_loop(
 
     scene = Path(scene)
     config = load_config(scene)
-    curves = _curves(config, published, options)
-    first, seeds, draws = options["first_seed"], options["seeds"], options["draws"]
-    ensemble = build_ensemble(
-        config,
-        scene.parent,
-        range(first, first + seeds),
-        draws,
-        curves.settings,
-        STEPS,
-        options["followed_seeds"],
-    )
-    print("predicting", flush=True)
-    predictions = predict(ensemble, CANDIDATES, curves.settings)
+    curves = runs_to_weigh(config, published, options)
+    predictions, offset = dict(foretold.predictions), foretold.offset
     for candidate in CANDIDATES:
         if candidate.method:
             found = predict_from_fits(candidate, curves, sweeps, options["walls"])
             if found is not None:
                 predictions[candidate.name] = found
     predictions = {c.name: predictions[c.name] for c in CANDIDATES if c.name in predictions}
-    print("other cells", flush=True)
-    base = _base(config)
-    few = range(first, first + options["other_cell_seeds"])
-    offset, others = offset_covariance(config, scene.parent, options["other_cells"], base, few, draws)
     fines = {name: refine(prediction) for name, prediction in predictions.items()}
     verdicts = {name: weigh(fine, curves.log_errors[None], offset)[0] for name, fine in fines.items()}
     candidates = candidate_table(curves, predictions, fines, verdicts, offset)
@@ -84,27 +73,8 @@ def close_first_loop(
         predictions=prediction_table(curves, fines, verdicts, offset),
         recovery=confusion,
         coverage=coverage,
-        numbers=summary_numbers(curves, candidates, confusion, coverage, offset, others, options),
+        numbers=summary_numbers(curves, candidates, confusion, coverage, foretold, options),
     )
-
-
-def _base(config: Mapping[str, Any]) -> Setting:
-    return Setting(
-        poses=config["poses_per_plane"] * len(config["planes"]),
-        points=config["sensor"]["points_per_scan"],
-        sigma=config["noise"]["range_noise_std_m"],
-        offset=config["plane_guess"]["offset_m"],
-        tilt=config["plane_guess"]["tilt_deg"],
-    )
-
-
-def _curves(config: Mapping[str, Any], published: pd.DataFrame, options: Mapping[str, Any]) -> Curves:
-    """Return the runs to weigh; a scan of a plane gives two equations, and 15 poses give too few."""
-    joints = len(config["robot"]["joints"])
-    unknowns = (
-        4 * joints + 6 + 3 * len(config["planes"]) - len(config.get("initial_model", {}).get("exact", ()))
-    )
-    return read_curves(published, _base(config), options["leave_out"], -(-unknowns // 2))
 
 
 def _recovery(

@@ -97,6 +97,7 @@ CANDIDATES = (
     Candidate("tolerance", "stopped by a loose tolerance", ("tolerance",)),
     Candidate("iterations", "stopped after some iterations", ("iterations",)),
     Candidate("abs", "root read as √|·|", method="published-abs"),
+    Candidate("abs-2018", "root read as √|·|, solver of 2018", method="published-abs-2018"),
     Candidate("clip", "root read as √max(0, ·)", method="published-clip"),
     Candidate("noise+scan", "more noise, error common to a scan", ("noise", "scan")),
     Candidate("noise+joint", "more noise, joints' spread", ("noise", "joint")),

@@ -12,6 +12,7 @@ from scipy.special import logsumexp
 from scalar.se3 import Array
 from scalar.study.first_loop.candidates import CANDIDATES, STATED, Prediction
 from scalar.study.first_loop.curves import Curves
+from scalar.study.first_loop.foretell import Foretold
 from scalar.study.first_loop.recovery import ALIKE, EXCLUDED
 from scalar.study.first_loop.weigh import ALL, Fine, Weighed, held_out, offsets_found, refine, weigh
 from scalar.study.summary import QUANTITIES
@@ -144,8 +145,7 @@ def summary_numbers(
     candidates: pd.DataFrame,
     confusion: pd.DataFrame,
     coverage: pd.DataFrame,
-    offset: Array,
-    others: Mapping[str, list[float]],
+    foretold: Foretold,
     options: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Return what the paper quotes."""
@@ -160,7 +160,18 @@ def summary_numbers(
     }
     with_effect = {
         effect: float(sum(row["posterior"] for name, row in tested.items() if effect in name.split("+")))
-        for effect in ("noise", "shared", "scan", "joint", "step", "iterations", "tolerance", "abs", "clip")
+        for effect in (
+            "noise",
+            "shared",
+            "scan",
+            "joint",
+            "step",
+            "iterations",
+            "tolerance",
+            "abs",
+            "abs-2018",
+            "clip",
+        )
     }
     return {
         "runs": len(curves.settings),
@@ -186,10 +197,14 @@ def summary_numbers(
         "offset_std": {
             group: dict(zip(QUANTITIES, row, strict=True))
             for group, row in zip(
-                ("point", "scan", "joint"), np.sqrt(np.diag(offset)).reshape(3, -1).tolist(), strict=True
+                ("point", "scan", "joint"),
+                np.sqrt(np.diag(foretold.offset)).reshape(3, -1).tolist(),
+                strict=True,
             )
         },
-        "other_cells": {name: dict(zip(QUANTITIES, row, strict=True)) for name, row in others.items()},
+        "other_cells": {
+            name: dict(zip(QUANTITIES, row, strict=True)) for name, row in foretold.others.items()
+        },
         "candidates": {name: _plain(row) for name, row in tested.items()},
         "recovery": {
             "sets": options["recovery_sets"],
