@@ -24,5 +24,6 @@ def read_table(path: str | Path) -> pd.DataFrame:
 
 
 def read_tables(paths: Sequence[str | Path]) -> pd.DataFrame:
-    """Return tables of the same columns below one another, in the order given."""
-    return pd.concat([pd.read_csv(path) for path in paths], ignore_index=True)
+    """Return tables of the same columns below one another, in the order given; an empty cell is missing, the word null is a word."""
+    tables = [pd.read_csv(path, keep_default_na=False, na_values=["", "nan"]) for path in paths]
+    return pd.concat(tables, ignore_index=True)
