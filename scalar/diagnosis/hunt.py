@@ -37,6 +37,7 @@ SWAP_MARGIN = 3.0  # nats of evidence by which another effect has to explain bet
 CONFOUNDED_MARGIN = 5.0  # nats within which the data do not tell two effects apart
 MAX_EFFECTS = 60  # steps; harmonics of several joints take many
 CHANGE_MARGIN = 6  # least number of poses on each side of a change
+ROUNDING = 1e-4  # of the noise's variance: a residual below it is rounding, and its structure the computer's
 _ALWAYS = -np.inf
 _LEAST_P_VALUE = 1e-300  # below it the distribution's tail is no longer computed
 
@@ -260,6 +261,8 @@ def hunt(state: State) -> Found:
     error = start_error
     steps: list[tuple[Scored, HeldOut, HeldOut]] = []
     refused: set[str] = set()
+    if start.background().variance < ROUNDING:
+        return Found(start, start_error, state, error, steps)
     for _ in range(MAX_EFFECTS):
         ranking = rank(state, state.background(), columns(state, pool))
         taken = None
