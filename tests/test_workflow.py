@@ -234,7 +234,7 @@ def test_a_whole_sweep_is_added_by_a_grid_and_a_line_of_the_config(built):
                 "draw_sweep": 1,
             }
             assert not {"plan_sweeps", "simulate", "calibrate"} & set(started)
-            ran = snakemake(folder, *SMOKE, "results/smoke/sweeps/plane_offset/figures/upright.png")
+            ran = snakemake(folder, "results/smoke/sweeps/plane_offset/figures/upright.png", *SMOKE)
             assert ran.returncode == 0, ran.stdout
         summary = pd.read_csv(folder / RESULTS / "sweeps/plane_offset/summary.csv")
         assert set(summary["value"]) == {0.001, 0.05}
