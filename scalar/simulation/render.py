@@ -1,135 +1,186 @@
-"""A picture of the cell: arm, plates and the laser's fan, drawn by pybullet's software renderer.
+"""A picture of the cell: arm, plates, scan lines and the laser's fan, drawn by pybullet's software renderer.
 
-For people to look at; no number depends on it.
+For people to look at; no number depends on it. The renderer has hard edges, no glass, and shadows only of its own shapes. So
+several views are averaged, the camera moved by parts of a pixel and the light about its place; shadows are told by a
+second look, from the light; and the fan is mixed in where it is nearer than what stands there.
 """
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pybullet
 
 from scalar.simulation.body import body_of
-from scalar.simulation.plates import Plate
-from scalar.simulation.scanner import BEYOND, cast_fan, directions
+from scalar.simulation.camera import Camera
+from scalar.simulation.scanner import directions
 from scalar.simulation.scene import SimulatedScene
-from scalar.simulation.transforms import Array, quaternion_from_rotation
+from scalar.simulation.shapes import Mesh, box, link_shapes, sheet, tube
+from scalar.simulation.transforms import Array, rotation_from_quaternion
 from scalar.simulation.world import World
 
-PLATE_COLOURS = ((0.78, 0.80, 0.84, 1.0), (0.90, 0.84, 0.74, 1.0), (0.76, 0.86, 0.80, 1.0))
-ARM_COLOURS = ((0.26, 0.36, 0.52, 1.0), (0.45, 0.56, 0.72, 1.0))
-SENSOR_COLOUR = (0.15, 0.15, 0.17, 1.0)
-LASER_COLOUR = (0.86, 0.10, 0.10, 1.0)
-FAN_RAYS = 41
-BEAM_RADIUS = 1.2e-3  # m
-SPOT_RADIUS = 4.0e-3  # m
-FIELD_OF_VIEW_DEG = 38.0
-SUPERSAMPLING = 2  # drawn larger and averaged, since the renderer does not smooth edges
+PLATE_COLOURS = ((0.93, 0.94, 0.95), (0.80, 0.87, 0.94), (0.96, 0.90, 0.80))
+LINE_COLOURS = ((0.33, 0.36, 0.40), (0.16, 0.38, 0.62), (0.72, 0.45, 0.10))
+HOUSING_COLOUR = (0.95, 0.95, 0.93)
+JOINT_COLOUR = (0.30, 0.33, 0.38)
+SENSOR_COLOUR = (0.12, 0.12, 0.14)
+LASER_COLOUR = (0.88, 0.07, 0.10)
+FAN_OPACITY = 0.38
+LINE_RADIUS = 1.8e-3  # m
+LASER_RADIUS = 4.0e-3  # m
+LIFT = 2.0e-3  # m: lines stand so far off their plate
+LIGHT = (-1.0, -1.5, 2.6)  # towards it
+LIGHT_SPREAD = 0.12
+SHADE = 0.80
+SHADOW_PIXELS = 800
+SHADOW_BIAS = 12e-3  # m: so far off itself a surface is looked at, lest it shade itself
+VIEWS = 8
+UPRIGHT = 0.5  # at most this much of a plate's normal points up
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A picture and where things are in it.
+
+    Attributes:
+        image: ``(height, width, 3)`` uint8.
+        places: ``{name: (x, y) in pixels from the upper left}``, of each plate's outer edge, the scanner, the base.
+    """
+
+    image: Array
+    places: dict[str, tuple[float, float]]
 
 
 def render_scene(
-    scene: SimulatedScene, row: int = 0, *, width: int = 960, height: int = 720, azimuth_deg: float = 215.0
-) -> Array:
-    """Return a picture (height, width, 3) uint8 of the arm at pose `row` of a scene, with its laser on.
+    scene: SimulatedScene,
+    row: int | None = None,
+    *,
+    width: int = 960,
+    height: int = 720,
+    azimuth_deg: float = 236.0,
+    elevation_deg: float = 21.0,
+    views: int = VIEWS,
+) -> Picture:
+    """Return a picture of the arm at one pose of a scene, its laser on, and of all scan lines.
 
     Args:
-        scene: simulated. row: of the poses table. azimuth_deg: direction from the middle of the cell to the
-            camera, about z.
+        scene: simulated. row: of the poses table; None: one whose fan is seen well.
+        width, height: in pixels. azimuth_deg, elevation_deg: of the camera, seen from the middle of the cell.
+        views: that are averaged.
     """
     cell = scene.cell
-    with World(cell.plates) as world:
-        client = world.client
-        world.place_arm(cell.arm, body_of(cell.drawn, scene.config["body"]))
-        T = world.sensor_frames(scene.q[row : row + 1])
+    corners = np.concatenate([plate.solid()[0] for plate in cell.plates])
+    azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
+    towards = np.array([np.cos(azimuth), np.sin(azimuth), np.tan(elevation)])
+    camera = Camera.fitted(corners, towards, width, height)
+    ends = _scan_ends(scene)
+    if row is None:
+        row = _largest_fan(scene, ends, camera)
+    starts = scene.T_base_sensor[:, :3, 3]
+    with World() as world, World() as marks, World() as glass:
         for k, plate in enumerate(cell.plates):
-            _show_plate(plate, PLATE_COLOURS[k % len(PLATE_COLOURS)], client)
-        for link in range(-1, cell.arm.n + 2):
-            colour = SENSOR_COLOUR if link >= cell.arm.n else ARM_COLOURS[link % 2]
-            pybullet.changeVisualShape(world.arm_id, link, rgbaColor=colour, physicsClientId=client)
-        angles = np.linspace(-cell.scanner.fan, cell.scanner.fan, FAN_RAYS)
-        _, ranges = cast_fan(world, T, angles, cell.scanner.range_far * BEYOND)
-        ends = T[0, :3, 3] + (ranges[0, :, None] * directions(angles)) @ T[0, :3, :3].T
-        for end in ends:
-            _beam(T[0, :3, 3], end, client)
-        return _photograph(_middle(scene), width, height, azimuth_deg, client)
+            face = box(np.array([*plate.size, plate.thickness]))
+            T = np.eye(4)
+            T[:3, :3], T[:3, 3] = plate.axes, plate.centre - plate.axes[:, 2] * plate.thickness / 2
+            _add(world.client, face.moved(T), PLATE_COLOURS[k % len(PLATE_COLOURS)])
+        for k, (first, last) in enumerate(ends):
+            plate = cell.plates[scene.plane_index[k]]
+            colour = LASER_COLOUR if k == row else LINE_COLOURS[scene.plane_index[k] % len(LINE_COLOURS)]
+            lift = plate.axes[:, 2] * LIFT
+            line = tube(first + lift, last + lift, LASER_RADIUS if k == row else LINE_RADIUS, caps=False)
+            _add(marks.client, line, colour)
+        _show_arm(world, scene, row)
+        _add(glass.client, sheet(np.array([starts[row], *ends[row]])), LASER_COLOUR)
+        image = _averaged(camera, corners, world.client, marks.client, glass.client, views)
+    places = {plate.name: camera.pixels(_label_point(plate)[None])[0] for plate in cell.plates}
+    places |= {"scanner": camera.pixels(starts[row : row + 1])[0], "base": camera.pixels(np.zeros((1, 3)))[0]}
+    return Picture(image, {name: (float(x), float(y)) for name, (x, y) in places.items()})
 
 
-def _show_plate(plate: Plate, colour: tuple[float, ...], client: int) -> None:
-    """Draw a plate as a box: the triangles that rays meet are not drawn by pybullet."""
-    half = [*(plate.size / 2), plate.thickness / 2]
-    box = pybullet.createVisualShape(
-        pybullet.GEOM_BOX, halfExtents=half, rgbaColor=colour, physicsClientId=client
-    )
-    pybullet.createMultiBody(
-        0,
-        baseVisualShapeIndex=box,
-        basePosition=(plate.centre - plate.axes[:, 2] * plate.thickness / 2).tolist(),
-        baseOrientation=quaternion_from_rotation(plate.axes).tolist(),
+def _averaged(camera: Camera, corners: Array, solid: int, marks: int, glass: int, views: int) -> Array:
+    """Return the picture (height, width, 3) uint8 of what is solid, of marks that cast no shadow, and of glass."""
+    rng = np.random.default_rng(0)
+    total = np.zeros((camera.height, camera.width, 3))
+    for k in range(views):
+        # Shifts that fill a pixel evenly (by the golden ratio), lights at random about theirs.
+        shift = np.array([(k + 0.5) / views, (k * 0.6180339887498949) % 1.0]) - 0.5
+        light = np.array(LIGHT) + LIGHT_SPREAD * np.linalg.norm(LIGHT) * rng.uniform(-1, 1, 3)
+        eye = camera.shifted(shift)
+        colours, depth = eye.photograph(solid, light)
+        lamp = Camera.fitted(corners, light, SHADOW_PIXELS, SHADOW_PIXELS)
+        shade = _shaded(eye.points(depth), lamp, lamp.photograph(solid, light)[1]).reshape(depth.shape)
+        shade &= depth < 1.0
+        colours[shade] *= SHADE
+        drawn, before = eye.photograph(marks, light)
+        colours[before < depth] = drawn[before < depth]
+        seen = (eye.photograph(glass, light)[1] < depth)[..., None] * FAN_OPACITY
+        total += (1 - seen) * colours + seen * 255.0 * np.array(LASER_COLOUR)
+    return (total / views).round().clip(0, 255).astype(np.uint8)
+
+
+def _shaded(points: Array, lamp: Camera, depth: Array) -> Array:
+    """Return whether something stands between points (N, 3) and the light, ``(N,)`` bool."""
+    behind = lamp.clip(points + SHADOW_BIAS * lamp.towards)
+    pixels = ((behind[:, :2] * [1, -1] + 1) / 2 * [lamp.width, lamp.height]).astype(int)
+    inside = np.all((pixels >= 0) & (pixels < [lamp.width, lamp.height]), axis=1)
+    x, y = np.where(inside[:, None], pixels, 0).T
+    return inside & (depth[y, x] < (behind[:, 2] + 1) / 2)
+
+
+def _show_arm(world: World, scene: SimulatedScene, row: int) -> None:
+    """Draw the arm where pybullet's kinematics puts its links."""
+    cell = scene.cell
+    world.place_arm(cell.arm)
+    world.move(scene.q_true[row].tolist())
+    frames: Mapping[int, Array] = {-1: np.eye(4)} | {
+        link: _frame(pybullet.getLinkState(world.arm_id, link, 0, 1, physicsClientId=world.client))
+        for link in range(cell.arm.n + 2)
+    }
+    colours = {"housing": HOUSING_COLOUR, "joint": JOINT_COLOUR, "sensor": SENSOR_COLOUR}
+    for link, kind, mesh in link_shapes(cell.arm, body_of(cell.drawn, scene.config["body"])):
+        _add(world.client, mesh.moved(frames[link]), colours[kind])
+
+
+def _frame(state: Any) -> Array:
+    T = np.eye(4)
+    T[:3, :3] = rotation_from_quaternion(np.array(state[1]))
+    T[:3, 3] = state[0]
+    return T
+
+
+def _add(client: int, mesh: Mesh, colour: tuple[float, ...]) -> None:
+    shape = pybullet.createVisualShape(
+        pybullet.GEOM_MESH,
+        vertices=mesh.vertices.tolist(),
+        indices=mesh.triangles.ravel().tolist(),
+        normals=mesh.normals.tolist(),
+        rgbaColor=[*colour, 1.0],
         physicsClientId=client,
     )
+    pybullet.createMultiBody(0, baseVisualShapeIndex=shape, physicsClientId=client)
 
 
-def _beam(start: Array, end: Array, client: int) -> None:
-    """Draw one ray, and a spot where it ends."""
-    along = end - start
-    length = float(np.linalg.norm(along))
-    z = along / length
-    x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
-    x = x / np.linalg.norm(x)
-    quaternion = quaternion_from_rotation(np.column_stack([x, np.cross(z, x), z]))
-    ray = pybullet.createVisualShape(
-        pybullet.GEOM_CYLINDER,
-        radius=BEAM_RADIUS,
-        length=length,
-        rgbaColor=LASER_COLOUR,
-        physicsClientId=client,
-    )
-    pybullet.createMultiBody(
-        0,
-        baseVisualShapeIndex=ray,
-        basePosition=((start + end) / 2).tolist(),
-        baseOrientation=quaternion.tolist(),
-        physicsClientId=client,
-    )
-    spot = pybullet.createVisualShape(
-        pybullet.GEOM_SPHERE, radius=SPOT_RADIUS, rgbaColor=LASER_COLOUR, physicsClientId=client
-    )
-    pybullet.createMultiBody(0, baseVisualShapeIndex=spot, basePosition=end.tolist(), physicsClientId=client)
+def _scan_ends(scene: SimulatedScene) -> Array:
+    """Return the first and the last true point of every scan, (N, 2, 3) [m] in the base frame."""
+    outer = [0, -1]
+    points = scene.ranges[:, outer, None] * directions(scene.angles[:, outer])
+    T = scene.T_base_sensor
+    return points @ T[:, :3, :3].transpose(0, 2, 1) + T[:, None, :3, 3]
 
 
-def _middle(scene: SimulatedScene) -> tuple[Array, float]:
-    """Return the middle of the cell (3,) [m] and its size [m]: of base, shoulder and plates."""
-    arm = scene.cell.drawn
-    shoulder = (arm.T_base_0 @ arm.joint_origin(0))[:3, 3]
-    points = np.array([np.zeros(3), shoulder, *(plate.centre for plate in scene.cell.plates)])
-    middle = (points.min(0) + points.max(0)) / 2
-    return middle, float(max(plate.size.max() for plate in scene.cell.plates))
+def _largest_fan(scene: SimulatedScene, ends: Array, camera: Camera) -> int:
+    """Return the pose whose fan is seen large and far out, where the arm does not hide it; on an upright plate where there is one."""
+    corners = np.concatenate([scene.T_base_sensor[:, None, :3, 3], ends], axis=1)
+    x, y = np.moveaxis(camera.pixels(corners.reshape(-1, 3)).reshape(-1, 3, 2), 2, 0)
+    area = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
+    upright = np.array([abs(float(plate.normal[2])) < UPRIGHT for plate in scene.cell.plates])[
+        scene.plane_index
+    ]
+    reach = np.linalg.norm(corners[:, 0, :2], axis=1)
+    return int(np.argmax(np.abs(area) * reach * (upright if upright.any() else 1)))
 
 
-def _photograph(view: tuple[Array, float], width: int, height: int, azimuth_deg: float, client: int) -> Array:
-    target, radius = view
-    camera = pybullet.computeViewMatrixFromYawPitchRoll(
-        cameraTargetPosition=target.tolist(),
-        distance=2.0 * radius,
-        yaw=azimuth_deg - 270.0,
-        pitch=-24.0,
-        roll=0.0,
-        upAxisIndex=2,
-        physicsClientId=client,
-    )
-    lens = pybullet.computeProjectionMatrixFOV(
-        FIELD_OF_VIEW_DEG, width / height, 0.05, 10.0 * radius, physicsClientId=client
-    )
-    _, _, pixels, _, _ = pybullet.getCameraImage(
-        width * SUPERSAMPLING,
-        height * SUPERSAMPLING,
-        camera,
-        lens,
-        lightDirection=[-1.0, -1.5, 3.0],
-        shadow=1,
-        lightAmbientCoeff=0.65,
-        lightDiffuseCoeff=0.45,
-        lightSpecularCoeff=0.1,
-        renderer=pybullet.ER_TINY_RENDERER,
-        physicsClientId=client,
-    )
-    shape = (height, SUPERSAMPLING, width, SUPERSAMPLING, 4)
-    image = np.asarray(pixels, np.uint8).reshape(shape)[..., :3]
-    return image.mean((1, 3)).round().astype(np.uint8)
+def _label_point(plate: Any) -> Array:
+    """Return a point of a plate's face where a name stands well: near the upper edge, or the edge of a floor that is nearest to +y."""
+    return plate.centre + plate.axes[:, :2] @ (plate.size * [0.0, 0.40])

@@ -337,7 +337,7 @@ def test_progress_is_told(paper):
 
 def test_a_picture_shows_arm_and_laser(paper):
     """The picture has the asked size, the laser's red in it, and more than one other colour."""
-    picture = render_scene(paper, 0, width=320, height=240)
+    picture = render_scene(paper, 0, width=320, height=240, views=1).image
     assert picture.shape == (240, 320, 3) and picture.dtype == np.uint8
     red = picture[..., 0].astype(int) - picture[..., 1] > 60
     assert 5 < red.sum() < picture[..., 0].size / 4

@@ -126,4 +126,5 @@ rule figures:
         ),
         SWEEP_FIGURES,
         SEQUENTIAL_FIGURES,
+        SCENE_FIGURES,
         FIRST_LOOP_FIGURES,

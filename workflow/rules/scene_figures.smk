@@ -1,0 +1,122 @@
+# The headline in pictures beyond its error: the cell, what is told apart how well, and where in the workspace errors lie.
+from types import SimpleNamespace
+
+FIRST_CASE = next(iter(CASES["headline"].values()))
+FIRST_BATCH = batches("headline")[0]
+OURS = "manifold"
+OF_FIRST_CASE = SimpleNamespace(study="headline", case=FIRST_CASE.name)
+SCENE_FIGURES = expand(
+    f"{HEADLINE}/figures/{{name}}.{{suffix}}",
+    name=["scene", *(["correlation", "workspace"] if OURS in STUDIES["headline"]["methods"] else [])],
+    suffix=["png", "svg"],
+)
+
+
+rule render_scene:
+    input:
+        scene=scene_file(OF_FIRST_CASE),
+        robot=robot_file(OF_FIRST_CASE),
+        modules=modules("scalar.study.picture"),
+    output:
+        picture=f"{HEADLINE}/scene/picture.png",
+        places=f"{HEADLINE}/scene/places.json",
+    log:
+        f"{RESULTS}/logs/render_scene.log",
+    threads: 1
+    params:
+        overrides=FIRST_CASE.overrides,
+        seed=config["first_seed"],
+    message:
+        "Drawing the cell by pybullet's renderer"
+    script:
+        "../scripts/render_scene.py"
+
+
+rule correlate:
+    input:
+        calibrations=f"{HEADLINE}/calibrations/{FIRST_CASE.name}/{OURS}/{FIRST_BATCH}",
+        modules=modules("scalar.study.workspace", "scalar.study.tables"),
+    output:
+        report(
+            f"{HEADLINE}/correlation.csv",
+            caption="../report/correlation.rst",
+            category="Tables",
+            labels={"study": "headline", "shows": "correlations of the parameters"},
+        ),
+    log:
+        f"{RESULTS}/logs/correlate.log",
+    threads: 1
+    message:
+        "Writing the correlations of the first seed's parameters"
+    script:
+        "../scripts/correlate.py"
+
+
+rule map_workspace:
+    input:
+        data=expand(f"{HEADLINE}/data/{FIRST_CASE.name}/{{batch}}", batch=batches("headline")),
+        calibrations=expand(
+            f"{HEADLINE}/calibrations/{FIRST_CASE.name}/{OURS}/{{batch}}", batch=batches("headline")
+        ),
+        modules=modules("scalar.study.workspace", "scalar.study.tables"),
+    output:
+        errors=f"{HEADLINE}/workspace.csv",
+        seeds=f"{HEADLINE}/workspace.json",
+    log:
+        f"{RESULTS}/logs/map_workspace.log",
+    threads: 1
+    message:
+        "Mapping the errors over the workspace"
+    script:
+        "../scripts/map_workspace.py"
+
+
+rule draw_scene:
+    input:
+        picture=rules.render_scene.output.picture,
+        places=rules.render_scene.output.places,
+        modules=modules("scalar.plots.scene"),
+    output:
+        **figure(f"{HEADLINE}/figures/scene", "figure_scene", "Headline", shows="the cell"),
+    log:
+        f"{RESULTS}/logs/draw_scene.log",
+    threads: 1
+    script:
+        "../scripts/draw_scene.py"
+
+
+rule draw_correlation:
+    input:
+        correlation=rules.correlate.output[0],
+        modules=modules("scalar.plots.correlation", "scalar.study.tables"),
+    output:
+        **figure(
+            f"{HEADLINE}/figures/correlation",
+            "figure_correlation",
+            "Identifiability",
+            shows="correlations of the parameters",
+        ),
+    log:
+        f"{RESULTS}/logs/draw_correlation.log",
+    threads: 1
+    script:
+        "../scripts/draw_correlation.py"
+
+
+rule draw_workspace:
+    input:
+        errors=rules.map_workspace.output.errors,
+        seeds=rules.map_workspace.output.seeds,
+        modules=modules("scalar.plots.workspace", "scalar.study.tables"),
+    output:
+        **figure(
+            f"{HEADLINE}/figures/workspace",
+            "figure_workspace",
+            "Headline",
+            shows="errors over the workspace",
+        ),
+    log:
+        f"{RESULTS}/logs/draw_workspace.log",
+    threads: 1
+    script:
+        "../scripts/draw_workspace.py"

@@ -1,0 +1,15 @@
+"""Draw the map of errors over the workspace."""
+
+from job import logged
+
+with logged(snakemake.log):
+    import json
+    from pathlib import Path
+
+    from scalar.plots.style import save_figure
+    from scalar.plots.workspace import draw_workspace
+    from scalar.study.tables import read_table
+
+    given, wanted = snakemake.input, snakemake.output
+    seeds = json.loads(Path(given.seeds).read_text(encoding="utf-8"))["seeds"]
+    save_figure(draw_workspace(read_table(given.errors), seeds), [wanted.png, wanted.svg])
