@@ -26,6 +26,9 @@ ALLOWED_PHRASES = (
 )
 UNIT = re.compile(r"\d\s*(mm|µm|°|%|m\b|s\b|rad|mrad)")
 
+KEY = re.compile(r"[A-Za-z][\w.-]*\.[\w.-]*")
+"""A key of the numbers, whose names may hold a value and a unit."""
+
 
 class Piece(NamedTuple):
     """A stretch of text of one kind: prose, math or code (a string in code)."""
@@ -153,7 +156,7 @@ def typed_numbers(text: str) -> list[str]:
         elif kind == "math":
             marks = re.findall(r"\d+\.\d+|\d{2,}", content)
         else:
-            marks = [content] if UNIT.search(content) else []
+            marks = [content] if UNIT.search(content) and not KEY.fullmatch(content) else []
         found += [f"line {line}: {mark}" for mark in marks]
     return found
 

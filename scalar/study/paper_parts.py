@@ -97,11 +97,14 @@ def settings() -> dict[str, Any]:
     }
 
 
-def stated(headline: pd.DataFrame, planes: pd.DataFrame, curves: pd.DataFrame) -> dict[str, Any]:
+def stated(
+    headline: pd.DataFrame, planes: pd.DataFrame, curves: pd.DataFrame, claims: pd.DataFrame
+) -> dict[str, Any]:
     """Return what the original paper states: ``headline.initial``, ``planes``, ``curves.noise.0.01``, the columns below.
 
     Args:
         headline: published_headline.csv. planes: published_plane_errors.csv. curves: published_curves.csv.
+        claims: published_claims.csv.
     """
     columns = list(QUANTITIES)
     states: Any = headline.set_index("state")[columns]
@@ -116,6 +119,7 @@ def stated(headline: pd.DataFrame, planes: pd.DataFrame, curves: pd.DataFrame) -
             "normal_error_deg": first["normal_error_deg"],
         },
         "curves": by_sweep,
+        "claims": {row["claim"]: int(row["value"]) for row in claims.to_dict("records")},
         "points": len(curves),
     }
 

@@ -89,3 +89,16 @@ def test_published_values_are_counted_point_by_point():
     assert (counts["points"], counts["values"], of["values"]) == (2, 8, 8)
     assert (of["inside_band"], of["below_band"], of["above_band"]) == (4, 4, 0)
     assert list(join_placed(placed)["sweep"].unique()) == ["noise"]
+
+
+def test_the_fewest_poses_say_where_the_published_error_falls():
+    """At 18 poses four of six seeds lie below; cases without a published point have no entry."""
+    table = table_of([18.0, 30.0], lambda value, seed: 1.0 + seed)
+    curve = pd.DataFrame([{"value": 18.0, **dict.fromkeys(QUANTITIES, 4.5)}])
+    placed = {"poses": place_published_curve(table, curve)}
+    fewest = sweep_numbers({"poses": table}, placed, {"poses": "x"})["fewest_poses"]
+    assert set(fewest) == {"18"}
+    of = fewest["18"]["walls"]["upright"]["manifold"]
+    assert (fewest["18"]["published_mm"], of["seeds"]) == (4.5, SEEDS)
+    assert of["percentile"] == pytest.approx(100 * 4 / 6)
+    assert of["inside_range"]

@@ -12,6 +12,8 @@ if "sequential" in config:
     PAPER_NUMBERS["sequential"] = f"{SEQUENTIAL_DIR}/numbers.json"
     PAPER_FIGURES["sequential/sequential.svg"] = f"{SEQUENTIAL_DIR}/figures/sequential.svg"
 
+PAPER_NUMBERS["worked_example"] = f"{EXAMPLE}/numbers.json"
+PAPER_FIGURES["worked_example/worked_example.svg"] = f"{EXAMPLE}/figures/worked_example.svg"
 if AXES:
     PAPER_NUMBERS["sweeps"] = f"{SWEEP_DIR}/numbers.json"
     for walls in WALLS:
@@ -82,6 +84,7 @@ rule gather_numbers:
         headline=resource("published_headline.csv"),
         planes=resource("published_plane_errors.csv"),
         curves=resource("published_curves.csv"),
+        claims=resource("published_claims.csv"),
         modules=modules("scalar.study.paper_numbers", "scalar.study.paper_parts", "scalar.study.tables"),
     output:
         f"{RESULTS}/paper/numbers.json",

@@ -18,6 +18,6 @@ with logged(snakemake.log):
     }
     parts["setup"] = setup(Path(given.scene), Path(given.tilted), snakemake.params.seeds)
     parts["settings"] = settings()
-    parts["published"] = stated(*map(read_table, (given.headline, given.planes, given.curves)))
+    parts["published"] = stated(*map(read_table, (given.headline, given.planes, given.curves, given.claims)))
     parts["compared"] = compared(parts)
     write_json(snakemake.output[0], {"draft": snakemake.params.draft} | gather(parts))
