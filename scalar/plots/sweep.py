@@ -119,6 +119,10 @@ def set_x_axis(ax: Axes, values: np.ndarray, label: str, scale: str) -> None:
 def write_failures(ax: Axes, raw: Any, methods: list[str], values: np.ndarray, scale: str) -> None:
     """Write for each method and case how many fits failed, and how many converged elsewhere."""
     rows = raw[raw["quantity"] == "position_mean_mm"]
+    at = _place(values, values, scale)
+    at = np.log(at) if scale == "log" else at
+    gaps = np.diff(at, prepend=-np.inf, append=np.inf) / (np.ptp(at) or 1.0)
+    near = dict(zip(values, np.minimum(gaps[:-1], gaps[1:]) < _NEAR, strict=True))
     for line, method in enumerate(methods):
         mine = rows[rows["method"] == method]
         for row in mine.to_dict("records"):
@@ -129,7 +133,8 @@ def write_failures(ax: Axes, raw: Any, methods: list[str], values: np.ndarray, s
                 "color": "#aaaaaa" if none else LOOKS[method].colour,
                 "fontweight": "normal" if none else "bold",
             }
-            place: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 6.8}
+            size = 4.8 if near[row["value"]] else 6.8
+            place: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": size}
             ax.text(x, -line, "·" if none else text, **place, **look).set_in_layout(False)
     ax.set_ylim(-len(methods) + 0.5, 0.5)
     names = [LOOKS[method].label.replace("paper's way, ", "") for method in methods]

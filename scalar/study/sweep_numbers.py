@@ -25,6 +25,8 @@ EDGES = ("plane_tilt", "plane_offset", "initial_model")
 """Sweeps of how wrong the start may be: up to where does every fit succeed?"""
 ENOUGH = {"poses": (60.0, 120.0), "points": (20.0, 100.0)}
 """The paper's claims that so much is enough: the error at the first value over that at the second."""
+FEWEST = (15.0, 18.0, 21.0)
+"""Poses on three planes: fewer equations than unknowns, and the first two with more."""
 YARDSTICKS = (BOUND, EFFICIENT)
 
 
@@ -52,6 +54,7 @@ def sweep_numbers(
             for name, (few, many) in ENOUGH.items()
             if name in raw
         },
+        "fewest_poses": _fewest(placed["poses"]) if "poses" in placed else {},
         "failures": _failures(raw),
         "published_inside": _inside(placed),
     }
@@ -224,6 +227,18 @@ def _ratio(few: float, many: float) -> Any:
         return {q: float(at[0][q].mean() / at[1][q].mean()) for q in QUANTITIES}
 
     return ask
+
+
+def _fewest(placed: Any) -> dict[str, Any]:
+    """Return by number of poses where the published mean position error falls among our fits that converged."""
+    names = ("ours_min", "ours_median", "ours_max", "percentile", "seeds", "inside_band", "inside_range")
+    answer: dict[str, Any] = {}
+    rows = placed[(placed["quantity"] == MAIN) & placed["value"].isin(FEWEST)]
+    for record in rows.to_dict("records"):
+        entry = answer.setdefault(_plain(record["value"]), {"published_mm": record["published"], "walls": {}})
+        of_walls = entry["walls"].setdefault(record["walls"], {})
+        of_walls[record["method"]] = {name: record[name] for name in names}
+    return answer
 
 
 def _failures(raw: Mapping[str, Any]) -> dict[str, Any]:
