@@ -66,7 +66,7 @@ def draw_panel(ax: Axes, raw: Any, published: Any, methods: list[str], quantity:
         mine = mine[mine["median"].notna()]
         if mine.empty:
             continue
-        x = _place(mine["value"], values, scale)
+        x = place_values(mine["value"], values, scale)
         shown = np.maximum(mine[["p05", "median", "p95"]].to_numpy(dtype=float), floor / 10)
         ax.fill_between(x, shown[:, 0], shown[:, 2], color=look.colour, alpha=0.16, linewidth=0)
         style = {"color": look.colour, "linestyle": _LINES[method], "linewidth": 1.5}
@@ -75,10 +75,15 @@ def draw_panel(ax: Axes, raw: Any, published: Any, methods: list[str], quantity:
         ax.plot(x[small], np.full(small.sum(), floor * 1.25), "v", color=look.colour, markersize=4)
     bound = rows[rows["method"] == BOUND_ROWS].sort_values("value")
     ax.plot(
-        _place(bound["value"], values, scale), bound["median"], ":", color="black", linewidth=1.8, zorder=4
+        place_values(bound["value"], values, scale),
+        bound["median"],
+        ":",
+        color="black",
+        linewidth=1.8,
+        zorder=4,
     )
     if len(published):
-        x = _place(published["value"], values, scale)
+        x = place_values(published["value"], values, scale)
         ax.plot(
             x,
             published[quantity],
@@ -94,7 +99,7 @@ def draw_panel(ax: Axes, raw: Any, published: Any, methods: list[str], quantity:
     ax.set_ylim(max(bottom, floor), top)
 
 
-def _place(value: Any, values: np.ndarray, scale: str) -> np.ndarray:
+def place_values(value: Any, values: np.ndarray, scale: str) -> np.ndarray:
     """Return where values stand on the axis; on a logarithmic one, 0 has a place of its own."""
     x = np.asarray(value, dtype=float)
     return np.where(x == 0, values[values > 0].min() / _ZERO, x) if scale == "log" else x
@@ -103,7 +108,7 @@ def _place(value: Any, values: np.ndarray, scale: str) -> np.ndarray:
 def set_x_axis(ax: Axes, values: np.ndarray, label: str, scale: str) -> None:
     """Set ticks at the cases, labels where there is room."""
     ax.set_xscale(scale)
-    at = _place(values, values, scale)
+    at = place_values(values, values, scale)
     place = np.log(at) if scale == "log" else at
     width, last, labels = np.ptp(place) or 1.0, -np.inf, []
     for x, value in zip(place, values, strict=True):
@@ -119,14 +124,14 @@ def set_x_axis(ax: Axes, values: np.ndarray, label: str, scale: str) -> None:
 def write_failures(ax: Axes, raw: Any, methods: list[str], values: np.ndarray, scale: str) -> None:
     """Write for each method and case how many fits failed, and how many converged elsewhere."""
     rows = raw[raw["quantity"] == "position_mean_mm"]
-    at = _place(values, values, scale)
+    at = place_values(values, values, scale)
     at = np.log(at) if scale == "log" else at
     gaps = np.diff(at, prepend=-np.inf, append=np.inf) / (np.ptp(at) or 1.0)
     near = dict(zip(values, np.minimum(gaps[:-1], gaps[1:]) < _NEAR, strict=True))
     for line, method in enumerate(methods):
         mine = rows[rows["method"] == method]
         for row in mine.to_dict("records"):
-            x = float(_place(row["value"], values, scale))
+            x = float(place_values(row["value"], values, scale))
             text = str(row["failed"] + row["lost"])
             none = text == "0"
             look: Any = {

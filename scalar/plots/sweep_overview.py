@@ -10,7 +10,14 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from scalar.plots.style import LOOKS, new_figure, styled
-from scalar.plots.sweep import BOUND_ROWS, draw_panel, legend_entries, set_x_axis, write_failures
+from scalar.plots.sweep import (
+    BOUND_ROWS,
+    draw_panel,
+    legend_entries,
+    place_values,
+    set_x_axis,
+    write_failures,
+)
 
 COLUMNS = 3
 QUANTITY = "position_mean_mm"
@@ -46,13 +53,23 @@ def draw_overview(
             draw_panel(above, raw, curve, methods, QUANTITY, scale)
             set_x_axis(below, values, axes[name]["label"], scale)
             above.set_xscale(scale)
-            above.set_xlim(below.get_xlim())
+            above.set_xlim(*_range(values, scale))
             above.tick_params(axis="x", which="both", length=0, labelbottom=False)
             write_failures(below, raw, methods, values, scale)
-            below.set_xlim(above.get_xlim())
+            below.set_xlim(*_range(values, scale))
             if k % COLUMNS:
                 above.set_ylabel("")
                 below.set_ylabel("")
             seeds = max(seeds, int(raw.loc[raw["method"] != BOUND_ROWS, "seeds"].max()))
         figure.legend(handles=legend_entries(methods, seeds, True), loc="outside upper center", ncols=4)
     return figure
+
+
+def _range(values: np.ndarray, scale: str) -> tuple[float, float]:
+    """Return the ends of an axis, a little beyond its values."""
+    at = place_values(values, values, scale)
+    if scale != "log":
+        margin = 0.05 * float(np.ptp(at))
+        return float(at.min()) - margin, float(at.max()) + margin
+    margin = (at.max() / at.min()) ** 0.05
+    return float(at.min() / margin), float(at.max() * margin)
