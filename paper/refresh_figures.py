@@ -8,6 +8,9 @@ ROOT = Path(__file__).parents[1]
 WIDTH, COLOURS = 1200, 128  # pixels; a palette: line drawings need no more
 FIGURES = {  # {name in paper/figures: file in results}
     "headline_errors.png": "headline/figures/errors.png",
+    "sweeps.png": "sweeps/figures/overview_upright.png",
+    "worked_example.png": "worked_example/figures/worked_example.png",
+    "closed_loop.png": "paper/closed_loop/confusion.png",
 }
 
 for name, source in FIGURES.items():
