@@ -30,6 +30,7 @@ include: "workflow/rules/figures.smk"
 include: "workflow/rules/measured.smk"
 include: "workflow/rules/closed_loop.smk"
 include: "workflow/rules/worked_example.smk"
+include: "workflow/rules/claims.smk"
 include: "workflow/rules/paper.smk"
 
 
@@ -46,6 +47,7 @@ rule all:
         rules.summarise_headline.output,
         SWEEP_NUMBERS,
         SEQUENTIAL_TABLES,
+        CLAIMS_TABLES,
         WORKED_EXAMPLE,
         FIRST_LOOP_TABLES,
         rules.paper.output,

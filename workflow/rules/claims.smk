@@ -1,0 +1,40 @@
+# Every claim of the original paper beside what this run found; a table that a run lacks leaves its claims open.
+CLAIMS_DIR = f"{RESULTS}/claims"
+CLAIMED_SWEEPS = [name for name in ("noise", "poses", "points", "plane_offset", "plane_tilt") if name in AXES]
+CLAIMS_TABLES = [f"{CLAIMS_DIR}/claims.csv", f"{CLAIMS_DIR}/claims.json"]
+
+
+rule judge_claims:
+    input:
+        claims=resource("judged_claims.csv"),
+        headline=f"{HEADLINE}/summary.csv",
+        planes=f"{HEADLINE}/planes.csv",
+        singular_values=f"{HEADLINE}/identifiability/{FIRST_CASE.name}/singular_values.csv",
+        sequential=f"{SEQUENTIAL_DIR}/summary.csv" if "sequential" in config else [],
+        sweeps=expand(f"{SWEEP_DIR}/{{sweep}}/summary.csv", sweep=CLAIMED_SWEEPS),
+        modules=modules("scalar.study.claims", "scalar.study.tables"),
+    output:
+        table=report(
+            f"{CLAIMS_DIR}/claims.csv",
+            caption="../report/claims.rst",
+            category="Claims",
+            labels={"shows": "claims of the paper, and what we find"},
+        ),
+        numbers=f"{CLAIMS_DIR}/claims.json",
+    log:
+        f"{RESULTS}/logs/judge_claims.log",
+    threads: 1
+    params:
+        sweeps=CLAIMED_SWEEPS,
+        benchmarks={
+            method: expand(
+                f"{RESULTS}/benchmarks/calibrate/headline/{FIRST_CASE.name}/{method}/{{batch}}.tsv",
+                batch=batches("headline"),
+            )
+            for method in STUDIES["headline"]["methods"]
+        },
+        seeds=STUDIES["headline"]["seeds"],
+    message:
+        "Judging the paper's claims"
+    script:
+        "../scripts/judge_claims.py"

@@ -1,0 +1,29 @@
+"""Judge every claim of the paper by the tables of this run."""
+
+from job import logged
+
+with logged(snakemake.log):
+    from pathlib import Path
+
+    import pandas as pd
+    from scalar.atomic import write_json
+    from scalar.study.claims import Results, claim_numbers, judge_claims
+    from scalar.study.tables import read_table, write_table
+
+    given, wanted, params = snakemake.input, snakemake.output, snakemake.params
+    seconds = {  # a job's whole time, imports and all, over its seeds: more than a fit takes
+        method: sum(pd.read_csv(path, sep="\t")["s"].iloc[0] for path in paths) / params.seeds
+        for method, paths in params.benchmarks.items()
+        if all(Path(path).exists() for path in paths)
+    }
+    results = Results(
+        headline=read_table(given.headline),
+        planes=read_table(given.planes),
+        singular_values=read_table(given.singular_values),
+        sequential=read_table(given.sequential) if given.sequential else None,
+        sweeps={name: read_table(path) for name, path in zip(params.sweeps, given.sweeps, strict=True)},
+        seconds=seconds,
+    )
+    table = judge_claims(read_table(given.claims), results)
+    write_table(wanted.table, table, 6)
+    write_json(wanted.numbers, claim_numbers(table))
