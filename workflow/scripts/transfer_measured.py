@@ -7,9 +7,13 @@ with logged(snakemake.log):
     from scalar.calibrate import calibrate
     from scalar.calibration import load_calibration
     from scalar.dataset import read_dataset
+    from scalar.effects.transfer import carried
     from scalar.study.measured import transferred
 
     data = read_dataset(snakemake.input.dataset)
-    effects = load_calibration(snakemake.input.effects).model.effects
+    given = carried(load_calibration(snakemake.input.effects).model, data)
+    effects = given.effects
+    for effect, reason in given.left:
+        print(f"not taken: {effect.key}: {reason}", flush=True)
     calibrate(data, held_effects=effects).save(snakemake.output.calibration)
     write_json(snakemake.output.errors, {f"effects_of_{snakemake.params.source}": transferred(data, effects)})
