@@ -51,7 +51,7 @@ def draw_overview(
             above.set_axis_on()
             below.set_axis_on()
             draw_panel(above, raw, curve, methods, QUANTITY, scale)
-            set_x_axis(below, values, axes[name]["label"], scale)
+            set_x_axis(below, values, axes[name]["label"].replace(" [", "\n["), scale)
             above.set_xscale(scale)
             above.set_xlim(*_range(values, scale))
             above.tick_params(axis="x", which="both", length=0, labelbottom=False)
