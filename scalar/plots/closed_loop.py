@@ -33,7 +33,7 @@ def words(case: str) -> str:
     """Return a case or a name as a label."""
     name, _, variant = case.partition("-")
     text = WORDS.get(name, name.replace("_", " "))
-    return f"{text}, {variant.replace('-', ' ')}" if variant else text
+    return f"{text}, {variant.replace('-', ' ').replace('_', ' ')}" if variant else text
 
 
 def draw_confusion(confusion: pd.DataFrame, least_size: float = 1.0) -> Figure:

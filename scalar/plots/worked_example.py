@@ -41,13 +41,13 @@ def draw_worked_example(
         for ax, when in ((top[0], "before"), (top[2], "after")):
             _residuals(ax, poses, when, limit)
             ax.set_xlabel(f"angle of joint {joint} [°]")
-        top[0].set_title("1. the residual, no effect in the model")
+        top[0].set_title("1. the residual without an effect")
         top[0].legend(loc="lower left", fontsize=7, ncols=3, columnspacing=0.8, handletextpad=0.2)
         _asked(top[1], poses, curve)
         top[1].set_xlabel(f"angle of joint {joint} [°]")
         top[1].set_ylabel(f"error of joint {joint} [°]")
         top[1].set_title(f"3. what each pose asks of joint {joint}")
-        top[2].set_title("4. the residual, the effect in the model")
+        top[2].set_title("4. the residual with the effect")
         _candidates(candidates, ranking)
         _errors(bars, errors, numbers)
     return figure
@@ -114,7 +114,7 @@ def _errors(ax: Axes, errors: pd.DataFrame, numbers: dict[str, Any]) -> None:
             [by_when.loc[when, "position_mean_mm"] for when in ("before", "after", "floor")],
         ),
     ]
-    labels = ("before", "after", "floor: noise alone; the same scene without the effect")
+    labels = ("before", "after", "floor: noise; the scene without it")
     for k, (label, colour, hatch) in enumerate(
         zip(labels, ("#cccccc", _OURS, "white"), ("", "", "///"), strict=True)
     ):
@@ -127,7 +127,7 @@ def _errors(ax: Axes, errors: pd.DataFrame, numbers: dict[str, Any]) -> None:
     ax.set_xticks(range(len(groups)), [label for label, _ in groups])
     ax.set_ylabel("[mm]")
     top = max(max(values) for _, values in groups)
-    ax.set_ylim(0, 1.35 * top)
+    ax.set_ylim(0, 1.25 * top)
     ax.grid(visible=False, axis="x")
-    ax.legend(loc="upper center", fontsize=7.5, ncols=3, columnspacing=1.0)
+    ax.legend(loc="upper left", fontsize=7.5)
     ax.set_title("5. errors on poses that nobody fitted")
