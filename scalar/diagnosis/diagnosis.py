@@ -11,20 +11,10 @@ import numpy as np
 from scalar.atomic import plain
 from scalar.calibrate import conclude, fit_from
 from scalar.calibration import Calibration
+from scalar.diagnosis.candidates import candidates
 from scalar.diagnosis.cleaning import Cleaned, clean, geometry_fit
 from scalar.diagnosis.holdout import HeldOut, held_out
-from scalar.diagnosis.hunt import (
-    CONFOUNDED_MARGIN,
-    Bank,
-    Columns,
-    Scored,
-    bank,
-    hunt,
-    merged,
-    rank,
-    rivals,
-    same_place,
-)
+from scalar.diagnosis.hunt import CONFOUNDED_MARGIN, Scored, columns, hunt, merged, rank, rivals, same_place
 from scalar.diagnosis.noise import CONFOUNDED, Mixed, Spread, whitening
 from scalar.diagnosis.score import Background
 from scalar.diagnosis.silent import Silent, silent
@@ -226,14 +216,14 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
     cleaned = clean(dataset)
     model, prepared = geometry_fit(cleaned.dataset)
     before = settle(cleaned.dataset, model, prepared.free, ())
-    tried = bank(cleaned.dataset)
-    ranking = rank(before, before.background(), Columns(before, tried))
+    pool = candidates(cleaned.dataset)
+    ranking = rank(before, before.background(), columns(before, pool))
     progress("hunting")
-    found = hunt(before, tried)
+    found = hunt(before)
     progress("looking for structure without a name")
-    after = with_unnamed(found.after, tried)
+    after = with_unnamed(found.after, pool)
     noise = tuple(after.spreads)
-    findings = _findings(before, after, tried)
+    findings = _findings(before, after, pool)
     progress("calibrating")
     calibration_before = conclude(
         cleaned.dataset, prepared, *fit_from(cleaned.dataset, before.model, before.free)
@@ -253,7 +243,7 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
         calibration_after=calibration_after,
         findings=findings,
         noise=noise,
-        silent=tuple(silent(after, [candidate for candidate, _ in tried.tried])),
+        silent=tuple(silent(after, pool)),
         ranking=tuple(ranking[:MAX_RANKING]),
     )
 
@@ -269,12 +259,12 @@ def _final_fit(state: State, noise: tuple[Spread, ...]) -> Any:
     return fit_from(state.dataset, state.model, state.free, residuals)
 
 
-def _findings(before: State, after: State, tried: Bank) -> tuple[Finding, ...]:
+def _findings(before: State, after: State, pool: Any) -> tuple[Finding, ...]:
     """Return the effects of a state one by one, each with the held-out error before and after it is added."""
     found = []
     state, error = before, held_out(before)
     effects: tuple[Effect, ...] = ()
-    cols = Columns(after, tried)
+    cols = columns(after, pool)
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
         state = settle(after.dataset, state.model, after.geometry_free, effects)
