@@ -87,7 +87,9 @@ def rules() -> set[str]:
         if path.stem not in ("measured", "closed_loop")
     ]
     text = "".join(path.read_text(encoding="utf-8") for path in paths)
-    return set(re.findall(r"^rule (\w+):", text, re.MULTILINE)) - {"figures"}
+    # From committed summaries, though it stands with the target of its own.
+    of_the_paper = {"draw_committed_closed_loop"}
+    return set(re.findall(r"^rule (\w+):", text, re.MULTILINE)) - {"figures"} | of_the_paper
 
 
 def test_every_rule_runs(built):
