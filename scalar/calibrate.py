@@ -307,16 +307,22 @@ def unseen_effects(residuals: Residuals, model: Model, free: Array) -> Array:
     """Return which free coefficients of effects ``(P,)`` are combinations of parameters and coefficients before them."""
     J = residuals.linearise(model)[1]
     where = model.blocks["effects"]
-    basis = np.linalg.qr(J[:, np.flatnonzero(free[: where.start])])[0]
+    columns = np.flatnonzero(free)
+    # The triangular factor has the same lengths and angles as the columns, and as few rows as there are columns.
+    R = np.asarray(np.linalg.qr(J[:, columns], mode="r"))
+    n_before = int(free[: where.start].sum())
+    basis = np.zeros((len(R), len(columns)))
+    basis[:, :n_before] = np.linalg.qr(R[:, :n_before])[0]
+    known = n_before
     unseen = np.zeros(len(free), dtype=bool)
-    for i in np.flatnonzero(free[where]) + where.start:
-        column = J[:, i]
-        rest = column - basis @ (basis.T @ column)
-        rest -= basis @ (basis.T @ rest)
+    for i, column in zip(columns[n_before:], R.T[n_before:], strict=True):
+        rest = column - basis[:, :known] @ (basis[:, :known].T @ column)
+        rest -= basis[:, :known] @ (basis[:, :known].T @ rest)
         if np.linalg.norm(rest) <= _UNSEEN_SHARE * np.linalg.norm(column):
             unseen[i] = True
         else:
-            basis = np.column_stack([basis, rest / np.linalg.norm(rest)])
+            basis[:, known] = rest / np.linalg.norm(rest)
+            known += 1
     return unseen
 
 

@@ -137,6 +137,39 @@ class Model:
 
 
 @dataclass(frozen=True, eq=False)
+class JointBasis:
+    """The columns of an effect on joints, of the joints that it acts on alone: most act on one of many.
+
+    Attributes:
+        n_columns: k.
+        parts: (joint from 0, ``(N, k)`` [rad per unit]) for each joint that moves.
+    """
+
+    n_columns: int
+    parts: tuple[tuple[int, Array], ...]
+
+    @classmethod
+    def of(cls, basis: Array) -> JointBasis:
+        """Return the parts of a basis ``(N, n, k)``."""
+        acting = np.flatnonzero(np.any(basis != 0, axis=(0, 2)))
+        return cls(basis.shape[2], tuple((int(j), basis[:, j].copy()) for j in acting))
+
+    def added(self, q: Array, coefficients: Array) -> Array:
+        """Return joint angles ``(N, n)`` [rad] with the effect's."""
+        q = q.copy()
+        for j, basis in self.parts:
+            q[:, j] += basis @ coefficients
+        return q
+
+    def columns(self, by_angle: Array) -> Array:
+        """Return the derivatives ``(N, m, k)`` by the coefficients, where those by the angles are ``by_angle`` ``(N, m, n)``."""
+        columns = np.zeros((*by_angle.shape[:2], self.n_columns))
+        for j, basis in self.parts:
+            columns += by_angle[:, :, j, None] * basis[:, None, :]
+        return columns
+
+
+@dataclass(frozen=True, eq=False)
 class EffectBases:
     """The columns of a model's effects at given poses, taken at the nominal robot once and for all.
 
@@ -144,7 +177,7 @@ class EffectBases:
         joints, links, base, sensor: (basis, slice of the effects' coefficients) for each effect that acts there.
     """
 
-    joints: list[tuple[Array, slice]]
+    joints: list[tuple[JointBasis, slice]]
     links: list[tuple[Array, slice]]
     base: list[tuple[Array, slice]]
     sensor: list[tuple[Array, slice]]
@@ -158,7 +191,7 @@ class EffectBases:
             where = slice(start, start + len(effect.coefficients))
             start = where.stop
             if isinstance(effect, JointEffect):
-                bases.joints.append((effect.joint_basis(nominal, poses), where))
+                bases.joints.append((JointBasis.of(effect.joint_basis(nominal, poses)), where))
             elif isinstance(effect, LinkEffect):
                 bases.links.append((effect.geometry_basis(nominal, poses), where))
             elif isinstance(effect, BaseEffect):
@@ -195,7 +228,7 @@ class Kinematics:
         c = np.concatenate([np.zeros(0), *(effect.coefficients for effect in model.effects)])
         q = poses.q
         for basis, where in bases.joints:
-            q = q + basis @ c[where]
+            q = basis.added(q, c[where])
         offsets = None
         for basis, where in bases.links:
             step = basis @ c[where]
@@ -213,8 +246,11 @@ class Kinematics:
             T = T @ exp_screw(basis @ c[where])
         return cls(model, bases, frames, offsets, T_tilted, T_held, T)
 
-    def screws(self) -> Array:
+    def screws(self, *, joint_effects: bool = True) -> Array:
         """Return the screw of the sensor, in the base frame, by every coordinate of robot, sensor and effects.
+
+        Args:
+            joint_effects: Whether those by effects on joints are wanted; else they are left zero.
 
         Returns:
             ``(N, 6, P)`` in the order of ``Model.names``; zero for the target's coordinates and for effects on points.
@@ -234,8 +270,8 @@ class Kinematics:
         screws[:, :, at + 3 : at + 6] = rotations_about(turns, self.T_base_held[:, :3, 3])
         start, n = blocks["effects"].start, model.robot.n_joints
         by_angle = geometry[:, :, 3 * n : 4 * n]
-        for basis, where in self.bases.joints:
-            screws[:, :, start + where.start : start + where.stop] = by_angle @ basis
+        for basis, where in self.bases.joints if joint_effects else []:
+            screws[:, :, start + where.start : start + where.stop] = basis.columns(by_angle)
         for basis, where in self.bases.links:
             flat = basis.reshape(N, -1, basis.shape[-1])
             screws[:, :, start + where.start : start + where.stop] = geometry @ flat

@@ -169,11 +169,15 @@ class Residuals:
         """Return the measured rows alone, ``(N m,)`` and ``(N m, P)``."""
         kinematics, rows = self._at(model)
         N, m = rows.residual.shape
-        jacobian = rows.wrench @ kinematics.screws()
+        # Effects on joints multiply the derivatives by the angles, which stand at theta: m columns each instead of six.
+        jacobian = rows.wrench @ kinematics.screws(joint_effects=False)
         blocks = model.blocks
         items = jacobian[:, :, blocks["target"]].reshape(N, m, -1, rows.target.shape[2])
         items[np.arange(N), :, self.measurement.target_index] = rows.target
-        start = blocks["effects"].start
+        start, n = blocks["effects"].start, model.robot.n_joints
+        by_angle = jacobian[:, :, 3 * n : 4 * n]
+        for basis, where in self.bases.joints:
+            jacobian[:, :, start + where.start : start + where.stop] = basis.columns(by_angle)
         done = 0
         for effect in model.effects:
             k = len(effect.coefficients)

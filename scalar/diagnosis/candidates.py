@@ -12,7 +12,14 @@ from scalar.effects.base import BaseCompliance
 from scalar.effects.catalogue import backlash_driver, drift_driver, plane_centre, range_middle
 from scalar.effects.effect import Effect
 from scalar.effects.gravity import typical_torque
-from scalar.effects.joints import JointBacklash, JointCompliance, JointCoupling, JointHarmonic, JointScale
+from scalar.effects.joints import (
+    JointBacklash,
+    JointCompliance,
+    JointCoupling,
+    JointHarmonic,
+    JointRipple,
+    JointScale,
+)
 from scalar.effects.links import AxisNonparallel, ThermalDrift
 from scalar.effects.sensor import RangeDistortion, RangeOffset, RangeScale
 from scalar.effects.surface import PlaneBow, PlaneMoved
@@ -29,9 +36,12 @@ if TYPE_CHECKING:
     from scalar.dataset import Dataset
 
 HARMONIC_ORDERS = range(1, 33)
+RIPPLE_ORDERS = range(33, 65)
+RIPPLE_EQUATIONS = 4000  # least number of measured numbers: fine orders of six joints are hundreds of columns, and few data fit any of them
 LEAST_TORQUE = (
     0.01  # of the most loaded joint's: below it the sign of a torque says nothing of where a joint rests
 )
+EQUATIONS = {"line-laser": 2, "probe": 1, "tracker": 3}  # that a pose gives, however many points
 CREEP_SHARES = (0.1, 0.3, 1.0)  # of the whole order: how long a creep that is tried takes
 WARM_UP_SHARES = (0.1, 0.3, 1.0)  # of the whole time: time constants of a warm-up that are tried
 
@@ -49,6 +59,10 @@ class Candidate:
     effect: Effect
     terms: int = 1
 
+    def elements(self) -> list[Effect]:
+        """Return the effects of a term each that stand, one after the other, for all columns of the effect."""
+        return [self.effect] if self.terms == 1 else [self.with_terms([i]) for i in range(self.terms)]
+
     def with_terms(self, chosen: list[int]) -> Effect:
         """Return the effect with some of its terms only, in their own order."""
         if self.terms == 1:
@@ -57,7 +71,7 @@ class Candidate:
         if isinstance(self.effect, JointCompliance):
             return JointCompliance(tuple(self.effect.terms[i] for i in chosen))
         if isinstance(self.effect, JointHarmonic):
-            return JointHarmonic(self.effect.joint, tuple(self.effect.orders[i] for i in chosen))
+            return type(self.effect)(self.effect.joint, tuple(self.effect.orders[i] for i in chosen))
         assert isinstance(self.effect, BaseCompliance)
         return BaseCompliance(tuple(self.effect.frames[i] for i in chosen), self.effect.alike)
 
@@ -72,6 +86,8 @@ def candidates(dataset: Dataset) -> list[Candidate]:
     found += [Candidate(BaseCompliance(tuple(range(1, n + 1)), alike), n) for alike in (True, False)]
     found += [Candidate(JointHarmonic(j, (k,))) for j in moving for k in HARMONIC_ORDERS]
     found += [Candidate(JointHarmonic(j, tuple(HARMONIC_ORDERS)), len(HARMONIC_ORDERS)) for j in moving]
+    if dataset.n_poses * EQUATIONS[dataset.sensor.kind] >= RIPPLE_EQUATIONS:
+        found += [Candidate(JointRipple(j, tuple(RIPPLE_ORDERS)), len(RIPPLE_ORDERS)) for j in moving]
     found += [Candidate(JointScale(j)) for j in moving]
     found += [Candidate(JointCoupling(j, s)) for j in moving for s in moving if s != j]
     found += [Candidate(effect) for effect in _backlashes(dataset, moving)]

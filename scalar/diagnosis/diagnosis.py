@@ -11,10 +11,20 @@ import numpy as np
 from scalar.atomic import plain
 from scalar.calibrate import conclude, fit_from
 from scalar.calibration import Calibration
-from scalar.diagnosis.candidates import candidates
 from scalar.diagnosis.cleaning import Cleaned, clean, geometry_fit
 from scalar.diagnosis.holdout import HeldOut, held_out
-from scalar.diagnosis.hunt import CONFOUNDED_MARGIN, Scored, columns, hunt, merged, rank, rivals, same_place
+from scalar.diagnosis.hunt import (
+    CONFOUNDED_MARGIN,
+    Bank,
+    Columns,
+    Scored,
+    bank,
+    hunt,
+    merged,
+    rank,
+    rivals,
+    same_place,
+)
 from scalar.diagnosis.noise import CONFOUNDED, Mixed, Spread, whitening
 from scalar.diagnosis.score import Background
 from scalar.diagnosis.silent import Silent, silent
@@ -216,14 +226,14 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
     cleaned = clean(dataset)
     model, prepared = geometry_fit(cleaned.dataset)
     before = settle(cleaned.dataset, model, prepared.free, ())
-    pool = candidates(cleaned.dataset)
-    ranking = rank(before, before.background(), columns(before, pool))
+    tried = bank(cleaned.dataset)
+    ranking = rank(before, before.background(), Columns(before, tried))
     progress("hunting")
-    found = hunt(before)
+    found = hunt(before, tried)
     progress("looking for structure without a name")
-    after = with_unnamed(found.after, pool)
+    after = with_unnamed(found.after, tried)
     noise = tuple(after.spreads)
-    findings = _findings(before, after, pool)
+    findings = _findings(before, after, tried)
     progress("calibrating")
     calibration_before = conclude(
         cleaned.dataset, prepared, *fit_from(cleaned.dataset, before.model, before.free)
@@ -243,7 +253,7 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
         calibration_after=calibration_after,
         findings=findings,
         noise=noise,
-        silent=tuple(silent(after, pool)),
+        silent=tuple(silent(after, [candidate for candidate, _ in tried.tried])),
         ranking=tuple(ranking[:MAX_RANKING]),
     )
 
@@ -259,12 +269,12 @@ def _final_fit(state: State, noise: tuple[Spread, ...]) -> Any:
     return fit_from(state.dataset, state.model, state.free, residuals)
 
 
-def _findings(before: State, after: State, pool: Any) -> tuple[Finding, ...]:
+def _findings(before: State, after: State, tried: Bank) -> tuple[Finding, ...]:
     """Return the effects of a state one by one, each with the held-out error before and after it is added."""
     found = []
     state, error = before, held_out(before)
     effects: tuple[Effect, ...] = ()
-    cols = columns(after, pool)
+    cols = Columns(after, tried)
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
         state = settle(after.dataset, state.model, after.geometry_free, effects)

@@ -63,47 +63,62 @@ def held_out(state: State, mix: Array | None = None) -> HeldOut:
         mix: ``(N, m, m)``, whitening of what whole poses spread by; the same for states that are compared.
     """
     residual, J = (mixed(mix, rows) for rows in state.linearised())
-    N = state.dataset.n_poses
-    metric_rows = metric(state.residuals)
-    r_metric, J_metric = metric_rows.linearise(state.model)
-    J_metric = J_metric[:, state.free]
-    m, m_metric = state.residuals.measurement.rows_per_pose, metric_rows.measurement.rows_per_pose
+    N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
+    r_metric, J_metric = _in_metres(state)
+    m_metric = len(r_metric) // N
     block, fold = blocks(N)
     whitened, squares = np.zeros(N), np.zeros(N)
     scale = np.linalg.norm(J, axis=0)
     scale[scale == 0] = 1.0
+    gram, projection = J.T @ J / np.outer(scale, scale), J.T @ residual / scale
     for f in range(FOLDS):
         out = fold == f
         if not out.any():
             continue
-        train = np.r_[np.repeat(~out, m), np.ones(len(residual) - N * m, dtype=bool)]
-        step = _step(J[train] / scale, residual[train]) / scale
         test = np.repeat(out, m)
-        rest = (residual[: N * m] + J[: N * m] @ step)[test].reshape(-1, m)
+        J_test = J[: N * m][test]
+        scaled = J_test / scale
+        # What is left of the normal equations without the fold.
+        step = _step(gram - scaled.T @ scaled, projection - scaled.T @ residual[: N * m][test])
+        if step is None:
+            train = np.r_[~test, np.ones(len(residual) - N * m, dtype=bool)]
+            step = -np.linalg.lstsq(J[train] / scale, residual[train], rcond=1e-8)[0]
+        step = step / scale
+        rest = (residual[: N * m][test] + J_test @ step).reshape(-1, m)
         whitened[out] = np.sum(rest**2, axis=1)
         test = np.repeat(out, m_metric)
-        rest = (r_metric[: N * m_metric] + J_metric[: N * m_metric] @ step)[test].reshape(-1, m_metric)
+        rest = (r_metric[test] + J_metric[test] @ step).reshape(-1, m_metric)
         squares[out] = np.sum(rest**2, axis=1)
     _, counts = state.residuals.squared_distances(state.model)
     return HeldOut(whitened, squares / counts, counts, block)
 
 
-def _step(J: Array, residual: Array) -> Array:
-    """Return the Gauss-Newton step by normal equations where they are sound, else by least squares of least norm."""
-    gram = J.T @ J
+def _step(gram: Array, projection: Array) -> Array | None:
+    """Return the Gauss-Newton step by normal equations where they are sound, else None."""
     values = np.linalg.eigvalsh(gram)
     if values[0] > 1e-10 * values[-1]:
-        return -np.linalg.solve(gram, J.T @ residual)
-    return -np.linalg.lstsq(J, residual, rcond=1e-8)[0]
+        return -np.linalg.solve(gram, projection)
+    return None
+
+
+def _in_metres(state: State) -> tuple[Array, Array]:
+    """Return the rows of the poses in metres, every point with the same weight, and their Jacobian."""
+    measurement = state.residuals.measurement
+    N = state.dataset.n_poses
+    if not isinstance(measurement, LineLaser):
+        residual, J = state.linearised()
+        n = N * measurement.rows_per_pose
+        return residual[:n] * measurement.sigma, J[:n] * measurement.sigma
+    rows = metric(state.residuals)
+    residual, J = rows.linearise(state.model)
+    n = N * rows.measurement.rows_per_pose
+    return residual[:n], J[:n, state.free]
 
 
 def metric(residuals: Residuals) -> Residuals:
-    """Return the residuals in metres, every point with the same weight."""
+    """Return the residuals of scans in metres, every point with the same weight."""
     measurement: Any = residuals.measurement
-    if isinstance(measurement, LineLaser):
-        measurement = replace(measurement, R=measurement.R_metric, profiled=False)
-    else:
-        measurement = replace(measurement, sigma=1.0)
+    measurement = replace(measurement, R=measurement.R_metric, profiled=False)
     return Residuals(measurement, residuals.poses, residuals.bases, residuals.known)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import comb
 from typing import TYPE_CHECKING
@@ -18,7 +18,16 @@ import numpy as np
 
 from scalar.diagnosis.candidates import Candidate, candidates
 from scalar.diagnosis.holdout import HeldOut, held_out, improvement
-from scalar.diagnosis.score import Background, Projected, evidence, p_value, remainder, score_changes
+from scalar.diagnosis.score import (
+    Background,
+    ChangeScores,
+    Moments,
+    Projected,
+    beside,
+    evidence,
+    p_value,
+    remainder,
+)
 from scalar.diagnosis.state import State, mixed, settle
 from scalar.effects.base import BaseCompliance
 from scalar.effects.catalogue import plane_centre
@@ -26,6 +35,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.joints import JointCompliance, JointHarmonic
 from scalar.effects.sensor import SensorSlip
 from scalar.effects.surface import PlaneMoved
+from scalar.model import JointBasis
 from scalar.se3 import Array
 
 if TYPE_CHECKING:
@@ -64,62 +74,110 @@ class Scored:
 
 
 @dataclass(frozen=True, eq=False)
-class Columns:
-    """The whitened columns of everything that may be tried, at one model.
+class Bank:
+    """What is tried on a dataset, in elements: columns that several candidates share stand there once.
 
     Attributes:
-        tried: Candidates with their columns.
-        E: ``(N m, e)``, all columns.
-        changes: (effect that acts always, its columns, the poses it touches) for every kind of change.
+        tried: Candidates with the indices of their columns.
+        elements: Effects whose columns these are.
+        changes: (effect that acts always, the poses it touches) for every kind of change; their columns come last.
+        bases: What effects on joints are of the poses, filled as they are first asked for.
     """
 
-    tried: list[tuple[Candidate, slice]]
-    E: Array
-    changes: list[tuple[Effect, slice, Array]]
+    tried: list[tuple[Candidate, Array]]
+    elements: list[Effect]
+    changes: list[tuple[Effect, Array]]
+    bases: dict[Effect, JointBasis] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, pool: Sequence[Candidate], changes: Sequence[tuple[Effect, Array]] = ()) -> Bank:
+        """Return the bank of a pool of candidates and kinds of change."""
+        elements: list[Effect] = []
+        where: dict[str, Array] = {}
+        tried, width = [], 0
+        for candidate in pool:
+            indices = []
+            for element in candidate.elements():
+                key = f"{type(element).__name__} {element.to_mapping()}"
+                if key not in where:
+                    where[key] = width + np.arange(len(element.coefficients))
+                    width += len(element.coefficients)
+                    elements.append(element)
+                indices.append(where[key])
+            tried.append((candidate, np.concatenate(indices)))
+        return cls(tried, elements, list(changes))
 
     @cached_property
-    def gram(self) -> Array:
-        """Return ``E^T E``."""
-        return self.E.T @ self.E
+    def effects(self) -> list[Effect]:
+        """Return the elements and the changes."""
+        return [*self.elements, *(effect for effect, _ in self.changes)]
 
     @cached_property
     def sizes(self) -> Array:
         """Return the plausible size of every coefficient."""
-        effects = [candidate.effect for candidate, _ in self.tried] + [
-            effect for effect, _, _ in self.changes
-        ]
-        return np.concatenate([effect.plausible_sizes for effect in effects])
+        return np.concatenate([np.zeros(0), *(effect.plausible_sizes for effect in self.effects)])
 
     @cached_property
-    def by_width(self) -> dict[int, list[tuple[Candidate, slice]]]:
+    def by_width(self) -> dict[int, list[tuple[Candidate, Array]]]:
         """Return the candidates by their number of columns."""
-        result: dict[int, list[tuple[Candidate, slice]]] = {}
+        result: dict[int, list[tuple[Candidate, Array]]] = {}
         for candidate, where in self.tried:
-            result.setdefault(where.stop - where.start, []).append((candidate, where))
+            result.setdefault(len(where), []).append((candidate, where))
         return result
 
     @property
     def total(self) -> int:
         """Return how many candidates and moments are tried."""
-        return len(self.tried) + sum(int(touched.sum()) for _, _, touched in self.changes)
+        return len(self.tried) + sum(int(touched.sum()) for _, touched in self.changes)
 
 
-def columns(state: State, pool: Sequence[Candidate]) -> Columns:
-    """Return the columns of a pool of candidates and of every kind of change at a state's model."""
-    always = _changes(state.dataset)
-    effects = [candidate.effect for candidate in pool] + [effect for effect, _ in always]
-    E = state.columns_of(effects)
-    ends = np.cumsum([len(effect.coefficients) for effect in effects])
-    slices = [
-        slice(int(end) - len(effect.coefficients), int(end))
-        for end, effect in zip(ends, effects, strict=True)
-    ]
-    n = len(pool)
-    return Columns(
-        list(zip(pool, slices[:n], strict=True)),
-        E,
-        [(effect, where, touched) for (effect, touched), where in zip(always, slices[n:], strict=True)],
-    )
+def bank(dataset: Dataset) -> Bank:
+    """Return everything with a name that may be tried on a dataset."""
+    return Bank.of(candidates(dataset), _changes(dataset))
+
+
+class Columns:
+    """The whitened columns of a bank at a state's model, and what follows from them without another pass over the rows."""
+
+    def __init__(self, state: State, bank: Bank) -> None:
+        """Take the columns.
+
+        Args:
+            state: Fitted.
+            bank: What is tried.
+        """
+        self.bank = bank
+        self.full = state.background()
+        self.E = state.columns_of(bank.effects, bank.bases)
+        own = self.E.T @ self.E
+        self.squared = np.diag(own).copy()
+        self.gram = beside(self.full, self.E, own)
+        self.moments: dict[int, Moments] = {}
+
+    def projected(self, background: Background) -> Projected:
+        """Return the columns beside the state's background, or beside it without some of its columns."""
+        gram = self.gram
+        if background.released is not None:
+            B = background.released.T @ self.E
+            gram = gram + B.T @ B
+        return Projected.with_gram(background, self.E, gram, self.squared, self.bank.sizes)
+
+    def changes(self, background: Background) -> list[tuple[Effect, ChangeScores]]:
+        """Return the scores of every kind of change at every moment."""
+        N, m = background.residual.shape
+        found = []
+        at = self.E.shape[1] - sum(len(effect.coefficients) for effect, _ in self.bank.changes)
+        for i, (effect, touched) in enumerate(self.bank.changes):
+            k = len(effect.coefficients)
+            E = self.E[: N * m, at : at + k].reshape(N, m, k)
+            at += k
+            index = np.flatnonzero(touched)
+            if len(index) < 2 * CHANGE_MARGIN:
+                continue
+            if i not in self.moments:
+                self.moments[i] = Moments.of(self.full, E, index, CHANGE_MARGIN)
+            found.append((effect, self.moments[i].score(background, E, effect.plausible_sizes)))
+        return found
 
 
 def _changes(dataset: Dataset) -> list[tuple[Effect, Array]]:
@@ -137,18 +195,18 @@ def _changes(dataset: Dataset) -> list[tuple[Effect, Array]]:
 
 def rank(state: State, background: Background, cols: Columns) -> list[Scored]:
     """Return every candidate and change with its score, best first."""
-    beside = Projected.of(background, cols.E, cols.gram, cols.sizes)
-    families = Counter(candidate.effect.name for candidate, _ in cols.tried)
+    beside, tried, total = cols.projected(background), cols.bank.tried, cols.bank.total
+    families = Counter(candidate.effect.name for candidate, _ in tried)
     scored = []
-    for members in cols.by_width.values():
-        groups = np.array([np.arange(where.start, where.stop) for _, where in members])
+    for members in cols.bank.by_width.values():
+        groups = np.array([where for _, where in members])
         gain, dof, observability = beside.score(groups)
         for k, (candidate, where) in enumerate(members):
             effect, own_gain, own_dof = candidate.effect, float(gain[k]), int(dof[k])
             chosen: list[int] = []
             if candidate.terms > 1:
                 rest, freedom = remainder(background, own_gain, own_dof)
-                terms = np.arange(where.start, where.stop).reshape(candidate.terms, -1)
+                terms = where.reshape(candidate.terms, -1)
                 # Each term has to pay for its columns and for being one of many, as it would have to alone.
                 price = np.log(background.freedom) + 2 * np.log(candidate.terms) / terms.shape[1]
                 chosen = beside.forward(terms, worth=price * rest / freedom)
@@ -166,21 +224,18 @@ def rank(state: State, background: Background, cols: Columns) -> list[Scored]:
                     own_dof,
                     float(observability[k]),
                     family,
-                    cols.total * choices,
+                    total * choices,
                 )
             )
-    scored += _rank_changes(state, background, cols, cols.total)
+    scored += _rank_changes(state, background, cols)
     return sorted(scored, key=lambda entry: -entry.evidence)
 
 
-def _rank_changes(state: State, background: Background, cols: Columns, total: int) -> list[Scored]:
-    N, m = background.residual.shape
+def _rank_changes(state: State, background: Background, cols: Columns) -> list[Scored]:
     order = state.residuals.poses.order
     time = state.residuals.poses.columns.get("time")
     scored = []
-    for effect, where, touched in cols.changes:
-        E = cols.E[: N * m, where].reshape(N, m, -1)
-        found = score_changes(background, E, touched, effect.plausible_sizes, CHANGE_MARGIN)
+    for effect, found in cols.changes(background):
         if not len(found.gain):
             continue
         best = int(np.argmax(found.gain))
@@ -188,11 +243,8 @@ def _rank_changes(state: State, background: Background, cols: Columns, total: in
         moment = {"order": float(order[i]), "time": None if time is None else float(time[i])}
         assert isinstance(effect, (SensorSlip, PlaneMoved))
         at = replace(effect, **moment, coefficients=np.zeros(len(effect.coefficients)))
-        scored.append(
-            _scored(
-                background, at, float(found.gain[best]), int(found.dof[best]), 1.0, len(found.gain), total
-            )
-        )
+        gain, dof = float(found.gain[best]), int(found.dof[best])
+        scored.append(_scored(background, at, gain, dof, 1.0, len(found.gain), cols.bank.total))
     return scored
 
 
@@ -213,8 +265,13 @@ def merged(effects: Sequence[Effect], new: Effect) -> tuple[Effect, ...]:
     """Return effects with a new one: terms of the same compliance and orders of the same joint become one effect."""
     result = list(effects)
     for i, old in enumerate(result):
-        if isinstance(old, JointHarmonic) and isinstance(new, JointHarmonic) and old.joint == new.joint:
-            result[i] = _with_known(JointHarmonic(old.joint, tuple(sorted({*old.orders, *new.orders}))), old)
+        if (
+            isinstance(old, JointHarmonic)
+            and isinstance(new, JointHarmonic)
+            and type(old) is type(new)
+            and old.joint == new.joint
+        ):
+            result[i] = _with_known(type(old)(old.joint, tuple(sorted({*old.orders, *new.orders}))), old)
             return tuple(result)
         if isinstance(old, JointCompliance) and isinstance(new, JointCompliance):
             result[i] = _with_known(JointCompliance(tuple(sorted({*old.terms, *new.terms}))), old)
@@ -254,19 +311,18 @@ class Found:
     steps: list[tuple[Scored, HeldOut, HeldOut]]
 
 
-def hunt(state: State) -> Found:
-    """Return the state with every effect that the data bear out."""
-    pool = candidates(state.dataset)
+def hunt(state: State, bank: Bank) -> Found:
+    """Return the state with every effect of a bank that the data bear out."""
     start, start_error = state, held_out(state)
     error = start_error
     steps: list[tuple[Scored, HeldOut, HeldOut]] = []
     refused: set[str] = set()
     if start.background().variance < ROUNDING:
         return Found(start, start_error, state, error, steps)
+    cols = Columns(state, bank)
     for _ in range(MAX_EFFECTS):
-        ranking = rank(state, state.background(), columns(state, pool))
         taken = None
-        for entry in ranking[:8]:
+        for entry in rank(state, state.background(), cols)[:8]:
             if entry.p_value > ALPHA or entry.evidence <= 0:
                 break
             if label(entry.effect) in refused:
@@ -274,26 +330,25 @@ def hunt(state: State) -> Found:
             trial = settle(
                 state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect)
             )
-            trial_error = held_out(trial)
             if improvement(held_out(state, state.mix), held_out(trial, state.mix)) < LEAST_IMPROVEMENT:
                 refused.add(label(entry.effect))
                 continue
-            taken = (entry, trial, trial_error)
+            taken = (entry, trial)
             break
         if taken is None:
             break
-        entry, trial, trial_error = taken
-        steps.append((entry, error, trial_error))
-        state = reconsidered(trial, pool)
+        entry, trial = taken
+        steps.append((entry, error, held_out(trial)))
+        state, cols = reconsidered(trial, bank)
         error = held_out(state)
     return Found(start, start_error, state, error, steps)
 
 
-def reconsidered(state: State, pool: Sequence[Candidate]) -> State:
-    """Return a state in which every effect earns its place and none could be replaced by a better one."""
+def reconsidered(state: State, bank: Bank) -> tuple[State, Columns]:
+    """Return a state in which every effect earns its place and none could be replaced by a better one, with its columns."""
+    cols = Columns(state, bank)
     for _ in range(4 + len(state.effects)):
         changed = False
-        cols = columns(state, pool)
         for i, effect in enumerate(state.effects):
             others = tuple(e for k, e in enumerate(state.effects) if k != i)
             own, ranking = rivals(state, i, cols)
@@ -308,7 +363,8 @@ def reconsidered(state: State, pool: Sequence[Candidate]) -> State:
                     break
         if not changed:
             break
-    return state
+        cols = Columns(state, bank)
+    return state, cols
 
 
 def rivals(state: State, i: int, cols: Columns) -> tuple[Scored, list[Scored]]:
@@ -316,23 +372,29 @@ def rivals(state: State, i: int, cols: Columns) -> tuple[Scored, list[Scored]]:
     without, mine, free = background_without(state, i)
     ranking = rank(state, without, cols)
     effect = state.effects[i]
-    beside = Projected.of(without, mine, mine.T @ mine, effect.plausible_sizes[free])
+    # Rows of priors apart, which no column of another effect has: what is left of the effect's own beside the others.
+    sizes = effect.plausible_sizes[free]
+    assert without.released is not None
+    left = without.released.T @ mine
+    beside = Projected.with_gram(without, mine, left.T @ left, np.sum(mine * mine, axis=0), sizes)
     gain, dof, observability = (x[0] for x in beside.score(np.arange(mine.shape[1])[None]))
-    family = sum(c.effect.name == effect.name for c, _ in cols.tried) or state.dataset.n_poses
-    return _scored(without, effect, float(gain), int(dof), float(observability), family, cols.total), ranking
+    family = sum(c.effect.name == effect.name for c, _ in cols.bank.tried) or state.dataset.n_poses
+    total = cols.bank.total
+    return _scored(without, effect, float(gain), int(dof), float(observability), family, total), ranking
 
 
 def background_without(state: State, i: int) -> tuple[Background, Array, Array]:
     """Return the background of a state without its effect i, that effect's free columns ``(N m, k)`` and which those are."""
-    residual, jacobian = state.residuals.linearise(state.model)
     start = state.model.blocks["effects"].start + sum(len(e.coefficients) for e in state.effects[:i])
-    mine = np.zeros(jacobian.shape[1], dtype=bool)
     where = slice(start, start + len(state.effects[i].coefficients))
+    mine = np.zeros(len(state.free), dtype=bool)
     mine[where] = state.free[where]
-    rest = residual - jacobian[:, mine] @ state.model.vector[mine]
+    local = mine[state.free]
+    n_priors = int(np.isfinite(state.effects[i].plausible_sizes[state.free[where]]).sum())
+    background = state.background().without(local, state.model.vector[mine], n_priors)
     measured = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
-    background = state.background_of(rest, jacobian[:, state.free & ~mine])
-    return background, mixed(state.mix, jacobian[:measured, mine]), state.free[where]
+    own = mixed(state.mix, state.linearised()[1][:measured, local])
+    return background, own, state.free[where]
 
 
 def label(effect: Effect) -> str:

@@ -11,14 +11,15 @@ would remain: an F test, and an evidence (half the drop of the Bayesian informat
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import f as f_distribution
+from scipy.special import fdtrc
 
 from scalar.se3 import Array
 
 SILENT_SHARE = 1e-5  # of a column's squared length: with less left beside the model, a direction is silent
+INDEPENDENT = 1e-10  # of a column's length: with less left beside those before it, it adds no direction
 _UNBOUNDED = 1e3  # standard errors: the size taken for a coefficient that is not bounded
 _LEAST_REMAINDER = 0.2  # of the noise: what a residual is taken to keep, so that no gain looks infinite
 
@@ -28,14 +29,20 @@ class Background:
     """A fitted model's residual and everything it already explains.
 
     Attributes:
-        residual: ``(N, m)``, without its components along Q.
+        residual: ``(N, m)``, without its components along what the model explains.
         Q: ``(N m, F)``, orthonormal together with its rows on priors.
         freedom: Degrees of freedom of the residual.
+        R: ``(F, K)``: the Jacobian by the K free coordinates is ``Q R``, priors included.
+        along: ``(F,)``, the rows' components along Q, priors included.
+        released: ``(N m, w)`` or None: orthonormal directions within Q that the model explains no longer, an effect being left out.
     """
 
     residual: Array
     Q: Array
     freedom: int
+    R: Array
+    along: Array
+    released: Array | None = None
 
     @classmethod
     def of(cls, residual: Array, jacobian: Array, n_poses: int, rows_per_pose: int) -> Background:
@@ -44,12 +51,38 @@ class Background:
         Rows that are zero for every model (a scan of two points has no curvature) are not counted.
         """
         norms = np.linalg.norm(jacobian, axis=0)
-        Q, R = np.linalg.qr(jacobian / np.where(norms > 0, norms, 1.0))
-        Q = Q[:, np.abs(np.diag(R)) > 1e-10]
-        rest = residual - Q @ (Q.T @ residual)
+        scale = np.where(norms > 0, norms, 1.0)
+        Q, R = np.linalg.qr(jacobian / scale)
+        kept = np.abs(np.diag(R)) > INDEPENDENT
+        Q, R = Q[:, kept], R[kept] * scale
+        along = Q.T @ residual
+        rest = residual - Q @ along
         measured = n_poses * rows_per_pose
         live = int(np.count_nonzero(np.any(jacobian != 0, axis=1)))
-        return cls(rest[:measured].reshape(n_poses, -1), Q[:measured], max(live - Q.shape[1], 1))
+        freedom = max(live - Q.shape[1], 1)
+        return cls(rest[:measured].reshape(n_poses, -1), Q[:measured], freedom, R, along)
+
+    def without(self, mine: Array, coefficients: Array, n_priors: int) -> Background:
+        """Return the background of the model without some of its columns, in which it is linear: an update of Q, not another.
+
+        With N the directions that the other columns do not span, in the coordinates of Q, the residual gains ``Q N N' (Q' r - R c)``.
+
+        Args:
+            mine: ``(K,)`` bool, the columns to leave out.
+            coefficients: ``(k,)``, what stands at them.
+            n_priors: How many rows of priors go with them.
+        """
+        others = self.R[:, ~mine]
+        norms = np.linalg.norm(others, axis=0)
+        basis, triangle = np.linalg.qr(others / np.where(norms > 0, norms, 1.0), mode="complete")
+        diagonal = np.zeros(len(basis))
+        diagonal[: min(triangle.shape)] = np.abs(np.diag(triangle))
+        freed = basis[:, diagonal <= INDEPENDENT]
+        gained = freed.T @ (self.along - self.R[:, mine] @ coefficients)
+        released = self.Q @ freed
+        residual = self.residual + (released @ gained).reshape(self.residual.shape)
+        freedom = max(self.freedom + freed.shape[1] - n_priors, 1)
+        return replace(self, residual=residual, freedom=freedom, released=released)
 
     @property
     def squared(self) -> float:
@@ -88,9 +121,13 @@ class Projected:
             own_gram: ``E^T E``, which does not depend on the background.
             sizes: ``(e,)``, plausible sizes of the coefficients.
         """
-        A = background.Q.T @ E
-        gram = own_gram - A.T @ A
-        squared = np.diag(own_gram)
+        return cls.with_gram(background, E, beside(background, E, own_gram), np.diag(own_gram), sizes)
+
+    @classmethod
+    def with_gram(
+        cls, background: Background, E: Array, gram: Array, squared: Array, sizes: Array
+    ) -> Projected:
+        """Return the same, where ``E'^T E'`` ``(e, e)`` and the columns' squared lengths ``(e,)`` are known."""
         share = np.where(
             squared > 0, np.maximum(np.diag(gram), 0.0) / np.where(squared > 0, squared, 1.0), 0.0
         )
@@ -135,6 +172,16 @@ class Projected:
         return chosen
 
 
+def beside(background: Background, E: Array, own_gram: Array) -> Array:
+    """Return ``E'^T E'`` ``(e, e)`` of columns beside a background."""
+    A = background.Q.T @ E
+    gram = own_gram - A.T @ A
+    if background.released is not None:
+        B = background.released.T @ E
+        gram = gram + B.T @ B
+    return gram
+
+
 def in_plausible_units(variance: float, squared: Array, sizes: Array) -> Array:
     """Return the factor ``(e,)`` on each column: its plausible size, or many standard errors where it is not bounded."""
     unbounded = _UNBOUNDED * np.sqrt(variance / np.maximum(squared, 1e-300))
@@ -166,7 +213,7 @@ def p_value(background: Background, gain: float, dof: int) -> float:
     if dof == 0:
         return 1.0
     rest, freedom = remainder(background, gain, dof)
-    return float(f_distribution.sf((gain / dof) / (rest / freedom), dof, freedom))
+    return float(fdtrc(dof, freedom, max(gain, 0.0) / dof / (rest / freedom)))
 
 
 def evidence(background: Background, gain: float, dof: int, tried: int) -> float:
@@ -210,15 +257,53 @@ def score_changes(
     if T < 2 * margin:
         empty = np.zeros(0)
         return ChangeScores(empty.astype(int), empty, empty.astype(int))
+    moments = Moments.of(background, E, index, margin)
+    return moments.score(background, E, sizes)
+
+
+@dataclass(frozen=True, eq=False)
+class Moments:
+    """Columns that act from one pose on, for every such pose, beside a model: what does not depend on the residual.
+
+    Attributes:
+        index: ``(T,)``, the poses that are touched.
+        at: Which of them may be the first after the change.
+        grams: ``(len(at), e, e)``, ``E'^T E'`` of the columns from there on.
+        squared: ``(e,)``, squared lengths of the columns where they act all the time.
+    """
+
+    index: Array
+    at: Array
+    grams: Array
+    squared: Array
+
+    @classmethod
+    def of(cls, background: Background, E: Array, index: Array, margin: int) -> Moments:
+        """Return the moments of columns ``(N, m, e)`` that touch the poses ``index``, without regard to what a background has released."""
+        Ei = E[index]
+        moment = np.cumsum(np.einsum("nmi,nmj->nij", Ei, Ei)[::-1], axis=0)[::-1]
+        at = np.arange(margin, len(index) - margin + 1)
+        shared = _from_each_on(background.Q, E, index)[at]
+        grams = moment[at] - np.swapaxes(shared, 1, 2) @ shared
+        return cls(index, at, grams, np.einsum("nme,nme->e", Ei, Ei))
+
+    def score(self, background: Background, E: Array, sizes: Array) -> ChangeScores:
+        """Return the scores beside a background of the same model, or one that has released directions of it."""
+        projection = np.cumsum(
+            np.einsum("nme,nm->ne", E[self.index], background.residual[self.index])[::-1], axis=0
+        )[::-1]
+        grams = self.grams
+        if background.released is not None:
+            shared = _from_each_on(background.released, E, self.index)[self.at]
+            grams = grams + np.swapaxes(shared, 1, 2) @ shared
+        scale = in_plausible_units(background.variance, self.squared, sizes)
+        grams = grams * ((scale[:, None] * scale[None, :]) / background.variance)
+        gain, dof = _gain(grams, projection[self.at] * scale / background.variance)
+        return ChangeScores(self.index[self.at], background.variance * gain, dof)
+
+
+def _from_each_on(Q: Array, E: Array, index: Array) -> Array:
+    """Return ``Q^T E`` over the poses of ``index`` from each on, ``(T, F, e)``."""
     N, m, _ = E.shape
-    Q = background.Q.reshape(N, m, -1)[index]
-    Ei, r = E[index], background.residual[index]
-    moment = np.cumsum(np.einsum("nmi,nmj->nij", Ei, Ei)[::-1], axis=0)[::-1]
-    shared = np.cumsum(np.einsum("nmf,nme->nfe", Q, Ei)[::-1], axis=0)[::-1]
-    projection = np.cumsum(np.einsum("nme,nm->ne", Ei, r)[::-1], axis=0)[::-1]
-    at = np.arange(margin, T - margin + 1)
-    grams = moment[at] - np.einsum("tfe,tfg->teg", shared[at], shared[at])
-    scale = in_plausible_units(background.variance, np.einsum("nme,nme->e", Ei, Ei), sizes)
-    grams *= (scale[:, None] * scale[None, :]) / background.variance
-    gain, dof = _gain(grams, projection[at] * scale / background.variance)
-    return ChangeScores(index[at], background.variance * gain, dof)
+    by_pose = np.swapaxes(Q.reshape(N, m, -1)[index], 1, 2) @ E[index]
+    return np.cumsum(by_pose[::-1], axis=0)[::-1]

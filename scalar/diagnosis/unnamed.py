@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-import numpy as np
-
-from scalar.diagnosis.candidates import Candidate, flexible
+from scalar.diagnosis.candidates import flexible
 from scalar.diagnosis.holdout import held_out, improvement
-from scalar.diagnosis.hunt import Columns, background_without, hunt, merged, rank, reconsidered, rivals
+from scalar.diagnosis.hunt import Bank, Columns, background_without, hunt, merged, rank, reconsidered, rivals
 from scalar.diagnosis.score import Background
 from scalar.diagnosis.state import State, settle
 from scalar.effects.unattributed import Unattributed
@@ -21,34 +17,27 @@ BETTER_THAN_A_NAME = 10.0  # nats by which a flexible term has to explain better
 MAX_TERMS = 2
 
 
-def with_unnamed(state: State, named: Sequence[Candidate]) -> State:
+def with_unnamed(state: State, named: Bank) -> State:
     """Return a state with flexible terms for what its named effects leave, the names judged again beside them.
 
     Args:
         state: Where the hunt for names ended.
-        named: The candidates with names.
+        named: What has a name.
     """
-    pool = flexible(state.dataset)
+    pool = Bank.of(flexible(state.dataset))
     state = _unseated(state, pool)
     for _ in range(MAX_TERMS):
         trial = _with_best(state, pool)
         if trial is None:
             break
-        state = hunt(reconsidered(trial, named)).after
-    return reconsidered(state, named)
+        state = hunt(reconsidered(trial, named)[0], named).after
+    return reconsidered(state, named)[0]
 
 
-def _columns(state: State, pool: Sequence[Candidate]) -> Columns:
-    E = state.columns_of([candidate.effect for candidate in pool])
-    ends = np.cumsum([len(candidate.effect.coefficients) for candidate in pool])
-    slices = [slice(int(e) - len(c.effect.coefficients), int(e)) for e, c in zip(ends, pool, strict=True)]
-    return Columns(list(zip(pool, slices, strict=True)), E, [])
-
-
-def _with_best(state: State, pool: Sequence[Candidate]) -> State | None:
+def _with_best(state: State, pool: Bank) -> State | None:
     """Return the state with the flexible term that the residual bears out best, or None."""
     background: Background = state.background()
-    for entry in rank(state, background, _columns(state, pool))[:4]:
+    for entry in rank(state, background, Columns(state, pool))[:4]:
         if entry.p_value > ALPHA or entry.evidence <= 0:
             return None
         trial = settle(state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect))
@@ -57,9 +46,9 @@ def _with_best(state: State, pool: Sequence[Candidate]) -> State | None:
     return None
 
 
-def _unseated(state: State, pool: Sequence[Candidate]) -> State:
+def _unseated(state: State, pool: Bank) -> State:
     """Return a state in which every name explains its share about as well as the best flexible term would."""
-    cols = _columns(state, pool)
+    cols = Columns(state, pool)
     for i, effect in enumerate(state.effects):
         if isinstance(effect, Unattributed):
             continue

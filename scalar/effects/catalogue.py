@@ -10,7 +10,14 @@ import numpy as np
 
 from scalar.effects.base import BaseCompliance
 from scalar.effects.effect import Effect
-from scalar.effects.joints import JointBacklash, JointCompliance, JointCoupling, JointHarmonic, JointScale
+from scalar.effects.joints import (
+    JointBacklash,
+    JointCompliance,
+    JointCoupling,
+    JointHarmonic,
+    JointRipple,
+    JointScale,
+)
 from scalar.effects.links import AxisNonparallel, ThermalDrift
 from scalar.effects.sensor import RangeDistortion, RangeOffset, RangeScale, SensorSlip
 from scalar.effects.surface import PlaneBow, PlaneMoved
@@ -25,6 +32,7 @@ CATALOGUE: dict[str, type[Effect]] = {
     for effect in (
         JointCompliance,
         JointHarmonic,
+        JointRipple,
         JointScale,
         JointCoupling,
         JointBacklash,

@@ -112,6 +112,14 @@ class JointHarmonic(JointEffect):
 
 
 @dataclass(frozen=True, eq=False)
+class JointRipple(JointHarmonic):
+    """The same in orders above 32: finer than eccentric gears make it, as teeth, motor poles and encoder lines do."""
+
+    name: ClassVar[str] = "joint_ripple"
+    sentence: ClassVar[str] = "the angle errs periodically in itself, finer than eccentric gears make it"
+
+
+@dataclass(frozen=True, eq=False)
 class JointScale(OneJoint, JointEffect):
     """A joint's angle errs in proportion to itself: ``dq_j = s q_j``.
 

@@ -20,6 +20,7 @@ _CLOCK = {"time": " s", "order": " poses"}
 _NAMES = {
     "joint_compliance": "compliance",
     "joint_harmonic": "harmonic error",
+    "joint_ripple": "ripple",
     "joint_scale": "scale error",
     "joint_coupling": "coupling",
     "joint_backlash": "backlash",
@@ -198,6 +199,7 @@ def statement(name: str, target: Mapping[str, Any], what: str) -> str:
     clauses = {
         "joint_compliance": f"{give} under the weight of the arm",
         "joint_harmonic": f"joint {joint} errs periodically, {named}",
+        "joint_ripple": f"joint {joint} errs periodically and finely, {named}",
         "joint_scale": f"joint {joint} errs in proportion to its angle",
         "joint_coupling": f"joint {joint} is dragged along by joint {target.get('source')}",
         "joint_backlash": f"joint {joint} has play",

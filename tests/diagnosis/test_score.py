@@ -161,3 +161,29 @@ def test_rows_without_content_are_no_degrees_of_freedom():
     dead = np.arange(120) % 3 == 2
     r[dead], J[dead] = 0.0, 0.0
     assert Background.of(r, J, 40, 3).freedom == 80 - 12
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_leaving_columns_out_by_update_is_leaving_them_out(seed):
+    """The background without some columns, updated from the whole, is that of a model that never had them: residual, gains, freedom."""
+    rng = np.random.default_rng(seed)
+    N, m, F, priors = 40, 3, 12, 2
+    J = rng.standard_normal((N * m + priors, F))
+    J[N * m :] = 0.0
+    mine = np.zeros(F, dtype=bool)
+    mine[[4, 9]] = True
+    J[N * m + np.arange(priors), np.flatnonzero(mine)] = 0.5
+    c = rng.standard_normal(2)
+    r = rng.standard_normal(len(J)) + J[:, mine] @ c
+    updated = Background.of(r, J, N, m).without(mine, c, priors)
+    direct = Background.of(r - J[:, mine] @ c, J[:, ~mine], N, m)
+    np.testing.assert_allclose(updated.residual, direct.residual, atol=1e-10)
+    assert updated.freedom == direct.freedom
+    E = rng.standard_normal((N * m, 5))
+    sizes, groups = np.full(5, 1.0), np.array([[0, 1], [2, 3], [3, 4]])
+    ours, theirs = (Projected.of(b, E, E.T @ E, sizes).score(groups) for b in (updated, direct))
+    for a, b in zip(ours, theirs, strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-8)
+    touched = np.ones(N, dtype=bool)
+    ours, theirs = (score_changes(b, E.reshape(N, m, 5), touched, sizes, margin=6) for b in (updated, direct))
+    np.testing.assert_allclose(ours.gain, theirs.gain, rtol=1e-8)

@@ -8,7 +8,14 @@ from scalar.dataset import Dataset
 from scalar.effects.base import BaseCompliance
 from scalar.effects.catalogue import plane_centre
 from scalar.effects.effect import Effect
-from scalar.effects.joints import JointBacklash, JointCompliance, JointCoupling, JointHarmonic, JointScale
+from scalar.effects.joints import (
+    JointBacklash,
+    JointCompliance,
+    JointCoupling,
+    JointHarmonic,
+    JointRipple,
+    JointScale,
+)
 from scalar.effects.links import AxisNonparallel, ThermalDrift
 from scalar.effects.sensor import RangeDistortion, RangeOffset, RangeScale, SensorSlip
 from scalar.effects.surface import PlaneBow, PlaneMoved
@@ -41,6 +48,7 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         JointCompliance(((2, 2), (2, 3), (3, 3), (5, 6))),
         JointHarmonic(4, (2,)),
         JointHarmonic(3, (1, 5, 32)),
+        JointRipple(2, (40, 49)),
         JointScale(2),
         JointCoupling(6, 5),
         JointBacklash(2, "approach"),
