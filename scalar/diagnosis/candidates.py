@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.effects.base import BaseCompliance
-from scalar.effects.catalogue import backlash_driver, drift_driver, plane_centre, range_middle
+from scalar.effects.catalogue import (
+    MAX_ORDER,
+    MAX_RIPPLE_ORDER,
+    backlash_driver,
+    drift_driver,
+    plane_centre,
+    range_middle,
+)
 from scalar.effects.effect import Effect
 from scalar.effects.gravity import typical_torque
 from scalar.effects.joints import (
@@ -31,17 +38,19 @@ from scalar.effects.unattributed import (
     Variable,
 )
 from scalar.identifiability import STILL, near_parallel_joints
+from scalar.sensors import KINDS
 
 if TYPE_CHECKING:
     from scalar.dataset import Dataset
 
-HARMONIC_ORDERS = range(1, 33)
-RIPPLE_ORDERS = range(33, 65)
-RIPPLE_EQUATIONS = 4000  # least number of measured numbers: fine orders of six joints are hundreds of columns, and few data fit any of them
+HARMONIC_ORDERS = range(1, MAX_ORDER + 1)
+RIPPLE_ORDERS = range(MAX_ORDER + 1, MAX_RIPPLE_ORDER + 1)
+RIPPLE_EQUATIONS = (
+    4000  # least number of them: fine orders of six joints are hundreds of columns, and few data fit any
+)
 LEAST_TORQUE = (
     0.01  # of the most loaded joint's: below it the sign of a torque says nothing of where a joint rests
 )
-EQUATIONS = {"line-laser": 2, "probe": 1, "tracker": 3}  # that a pose gives, however many points
 CREEP_SHARES = (0.1, 0.3, 1.0)  # of the whole order: how long a creep that is tried takes
 WARM_UP_SHARES = (0.1, 0.3, 1.0)  # of the whole time: time constants of a warm-up that are tried
 
@@ -86,7 +95,7 @@ def candidates(dataset: Dataset) -> list[Candidate]:
     found += [Candidate(BaseCompliance(tuple(range(1, n + 1)), alike), n) for alike in (True, False)]
     found += [Candidate(JointHarmonic(j, (k,))) for j in moving for k in HARMONIC_ORDERS]
     found += [Candidate(JointHarmonic(j, tuple(HARMONIC_ORDERS)), len(HARMONIC_ORDERS)) for j in moving]
-    if dataset.n_poses * EQUATIONS[dataset.sensor.kind] >= RIPPLE_EQUATIONS:
+    if dataset.n_poses * KINDS[dataset.sensor.kind].equations_per_pose >= RIPPLE_EQUATIONS:
         found += [Candidate(JointRipple(j, tuple(RIPPLE_ORDERS)), len(RIPPLE_ORDERS)) for j in moving]
     found += [Candidate(JointScale(j)) for j in moving]
     found += [Candidate(JointCoupling(j, s)) for j in moving for s in moving if s != j]

@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import qr
 from scipy.special import fdtrc
 
 from scalar.se3 import Array
@@ -52,9 +53,8 @@ class Background:
         """
         norms = np.linalg.norm(jacobian, axis=0)
         scale = np.where(norms > 0, norms, 1.0)
-        Q, R = np.linalg.qr(jacobian / scale)
-        kept = np.abs(np.diag(R)) > INDEPENDENT
-        Q, R = Q[:, kept], R[kept] * scale
+        Q, R = _triangular(jacobian / scale)
+        R = R * scale
         along = Q.T @ residual
         rest = residual - Q @ along
         measured = n_poses * rows_per_pose
@@ -74,10 +74,8 @@ class Background:
         """
         others = self.R[:, ~mine]
         norms = np.linalg.norm(others, axis=0)
-        basis, triangle = np.linalg.qr(others / np.where(norms > 0, norms, 1.0), mode="complete")
-        diagonal = np.zeros(len(basis))
-        diagonal[: min(triangle.shape)] = np.abs(np.diag(triangle))
-        freed = basis[:, diagonal <= INDEPENDENT]
+        basis, triangle, _ = qr(others / np.where(norms > 0, norms, 1.0), pivoting=True)
+        freed = basis[:, np.count_nonzero(np.abs(np.diag(triangle)) > INDEPENDENT) :]
         gained = freed.T @ (self.along - self.R[:, mine] @ coefficients)
         released = self.Q @ freed
         residual = self.residual + (released @ gained).reshape(self.residual.shape)
@@ -93,6 +91,19 @@ class Background:
     def variance(self) -> float:
         """Return the residual's mean square over its degrees of freedom: 1 where the noise explains it."""
         return self.squared / self.freedom
+
+
+def _triangular(columns: Array) -> tuple[Array, Array]:
+    """Return Q ``(n, F)``, an orthonormal basis of columns ``(n, K)`` of unit or no length, and R ``(F, K)`` with ``columns = Q R``."""
+    Q, R = np.linalg.qr(columns)
+    if np.all(np.abs(np.diag(R)) > INDEPENDENT):
+        return Q, R
+    # A column that adds nothing takes a place in Q that later columns may lean on: only pivoting puts such columns last.
+    Q, R, order = qr(columns, mode="economic", pivoting=True)
+    rank = np.count_nonzero(np.abs(np.diag(R)) > INDEPENDENT)
+    back = np.empty_like(order)
+    back[order] = np.arange(len(order))
+    return Q[:, :rank], R[:rank, back]
 
 
 @dataclass(frozen=True, eq=False)

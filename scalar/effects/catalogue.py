@@ -50,6 +50,7 @@ CATALOGUE: dict[str, type[Effect]] = {
 }
 
 MAX_ORDER = 32  # of a joint's harmonics
+MAX_RIPPLE_ORDER = 64
 DRIFT_DRIVERS = ("temperature", "time", "order")
 
 
@@ -151,11 +152,22 @@ def _compliance(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
 
 
 def _harmonic(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
-    wrong = [word for word in words[1:] if not word.isdecimal() or not 1 <= int(word) <= MAX_ORDER]
-    if wrong:
-        raise ValueError(f"'{wrong[0]}' is no order; there are orders 1 to {MAX_ORDER}")
-    orders = tuple(sorted({int(word) for word in words[1:]})) or (1,)
+    orders = _orders(words[1:], 1, MAX_ORDER) or (1,)
     return [JointHarmonic(j, orders) for j in _joints(dataset, words)]
+
+
+def _ripple(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
+    orders = _orders(words[1:], MAX_ORDER + 1, MAX_RIPPLE_ORDER)
+    if not orders:
+        raise ValueError("name the joint and its orders, as in joint_ripple:3:40:48")
+    return [JointRipple(j, orders) for j in _joints(dataset, words)]
+
+
+def _orders(words: Sequence[str], first: int, last: int) -> tuple[int, ...]:
+    wrong = [word for word in words if not word.isdecimal() or not first <= int(word) <= last]
+    if wrong:
+        raise ValueError(f"'{wrong[0]}' is no order; there are orders {first} to {last}")
+    return tuple(sorted({int(word) for word in words}))
 
 
 def _coupling(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
@@ -208,6 +220,7 @@ def _moved(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
 _MAKERS: dict[str, Callable[[Any, Sequence[str]], list[Effect]]] = {
     "joint_compliance": _compliance,
     "joint_harmonic": _harmonic,
+    "joint_ripple": _ripple,
     "joint_scale": lambda dataset, words: [JointScale(j) for j in _joints(dataset, words)],
     "joint_coupling": _coupling,
     "joint_backlash": lambda dataset, words: [
@@ -225,7 +238,12 @@ _MAKERS: dict[str, Callable[[Any, Sequence[str]], list[Effect]]] = {
     ],
     "plane_moved": _moved,
 }
-_MOST_WORDS = {"joint_harmonic": 1 + MAX_ORDER, "joint_coupling": 2, "plane_moved": 2}
+_MOST_WORDS = {
+    "joint_harmonic": 1 + MAX_ORDER,
+    "joint_ripple": 1 + MAX_RIPPLE_ORDER - MAX_ORDER,
+    "joint_coupling": 2,
+    "plane_moved": 2,
+}
 
 
 def parse_effects(text: str, dataset: Dataset) -> tuple[Effect, ...]:

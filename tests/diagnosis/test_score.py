@@ -187,3 +187,21 @@ def test_leaving_columns_out_by_update_is_leaving_them_out(seed):
     touched = np.ones(N, dtype=bool)
     ours, theirs = (score_changes(b, E.reshape(N, m, 5), touched, sizes, margin=6) for b in (updated, direct))
     np.testing.assert_allclose(ours.gain, theirs.gain, rtol=1e-8)
+
+
+def test_a_column_that_adds_nothing_hides_no_other():
+    """Columns that are zero or copies explain nothing more, wherever they stand, and what the others explain stays explained."""
+    rng = np.random.default_rng(7)
+    N, m = 30, 3
+    plain = rng.standard_normal((N * m, 5))
+    padded = np.column_stack([np.zeros(N * m), plain[:, :2], plain[:, 0] - 2 * plain[:, 1], plain[:, 2:]])
+    r = rng.standard_normal(N * m)
+    ours, theirs = Background.of(r, padded, N, m), Background.of(r, plain, N, m)
+    np.testing.assert_allclose(ours.residual, theirs.residual, atol=1e-12)
+    assert ours.freedom == theirs.freedom
+    np.testing.assert_allclose(ours.Q @ ours.R, padded, atol=1e-12)
+    mine, c = np.arange(7) == 5, rng.standard_normal(1)
+    left_out = ours.without(mine, c, 0)
+    direct = Background.of(r - padded[:, mine] @ c, padded[:, ~mine], N, m)
+    np.testing.assert_allclose(left_out.residual, direct.residual, atol=1e-12)
+    assert left_out.freedom == direct.freedom

@@ -68,6 +68,7 @@ def value(result, name):
 JOINT_ERRORS = {
     "joint_harmonic:4:2": (4, lambda q: 3e-4 * np.sin(2 * q[:, 3]) - 1e-4 * np.cos(2 * q[:, 3])),
     "joint_harmonic:3:17": (3, lambda q: 2e-4 * np.sin(17 * q[:, 2])),
+    "joint_ripple:2:40": (2, lambda q: 2e-4 * np.cos(40 * q[:, 1])),
     "joint_scale:2": (2, lambda q: 1e-3 * q[:, 1]),
     "joint_coupling:6:5": (6, lambda q: -1e-3 * q[:, 4]),
 }
@@ -83,6 +84,7 @@ def test_joint_errors(effects):
         "joint_harmonic_4_2.sin_rad": 3e-4,
         "joint_harmonic_4_2.cos_rad": -1e-4,
         "joint_harmonic_3_17.sin_rad": 2e-4,
+        "joint_ripple_2_40.cos_rad": 2e-4,
         "joint_scale_2.scale_rad_per_rad": 1e-3,
         "joint_coupling_6_5.coupling_rad_per_rad": -1e-3,
     }

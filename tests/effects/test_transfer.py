@@ -15,6 +15,7 @@ STAYS = {"sensor_slip", "plane_moved", "plane_bow"}
 GOES = {
     "joint_compliance",
     "joint_harmonic",
+    "joint_ripple",
     "joint_scale",
     "joint_coupling",
     "axis_nonparallel",
