@@ -25,6 +25,7 @@ from scalar.diagnosis.hunt import (
     rivals,
     same_place,
 )
+from scalar.diagnosis.neighbours import depends_on
 from scalar.diagnosis.noise import CONFOUNDED, Mixed, Spread, whitening
 from scalar.diagnosis.score import Background
 from scalar.diagnosis.silent import Silent, silent
@@ -72,6 +73,7 @@ class Diagnosis:
         calibration_before, calibration_after: The same as calibrations.
         findings: In the order in which they were added.
         noise: Noise effects, the likeliest first; the first is what is reported.
+        depends_on: Columns in whose order the residuals of neighbours are alike where a noise would have a name: it is none.
         silent: Effects that these data cannot show.
         ranking: Of all candidates on the residual before, best first.
     """
@@ -86,17 +88,26 @@ class Diagnosis:
     calibration_after: Calibration
     findings: tuple[Finding, ...]
     noise: tuple[Spread, ...]
+    depends_on: tuple[str, ...]
     silent: tuple[Silent, ...]
     ranking: tuple[Scored, ...]
 
     @property
     def verdict(self) -> str:
         """Return ``no_effect``, ``effect`` or ``unattributed``."""
-        if self.spread_beyond_belief or any(
-            isinstance(finding.effect, Unattributed) for finding in self.findings
-        ):
+        if self.spread_is_no_noise or self.unnamed:
             return "unattributed"
         return "effect" if self.findings or self.noise else "no_effect"
+
+    @property
+    def unnamed(self) -> list[Finding]:
+        """Return the flexible terms among the findings."""
+        return [finding for finding in self.findings if isinstance(finding.effect, Unattributed)]
+
+    @property
+    def spread_is_no_noise(self) -> bool:
+        """Return whether poses spread by what is no noise: more than any arm, or alike for poses that are near one another."""
+        return bool(self.noise) and (self.spread_beyond_belief or bool(self.depends_on))
 
     @property
     def spread_beyond_belief(self) -> bool:
@@ -111,9 +122,10 @@ class Diagnosis:
         """Return the content of ``diagnosis.json``."""
         std = self.calibration_after.std
         named = [f for f in self.findings if not isinstance(f.effect, Unattributed)]
-        unnamed = [f for f in self.findings if isinstance(f.effect, Unattributed)]
+        unnamed = self.unnamed
         effects = [self._finding(f, std) for f in named]
-        if self.noise and not (self.spread_beyond_belief and unnamed):
+        # Beside structure without a name, what poses spread by is as likely the rest of that structure as a noise.
+        if self.noise and not unnamed:
             effects.append(self.noise_entry())
         effects += [self._unnamed(unnamed, std)] if unnamed else []
         outliers = [*self.cleaned.outlier_poses, *(pose for pose, _ in self.cleaned.mislabelled_poses)]
@@ -176,9 +188,10 @@ class Diagnosis:
             "held_out_rms_after_mm": self.held_out_after.rms / MM,
             "confounded_with": [{"name": s.name, "target": {}} for s in near],
         }
-        if self.spread_beyond_belief:
+        if self.spread_is_no_noise:
             joints = [f"q{i + 1}" for i in range(self.dataset.robot.n_joints)]
-            entry |= {"name": Unattributed.name, "confounded_with": [], "depends_on": joints}
+            depends = list(self.depends_on) or joints
+            entry |= {"name": Unattributed.name, "confounded_with": [], "depends_on": depends}
         return entry
 
 
@@ -253,6 +266,7 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
         calibration_after=calibration_after,
         findings=findings,
         noise=noise,
+        depends_on=tuple(depends_on(after)) if noise else (),
         silent=tuple(silent(after, [candidate for candidate, _ in tried.tried])),
         ranking=tuple(ranking[:MAX_RANKING]),
     )

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import comb
+from math import comb, prod
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,6 +47,7 @@ SWAP_MARGIN = 3.0  # nats of evidence by which another effect has to explain bet
 CONFOUNDED_MARGIN = 5.0  # nats within which the data do not tell two effects apart
 MAX_EFFECTS = 60  # steps; harmonics of several joints take many
 CHANGE_MARGIN = 6  # least number of poses on each side of a change
+REFINEMENTS = (1.0, 0.5, 0.25)  # of the steps of a first look
 ROUNDING = 1e-4  # of the noise's variance: a residual below it is rounding, and its structure the computer's
 _ALWAYS = -np.inf
 _LEAST_P_VALUE = 1e-300  # below it the distribution's tail is no longer computed
@@ -82,15 +83,19 @@ class Bank:
         elements: Effects whose columns these are.
         changes: (effect that acts always, the poses it touches) for every kind of change; their columns come last.
         bases: What effects on joints are of the poses, filled as they are first asked for.
+        elsewhere: How many more of the same kind are tried in other banks.
     """
 
     tried: list[tuple[Candidate, Array]]
     elements: list[Effect]
     changes: list[tuple[Effect, Array]]
     bases: dict[Effect, JointBasis] = field(default_factory=dict)
+    elsewhere: int = 0
 
     @classmethod
-    def of(cls, pool: Sequence[Candidate], changes: Sequence[tuple[Effect, Array]] = ()) -> Bank:
+    def of(
+        cls, pool: Sequence[Candidate], changes: Sequence[tuple[Effect, Array]] = (), elsewhere: int = 0
+    ) -> Bank:
         """Return the bank of a pool of candidates and kinds of change."""
         elements: list[Effect] = []
         where: dict[str, Array] = {}
@@ -105,7 +110,7 @@ class Bank:
                     elements.append(element)
                 indices.append(where[key])
             tried.append((candidate, np.concatenate(indices)))
-        return cls(tried, elements, list(changes))
+        return cls(tried, elements, list(changes), elsewhere=elsewhere)
 
     @cached_property
     def effects(self) -> list[Effect]:
@@ -128,7 +133,7 @@ class Bank:
     @property
     def total(self) -> int:
         """Return how many candidates and moments are tried."""
-        return len(self.tried) + sum(int(touched.sum()) for _, touched in self.changes)
+        return len(self.tried) + self.elsewhere + sum(int(touched.sum()) for _, touched in self.changes)
 
 
 def bank(dataset: Dataset) -> Bank:
@@ -215,7 +220,7 @@ def rank(state: State, background: Background, cols: Columns) -> list[Scored]:
                 own = beside.score(terms[sorted(chosen)].reshape(1, -1))
                 effect, own_gain, own_dof = candidate.with_terms(chosen), float(own[0][0]), int(own[1][0])
             choices = comb(candidate.terms, len(chosen)) if candidate.terms > 1 else 1
-            family = families[effect.name] * choices
+            family = (families[effect.name] + cols.bank.elsewhere) * choices
             scored.append(
                 _scored(
                     background,
@@ -327,6 +332,7 @@ def hunt(state: State, bank: Bank) -> Found:
                 break
             if label(entry.effect) in refused:
                 continue
+            entry = refined(state, state.background(), entry)
             trial = settle(
                 state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect)
             )
@@ -342,6 +348,38 @@ def hunt(state: State, bank: Bank) -> Found:
         state, cols = reconsidered(trial, bank)
         error = held_out(state)
     return Found(start, start_error, state, error, steps)
+
+
+def refined(state: State, background: Background, entry: Scored) -> Scored:
+    """Return a scored effect with what is not linear in it fitted: finer looks about the coarse one."""
+    for scale in REFINEMENTS:
+        pool = Bank.of([Candidate(effect) for effect in entry.effect.variations(scale)])
+        if len(pool.tried) == 1:
+            break
+        best = rank(state, background, Columns(state, pool))[0]
+        if best.gain > entry.gain:
+            # The price of the search is that of the coarse one; what is gained is fit.
+            rest, finer = (max(background.squared - e.gain, 1e-300) for e in (entry, best))
+            gained = float(0.5 * background.freedom * np.log(rest / finer))
+            effect = _at_a_pose(best.effect, state)
+            entry = replace(entry, effect=effect, gain=best.gain, evidence=entry.evidence + gained)
+    return entry
+
+
+def _at_a_pose(effect: Effect, state: State) -> Effect:
+    """Return a creep that begins at the first pose of its plate after where a finer look found it to begin."""
+    if not isinstance(effect, PlaneMoved):
+        return effect
+    dataset, order = state.dataset, state.residuals.poses.order
+    mine = np.flatnonzero(dataset.plane_index == [p.name for p in dataset.planes].index(effect.plane))
+    i = mine[min(int(np.searchsorted(order[mine], effect.order)), len(mine) - 1)]
+    time = state.residuals.poses.columns.get("time")
+    span = effect.order + effect.creep_span - float(order[i])
+    if span <= 0:
+        return effect
+    return replace(
+        effect, order=float(order[i]), time=None if time is None else float(time[i]), creep_span=span
+    )
 
 
 def reconsidered(state: State, bank: Bank) -> tuple[State, Columns]:
@@ -369,32 +407,39 @@ def reconsidered(state: State, bank: Bank) -> tuple[State, Columns]:
 
 def rivals(state: State, i: int, cols: Columns) -> tuple[Scored, list[Scored]]:
     """Return how effect i of a state scores beside the others, and how everything else would score in its place."""
-    without, mine, free = background_without(state, i)
-    ranking = rank(state, without, cols)
-    effect = state.effects[i]
-    # Rows of priors apart, which no column of another effect has: what is left of the effect's own beside the others.
-    sizes = effect.plausible_sizes[free]
+    without = background_without(state, [i])[0]
+    return together(state, [i], cols.bank), rank(state, without, cols)
+
+
+def together(state: State, indices: Sequence[int], bank: Bank) -> Scored:
+    """Return how effects of a state score beside the others, as one: by the first of them."""
+    without, mine, sizes = background_without(state, indices)
+    # Rows of priors apart, which no column of another effect has: what is left of the effects' own beside the others.
     assert without.released is not None
     left = without.released.T @ mine
     beside = Projected.with_gram(without, mine, left.T @ left, np.sum(mine * mine, axis=0), sizes)
     gain, dof, observability = (x[0] for x in beside.score(np.arange(mine.shape[1])[None]))
-    family = sum(c.effect.name == effect.name for c, _ in cols.bank.tried) or state.dataset.n_poses
-    total = cols.bank.total
-    return _scored(without, effect, float(gain), int(dof), float(observability), family, total), ranking
+    effects = [state.effects[i] for i in indices]
+    families = [sum(c.effect.name == e.name for c, _ in bank.tried) for e in effects]
+    family = prod(count or state.dataset.n_poses for count in families)
+    return _scored(without, effects[0], float(gain), int(dof), float(observability), family, bank.total)
 
 
-def background_without(state: State, i: int) -> tuple[Background, Array, Array]:
-    """Return the background of a state without its effect i, that effect's free columns ``(N m, k)`` and which those are."""
-    start = state.model.blocks["effects"].start + sum(len(e.coefficients) for e in state.effects[:i])
-    where = slice(start, start + len(state.effects[i].coefficients))
+def background_without(state: State, indices: Sequence[int]) -> tuple[Background, Array, Array]:
+    """Return the background of a state without some effects, those effects' free columns ``(N m, k)`` and plausible sizes ``(k,)``."""
+    start = state.model.blocks["effects"].start
+    ends = start + np.cumsum([0, *(len(effect.coefficients) for effect in state.effects)])
     mine = np.zeros(len(state.free), dtype=bool)
-    mine[where] = state.free[where]
+    sizes = np.full(len(state.free), np.inf)
+    for i in indices:
+        where = slice(ends[i], ends[i + 1])
+        mine[where] = state.free[where]
+        sizes[where] = state.effects[i].plausible_sizes
     local = mine[state.free]
-    n_priors = int(np.isfinite(state.effects[i].plausible_sizes[state.free[where]]).sum())
+    n_priors = int(np.isfinite(sizes[mine]).sum())
     background = state.background().without(local, state.model.vector[mine], n_priors)
     measured = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
-    own = mixed(state.mix, state.linearised()[1][:measured, local])
-    return background, own, state.free[where]
+    return background, mixed(state.mix, state.linearised()[1][:measured, local]), sizes[mine]
 
 
 def label(effect: Effect) -> str:
