@@ -1,8 +1,8 @@
 """Is what is left noise? Poses that are neighbours in time, or in a joint's angle, have residuals that are alike where something acts on them.
 
-A noise of whole poses is drawn anew at every pose. Before it is given a name its draws are put in the order of everything that is recorded, plate by
-plate, and each is multiplied by those that follow: ``t = sum z_i . z_(i+l) / sqrt(sum (z_i . z_(i+l))^2)``, about normal where the order means nothing
-(von Neumann's ratio, with the spread of the products taken from the products themselves).
+A noise of whole poses is drawn anew at every pose. Before it is given a name its draws are put in the order of everything that is
+recorded, plate by plate, and each is multiplied by those that follow: ``t = sum z_i . z_(i+l) / sqrt(sum (z_i . z_(i+l))^2)``, about
+normal where the order means nothing (von Neumann's ratio, with the spread of the products taken from the products themselves).
 """
 
 from __future__ import annotations

@@ -7,9 +7,6 @@ angle is imitated by a scale with five harmonics, a bump by four, and neither is
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
-
-import numpy as np
 
 from scalar.diagnosis.candidates import Candidate, flexible, waves
 from scalar.diagnosis.holdout import held_out, improvement
