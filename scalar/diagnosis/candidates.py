@@ -18,7 +18,7 @@ from scalar.effects.catalogue import (
     range_middle,
 )
 from scalar.effects.effect import Effect
-from scalar.effects.gravity import typical_torque
+from scalar.effects.gravity import typical_masses, typical_torque
 from scalar.effects.joints import (
     JointBacklash,
     JointCompliance,
@@ -135,8 +135,11 @@ def _backlashes(dataset: Dataset, moving: list[int]) -> list[Effect]:
     found: list[Effect] = []
     for j in moving:
         by = backlash_driver(dataset, j)
-        if by == "approach" or torque[j] > LEAST_TORQUE * most:
+        if by == "approach":
             found.append(JointBacklash(j, by))
+        elif torque[j] > LEAST_TORQUE * most:
+            masses = typical_masses(dataset.robot, dataset.q, j)
+            found.append(JointBacklash(j, by, tuple(float(m) for m in masses)))
     return found
 
 

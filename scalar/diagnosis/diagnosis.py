@@ -12,6 +12,7 @@ from scalar.atomic import plain
 from scalar.calibrate import conclude, fit_from
 from scalar.calibration import Calibration
 from scalar.diagnosis.cleaning import Cleaned, clean, geometry_fit
+from scalar.diagnosis.confidence import confidence
 from scalar.diagnosis.holdout import HeldOut, held_out
 from scalar.diagnosis.hunt import (
     CONFOUNDED_MARGIN,
@@ -23,6 +24,7 @@ from scalar.diagnosis.hunt import (
     merged,
     rank,
     rivals,
+    same_answer,
     same_place,
 )
 from scalar.diagnosis.neighbours import depends_on
@@ -54,6 +56,7 @@ class Finding:
         p_value: Of its gain beside the other effects, corrected for all that were tried.
         before, after: Held-out errors without and with it, in the order of taking.
         confounded_with: Effects that would explain the same as well.
+        confidence: Chance that name and target are right.
     """
 
     effect: Effect
@@ -61,6 +64,7 @@ class Finding:
     before: HeldOut
     after: HeldOut
     confounded_with: tuple[Effect, ...]
+    confidence: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,6 +167,7 @@ class Diagnosis:
             "held_out_rms_before_mm": finding.before.rms / MM,
             "held_out_rms_after_mm": finding.after.rms / MM,
             "confounded_with": [{"name": e.name, "target": e.target} for e in finding.confounded_with],
+            "confidence": finding.confidence,
         }
 
     def _unnamed(self, findings: list[Finding], std: Mapping[str, float]) -> dict[str, Any]:
@@ -187,6 +192,7 @@ class Diagnosis:
             "held_out_rms_before_mm": self.held_out_after.rms / MM,
             "held_out_rms_after_mm": self.held_out_after.rms / MM,
             "confounded_with": [{"name": s.name, "target": {}} for s in near],
+            "confidence": confidence(best.log_likelihood_gain, [s.log_likelihood_gain for s in others]),
         }
         if self.spread_is_no_noise:
             joints = [f"q{i + 1}" for i in range(self.dataset.robot.n_joints)]
@@ -294,8 +300,10 @@ def _findings(before: State, after: State, tried: Bank) -> tuple[Finding, ...]:
         state = settle(after.dataset, state.model, after.geometry_free, effects)
         now = held_out(state)
         own, ranking = rivals(after, i, cols)
+        others = [s.evidence for s in ranking if not same_answer(s.effect, effect)]
         near = [s.effect for s in ranking if s.evidence > own.evidence - CONFOUNDED_MARGIN]
         near = [e for e in near if not same_place(e, effect) and not isinstance(effect, Unattributed)]
-        found.append(Finding(effect, own.p_value, error, now, tuple(near)))
+        sure = confidence(own.evidence, others)
+        found.append(Finding(effect, own.p_value, error, now, tuple(near), sure))
         error = now
     return tuple(found)

@@ -48,6 +48,9 @@ CONFOUNDED_MARGIN = 5.0  # nats within which the data do not tell two effects ap
 MAX_EFFECTS = 60  # steps; harmonics of several joints take many
 CHANGE_MARGIN = 6  # least number of poses on each side of a change
 REFINEMENTS = (1.0, 0.5, 0.25)  # of the steps of a first look
+TRIED = 8  # candidates that are added to see whether held-out poses bear them out, before the hunt gives up
+LOOKS = 3  # with steps of each size
+LEAST_GAIN = 0.05  # nats, for another look
 ROUNDING = 1e-4  # of the noise's variance: a residual below it is rounding, and its structure the computer's
 _ALWAYS = -np.inf
 _LEAST_P_VALUE = 1e-300  # below it the distribution's tail is no longer computed
@@ -327,12 +330,9 @@ def hunt(state: State, bank: Bank) -> Found:
     cols = Columns(state, bank)
     for _ in range(MAX_EFFECTS):
         taken = None
-        for entry in rank(state, state.background(), cols)[:8]:
-            if entry.p_value > ALPHA or entry.evidence <= 0:
-                break
+        for entry in _best(state, cols):
             if label(entry.effect) in refused:
                 continue
-            entry = refined(state, state.background(), entry)
             trial = settle(
                 state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect)
             )
@@ -350,20 +350,41 @@ def hunt(state: State, bank: Bank) -> Found:
     return Found(start, start_error, state, error, steps)
 
 
+def _best(state: State, cols: Columns) -> list[Scored]:
+    """Return the few candidates that are beyond chance and explain most, refined, best first."""
+    background = state.background()
+    worth = [e for e in rank(state, background, cols)[:TRIED] if e.p_value <= ALPHA and e.evidence > 0]
+    return sorted((refined(state, background, e) for e in worth), key=lambda entry: -entry.evidence)
+
+
 def refined(state: State, background: Background, entry: Scored) -> Scored:
     """Return a scored effect with what is not linear in it fitted: finer looks about the coarse one."""
     for scale in REFINEMENTS:
-        pool = Bank.of([Candidate(effect) for effect in entry.effect.variations(scale)])
-        if len(pool.tried) == 1:
-            break
-        best = rank(state, background, Columns(state, pool))[0]
-        if best.gain > entry.gain:
-            # The price of the search is that of the coarse one; what is gained is fit.
-            rest, finer = (max(background.squared - e.gain, 1e-300) for e in (entry, best))
-            gained = float(0.5 * background.freedom * np.log(rest / finer))
-            effect = _at_a_pose(best.effect, state)
-            entry = replace(entry, effect=effect, gain=best.gain, evidence=entry.evidence + gained)
+        for _ in range(LOOKS):
+            finer = _look(state, background, entry, scale)
+            if finer is entry:
+                break
+            entry = finer
     return entry
+
+
+def _look(state: State, background: Background, entry: Scored, scale: float) -> Scored:
+    """Return the best of an effect's variations, or the entry itself."""
+    pool = Bank.of([Candidate(effect) for effect in entry.effect.variations(scale)])
+    if len(pool.tried) == 1:
+        return entry
+    best = rank(state, background, Columns(state, pool))[0]
+    # The price of the search is that of the coarse one; what is gained is fit.
+    was, now = (max(background.squared - e.gain, 1e-300) for e in (entry, best))
+    gained = float(0.5 * background.freedom * np.log(was / now))
+    if gained < LEAST_GAIN:
+        return entry
+    return replace(
+        entry,
+        effect=_at_a_pose(best.effect, state),
+        gain=best.gain,
+        evidence=entry.evidence + gained,
+    )
 
 
 def _at_a_pose(effect: Effect, state: State) -> Effect:
@@ -464,3 +485,10 @@ def same_place(a: Effect, b: Effect) -> bool:
     if isinstance(a, PlaneMoved) and isinstance(b, PlaneMoved):
         return a.plane == b.plane
     return isinstance(a, (SensorSlip, BaseCompliance, JointCompliance)) or label(a) == label(b)
+
+
+def same_answer(a: Effect, b: Effect) -> bool:
+    """Return whether two effects say the same but for details: the same place, or orders of one joint that overlap."""
+    if isinstance(a, JointHarmonic) and isinstance(b, JointHarmonic) and a.joint == b.joint:
+        return bool(set(a.orders) & set(b.orders))
+    return same_place(a, b)
