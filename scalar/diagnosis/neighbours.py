@@ -12,6 +12,7 @@ from scipy.stats import norm
 
 from scalar.diagnosis.state import State
 from scalar.identifiability import STILL
+from scalar.planes import Planes
 from scalar.se3 import Array
 
 LAGS = (1, 2, 3)
@@ -51,5 +52,16 @@ def depends_on(state: State) -> list[str]:
     for name in ("temperature", *dataset.covariates):
         if name in dataset.poses and len(np.unique(dataset.poses[name].to_numpy())) > LEAST_POSES:
             orders[name] = dataset.poses[name].to_numpy(dtype=float)
+    orders |= _places(state)
     chances = {name: alike(z, groups, order) * len(orders) for name, order in orders.items()}
     return sorted((name for name, p in chances.items() if p < P_VALUE), key=lambda name: chances[name])
+
+
+def _places(state: State) -> dict[str, Array]:
+    """Return where on its plate the sensor looked, along the plate's own two axes [m], ``(N,)`` each; nothing for a tracker, which has no plates."""
+    target = state.model.target
+    if not isinstance(target, Planes):
+        return {}
+    origins = state.residuals.kinematics(state.model).T_base_sensor[:, :3, 3]
+    along = np.einsum("nkx,nx->kn", target.tangents[state.residuals.measurement.target_index], origins)
+    return {"plate_u": along[0], "plate_v": along[1]}

@@ -78,6 +78,8 @@ def effect_title(effect: Effect) -> str:
 
 def column(name: str) -> str:
     """Return what a column of poses is called in a sentence."""
+    if name in ("plate_u", "plate_v"):
+        return "the place on the plate"
     return f"the angle of joint {name[1:]}" if name[:1] == "q" and name[1:].isdigit() else f"the {name}"
 
 
