@@ -28,6 +28,7 @@ from scalar.diagnosis.hunt import (
 from scalar.diagnosis.noise import CONFOUNDED, Mixed, Spread, whitening
 from scalar.diagnosis.score import Background
 from scalar.diagnosis.silent import Silent, silent
+from scalar.diagnosis.spectrum import as_whitened, has_all_orders, with_spectrum
 from scalar.diagnosis.state import State, settle
 from scalar.diagnosis.unnamed import with_unnamed
 from scalar.effects.catalogue import effect_to_mapping
@@ -232,6 +233,8 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
     found = hunt(before, tried)
     progress("looking for structure without a name")
     after = with_unnamed(found.after, tried)
+    progress("joints that err in many orders")
+    after = with_spectrum(after, tried)
     noise = tuple(after.spreads)
     findings = _findings(before, after, tried)
     progress("calibrating")
@@ -266,7 +269,7 @@ def _final_fit(state: State, noise: tuple[Spread, ...]) -> Any:
     residuals = type(residuals)(
         Mixed(residuals.measurement, whitening(noise[0])), residuals.poses, residuals.bases, residuals.known
     )
-    return fit_from(state.dataset, state.model, state.free, residuals)
+    return fit_from(state.dataset, as_whitened(state).model, state.free, residuals)
 
 
 def _findings(before: State, after: State, tried: Bank) -> tuple[Finding, ...]:
@@ -274,14 +277,16 @@ def _findings(before: State, after: State, tried: Bank) -> tuple[Finding, ...]:
     found = []
     state, error = before, held_out(before)
     effects: tuple[Effect, ...] = ()
-    cols = Columns(after, tried)
+    scored = as_whitened(after)
+    cols = Columns(scored, tried)
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
         state = settle(after.dataset, state.model, after.geometry_free, effects)
         now = held_out(state)
-        own, ranking = rivals(after, i, cols)
+        own, ranking = rivals(scored, i, cols)
         near = [s.effect for s in ranking if s.evidence > own.evidence - CONFOUNDED_MARGIN]
         near = [e for e in near if not same_place(e, effect) and not isinstance(effect, Unattributed)]
+        near = [e for e in near if not has_all_orders(after, e)]
         found.append(Finding(effect, own.p_value, error, now, tuple(near)))
         error = now
     return tuple(found)
