@@ -11,7 +11,7 @@ import numpy as np
 from scalar.atomic import plain
 from scalar.calibrate import conclude, fit_from
 from scalar.calibration import Calibration
-from scalar.diagnosis.cleaning import Cleaned, clean, geometry_fit
+from scalar.diagnosis.cleaning import Cleaned, clean, clean_beside, geometry_fit
 from scalar.diagnosis.holdout import HeldOut, held_out
 from scalar.diagnosis.hunt import (
     CONFOUNDED_MARGIN,
@@ -34,6 +34,7 @@ from scalar.diagnosis.unnamed import with_unnamed
 from scalar.effects.catalogue import effect_to_mapping
 from scalar.effects.effect import Effect
 from scalar.effects.unattributed import Unattributed
+from scalar.se3 import Array
 from scalar.sensors.line_laser import LineLaser
 from scalar.units import MM
 
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 
 FORMAT = "scalar-diagnosis/1"
 MAX_RANKING = 25
+MAX_CLEANINGS = 3  # gross errors may hide behind effects, and effects behind gross errors
 WORST_REPEATABILITY = 4e-4  # rad of each joint: 0.4 mm at arm's length, several times what the worst industrial arms are sold with
 
 
@@ -183,6 +185,12 @@ class Diagnosis:
         return entry
 
 
+def _distances(state: State) -> Array:
+    """Return the root mean square distance [m] of every pose, effects applied, ``(N,)``."""
+    squares, counts = state.residuals.squared_distances(state.model)
+    return np.sqrt(squares / counts)
+
+
 def _residual(state: State, error: HeldOut) -> dict[str, float]:
     return {
         "train_rms_mm": state.residuals.rms(state.model) / MM,
@@ -225,12 +233,17 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
     """
     progress("cleaning")
     cleaned = clean(dataset)
-    model, prepared = geometry_fit(cleaned.dataset)
-    before = settle(cleaned.dataset, model, prepared.free, ())
-    tried = bank(cleaned.dataset)
+    for _ in range(MAX_CLEANINGS):
+        model, prepared = geometry_fit(cleaned.dataset)
+        before = settle(cleaned.dataset, model, prepared.free, ())
+        tried = bank(cleaned.dataset)
+        progress("hunting")
+        found = hunt(before, tried)
+        cleaner = clean_beside(cleaned, _distances(found.after))
+        if cleaner is cleaned:
+            break
+        cleaned = cleaner
     ranking = rank(before, before.background(), Columns(before, tried))
-    progress("hunting")
-    found = hunt(before, tried)
     progress("looking for structure without a name")
     after = with_unnamed(found.after, tried)
     progress("joints that err in many orders")

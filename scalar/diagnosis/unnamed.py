@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from scalar.diagnosis.candidates import flexible
-from scalar.diagnosis.holdout import held_out, improvement
+from scalar.diagnosis.holdout import held_out, improvement, no_worse
 from scalar.diagnosis.hunt import Bank, Columns, background_without, hunt, merged, rank, reconsidered, rivals
 from scalar.diagnosis.score import Background
 from scalar.diagnosis.state import State, settle
@@ -41,7 +41,8 @@ def _with_best(state: State, pool: Bank) -> State | None:
         if entry.p_value > ALPHA or entry.evidence <= 0:
             return None
         trial = settle(state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect))
-        if improvement(held_out(state, state.mix), held_out(trial, state.mix)) >= LEAST_IMPROVEMENT:
+        gain = improvement(held_out(state, state.mix), held_out(trial, state.mix))
+        if gain >= LEAST_IMPROVEMENT and no_worse(held_out(state), held_out(trial)):
             return trial
     return None
 
@@ -57,6 +58,7 @@ def _unseated(state: State, pool: Bank) -> State:
         if best.evidence > own.evidence + BETTER_THAN_A_NAME:
             others = tuple(e for k, e in enumerate(state.effects) if k != i)
             trial = settle(state.dataset, state.model, state.geometry_free, merged(others, best.effect))
-            if trial.background().squared < state.background().squared:
+            better = trial.background().squared < state.background().squared
+            if better and no_worse(held_out(state), held_out(trial)):
                 return trial
     return state
