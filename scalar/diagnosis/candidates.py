@@ -11,7 +11,6 @@ import numpy as np
 from scalar.effects.base import BaseCompliance
 from scalar.effects.catalogue import (
     MAX_ORDER,
-    MAX_RIPPLE_ORDER,
     backlash_driver,
     drift_driver,
     plane_centre,
@@ -24,7 +23,6 @@ from scalar.effects.joints import (
     JointCompliance,
     JointCoupling,
     JointHarmonic,
-    JointRipple,
     JointScale,
 )
 from scalar.effects.links import AxisNonparallel, ThermalDrift
@@ -42,16 +40,11 @@ from scalar.effects.unattributed import (
     Variable,
 )
 from scalar.identifiability import STILL, near_parallel_joints
-from scalar.sensors import KINDS
 
 if TYPE_CHECKING:
     from scalar.dataset import Dataset
 
 HARMONIC_ORDERS = range(1, MAX_ORDER + 1)
-RIPPLE_ORDERS = range(MAX_ORDER + 1, MAX_RIPPLE_ORDER + 1)
-RIPPLE_EQUATIONS = (
-    4000  # least number of them: fine orders of six joints are hundreds of columns, and few data fit any
-)
 BUMP_WIDTHS = (0.08, 0.16, 0.32)  # of half the range that a joint goes through
 STEP_WIDTHS = (0.03, 0.15)
 KINK_WIDTH = 0.08
@@ -90,7 +83,7 @@ class Candidate:
         if isinstance(self.effect, JointCompliance):
             return JointCompliance(tuple(self.effect.terms[i] for i in chosen))
         if isinstance(self.effect, JointHarmonic):
-            return type(self.effect)(self.effect.joint, tuple(self.effect.orders[i] for i in chosen))
+            return JointHarmonic(self.effect.joint, tuple(self.effect.orders[i] for i in chosen))
         assert isinstance(self.effect, BaseCompliance)
         return BaseCompliance(tuple(self.effect.frames[i] for i in chosen), self.effect.alike)
 
@@ -105,8 +98,6 @@ def candidates(dataset: Dataset) -> list[Candidate]:
     found += [Candidate(BaseCompliance(tuple(range(1, n + 1)), alike), n) for alike in (True, False)]
     found += [Candidate(JointHarmonic(j, (k,))) for j in moving for k in HARMONIC_ORDERS]
     found += [Candidate(JointHarmonic(j, tuple(HARMONIC_ORDERS)), len(HARMONIC_ORDERS)) for j in moving]
-    if dataset.n_poses * KINDS[dataset.sensor.kind].equations_per_pose >= RIPPLE_EQUATIONS:
-        found += [Candidate(JointRipple(j, tuple(RIPPLE_ORDERS)), len(RIPPLE_ORDERS)) for j in moving]
     found += [Candidate(JointScale(j)) for j in moving]
     found += [Candidate(JointCoupling(j, s)) for j in moving for s in moving if s != j]
     found += [Candidate(effect) for effect in _backlashes(dataset, moving)]

@@ -33,6 +33,7 @@ COARSE_POSE_ERROR = 20.0 * MM  # with the arm still nominal, whose own errors ma
 LABEL_RATIO = 0.2  # a pose is mislabelled where another plane is nearer than this share of its own distance
 CORE_SHARE = 0.6  # of the poses on a plane that are trusted at first
 MOST_SET_ASIDE = 0.45  # of the poses: with more, nothing can be said of which are right
+MOST_LATE = 0.02  # of the poses: with more that only stand out beside effects, the effects are not yet right
 CONTIGUOUS_RUN = 4  # successive poses of one plane that are all off are a change, not outliers
 RUN_BY_CHANCE = 0.05  # expected number of runs as long that scattered outliers would make
 _MADE_NORMAL = 1.4826  # median absolute deviation to standard deviation
@@ -93,6 +94,24 @@ def clean(dataset: Dataset) -> Cleaned:
         tuple((int(ids[i]), labels[i]) for i in off if i in labels),
         n_points,
     )
+
+
+def clean_beside(cleaned: Cleaned, distance: Array) -> Cleaned:
+    """Return what was cleaned without poses that are off now that effects are known; the same object where there are none.
+
+    A plate that moved, or an arm that sags, is noise to the first look, behind which a gross error may hide.
+
+    Args:
+        cleaned: By the first look.
+        distance: ``(N,)`` [m], of every pose that remains, root mean square, effects applied.
+    """
+    dataset = cleaned.dataset
+    off = distance >= _limit(distance)
+    off &= ~_in_runs(dataset, off)
+    if not off.any() or off.sum() > MOST_LATE * dataset.n_poses:
+        return cleaned
+    late = tuple(int(pose) for pose in dataset.pose_ids[off])
+    return replace(cleaned, dataset=dataset.subset(~off), outlier_poses=cleaned.outlier_poses + late)
 
 
 def without_outlying_points(dataset: Dataset) -> tuple[Dataset, int, Array]:

@@ -11,7 +11,7 @@ import numpy as np
 from scalar.atomic import plain
 from scalar.calibrate import conclude, fit_from
 from scalar.calibration import Calibration
-from scalar.diagnosis.cleaning import Cleaned, clean, geometry_fit
+from scalar.diagnosis.cleaning import Cleaned, clean, clean_beside, geometry_fit
 from scalar.diagnosis.confidence import confidence
 from scalar.diagnosis.holdout import HeldOut, held_out
 from scalar.diagnosis.hunt import (
@@ -31,11 +31,13 @@ from scalar.diagnosis.neighbours import depends_on
 from scalar.diagnosis.noise import CONFOUNDED, Mixed, Spread, whitening
 from scalar.diagnosis.score import Background
 from scalar.diagnosis.silent import Silent, silent
+from scalar.diagnosis.spectrum import as_whitened, has_all_orders, with_spectrum
 from scalar.diagnosis.state import State, settle
 from scalar.diagnosis.unnamed import with_unnamed
 from scalar.effects.catalogue import effect_to_mapping
 from scalar.effects.effect import Effect
 from scalar.effects.unattributed import Unattributed
+from scalar.se3 import Array
 from scalar.sensors.line_laser import LineLaser
 from scalar.units import MM
 
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
 
 FORMAT = "scalar-diagnosis/1"
 MAX_RANKING = 25
+MAX_CLEANINGS = 3  # gross errors may hide behind effects, and effects behind gross errors
 WORST_REPEATABILITY = 4e-4  # rad of each joint: 0.4 mm at arm's length, several times what the worst industrial arms are sold with
 
 
@@ -201,6 +204,12 @@ class Diagnosis:
         return entry
 
 
+def _distances(state: State) -> Array:
+    """Return the root mean square distance [m] of every pose, effects applied, ``(N,)``."""
+    squares, counts = state.residuals.squared_distances(state.model)
+    return np.sqrt(squares / counts)
+
+
 def _residual(state: State, error: HeldOut) -> dict[str, float]:
     return {
         "train_rms_mm": state.residuals.rms(state.model) / MM,
@@ -243,14 +252,21 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
     """
     progress("cleaning")
     cleaned = clean(dataset)
-    model, prepared = geometry_fit(cleaned.dataset)
-    before = settle(cleaned.dataset, model, prepared.free, ())
-    tried = bank(cleaned.dataset)
+    for _ in range(MAX_CLEANINGS):
+        model, prepared = geometry_fit(cleaned.dataset)
+        before = settle(cleaned.dataset, model, prepared.free, ())
+        tried = bank(cleaned.dataset)
+        progress("hunting")
+        found = hunt(before, tried)
+        cleaner = clean_beside(cleaned, _distances(found.after))
+        if cleaner is cleaned:
+            break
+        cleaned = cleaner
     ranking = rank(before, before.background(), Columns(before, tried))
-    progress("hunting")
-    found = hunt(before, tried)
     progress("looking for structure without a name")
     after = with_unnamed(found.after, tried)
+    progress("joints that err in many orders")
+    after = with_spectrum(after, tried)
     noise = tuple(after.spreads)
     findings = _findings(before, after, tried)
     progress("calibrating")
@@ -286,7 +302,7 @@ def _final_fit(state: State, noise: tuple[Spread, ...]) -> Any:
     residuals = type(residuals)(
         Mixed(residuals.measurement, whitening(noise[0])), residuals.poses, residuals.bases, residuals.known
     )
-    return fit_from(state.dataset, state.model, state.free, residuals)
+    return fit_from(state.dataset, as_whitened(state).model, state.free, residuals)
 
 
 def _findings(before: State, after: State, tried: Bank) -> tuple[Finding, ...]:
@@ -294,12 +310,14 @@ def _findings(before: State, after: State, tried: Bank) -> tuple[Finding, ...]:
     found = []
     state, error = before, held_out(before)
     effects: tuple[Effect, ...] = ()
-    cols = Columns(after, tried)
+    scored = as_whitened(after)
+    cols = Columns(scored, tried)
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
         state = settle(after.dataset, state.model, after.geometry_free, effects)
         now = held_out(state)
-        own, ranking = rivals(after, i, cols)
+        own, ranking = rivals(scored, i, cols)
+        ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
         others = [s.evidence for s in ranking if not same_answer(s.effect, effect)]
         near = [s.effect for s in ranking if s.evidence > own.evidence - CONFOUNDED_MARGIN]
         near = [e for e in near if not same_place(e, effect) and not isinstance(effect, Unattributed)]

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.diagnosis.candidates import Candidate, candidates
-from scalar.diagnosis.holdout import HeldOut, held_out, improvement
+from scalar.diagnosis.holdout import HeldOut, held_out, improvement, no_worse
 from scalar.diagnosis.score import (
     Background,
     ChangeScores,
@@ -336,15 +336,17 @@ def hunt(state: State, bank: Bank) -> Found:
             trial = settle(
                 state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect)
             )
-            if improvement(held_out(state, state.mix), held_out(trial, state.mix)) < LEAST_IMPROVEMENT:
+            trial_error = held_out(trial)
+            gain = improvement(held_out(state, state.mix), held_out(trial, state.mix))
+            if gain < LEAST_IMPROVEMENT or not no_worse(error, trial_error):
                 refused.add(label(entry.effect))
                 continue
-            taken = (entry, trial)
+            taken = (entry, trial, trial_error)
             break
         if taken is None:
             break
-        entry, trial = taken
-        steps.append((entry, error, held_out(trial)))
+        entry, trial, trial_error = taken
+        steps.append((entry, error, trial_error))
         state, cols = reconsidered(trial, bank)
         error = held_out(state)
     return Found(start, start_error, state, error, steps)
@@ -417,7 +419,8 @@ def reconsidered(state: State, bank: Bank) -> tuple[State, Columns]:
             best = ranking[0]
             if label(best.effect) != label(effect) and best.evidence > own.evidence + SWAP_MARGIN:
                 trial = settle(state.dataset, state.model, state.geometry_free, merged(others, best.effect))
-                if trial.background().squared < state.background().squared + 1e-9 or best.dof < own.dof:
+                better = trial.background().squared < state.background().squared + 1e-9
+                if (better or best.dof < own.dof) and no_worse(held_out(state), held_out(trial)):
                     state, changed = trial, True
                     break
         if not changed:

@@ -154,7 +154,7 @@ class Projected:
     def score(self, groups: Array) -> tuple[Array, Array, Array]:
         """Return gain, degrees of freedom and observability ``(T,)`` each of groups of columns ``(T, w)``."""
         gain, dof = _gain(self.gram[groups[:, :, None], groups[:, None, :]], self.projection[groups])
-        return self.variance * gain, dof, np.sqrt(self.share[groups].max(axis=1))
+        return self.variance * gain, dof, np.sqrt(self.share[groups].max(axis=1, initial=0.0))
 
     def forward(self, groups: Array, worth: float) -> list[int]:
         """Return which groups ``(T, w)`` to take, best first, as long as one drops the squared residual by ``worth`` a column.

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from scalar.diagnosis.candidates import Candidate, flexible, waves
-from scalar.diagnosis.holdout import held_out, improvement
+from scalar.diagnosis.holdout import held_out, improvement, no_worse
 from scalar.diagnosis.hunt import (
     Bank,
     Columns,
@@ -89,7 +89,8 @@ def _with_best(state: State, pools: Sequence[Bank]) -> State | None:
             return None
         effect = refined(state, background, entry).effect
         trial = settle(state.dataset, state.model, state.geometry_free, merged(state.effects, effect))
-        if improvement(held_out(state, state.mix), held_out(trial, state.mix)) >= LEAST_IMPROVEMENT:
+        gain = improvement(held_out(state, state.mix), held_out(trial, state.mix))
+        if gain >= LEAST_IMPROVEMENT and no_worse(held_out(state), held_out(trial)):
             return trial
     return None
 

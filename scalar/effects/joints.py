@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -67,10 +67,12 @@ class JointHarmonic(JointEffect):
     Attributes:
         joint: From 1.
         orders: From 1 to 32.
+        believed: [rad], one standard deviation of what is believed of each order's coefficients before any data; empty for the common belief.
     """
 
     joint: int
     orders: tuple[int, ...]
+    believed: tuple[float, ...] = field(default=(), kw_only=True)
 
     name: ClassVar[str] = "joint_harmonic"
     sentence: ClassVar[str] = "the angle errs periodically in itself, as eccentric gears make it"
@@ -93,6 +95,11 @@ class JointHarmonic(JointEffect):
     def coefficient_units(self) -> list[str]:
         """Radians."""
         return ["rad"] * (2 * len(self.orders))
+
+    @property
+    def plausible_sizes(self) -> Array:
+        """Return the common belief, or that of each order."""
+        return np.repeat(self.believed, 2) if self.believed else super().plausible_sizes
 
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return sine and cosine of the multiples of the angle."""

@@ -23,7 +23,7 @@ def settled(dataset, effects=""):
 @given(n=st.integers(1, 3000))
 def test_every_pose_is_held_out_once_in_a_block(n):
     """Blocks are of successive poses, folds take them in turn, and no fold has more than its share."""
-    block, fold = blocks(n)
+    block, fold = blocks(np.arange(n)[:, None] * np.array([1.0, -1.0]))
     assert len(block) == len(fold) == n
     assert np.all(np.diff(block) >= 0) and block[0] == 0 and np.all(np.diff(block) <= 1)
     assert np.all((fold >= 0) & (fold < FOLDS))
@@ -36,12 +36,24 @@ def test_every_pose_is_held_out_once_in_a_block(n):
             assert np.ptp(np.flatnonzero(fold == f)) > 0.5 * n
 
 
+@pytest.mark.parametrize("times", [2, 3, 7])
+def test_a_pose_commanded_again_is_held_out_with_its_first_time(times):
+    """Repetitions of a pose, as encoders read them, share its block; the blocks of the first times are those of a run without repetitions."""
+    rng = np.random.default_rng(times)
+    once = rng.uniform(-2, 2, (100, 6))
+    again = np.concatenate([once] * times) + rng.uniform(-5e-4, 5e-4, (100 * times, 6))
+    block, fold = blocks(again)
+    expected, _ = blocks(once)
+    np.testing.assert_array_equal(block, np.tile(expected, times))
+    np.testing.assert_array_equal(fold, block % FOLDS)
+
+
 def test_the_step_is_a_refit_without_the_fold():
     """Each fold's errors are those of a model refitted on the other poses alone, within 2 %."""
     dataset = make_cell(seed=2, poses_per_plane=40, points_per_scan=20).dataset
     state = settled(dataset)
     found = held_out(state)
-    _, fold = blocks(dataset.n_poses)
+    _, fold = blocks(dataset.q)
     for f in range(2):
         train = fold != f
         part = dataset.subset(train)
@@ -80,7 +92,7 @@ def test_what_is_there_lowers_the_error_of_poses_never_seen():
 @pytest.mark.parametrize(("drop", "sign"), [(0.5, 1), (-0.5, -1), (0.0, 0)])
 def test_improvement_counts_blocks(drop, sign):
     """The fall is measured in standard errors over blocks: a steady fall is sure, whatever its size."""
-    block, _ = blocks(80)
+    block, _ = blocks(np.arange(80.0)[:, None])
     rng = np.random.default_rng(0)
     before = HeldOut(rng.chisquare(3, 80), np.ones(80), np.ones(80), block)
     noise = 0.01 * rng.standard_normal(80)

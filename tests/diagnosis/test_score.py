@@ -205,3 +205,13 @@ def test_a_column_that_adds_nothing_hides_no_other():
     direct = Background.of(r - padded[:, mine] @ c, padded[:, ~mine], N, m)
     np.testing.assert_allclose(left_out.residual, direct.residual, atol=1e-12)
     assert left_out.freedom == direct.freedom
+
+
+def test_an_effect_without_columns_earns_nothing():
+    """Where every column of an effect is held, as a combination of others, there is no gain, no direction and no evidence."""
+    rng = np.random.default_rng(3)
+    background = Background.of(rng.standard_normal(60), rng.standard_normal((60, 4)), 20, 3)
+    E = np.zeros((60, 0))
+    gain, dof, seen = Projected.of(background, E, E.T @ E, np.zeros(0)).score(np.zeros((1, 0), dtype=int))
+    assert (gain[0], dof[0], seen[0]) == (0.0, 0, 0.0)
+    assert evidence(background, 0.0, 0, 1) == -np.inf
