@@ -46,6 +46,7 @@ if TYPE_CHECKING:
 
 HARMONIC_ORDERS = range(1, MAX_ORDER + 1)
 BUMP_WIDTHS = (0.08, 0.16, 0.32)  # of half the range that a joint goes through
+PLATEAU_WIDTHS = (0.12, 0.3)
 STEP_WIDTHS = (0.03, 0.15)
 KINK_WIDTH = 0.08
 WAVE_ORDERS = (1.5, 33.5)  # periods a turn
@@ -195,6 +196,7 @@ def _places(width: float) -> list[float]:
 def _shapes(joint: int, angle: Variable) -> list[Effect]:
     """Return bumps, steps, kinks and powers of a joint's error along its own angle."""
     kinds = [("bump", width, width / 2) for width in BUMP_WIDTHS]
+    kinds += [("plateau", width, width / 2) for width in PLATEAU_WIDTHS]
     kinds += [("step", width, width) for width in STEP_WIDTHS]
     kinds.append(("kink", KINK_WIDTH, KINK_WIDTH))
     return [
@@ -202,6 +204,11 @@ def _shapes(joint: int, angle: Variable) -> list[Effect]:
         for shape, width, apart in kinds
         for at in _places(apart)
     ] + [UnattributedShape(joint, (angle,), shape) for shape in ("square", "cube")]
+
+
+def curves(dataset: Dataset, joint: int) -> list[Candidate]:
+    """Return simple shapes of a joint's error along its own angle."""
+    return [Candidate(shape) for shape in _shapes(joint, Variable.seen(f"q{joint}", dataset.q[:, joint - 1]))]
 
 
 def waves(dataset: Dataset, joint: int) -> list[Candidate]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from scalar.diagnosis.candidates import Candidate, flexible, waves
+from scalar.diagnosis.candidates import Candidate, curves, flexible, waves
 from scalar.diagnosis.holdout import held_out, improvement, no_worse
 from scalar.diagnosis.hunt import (
     Bank,
@@ -36,7 +36,8 @@ LEAST_IMPROVEMENT = (
     2.0  # standard errors by which the held-out error has to fall, blocks being few and unlike
 )
 BETTER_THAN_A_NAME = 7.0  # nats by which a flexible term has to explain better to unseat a name
-HOPELESS = 200.0  # nats by which a coarse look may fall short of a name and still be refined
+HOPELESS = 0.7  # of a name's evidence: with less a coarse look is not refined
+MORE_SHAPES = 2
 MAX_TERMS = 3
 LOOKED_AT = 4  # terms of those that score best
 COLUMNS_AT_ONCE = 512
@@ -96,7 +97,7 @@ def _with_best(state: State, pools: Sequence[Bank]) -> State | None:
 
 
 def _unseated(state: State, pools: Sequence[Bank]) -> State | None:
-    """Return the state with a flexible term in the place of names that explain their share far worse, or None."""
+    """Return the state with flexible terms in the place of names that explain their share far worse, or None."""
     groups = list(_groups(state.effects))
     if not groups:
         return None
@@ -107,17 +108,35 @@ def _unseated(state: State, pools: Sequence[Bank]) -> State | None:
         gears = [e for e in (state.effects[i] for i in indices) if isinstance(e, JointHarmonic)]
         if gears:
             entries = entries + _ranked(state, [without], _banks(waves(state.dataset, gears[0].joint)))[0]
+        others = tuple(e for k, e in enumerate(state.effects) if k not in indices)
         for entry in entries:
-            if entry.evidence < own.evidence - HOPELESS:
+            if entry.evidence < HOPELESS * own.evidence:
                 continue
             best = refined(state, without, entry)
-            if best.evidence > own.evidence + BETTER_THAN_A_NAME:
-                others = tuple(e for k, e in enumerate(state.effects) if k not in indices)
-                trial = settle(state.dataset, state.model, state.geometry_free, merged(others, best.effect))
-                # Fewer coefficients may fit a little worse, but must not predict worse.
-                if improvement(held_out(trial, state.mix), held_out(state, state.mix)) < LEAST_IMPROVEMENT:
-                    return trial
+            trial = settle(state.dataset, state.model, state.geometry_free, merged(others, best.effect))
+            better = best.evidence - own.evidence
+            if gears and better <= BETTER_THAN_A_NAME:
+                trial, more = _with_more_shapes(trial, gears[0].joint)
+                better += more
+            # Fewer coefficients may fit a little worse, but must not predict worse.
+            worse = improvement(held_out(trial, state.mix), held_out(state, state.mix))
+            if better > BETTER_THAN_A_NAME and worse < LEAST_IMPROVEMENT:
+                return trial
     return None
+
+
+def _with_more_shapes(state: State, joint: int) -> tuple[State, float]:
+    """Return a state with up to two more shapes of a joint's error along its own angle, and their evidence [nats]."""
+    pools = _banks(curves(state.dataset, joint))
+    evidence = 0.0
+    for _ in range(MORE_SHAPES):
+        background = state.background()
+        best = refined(state, background, _ranked(state, [background], pools)[0][0])
+        if best.evidence <= 0:
+            break
+        evidence += best.evidence
+        state = settle(state.dataset, state.model, state.geometry_free, merged(state.effects, best.effect))
+    return state, evidence
 
 
 def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:

@@ -22,6 +22,7 @@ SINGLE_DEGREE = 6
 PAIR_DEGREE = 3
 DRIFT_DEGREE = 4
 WOBBLE_ORDERS = (1, 2, 3)
+PLATEAU_FLANK = 3.0  # steepness of its flanks, in units of half its width
 WAVES = 3  # of a periodic error that is no sine
 WAVE_STEP = 0.25  # between the orders that are tried, periods a turn
 GRAVITY = "gravity"
@@ -168,7 +169,8 @@ class UnattributedShape(UnattributedJoint):
 
     Attributes:
         variables: One, or the two of a product.
-        shape: ``bump`` (of Gauss), ``step`` (a hyperbolic tangent), ``kink`` (an absolute value), ``line``, ``square``, ``cube`` or ``product``.
+        shape: ``bump`` (of Gauss), ``plateau`` (one with a flat top), ``step`` (a hyperbolic tangent), ``kink`` (an absolute
+            value), ``line``, ``square``, ``cube`` or ``product``.
         at, width: Of a bump, a step or a kink, in units of half the range of the variable that was seen.
     """
 
@@ -192,6 +194,7 @@ class UnattributedShape(UnattributedJoint):
         s = (u - self.at) / self.width
         values = {
             "bump": lambda: np.exp(-(s**2) / 2),
+            "plateau": lambda: (np.tanh(PLATEAU_FLANK * (s + 1)) - np.tanh(PLATEAU_FLANK * (s - 1))) / 2,
             "step": lambda: (np.tanh(s) + 1) / 2,
             "kink": lambda: np.abs(s),
             "line": lambda: u,
@@ -205,7 +208,7 @@ class UnattributedShape(UnattributedJoint):
 
     def variations(self, scale: float) -> list[Self]:
         """Return the shape moved by parts of its width, wider and narrower."""
-        if self.shape not in ("bump", "step", "kink"):
+        if self.shape not in ("bump", "plateau", "step", "kink"):
             return [self]
         return [
             replace(self, at=self.at + a * scale * self.width, width=self.width * 2.0 ** (b * scale))

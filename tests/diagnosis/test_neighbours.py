@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scalar.diagnosis.neighbours import alike
+from scalar.diagnosis.neighbours import _in_order, _near, alike
 
 
 def chances(course, seeds=400, n=150):
@@ -13,7 +13,7 @@ def chances(course, seeds=400, n=150):
         rng = np.random.default_rng([seed, 5])
         order, groups = rng.permutation(n).astype(float), rng.integers(0, 3, n)
         z = rng.standard_normal((n, 3)) * rng.uniform(0.5, 2.0, (n, 1)) + course(order / n)[:, None]
-        found.append(alike(z, groups, order))
+        found.append(alike(z, _in_order(groups, order)))
     return np.array(found)
 
 
@@ -35,4 +35,19 @@ def test_a_course_of_the_size_of_the_noise_is_seen(course):
 def test_few_poses_say_nothing():
     """With fewer poses a plate than neighbours need, the chance is one."""
     z = np.ones((9, 3))
-    assert alike(z, np.arange(9) // 3, np.arange(9.0)) == 1.0
+    assert alike(z, _in_order(np.arange(9) // 3, np.arange(9.0))) == 1.0
+
+
+def test_neighbours_in_two_variables_are_the_nearest_whatever_their_units():
+    """Three of every pose, by brute force over ranks; a variable in another unit has the same."""
+    rng = np.random.default_rng(3)
+    values = rng.standard_normal((40, 2))
+    pairs = {tuple(pair) for pair in _near(values)}
+    ranks = np.argsort(np.argsort(values, axis=0), axis=0)
+    for i in range(40):
+        distance = np.sum((ranks - ranks[i]) ** 2, axis=1).astype(float)
+        distance[i] = np.inf
+        third = np.sort(distance)[2]
+        mine = {k for pair in pairs if i in pair for k in pair} - {i}
+        assert set(np.flatnonzero(distance < third)) <= mine
+    assert pairs == {tuple(pair) for pair in _near(values * [1.0, 1000.0])}
