@@ -28,7 +28,7 @@ from scalar.diagnosis.hunt import (
 from scalar.diagnosis.noise import CONFOUNDED, Mixed, Spread, whitening
 from scalar.diagnosis.score import Background
 from scalar.diagnosis.silent import Silent, silent
-from scalar.diagnosis.spectrum import as_whitened, has_all_orders, with_spectrum
+from scalar.diagnosis.spectrum import as_whitened, has_all_orders, is_shrunk, with_spectrum
 from scalar.diagnosis.state import State, settle
 from scalar.diagnosis.unnamed import with_unnamed
 from scalar.effects.catalogue import effect_to_mapping
@@ -299,7 +299,7 @@ def _findings(before: State, after: State, tried: Bank) -> tuple[Finding, ...]:
         own, ranking = rivals(scored, i, cols)
         near = [s.effect for s in ranking if s.evidence > own.evidence - CONFOUNDED_MARGIN]
         near = [e for e in near if not same_place(e, effect) and not isinstance(effect, Unattributed)]
-        near = [e for e in near if not has_all_orders(after, e)]
+        near = [] if is_shrunk(effect) else [e for e in near if not has_all_orders(after, e)]
         found.append(Finding(effect, own.p_value, error, now, tuple(near)))
         error = now
     return tuple(found)
