@@ -28,11 +28,14 @@ from scalar.model import Model
 from scalar.residuals import Residuals
 from scalar.se3 import Array
 from scalar.sensors import measure
+from scalar.study.closed_loop.provenance import code_version
 from scalar.units import MM
 
 SUMMARY_COLUMNS = ("set", "model", "poses", "train_rms_mm", "held_out_rms_mm", "held_out_max_mm")
 FRESH_SHARE = 0.3  # of the poses, drawn at random, each with its repetitions
 _SEED = 20260
+FEW_COEFFICIENTS = 3
+SHUFFLED = "effects_on_shuffled_angles"
 BASE_AND_TOOL, BEFORE, AFTER = "base_and_tool", "geometry", "geometry_and_effects"
 
 
@@ -141,13 +144,19 @@ def summarise(
     files: Mapping[str, Mapping[str, str]],
     diagnoses: Mapping[str, Mapping[str, Any]],
     errors: Mapping[str, Mapping[str, Mapping[str, float]]],
-) -> tuple[dict[str, Any], pd.DataFrame]:
-    """Return the summary of all sets, and the same errors as a table with a row a set and model.
+    checks: Mapping[str, Mapping[str, Any]],
+    gears: Mapping[str, pd.DataFrame],
+    agreements: Mapping[str, Sequence[Mapping[str, Any]]],
+) -> tuple[dict[str, Any], pd.DataFrame, pd.DataFrame]:
+    """Return the summary of all sets, the same errors as a table with a row a set and model, and the errors of all gears.
 
     Args:
         files: by set, the SHA-256 of each original file.
         diagnoses: by set, the content of ``diagnosis.json``.
         errors: by set and model, the errors [mm] of `compare` and `transferred`.
+        checks: by set, ``fresh_split`` and ``shuffled``.
+        gears: by set, what `scalar.study.gears.gear_errors` gives.
+        agreements: by pair of sets, what `scalar.study.gears.agreement` gives.
     """
     sets: dict[str, Any] = {}
     rows = []
@@ -158,16 +167,33 @@ def summarise(
             "files_sha256": dict(files[name]),
             "verdict": diagnosis["verdict"],
             "models": models,
-            "effects": [
-                {
-                    key: effect.get(key)
-                    for key in ("name", "target", "held_out_rms_before_mm", "held_out_rms_after_mm")
-                }
-                for effect in diagnosis["effects"]
-            ],
+            "effects": [_told(effect) for effect in diagnosis["effects"]],
             "outlier_poses": diagnosis["outliers"]["poses"],
             "floor_mm": diagnosis["residual"]["floor_mm"],
+            "checks": dict(checks[name]),
         }
         rows += [{"set": name, "model": model, **values} for model, values in models.items()]
+        rows.append({"set": name, "model": SHUFFLED, **checks[name]["shuffled"]})
     table = pd.DataFrame(rows).reindex(columns=list(SUMMARY_COLUMNS))
-    return {"format": "scalar-measured/1", "held_out": "blocks of successive poses", "sets": sets}, table
+    summary = {
+        "format": "scalar-measured/1",
+        "code": code_version(),
+        "held_out": "blocks of successive poses, repetitions of a pose with its first time",
+        "sets": sets,
+        "agreement": {
+            pair: {f"joint_{row['joint']}": dict(row) for row in found} for pair, found in agreements.items()
+        },
+    }
+    return summary, table, pd.concat(list(gears.values()), ignore_index=True)
+
+
+def _told(effect: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a summary keeps of an effect: its coefficients only where they are few enough to be read."""
+    kept = {
+        key: effect.get(key)
+        for key in ("name", "target", "p_value", "held_out_rms_before_mm", "held_out_rms_after_mm")
+    }
+    kept["also_possible"] = len(effect["confounded_with"])
+    return kept | (
+        {"coefficients": effect["coefficients"]} if len(effect["coefficients"]) <= FEW_COEFFICIENTS else {}
+    )
