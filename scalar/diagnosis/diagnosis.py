@@ -31,7 +31,7 @@ from scalar.diagnosis.neighbours import depends_on
 from scalar.diagnosis.noise import CONFOUNDED, Mixed, Spread, whitening
 from scalar.diagnosis.score import Background
 from scalar.diagnosis.silent import Silent, silent
-from scalar.diagnosis.spectrum import as_whitened, has_all_orders, with_spectrum
+from scalar.diagnosis.spectrum import as_whitened, has_all_orders, is_shrunk, with_spectrum
 from scalar.diagnosis.state import State, settle
 from scalar.diagnosis.unnamed import with_unnamed
 from scalar.effects.catalogue import effect_to_mapping
@@ -321,6 +321,8 @@ def _findings(before: State, after: State, tried: Bank) -> tuple[Finding, ...]:
         others = [s.evidence for s in ranking if not same_answer(s.effect, effect)]
         near = [s.effect for s in ranking if s.evidence > own.evidence - CONFOUNDED_MARGIN]
         near = [e for e in near if not same_place(e, effect) and not isinstance(effect, Unattributed)]
+        if is_shrunk(effect):
+            others, near = [], []
         sure = confidence(own.evidence, others)
         found.append(Finding(effect, own.p_value, error, now, tuple(near), sure))
         error = now

@@ -23,6 +23,7 @@ FOLDS = 5
 BLOCKS_PER_FOLD = 4
 SAME_POSE = 2e-3  # rad of every joint: nearer than this a pose is another's repetition, and holds out nothing beside it
 
+_MOST_GAIN = 5.0  # of the median drop: what a block's gain counts for at most
 _ABOUT = 1.01  # the few poses with long levers decide a root mean square: they may add that much by chance
 
 
@@ -59,7 +60,7 @@ def blocks(q: Array) -> tuple[Array, Array]:
     Args:
         q: Joint angles ``(N, n)`` [rad] in the order of acquisition.
     """
-    first = _first_times(q)
+    first = first_times(q)
     new = first == np.arange(len(q))
     n_new = int(new.sum())
     n_blocks = max(min(FOLDS * BLOCKS_PER_FOLD, n_new // 2), 1)
@@ -68,7 +69,7 @@ def blocks(q: Array) -> tuple[Array, Array]:
     return block, block % FOLDS
 
 
-def _first_times(q: Array) -> Array:
+def first_times(q: Array) -> Array:
     """Return for every pose the first one ``(N,)`` with the same joint angles, itself where it is new."""
     first = np.arange(len(q))
     pairs = cKDTree(q).query_pairs(SAME_POSE, p=np.inf, output_type="ndarray")
@@ -145,12 +146,22 @@ def metric(residuals: Residuals) -> Residuals:
 
 
 def improvement(before: HeldOut, after: HeldOut) -> float:
-    """Return how many standard errors the held-out error falls by, blocks being the independent samples."""
+    """Return how many standard errors the held-out error falls by, blocks being the independent samples.
+
+    A block whose fit has hardly any hold without it may gain more than all others together, and only its scatter would then be seen: gains
+    beyond some times the usual are also counted as that much, losses never.
+    """
     drop = before.whitened - after.whitened
     n = int(before.block.max()) + 1
     per_block = np.bincount(before.block, weights=drop, minlength=n)
-    spread = float(np.std(per_block, ddof=1)) * np.sqrt(n) if n > 1 else 0.0
-    total = float(per_block.sum())
+    usual = np.minimum(per_block, _MOST_GAIN * float(np.median(np.abs(per_block))))
+    return max(_in_standard_errors(per_block), _in_standard_errors(usual))
+
+
+def _in_standard_errors(drops: Array) -> float:
+    n = len(drops)
+    spread = float(np.std(drops, ddof=1)) * np.sqrt(n) if n > 1 else 0.0
+    total = float(drops.sum())
     return total / spread if spread > 0 else (np.inf if total > 0 else 0.0)
 
 

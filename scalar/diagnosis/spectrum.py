@@ -74,8 +74,7 @@ def _borne_out(state: State, named: Bank) -> State:
     kept = [
         effect
         for i, effect in enumerate(state.effects)
-        if not (isinstance(effect, JointHarmonic) and effect.believed)
-        or rivals(scored, i, cols)[0].p_value <= ALPHA
+        if not is_shrunk(effect) or rivals(scored, i, cols)[0].p_value <= ALPHA
     ]
     if len(kept) == len(state.effects):
         return state
@@ -94,7 +93,7 @@ def tempered(effects: Sequence[Effect], factor: float) -> tuple[Effect, ...]:
 
 def as_whitened(state: State) -> State:
     """Return a state with its beliefs set against rows that are whitened for the spread of whole poses as well: for scores and final fits."""
-    if not any(isinstance(effect, JointHarmonic) and effect.believed for effect in state.effects):
+    if not any(is_shrunk(effect) for effect in state.effects):
         return state
     effects = tempered(state.effects, max(_excess(state), 1.0))
     return replace(state, model=replace(state.model, effects=effects))
@@ -105,6 +104,11 @@ def has_all_orders(state: State, effect: Effect) -> bool:
     return isinstance(effect, JointHarmonic) and any(
         isinstance(own, JointHarmonic) and own.believed and own.joint == effect.joint for own in state.effects
     )
+
+
+def is_shrunk(effect: Effect) -> bool:
+    """Return whether an effect is all orders of a joint: its evidence, by counting columns, says nothing of what else would do as well."""
+    return isinstance(effect, JointHarmonic) and bool(effect.believed)
 
 
 def _excess(state: State) -> float:

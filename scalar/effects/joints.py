@@ -109,13 +109,15 @@ class JointHarmonic(JointEffect):
         return B
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return joint and orders."""
-        return {"joint": self.joint, "orders": list(self.orders)}
+        """Return joint and orders, and what is believed of their sizes where that is their own."""
+        own = {"believed_rad": list(self.believed)} if self.believed else {}
+        return {"joint": self.joint, "orders": list(self.orders), **own}
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the effect of ``to_mapping``."""
-        return cls(int(mapping["joint"]), tuple(int(k) for k in mapping["orders"]))
+        believed = tuple(float(size) for size in mapping.get("believed_rad", ()))
+        return cls(int(mapping["joint"]), tuple(int(k) for k in mapping["orders"]), believed=believed)
 
 
 @dataclass(frozen=True, eq=False)

@@ -99,3 +99,15 @@ def test_improvement_counts_blocks(drop, sign):
     after = HeldOut(before.whitened - drop + noise, np.ones(80), np.ones(80), block)
     assert (improvement(before, after) > 5) == (sign > 0)
     assert (improvement(before, after) < -5) == (sign < 0)
+
+
+def test_one_block_that_gains_most_hides_no_others():
+    """Nineteen blocks that gain alike are beyond doubt, whatever the twentieth gains; a great loss is never played down."""
+    block = np.repeat(np.arange(20), 4)
+    before, gain = np.full(80, 10.0), np.where(block == 7, 5000.0, 2.0) + np.tile([0.1, -0.1, 0.2, -0.2], 20)
+    metric, counts = np.ones(80), np.ones(80)
+    errors = [HeldOut(whitened, metric, counts, block) for whitened in (before, before - gain, before + gain)]
+    assert improvement(errors[0], errors[1]) > 5
+    assert improvement(errors[0], errors[2]) < 0
+    lost = HeldOut(before - np.where(block == 7, -5000.0, 2.0), metric, counts, block)
+    assert improvement(errors[0], lost) < 0

@@ -1,4 +1,6 @@
-# Measured robots: get the originals, import, diagnose, compare. Nothing here is part of the default target.
+# Measured robots: get the originals, import, diagnose, compare. Nothing here is part of the default target. The
+# summaries hold no measured data and are small enough to be committed, for the paper:
+#   cp results/measured/summaries/* paper/summaries/measured/
 from functools import cache
 
 from snakemake.logging import logger
@@ -15,6 +17,7 @@ ADDRESSES = (config.get("measured") or {}).get(
         "https://raw.githubusercontent.com/{repository}/HEAD/{path}",
     ],
 )
+MEASURED_FIGURES = ["errors", "gears"]
 TRANSFERS = {"ur10_tracker_d": "ur10_tracker_c"}  # set: the campaign whose effects are applied to it
 
 
@@ -139,33 +142,75 @@ rule transfer_measured:
         "../scripts/transfer_measured.py"
 
 
+rule check_measured:
+    input:
+        dataset=rules.import_measured.output[0],
+        found=rules.diagnose_measured.output.after,
+        modules=modules("scalar.study.measured", "scalar.study.gears"),
+    output:
+        checks=f"{MEASURED}/{{set}}/checks.json",
+        gears=f"{MEASURED}/{{set}}/gears.csv",
+    log:
+        f"{RESULTS}/logs/measured/check/{{set}}.log",
+    threads: 1
+    message:
+        "Checking what was found in {wildcards.set}: a fresh split, shuffled angles"
+    script:
+        "../scripts/check_measured.py"
+
+
 rule summarise_measured:
     input:
         originals=lambda w: expand(rules.get_originals.output[0], set=sets_at_hand()),
         diagnoses=lambda w: expand(rules.diagnose_measured.output.diagnosis, set=sets_at_hand()),
         errors=lambda w: expand(rules.compare_measured.output[0], set=sets_at_hand()),
         transfers=lambda w: expand(rules.transfer_measured.output.errors, set=transfers_at_hand()),
-        modules=modules("scalar.study.measured", "scalar.study.originals", "scalar.study.tables"),
+        checks=lambda w: expand(rules.check_measured.output.checks, set=sets_at_hand()),
+        gears=lambda w: expand(rules.check_measured.output.gears, set=sets_at_hand()),
+        modules=modules("scalar.study.measured", "scalar.study.originals", "scalar.study.gears"),
     output:
-        summary=f"{MEASURED}/summary.json",
+        summary=f"{MEASURED}/summaries/numbers.json",
         table=report(
-            f"{MEASURED}/summary.csv",
+            f"{MEASURED}/summaries/errors.csv",
             caption="../report/measured_summary.rst",
             category="Measured robots",
             labels={"set": "all", "shows": "held-out errors, a row a set and model"},
         ),
+        gears=f"{MEASURED}/summaries/gears.csv",
     log:
         f"{RESULTS}/logs/measured/summarise.log",
     threads: 1
     params:
         sets=lambda w: sets_at_hand(),
-        transfers=lambda w: transfers_at_hand(),
+        transfers=lambda w: {name: TRANSFERS[name] for name in transfers_at_hand()},
     message:
         "Summarising the measured sets"
     script:
         "../scripts/summarise_measured.py"
 
 
+rule draw_measured:
+    input:
+        errors=rules.summarise_measured.output.table,
+        gears=rules.summarise_measured.output.gears,
+        modules=modules("scalar.plots.measured", "scalar.study.tables"),
+    output:
+        **{
+            f"{name}_{suffix}": path
+            for name in MEASURED_FIGURES
+            for suffix, path in figure(
+                f"{MEASURED}/figures/{name}", f"figure_measured_{name}", "Measured robots", set="all", shows=name
+            ).items()
+        },
+    log:
+        f"{RESULTS}/logs/measured/draw.log",
+    threads: 1
+    message:
+        "Drawing the measured robots"
+    script:
+        "../scripts/draw_measured.py"
+
+
 rule measured:
     input:
-        lambda w: rules.summarise_measured.output if sets_at_hand() else [],
+        lambda w: [*rules.summarise_measured.output, *rules.draw_measured.output] if sets_at_hand() else [],

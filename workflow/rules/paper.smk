@@ -34,6 +34,29 @@ if (LOOP_SUMMARIES / "numbers.json").exists():
     for name in LOOP_FIGURES:
         PAPER_FIGURES[f"closed_loop/{name}.svg"] = f"{RESULTS}/paper/closed_loop/{name}.svg"
 
+MEASURED_SUMMARIES = PAPER / "summaries/measured"
+if (MEASURED_SUMMARIES / "numbers.json").exists():
+    PAPER_NUMBERS["measured"] = local(MEASURED_SUMMARIES / "numbers.json")
+    for name in MEASURED_FIGURES:
+        PAPER_FIGURES[f"measured/{name}.svg"] = f"{RESULTS}/paper/measured/{name}.svg"
+
+
+use rule draw_measured as draw_committed_measured with:
+    input:
+        errors=local(MEASURED_SUMMARIES / "errors.csv"),
+        gears=local(MEASURED_SUMMARIES / "gears.csv"),
+        modules=modules("scalar.plots.measured", "scalar.study.tables"),
+    output:
+        **{
+            f"{name}_{suffix}": f"{RESULTS}/paper/measured/{name}.{suffix}"
+            for name in MEASURED_FIGURES
+            for suffix in ("png", "svg")
+        },
+    log:
+        f"{RESULTS}/logs/paper/draw_measured.log",
+    message:
+        "Drawing the measured robots from their committed summaries"
+
 
 use rule draw_closed_loop as draw_committed_closed_loop with:
     input:

@@ -7,19 +7,26 @@ with logged(snakemake.log):
     from pathlib import Path
 
     from scalar.atomic import write_json
+    from scalar.study.gears import agreement
     from scalar.study.measured import summarise
     from scalar.study.originals import checksums
-    from scalar.study.tables import write_table
+    from scalar.study.tables import read_table, write_table
 
     def read(path):
         return json.loads(Path(path).read_text(encoding="utf-8"))
 
-    given, sets = snakemake.input, snakemake.params.sets
+    given, sets, transfers = snakemake.input, snakemake.params.sets, snakemake.params.transfers
     files = {name: checksums(path) for name, path in zip(sets, given.originals, strict=True)}
     diagnoses = {name: read(path) for name, path in zip(sets, given.diagnoses, strict=True)}
     errors = {name: read(path) for name, path in zip(sets, given.errors, strict=True)}
-    for name, path in zip(snakemake.params.transfers, given.transfers, strict=True):
+    for name, path in zip(transfers, given.transfers, strict=True):
         errors[name] |= read(path)
-    summary, table = summarise(files, diagnoses, errors)
+    checks = {name: read(path) for name, path in zip(sets, given.checks, strict=True)}
+    gears = {name: read_table(path).assign(set=name) for name, path in zip(sets, given.gears, strict=True)}
+    agreements = {
+        f"{name}_and_{other}": agreement(gears[name], gears[other]) for name, other in transfers.items()
+    }
+    summary, table, curves = summarise(files, diagnoses, errors, checks, gears, agreements)
     write_json(snakemake.output.summary, summary)
     write_table(snakemake.output.table, table)
+    write_table(snakemake.output.gears, curves, digits=4)
