@@ -6,7 +6,7 @@ PAPER_FIGURES = {  # {as the text calls it: file}
     "headline/errors.svg": f"{HEADLINE}/figures/errors.svg",
     "headline/parameters.svg": f"{HEADLINE}/figures/parameters_manifold.svg",
     "headline/singular_values.svg": f"{HEADLINE}/figures/singular_values_{next(iter(CASES['headline']))}.svg",
-    "headline/scene.png": f"{HEADLINE}/figures/scene.png",
+    "headline/scene.svg": f"{HEADLINE}/figures/scene.svg",
 }
 if f"{HEADLINE}/figures/workspace.svg" in SCENE_FIGURES:
     PAPER_FIGURES["headline/workspace.svg"] = f"{HEADLINE}/figures/workspace.svg"
