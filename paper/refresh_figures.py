@@ -11,6 +11,7 @@ FIGURES = {  # {name in paper/figures: file in results}
     "sweeps.png": "sweeps/figures/overview_upright.png",
     "worked_example.png": "worked_example/figures/worked_example.png",
     "closed_loop.png": "paper/closed_loop/confusion.png",
+    "gears.png": "paper/measured/gears.png",
 }
 
 for name, source in FIGURES.items():

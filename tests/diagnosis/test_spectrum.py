@@ -14,31 +14,7 @@ from scalar.effects.joints import JointHarmonic, JointScale
 from scalar.poses import Poses
 from scalar.residuals import Residuals
 from tests import helpers
-
-NOISE = 2e-5  # m
-BUMP_WIDTH = 0.12  # rad
-BUMP_SIZE = 4e-4  # rad
-ERRING = (2, 3)  # joints, from 1
-
-
-def bumps(seed):
-    """Return the error [rad] of a joint at angles [rad]: a landscape of bumps, periodic in nothing."""
-    rng = np.random.default_rng(seed)
-    centres = np.arange(-7.0, 7.0, BUMP_WIDTH)
-    heights = BUMP_SIZE * rng.standard_normal(len(centres))
-    return lambda x: np.exp(-(((x[:, None] - centres) / BUMP_WIDTH) ** 2)) @ heights
-
-
-def bumpy(seed, poses_per_plane=700, erring=ERRING):
-    """Return a tracked arm of which some joints err: it stood at q, its encoders read e with ``e + error(e) = q``."""
-    scene = helpers.make_scene(kind="tracker", seed=seed, poses_per_plane=poses_per_plane, noise=NOISE)
-    read = scene.dataset.q.copy()
-    for joint in erring:
-        error, stood = bumps(100 * seed + joint), read[:, joint - 1].copy()
-        for _ in range(20):
-            read[:, joint - 1] = stood - error(read[:, joint - 1])
-    columns = {f"q{j}": read[:, j - 1] for j in erring}
-    return replace(scene.dataset, poses=scene.dataset.poses.assign(**columns))
+from tests.diagnosis.cases import BUMPY_JOINTS, TRACKER_NOISE, bumpy
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +42,7 @@ def test_a_landscape_of_errors_becomes_one_smooth_error_a_joint(found):
     assert smooth is not one_by_one
     assert rms(fresh, smooth) < rms(fresh, one_by_one)
     assert held_out(smooth).rms < held_out(one_by_one).rms
-    assert {e.joint for e in smooth.effects if isinstance(e, JointHarmonic)} == set(ERRING)
+    assert {e.joint for e in smooth.effects if isinstance(e, JointHarmonic)} == set(BUMPY_JOINTS)
 
 
 def test_it_fades_where_the_joint_was_not_seen(found):
@@ -88,7 +64,7 @@ def test_it_fades_where_the_joint_was_not_seen(found):
 
 def test_a_single_order_stays_one():
     """A gear that is off centre is no spectrum: what was found is left as it is."""
-    scene = helpers.make_scene(kind="tracker", seed=4, poses_per_plane=100, noise=NOISE)
+    scene = helpers.make_scene(kind="tracker", seed=4, poses_per_plane=100, noise=TRACKER_NOISE)
     q = scene.dataset.q[:, 1]
     read = q.copy()
     for _ in range(20):
@@ -109,3 +85,4 @@ def test_beliefs_are_tempered_and_nothing_else():
     wide, *rest = tempered([own, common, scale], 3.0)
     np.testing.assert_allclose(wide.plausible_sizes, [3e-4, 3e-4, 6e-5, 6e-5])
     assert rest == [common, scale]
+    assert JointHarmonic.from_mapping(wide.to_mapping()).believed == wide.believed

@@ -199,7 +199,11 @@ rule draw_measured:
             f"{name}_{suffix}": path
             for name in MEASURED_FIGURES
             for suffix, path in figure(
-                f"{MEASURED}/figures/{name}", f"figure_measured_{name}", "Measured robots", set="all", shows=name
+                f"{MEASURED}/figures/{name}",
+                f"figure_measured_{name}",
+                "Measured robots",
+                set="all",
+                shows=name,
             ).items()
         },
     log:
