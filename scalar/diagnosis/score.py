@@ -12,6 +12,7 @@ would remain: an F test, and an evidence (half the drop of the Bayesian informat
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.linalg import qr
@@ -99,7 +100,8 @@ def _triangular(columns: Array) -> tuple[Array, Array]:
     if np.all(np.abs(np.diag(R)) > INDEPENDENT):
         return Q, R
     # A column that adds nothing takes a place in Q that later columns may lean on: only pivoting puts such columns last.
-    Q, R, order = qr(columns, mode="economic", pivoting=True)
+    pivoted: Any = qr(columns, mode="economic", pivoting=True)
+    Q, R, order = pivoted
     rank = np.count_nonzero(np.abs(np.diag(R)) > INDEPENDENT)
     back = np.empty_like(order)
     back[order] = np.arange(len(order))
