@@ -10,6 +10,7 @@ error on whatever plate.
 from __future__ import annotations
 
 import itertools
+
 import numpy as np
 from scipy.spatial import KDTree
 from scipy.stats import norm, rankdata

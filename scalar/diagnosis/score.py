@@ -75,7 +75,8 @@ class Background:
         """
         others = self.R[:, ~mine]
         norms = np.linalg.norm(others, axis=0)
-        basis, triangle, _ = qr(others / np.where(norms > 0, norms, 1.0), pivoting=True)
+        pivoted: Any = qr(others / np.where(norms > 0, norms, 1.0), pivoting=True)
+        basis, triangle, _ = pivoted
         freed = basis[:, np.count_nonzero(np.abs(np.diag(triangle)) > INDEPENDENT) :]
         gained = freed.T @ (self.along - self.R[:, mine] @ coefficients)
         released = self.Q @ freed
