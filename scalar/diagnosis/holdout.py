@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from scalar.diagnosis.state import State, mixed
 from scalar.residuals import Residuals
@@ -72,7 +72,7 @@ def blocks(q: Array) -> tuple[Array, Array]:
 def first_times(q: Array) -> Array:
     """Return for every pose the first one ``(N,)`` with the same joint angles, itself where it is new."""
     first = np.arange(len(q))
-    pairs = cKDTree(q).query_pairs(SAME_POSE, p=np.inf, output_type="ndarray")
+    pairs = KDTree(q).query_pairs(SAME_POSE, p=np.inf, output_type="ndarray")
     for i, j in pairs[np.lexsort((pairs[:, 0], pairs[:, 1]))]:
         first[j] = min(first[j], first[i])
     return first

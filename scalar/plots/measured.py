@@ -38,7 +38,7 @@ def draw_errors(errors: pd.DataFrame) -> Figure:
         ax = figure.subplots()
         width = 0.8 / len(MODELS)
         for k, (model, label, colour, hatch) in enumerate(MODELS):
-            mine = errors[
+            mine: Any = errors[
                 errors["model"].str.startswith(model) & (errors["model"].eq(model) | (model == "effects_of"))
             ]
             where = np.array([sets.index(name) for name in mine["set"]], dtype=float) + (k - 2) * width
@@ -61,7 +61,7 @@ def draw_gears(gears: pd.DataFrame) -> Figure:
     Args:
         gears: gears.csv of the measured summaries.
     """
-    campaigns = [name for name, rows in gears.groupby("set", sort=False) if rows["joint"].nunique() > 1]
+    campaigns = [str(name) for name, rows in gears.groupby("set", sort=False) if len(set(rows["joint"])) > 1]
     shown: Any = gears[gears["set"].isin(campaigns)]
     joints = sorted(shown["joint"].unique())
     with styled():

@@ -91,7 +91,7 @@ def agreement(one: pd.DataFrame, other: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def _agreements(one: pd.DataFrame, other: pd.DataFrame) -> Iterator[dict[str, Any]]:
-    both = one.merge(other, on=["joint", "angle_deg"], suffixes=("", "_other"))
+    both: Any = one.merge(other, on=["joint", "angle_deg"], suffixes=("", "_other"))
     both = both[both["seen"] & both["seen_other"]]
     for joint, rows in both.groupby("joint"):
         if len(rows) < 5:
@@ -99,7 +99,7 @@ def _agreements(one: pd.DataFrame, other: pd.DataFrame) -> Iterator[dict[str, An
         x = rows["angle_deg"].to_numpy()
         a, b = (_without_line(x, rows[name].to_numpy()) for name in ("error_mrad", "error_mrad_other"))
         yield {
-            "joint": int(joint),  # type: ignore[arg-type]
+            "joint": int(joint),
             "both_seen_deg": float(STEP_DEG * len(rows)),
             "correlation": float(np.corrcoef(a, b)[0, 1]),
             "one_rms_mrad": float(np.sqrt(np.mean(a**2))),

@@ -73,7 +73,7 @@ def on_a_fresh_split(dataset: Dataset, found: Calibration) -> dict[str, float]:
     unlike = np.unique(first_times(cleaned.q))
     drawn = np.random.default_rng(_SEED).permutation(unlike)[: round(FRESH_SHARE * len(unlike))]
     out = np.isin(first_times(cleaned.q), drawn)
-    errors = {"poses": int(out.sum())}
+    errors: dict[str, float] = {"poses": int(out.sum())}
     for name, effects in (("before", ()), ("after", found.model.effects)):
         model = _refitted(cleaned.subset(~out), prepared, effects, found)
         errors[f"{name}_rms_mm"] = Residuals.of(cleaned.subset(out), model).rms(model) / MM
