@@ -141,6 +141,16 @@ def test_a_second_run_does_nothing(built):
     assert "Nothing to be done" in snakemake(folder, *SMOKE).stdout
 
 
+def test_the_report_holds_every_figure_with_its_caption(built):
+    """`snakemake --report` writes one file; every caption that a rule names is there."""
+    folder, _ = built
+    ran = snakemake(folder, *SMOKE, "--report", "report.html")
+    assert ran.returncode == 0, ran.stdout
+    report = (folder / "report.html").read_text(encoding="utf-8")
+    for category in ("Sweeps", "The first loop", "Paper"):
+        assert category in report
+
+
 def test_figures_are_redrawn_from_tables_alone(built):
     """A figure that is gone comes back without a dataset, a fit or an evaluation."""
     folder, _ = built

@@ -17,7 +17,7 @@ from scalar.effects.catalogue import (
     range_middle,
 )
 from scalar.effects.effect import Effect
-from scalar.effects.gravity import typical_torque
+from scalar.effects.gravity import typical_masses, typical_torque
 from scalar.effects.joints import (
     JointBacklash,
     JointCompliance,
@@ -30,9 +30,13 @@ from scalar.effects.sensor import RangeDistortion, RangeOffset, RangeScale
 from scalar.effects.surface import PlaneBow, PlaneMoved
 from scalar.effects.unattributed import (
     GRAVITY,
+    WAVE_STEP,
     UnattributedJoint,
     UnattributedLink,
     UnattributedSensor,
+    UnattributedShape,
+    UnattributedSway,
+    UnattributedWave,
     Variable,
 )
 from scalar.identifiability import STILL, near_parallel_joints
@@ -41,10 +45,17 @@ if TYPE_CHECKING:
     from scalar.dataset import Dataset
 
 HARMONIC_ORDERS = range(1, MAX_ORDER + 1)
+BUMP_WIDTHS = (0.08, 0.16, 0.32)  # of half the range that a joint goes through
+PLATEAU_WIDTHS = (0.12, 0.3)
+STEP_WIDTHS = (0.03, 0.15)
+KINK_WIDTH = 0.08
+WAVE_ORDERS = (1.5, 33.5)  # periods a turn
+SWAY_PERIODS = [k / 2 for k in range(1, 21)]  # in the whole acquisition
 LEAST_TORQUE = (
     0.01  # of the most loaded joint's: below it the sign of a torque says nothing of where a joint rests
 )
-CREEP_SHARES = (0.1, 0.3, 1.0)  # of the whole order: how long a creep that is tried takes
+CREEP_STARTS = 12  # moments, spread over the whole order, from which a creep that is tried begins
+CREEP_SHARES = (0.1, 0.3, 1.0)  # of the whole order: how long it takes, or to the end if that comes before
 WARM_UP_SHARES = (0.1, 0.3, 1.0)  # of the whole time: time constants of a warm-up that are tried
 
 
@@ -116,13 +127,16 @@ def _backlashes(dataset: Dataset, moving: list[int]) -> list[Effect]:
     found: list[Effect] = []
     for j in moving:
         by = backlash_driver(dataset, j)
-        if by == "approach" or torque[j] > LEAST_TORQUE * most:
+        if by == "approach":
             found.append(JointBacklash(j, by))
+        elif torque[j] > LEAST_TORQUE * most:
+            masses = typical_masses(dataset.robot, dataset.q, j)
+            found.append(JointBacklash(j, by, tuple(float(m) for m in masses)))
     return found
 
 
 def _creeps(dataset: Dataset) -> list[Effect]:
-    """Return plates that creep over the whole acquisition, or settle in its first part."""
+    """Return plates that creep from some moment on, to the end of the acquisition or until they have settled."""
     if dataset.sensor.kind == "tracker":
         return []
     order, time = _acquisition(dataset)
@@ -130,12 +144,17 @@ def _creeps(dataset: Dataset) -> list[Effect]:
     for k in np.unique(dataset.plane_index):
         name = dataset.planes[k].name
         mine = np.flatnonzero(dataset.plane_index == k)
-        span = float(np.ptp(order[mine]))
-        start = float(order[mine[0]])
-        at = None if time is None else float(time[mine[0]])
-        if span > 0:
-            centre = plane_centre(dataset, name)
-            found += [PlaneMoved(name, start, at, centre, share * span) for share in CREEP_SHARES]
+        span, end = float(np.ptp(order[mine])), float(order[mine[-1]])
+        if span <= 0:
+            continue
+        centre = plane_centre(dataset, name)
+        starts = np.unique(
+            np.searchsorted(order[mine], order[mine[0]] + span * np.arange(CREEP_STARTS) / CREEP_STARTS)
+        )
+        for i in mine[starts]:
+            start, at = float(order[i]), None if time is None else float(time[i])
+            spans = {min(share * span, end - start) for share in CREEP_SHARES}
+            found += [PlaneMoved(name, start, at, centre, creep) for creep in sorted(spans) if creep > 0]
     return found
 
 
@@ -169,6 +188,36 @@ def _drifts(dataset: Dataset) -> list[Effect]:
     return found
 
 
+def _places(width: float) -> list[float]:
+    """Return places about two widths apart, within the range of a variable."""
+    return [float(at) for at in np.linspace(-1, 1, round(1 / width) + 2)[1:-1]]
+
+
+def _shapes(joint: int, angle: Variable) -> list[Effect]:
+    """Return bumps, steps, kinks and powers of a joint's error along its own angle."""
+    kinds = [("bump", width, width / 2) for width in BUMP_WIDTHS]
+    kinds += [("plateau", width, width / 2) for width in PLATEAU_WIDTHS]
+    kinds += [("step", width, width) for width in STEP_WIDTHS]
+    kinds.append(("kink", KINK_WIDTH, KINK_WIDTH))
+    return [
+        UnattributedShape(joint, (angle,), shape, at, width)
+        for shape, width, apart in kinds
+        for at in _places(apart)
+    ] + [UnattributedShape(joint, (angle,), shape) for shape in ("square", "cube")]
+
+
+def curves(dataset: Dataset, joint: int) -> list[Candidate]:
+    """Return simple shapes of a joint's error along its own angle."""
+    return [Candidate(shape) for shape in _shapes(joint, Variable.seen(f"q{joint}", dataset.q[:, joint - 1]))]
+
+
+def waves(dataset: Dataset, joint: int) -> list[Candidate]:
+    """Return periodic errors of a joint in its own angle that are not whole parts of its turn: rivals of its harmonics."""
+    angle = Variable.seen(f"q{joint}", dataset.q[:, joint - 1])
+    orders = np.arange(*WAVE_ORDERS, WAVE_STEP)
+    return [Candidate(UnattributedWave(joint, (angle,), float(order))) for order in orders]
+
+
 def flexible(dataset: Dataset) -> list[Candidate]:
     """Return flexible terms that have no name: what is tried on structure that the named effects leave."""
     n = dataset.robot.n_joints
@@ -188,6 +237,12 @@ def flexible(dataset: Dataset) -> list[Candidate]:
         if by == GRAVITY or j in moving
     ]
     found.append(UnattributedSensor(Variable(GRAVITY, 0.0, 1.0), turns))
+    found += [shape for j in moving for shape in _shapes(j, angles[j])]
+    found += [
+        UnattributedShape(j, (angles[a], angles[b]), "product")
+        for j in moving
+        for a, b in itertools.combinations(moving, 2)
+    ]
     drivers = {"order": _acquisition(dataset)[0]}
     for name in ("time", "temperature", *dataset.covariates):
         if name in dataset.poses and len(np.unique(dataset.poses[name].to_numpy())) > 4:
@@ -196,4 +251,12 @@ def flexible(dataset: Dataset) -> list[Candidate]:
         variable = Variable.seen(name, values)
         found.append(UnattributedSensor(variable, turns))
         found += [UnattributedJoint(j, (variable,)) for j in moving]
+    order, time = _acquisition(dataset)
+    course = Variable.seen("order", order) if time is None else Variable.seen("time", time)
+    for j in moving:
+        found.append(UnattributedShape(j, (course,), "line"))
+        found += [
+            UnattributedShape(j, (course,), "step", at, STEP_WIDTHS[0]) for at in _places(STEP_WIDTHS[0])
+        ]
+    found += [UnattributedSway(course, periods, turns) for periods in SWAY_PERIODS]
     return [Candidate(effect) for effect in found]

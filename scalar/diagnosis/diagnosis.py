@@ -12,6 +12,7 @@ from scalar.atomic import plain
 from scalar.calibrate import conclude, fit_from
 from scalar.calibration import Calibration
 from scalar.diagnosis.cleaning import Cleaned, clean, clean_beside, geometry_fit
+from scalar.diagnosis.confidence import confidence
 from scalar.diagnosis.holdout import HeldOut, held_out
 from scalar.diagnosis.hunt import (
     CONFOUNDED_MARGIN,
@@ -23,8 +24,10 @@ from scalar.diagnosis.hunt import (
     merged,
     rank,
     rivals,
+    same_answer,
     same_place,
 )
+from scalar.diagnosis.neighbours import depends_on
 from scalar.diagnosis.noise import CONFOUNDED, Mixed, Spread, whitening
 from scalar.diagnosis.score import Background
 from scalar.diagnosis.silent import Silent, silent
@@ -56,6 +59,7 @@ class Finding:
         p_value: Of its gain beside the other effects, corrected for all that were tried.
         before, after: Held-out errors without and with it, in the order of taking.
         confounded_with: Effects that would explain the same as well.
+        confidence: Chance that name and target are right.
     """
 
     effect: Effect
@@ -63,6 +67,7 @@ class Finding:
     before: HeldOut
     after: HeldOut
     confounded_with: tuple[Effect, ...]
+    confidence: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +80,7 @@ class Diagnosis:
         calibration_before, calibration_after: The same as calibrations.
         findings: In the order in which they were added.
         noise: Noise effects, the likeliest first; the first is what is reported.
+        depends_on: Columns in whose order the residuals of neighbours are alike where a noise would have a name: it is none.
         silent: Effects that these data cannot show.
         ranking: Of all candidates on the residual before, best first.
     """
@@ -89,17 +95,26 @@ class Diagnosis:
     calibration_after: Calibration
     findings: tuple[Finding, ...]
     noise: tuple[Spread, ...]
+    depends_on: tuple[str, ...]
     silent: tuple[Silent, ...]
     ranking: tuple[Scored, ...]
 
     @property
     def verdict(self) -> str:
         """Return ``no_effect``, ``effect`` or ``unattributed``."""
-        if self.spread_beyond_belief or any(
-            isinstance(finding.effect, Unattributed) for finding in self.findings
-        ):
+        if self.spread_is_no_noise or self.unnamed:
             return "unattributed"
         return "effect" if self.findings or self.noise else "no_effect"
+
+    @property
+    def unnamed(self) -> list[Finding]:
+        """Return the flexible terms among the findings."""
+        return [finding for finding in self.findings if isinstance(finding.effect, Unattributed)]
+
+    @property
+    def spread_is_no_noise(self) -> bool:
+        """Return whether poses spread by what is no noise: more than any arm, or alike for poses that are near one another."""
+        return bool(self.noise) and (self.spread_beyond_belief or bool(self.depends_on))
 
     @property
     def spread_beyond_belief(self) -> bool:
@@ -114,9 +129,10 @@ class Diagnosis:
         """Return the content of ``diagnosis.json``."""
         std = self.calibration_after.std
         named = [f for f in self.findings if not isinstance(f.effect, Unattributed)]
-        unnamed = [f for f in self.findings if isinstance(f.effect, Unattributed)]
+        unnamed = self.unnamed
         effects = [self._finding(f, std) for f in named]
-        if self.noise and not (self.spread_beyond_belief and unnamed):
+        # Beside structure without a name, what poses spread by is as likely the rest of that structure as a noise.
+        if self.noise and not unnamed:
             effects.append(self.noise_entry())
         effects += [self._unnamed(unnamed, std)] if unnamed else []
         outliers = [*self.cleaned.outlier_poses, *(pose for pose, _ in self.cleaned.mislabelled_poses)]
@@ -154,6 +170,7 @@ class Diagnosis:
             "held_out_rms_before_mm": finding.before.rms / MM,
             "held_out_rms_after_mm": finding.after.rms / MM,
             "confounded_with": [{"name": e.name, "target": e.target} for e in finding.confounded_with],
+            "confidence": finding.confidence,
         }
 
     def _unnamed(self, findings: list[Finding], std: Mapping[str, float]) -> dict[str, Any]:
@@ -178,10 +195,12 @@ class Diagnosis:
             "held_out_rms_before_mm": self.held_out_after.rms / MM,
             "held_out_rms_after_mm": self.held_out_after.rms / MM,
             "confounded_with": [{"name": s.name, "target": {}} for s in near],
+            "confidence": confidence(best.log_likelihood_gain, [s.log_likelihood_gain for s in others]),
         }
-        if self.spread_beyond_belief:
+        if self.spread_is_no_noise:
             joints = [f"q{i + 1}" for i in range(self.dataset.robot.n_joints)]
-            entry |= {"name": Unattributed.name, "confounded_with": [], "depends_on": joints}
+            depends = list(self.depends_on) or joints
+            entry |= {"name": Unattributed.name, "confounded_with": [], "depends_on": depends}
         return entry
 
 
@@ -269,6 +288,7 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
         calibration_after=calibration_after,
         findings=findings,
         noise=noise,
+        depends_on=tuple(depends_on(after)) if noise else (),
         silent=tuple(silent(after, [candidate for candidate, _ in tried.tried])),
         ranking=tuple(ranking[:MAX_RANKING]),
     )
@@ -297,9 +317,13 @@ def _findings(before: State, after: State, tried: Bank) -> tuple[Finding, ...]:
         state = settle(after.dataset, state.model, after.geometry_free, effects)
         now = held_out(state)
         own, ranking = rivals(scored, i, cols)
+        ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
+        others = [s.evidence for s in ranking if not same_answer(s.effect, effect)]
         near = [s.effect for s in ranking if s.evidence > own.evidence - CONFOUNDED_MARGIN]
         near = [e for e in near if not same_place(e, effect) and not isinstance(effect, Unattributed)]
-        near = [] if is_shrunk(effect) else [e for e in near if not has_all_orders(after, e)]
-        found.append(Finding(effect, own.p_value, error, now, tuple(near)))
+        if is_shrunk(effect):
+            others, near = [], []
+        sure = confidence(own.evidence, others)
+        found.append(Finding(effect, own.p_value, error, now, tuple(near), sure))
         error = now
     return tuple(found)

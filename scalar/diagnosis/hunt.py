@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import comb
+from math import comb, prod
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,6 +47,10 @@ SWAP_MARGIN = 3.0  # nats of evidence by which another effect has to explain bet
 CONFOUNDED_MARGIN = 5.0  # nats within which the data do not tell two effects apart
 MAX_EFFECTS = 60  # steps; harmonics of several joints take many
 CHANGE_MARGIN = 6  # least number of poses on each side of a change
+REFINEMENTS = (1.0, 0.5, 0.25)  # of the steps of a first look
+TRIED = 8  # candidates that are added to see whether held-out poses bear them out, before the hunt gives up
+LOOKS = 3  # with steps of each size
+LEAST_GAIN = 0.05  # nats, for another look
 ROUNDING = 1e-4  # of the noise's variance: a residual below it is rounding, and its structure the computer's
 _ALWAYS = -np.inf
 _LEAST_P_VALUE = 1e-300  # below it the distribution's tail is no longer computed
@@ -82,15 +86,19 @@ class Bank:
         elements: Effects whose columns these are.
         changes: (effect that acts always, the poses it touches) for every kind of change; their columns come last.
         bases: What effects on joints are of the poses, filled as they are first asked for.
+        elsewhere: How many more of the same kind are tried in other banks.
     """
 
     tried: list[tuple[Candidate, Array]]
     elements: list[Effect]
     changes: list[tuple[Effect, Array]]
     bases: dict[Effect, JointBasis] = field(default_factory=dict)
+    elsewhere: int = 0
 
     @classmethod
-    def of(cls, pool: Sequence[Candidate], changes: Sequence[tuple[Effect, Array]] = ()) -> Bank:
+    def of(
+        cls, pool: Sequence[Candidate], changes: Sequence[tuple[Effect, Array]] = (), elsewhere: int = 0
+    ) -> Bank:
         """Return the bank of a pool of candidates and kinds of change."""
         elements: list[Effect] = []
         where: dict[str, Array] = {}
@@ -105,7 +113,7 @@ class Bank:
                     elements.append(element)
                 indices.append(where[key])
             tried.append((candidate, np.concatenate(indices)))
-        return cls(tried, elements, list(changes))
+        return cls(tried, elements, list(changes), elsewhere=elsewhere)
 
     @cached_property
     def effects(self) -> list[Effect]:
@@ -128,7 +136,7 @@ class Bank:
     @property
     def total(self) -> int:
         """Return how many candidates and moments are tried."""
-        return len(self.tried) + sum(int(touched.sum()) for _, touched in self.changes)
+        return len(self.tried) + self.elsewhere + sum(int(touched.sum()) for _, touched in self.changes)
 
 
 def bank(dataset: Dataset) -> Bank:
@@ -215,7 +223,7 @@ def rank(state: State, background: Background, cols: Columns) -> list[Scored]:
                 own = beside.score(terms[sorted(chosen)].reshape(1, -1))
                 effect, own_gain, own_dof = candidate.with_terms(chosen), float(own[0][0]), int(own[1][0])
             choices = comb(candidate.terms, len(chosen)) if candidate.terms > 1 else 1
-            family = families[effect.name] * choices
+            family = (families[effect.name] + cols.bank.elsewhere) * choices
             scored.append(
                 _scored(
                     background,
@@ -322,9 +330,7 @@ def hunt(state: State, bank: Bank) -> Found:
     cols = Columns(state, bank)
     for _ in range(MAX_EFFECTS):
         taken = None
-        for entry in rank(state, state.background(), cols)[:8]:
-            if entry.p_value > ALPHA or entry.evidence <= 0:
-                break
+        for entry in _best(state, cols):
             if label(entry.effect) in refused:
                 continue
             trial = settle(
@@ -344,6 +350,59 @@ def hunt(state: State, bank: Bank) -> Found:
         state, cols = reconsidered(trial, bank)
         error = held_out(state)
     return Found(start, start_error, state, error, steps)
+
+
+def _best(state: State, cols: Columns) -> list[Scored]:
+    """Return the few candidates that are beyond chance and explain most, refined, best first."""
+    background = state.background()
+    worth = [e for e in rank(state, background, cols)[:TRIED] if e.p_value <= ALPHA and e.evidence > 0]
+    return sorted((refined(state, background, e) for e in worth), key=lambda entry: -entry.evidence)
+
+
+def refined(state: State, background: Background, entry: Scored) -> Scored:
+    """Return a scored effect with what is not linear in it fitted: finer looks about the coarse one."""
+    for scale in REFINEMENTS:
+        for _ in range(LOOKS):
+            finer = _look(state, background, entry, scale)
+            if finer is entry:
+                break
+            entry = finer
+    return entry
+
+
+def _look(state: State, background: Background, entry: Scored, scale: float) -> Scored:
+    """Return the best of an effect's variations, or the entry itself."""
+    pool = Bank.of([Candidate(effect) for effect in entry.effect.variations(scale)])
+    if len(pool.tried) == 1:
+        return entry
+    best = rank(state, background, Columns(state, pool))[0]
+    # The price of the search is that of the coarse one; what is gained is fit.
+    was, now = (max(background.squared - e.gain, 1e-300) for e in (entry, best))
+    gained = float(0.5 * background.freedom * np.log(was / now))
+    if gained < LEAST_GAIN:
+        return entry
+    return replace(
+        entry,
+        effect=_at_a_pose(best.effect, state),
+        gain=best.gain,
+        evidence=entry.evidence + gained,
+    )
+
+
+def _at_a_pose(effect: Effect, state: State) -> Effect:
+    """Return a creep that begins at the first pose of its plate after where a finer look found it to begin."""
+    if not isinstance(effect, PlaneMoved):
+        return effect
+    dataset, order = state.dataset, state.residuals.poses.order
+    mine = np.flatnonzero(dataset.plane_index == [p.name for p in dataset.planes].index(effect.plane))
+    i = mine[min(int(np.searchsorted(order[mine], effect.order)), len(mine) - 1)]
+    time = state.residuals.poses.columns.get("time")
+    span = effect.order + effect.creep_span - float(order[i])
+    if span <= 0:
+        return effect
+    return replace(
+        effect, order=float(order[i]), time=None if time is None else float(time[i]), creep_span=span
+    )
 
 
 def reconsidered(state: State, bank: Bank) -> tuple[State, Columns]:
@@ -372,32 +431,39 @@ def reconsidered(state: State, bank: Bank) -> tuple[State, Columns]:
 
 def rivals(state: State, i: int, cols: Columns) -> tuple[Scored, list[Scored]]:
     """Return how effect i of a state scores beside the others, and how everything else would score in its place."""
-    without, mine, free = background_without(state, i)
-    ranking = rank(state, without, cols)
-    effect = state.effects[i]
-    # Rows of priors apart, which no column of another effect has: what is left of the effect's own beside the others.
-    sizes = effect.plausible_sizes[free]
+    without = background_without(state, [i])[0]
+    return together(state, [i], cols.bank), rank(state, without, cols)
+
+
+def together(state: State, indices: Sequence[int], bank: Bank) -> Scored:
+    """Return how effects of a state score beside the others, as one: by the first of them."""
+    without, mine, sizes = background_without(state, indices)
+    # Rows of priors apart, which no column of another effect has: what is left of the effects' own beside the others.
     assert without.released is not None
     left = without.released.T @ mine
     beside = Projected.with_gram(without, mine, left.T @ left, np.sum(mine * mine, axis=0), sizes)
     gain, dof, observability = (x[0] for x in beside.score(np.arange(mine.shape[1])[None]))
-    family = sum(c.effect.name == effect.name for c, _ in cols.bank.tried) or state.dataset.n_poses
-    total = cols.bank.total
-    return _scored(without, effect, float(gain), int(dof), float(observability), family, total), ranking
+    effects = [state.effects[i] for i in indices]
+    families = [sum(c.effect.name == e.name for c, _ in bank.tried) for e in effects]
+    family = prod(count or state.dataset.n_poses for count in families)
+    return _scored(without, effects[0], float(gain), int(dof), float(observability), family, bank.total)
 
 
-def background_without(state: State, i: int) -> tuple[Background, Array, Array]:
-    """Return the background of a state without its effect i, that effect's free columns ``(N m, k)`` and which those are."""
-    start = state.model.blocks["effects"].start + sum(len(e.coefficients) for e in state.effects[:i])
-    where = slice(start, start + len(state.effects[i].coefficients))
+def background_without(state: State, indices: Sequence[int]) -> tuple[Background, Array, Array]:
+    """Return the background of a state without some effects, those effects' free columns ``(N m, k)`` and plausible sizes ``(k,)``."""
+    start = state.model.blocks["effects"].start
+    ends = start + np.cumsum([0, *(len(effect.coefficients) for effect in state.effects)])
     mine = np.zeros(len(state.free), dtype=bool)
-    mine[where] = state.free[where]
+    sizes = np.full(len(state.free), np.inf)
+    for i in indices:
+        where = slice(ends[i], ends[i + 1])
+        mine[where] = state.free[where]
+        sizes[where] = state.effects[i].plausible_sizes
     local = mine[state.free]
-    n_priors = int(np.isfinite(state.effects[i].plausible_sizes[state.free[where]]).sum())
+    n_priors = int(np.isfinite(sizes[mine]).sum())
     background = state.background().without(local, state.model.vector[mine], n_priors)
     measured = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
-    own = mixed(state.mix, state.linearised()[1][:measured, local])
-    return background, own, state.free[where]
+    return background, mixed(state.mix, state.linearised()[1][:measured, local]), sizes[mine]
 
 
 def label(effect: Effect) -> str:
@@ -422,3 +488,10 @@ def same_place(a: Effect, b: Effect) -> bool:
     if isinstance(a, PlaneMoved) and isinstance(b, PlaneMoved):
         return a.plane == b.plane
     return isinstance(a, (SensorSlip, BaseCompliance, JointCompliance)) or label(a) == label(b)
+
+
+def same_answer(a: Effect, b: Effect) -> bool:
+    """Return whether two effects say the same but for details: the same place, or orders of one joint that overlap."""
+    if isinstance(a, JointHarmonic) and isinstance(b, JointHarmonic) and a.joint == b.joint:
+        return bool(set(a.orders) & set(b.orders))
+    return same_place(a, b)

@@ -58,7 +58,7 @@ def spreads(state: State) -> list[Spread]:
     live = background.freedom + background.Q.shape[1]
     rows = rows * np.sqrt(live / background.freedom)
     found = []
-    for name, D in _directions(state):
+    for name, D in directions(state):
         K = D @ np.swapaxes(D, 1, 2)
         gain, v, curvature = _maximum_likelihood(rows, K)
         p = float(0.5 * chi2.sf(2 * gain, 1)) if gain > 0 else 1.0
@@ -70,7 +70,7 @@ def spreads(state: State) -> list[Spread]:
     return sorted(found, key=lambda s: -s.log_likelihood_gain)
 
 
-def _directions(state: State) -> list[tuple[str, Array]]:
+def directions(state: State) -> list[tuple[str, Array]]:
     """Return the rows' derivatives ``(N, m, k)`` by every joint angle, and by an error common to the pose's measurement."""
     kinematics = state.residuals.kinematics(state.model)
     n = state.model.robot.n_joints

@@ -79,6 +79,10 @@ class Effect(ABC):
     def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the effect of ``to_mapping``, its coefficients zero."""
 
+    def variations(self, scale: float) -> list[Self]:
+        """Return the effect with what is not linear in it a little changed, in steps of ``scale`` of what a first look resolves."""
+        return [self]
+
     @property
     def key(self) -> str:
         """A name that tells this effect from every other in a model: name and target."""

@@ -6,6 +6,8 @@ before, so two components a frame, along x and y, generate all gravity torques o
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from scalar.robot import Robot
@@ -44,3 +46,20 @@ def typical_torque(robot: Robot, q: Array, joint: int) -> Array:
     arms = ends - frames[:, joint, None, :3, 3]
     down = np.broadcast_to(robot.gravity, arms.shape)
     return np.einsum("nix,nx->n", cross(arms, down), frames[:, joint, :3, 2])
+
+
+def torque_of(robot: Robot, q: Array, joint: int, masses: Sequence[float]) -> Array:
+    """Return the torque about a joint ``(N,)`` of first moments of mass in the frames from it on, ``(2 (n - joint + 1),)``."""
+    return _torques(robot, q, joint) @ np.asarray(masses)
+
+
+def typical_masses(robot: Robot, q: Array, joint: int) -> Array:
+    """Return the first moments ``(2 (n - joint + 1),)`` of length one that give ``typical_torque`` but for its size."""
+    B = _torques(robot, q, joint)
+    found = np.linalg.lstsq(B, typical_torque(robot, q, joint), rcond=1e-8)[0]
+    return found / max(float(np.linalg.norm(found)), 1e-300)
+
+
+def _torques(robot: Robot, q: Array, joint: int) -> Array:
+    frames = range(joint, robot.n_joints + 1)
+    return np.concatenate([torque_basis(robot, q, joint, f) for f in frames], axis=1)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from scalar.effects.effect import JointEffect, OneJoint
-from scalar.effects.gravity import AXES, torque_basis, typical_torque
+from scalar.effects.gravity import AXES, torque_basis, torque_of, typical_torque
 from scalar.poses import Poses
 from scalar.robot import Robot
 from scalar.se3 import Array
@@ -211,10 +211,13 @@ class JointBacklash(JointEffect):
     Attributes:
         joint: From 1.
         by: ``approach``, or ``torque`` where directions are not recorded.
+        masses: First moments of mass in the frames from the joint on, x and y of each in turn, in any unit: only
+            the sign of the torque matters. Empty: those of an arm with equal masses at the ends of its links.
     """
 
     joint: int
     by: str
+    masses: tuple[float, ...] = ()
 
     name: ClassVar[str] = "joint_backlash"
     sentence: ClassVar[str] = "the joint rests on one side of its play or the other"
@@ -239,6 +242,8 @@ class JointBacklash(JointEffect):
         B = np.zeros((len(poses), robot.n_joints, 1))
         if self.by == "approach":
             side = poses.column(f"approach{self.joint}")
+        elif self.masses:
+            side = np.sign(torque_of(robot, poses.q, self.joint, self.masses))
         else:
             side = np.sign(typical_torque(robot, poses.q, self.joint))
         B[:, self.joint - 1, 0] = side
@@ -246,9 +251,22 @@ class JointBacklash(JointEffect):
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the joint and what tells the side."""
-        return {"joint": self.joint, "by": self.by}
+        return {"joint": self.joint, "by": self.by} | ({"masses": list(self.masses)} if self.masses else {})
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the effect of ``to_mapping``."""
-        return cls(int(mapping["joint"]), str(mapping["by"]))
+        return cls(
+            int(mapping["joint"]), str(mapping["by"]), tuple(float(m) for m in mapping.get("masses", ()))
+        )
+
+    def variations(self, scale: float) -> list[Self]:
+        """Return the same with one first moment of mass a little larger or smaller: the torque's sign turns elsewhere."""
+        step = scale * float(np.linalg.norm(self.masses)) / 2
+        result = [self]
+        for k in range(len(self.masses)):
+            for side in (-step, step):
+                result.append(
+                    replace(self, masses=tuple(m + side * (i == k) for i, m in enumerate(self.masses)))
+                )
+        return result

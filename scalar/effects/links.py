@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -88,6 +88,15 @@ class ThermalDrift(LinkEffect):
         if self.time_constant:
             return ["m/m"]
         return [{"temperature": "1/K", "time": "1/s", "order": "1/pose"}[self.by]]
+
+    def variations(self, scale: float) -> list[Self]:
+        """Return a warm-up that is a little faster or slower."""
+        if not self.time_constant:
+            return [self]
+        return [
+            replace(self, time_constant=self.time_constant * 3.0 ** (a * scale))
+            for a in (-0.5, -0.25, 0.0, 0.25, 0.5)
+        ]
 
     def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the nominal lengths times the course of the growth."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -155,6 +155,17 @@ class PlaneMoved(PointEffect):
         if self.creep_span:
             return np.clip((order - self.order) / self.creep_span, 0.0, 1.0)
         return (order >= self.order).astype(float)
+
+    def variations(self, scale: float) -> list[Self]:
+        """Return a creep that begins and ends a little earlier or later."""
+        step = scale * self.creep_span / 8
+        if not step:
+            return [self]
+        return [
+            replace(self, order=self.order + a * step, creep_span=self.creep_span + (b - a) * step)
+            for a in (-1.0, -0.5, 0.0, 0.5, 1.0)
+            for b in (-1.0, 0.0, 1.0)
+        ]
 
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array

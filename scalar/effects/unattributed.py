@@ -7,7 +7,7 @@ clipped at the range of the data they were learned on, so that a prediction else
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -22,6 +22,9 @@ SINGLE_DEGREE = 6
 PAIR_DEGREE = 3
 DRIFT_DEGREE = 4
 WOBBLE_ORDERS = (1, 2, 3)
+PLATEAU_FLANK = 3.0  # steepness of its flanks, in units of half its width
+WAVES = 3  # of a periodic error that is no sine
+WAVE_STEP = 0.25  # between the orders that are tried, periods a turn
 GRAVITY = "gravity"
 NAME = "unattributed"
 
@@ -104,9 +107,7 @@ class Unattributed(Effect):
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any]) -> Any:
         """Return the term of ``to_mapping``."""
-        return {"joint": UnattributedJoint, "link": UnattributedLink, "sensor": UnattributedSensor}[
-            mapping["place"]
-        ].from_settings(mapping)
+        return _PLACES[mapping["place"]].from_settings(mapping)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,6 +159,124 @@ class UnattributedJoint(Unattributed, JointEffect):
     def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the term of ``to_mapping``."""
         return cls(int(mapping["joint"]), tuple(Variable.from_mapping(v) for v in mapping["variables"]))
+
+
+@dataclass(frozen=True, eq=False)
+class UnattributedShape(UnattributedJoint):
+    """A joint's angle errs in one simple way: a bump, a step or a kink at some value of a variable, a power of it, a product of two.
+
+    One coefficient tells a few teeth that are worn, or an encoder that lost a count, from a sum of harmonics that imitates them.
+
+    Attributes:
+        variables: One, or the two of a product.
+        shape: ``bump`` (of Gauss), ``plateau`` (one with a flat top), ``step`` (a hyperbolic tangent), ``kink`` (an absolute
+            value), ``line``, ``square``, ``cube`` or ``product``.
+        at, width: Of a bump, a step or a kink, in units of half the range of the variable that was seen.
+    """
+
+    shape: str
+    at: float = 0.0
+    width: float = 1.0
+
+    @property
+    def key(self) -> str:
+        """Name, joint, variable and shape with its place."""
+        return f"{super().key}_{self.shape}_{self.at:.3f}"
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """The height."""
+        return ["size_rad"]
+
+    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the shape on the joint."""
+        u, *others = (variable.unit(poses) for variable in self.variables)
+        s = (u - self.at) / self.width
+        values = {
+            "bump": lambda: np.exp(-(s**2) / 2),
+            "plateau": lambda: (np.tanh(PLATEAU_FLANK * (s + 1)) - np.tanh(PLATEAU_FLANK * (s - 1))) / 2,
+            "step": lambda: (np.tanh(s) + 1) / 2,
+            "kink": lambda: np.abs(s),
+            "line": lambda: u,
+            "square": lambda: u**2,
+            "cube": lambda: u**3,
+            "product": lambda: u * others[0],
+        }[self.shape]()
+        B = np.zeros((len(poses), robot.n_joints, 1))
+        B[:, self.joint - 1, 0] = values
+        return B
+
+    def variations(self, scale: float) -> list[Self]:
+        """Return the shape moved by parts of its width, wider and narrower."""
+        if self.shape not in ("bump", "plateau", "step", "kink"):
+            return [self]
+        return [
+            replace(self, at=self.at + a * scale * self.width, width=self.width * 2.0 ** (b * scale))
+            for a in (-1.0, -0.5, 0.0, 0.5, 1.0)
+            for b in ((0.0,) if self.shape == "kink" else (-1.0, 0.0, 1.0))
+        ]
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return place, joint, variable and shape."""
+        return super().to_mapping() | {
+            "place": "shape",
+            "shape": self.shape,
+            "at": self.at,
+            "width": self.width,
+        }
+
+    @classmethod
+    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the term of ``to_mapping``."""
+        variables = tuple(Variable.from_mapping(v) for v in mapping["variables"])
+        shape, at, width = str(mapping["shape"]), float(mapping["at"]), float(mapping["width"])
+        return cls(int(mapping["joint"]), variables, shape, at, width)
+
+
+@dataclass(frozen=True, eq=False)
+class UnattributedWave(UnattributedJoint):
+    """A joint's angle errs periodically in itself, but not in whole parts of its turn, as the gear's own errors are.
+
+    Attributes:
+        variables: The joint's own angle.
+        order: Of the slowest wave, periods a turn; twice and three times as many go along.
+    """
+
+    order: float
+
+    @property
+    def key(self) -> str:
+        """Name, joint and order."""
+        return f"{super().key}_wave_{self.order:.3f}"
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """Sine and cosine of each wave."""
+        return [f"{f}{k + 1}_rad" for k in range(WAVES) for f in ("sin", "cos")]
+
+    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the waves on the joint."""
+        q = poses.q[:, self.joint - 1]
+        B = np.zeros((len(poses), robot.n_joints, 2 * WAVES))
+        for k in range(WAVES):
+            B[:, self.joint - 1, 2 * k] = np.sin((k + 1) * self.order * q)
+            B[:, self.joint - 1, 2 * k + 1] = np.cos((k + 1) * self.order * q)
+        return B
+
+    def variations(self, scale: float) -> list[Self]:
+        """Return waves a little slower and faster."""
+        step = scale * WAVE_STEP / 2
+        return [replace(self, order=self.order + a * step) for a in (-1.0, -0.5, 0.0, 0.5, 1.0)]
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return place, joint, variable and order."""
+        return super().to_mapping() | {"place": "wave", "order": self.order}
+
+    @classmethod
+    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the term of ``to_mapping``."""
+        variables = tuple(Variable.from_mapping(v) for v in mapping["variables"])
+        return cls(int(mapping["joint"]), variables, float(mapping["order"]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,11 +382,9 @@ class UnattributedSensor(Unattributed, SensorEffect):
             functions = np.einsum("nij,i->nj", robot.flange(poses.q)[:, :3, :3], down)
         else:
             functions = legendre.legvander(self.variable.unit(poses), DRIFT_DEGREE)[:, 1:]
-        unit = np.zeros((6, 6 if self.turns else 3))
-        unit[3:, :3] = np.eye(3)
-        if self.turns:
-            unit[:3, 3:] = np.eye(3)
-        return (functions[:, None, :, None] * unit[None, :, None, :]).reshape(len(poses), 6, -1)
+        return (functions[:, None, :, None] * _unit_motions(self.turns)[None, :, None, :]).reshape(
+            len(poses), 6, -1
+        )
 
     def to_mapping(self) -> dict[str, Any]:
         """Return place, variable and what is seen."""
@@ -277,3 +394,91 @@ class UnattributedSensor(Unattributed, SensorEffect):
     def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the term of ``to_mapping``."""
         return cls(Variable.from_mapping(mapping["variable"]), bool(mapping["turns"]))
+
+
+@dataclass(frozen=True, eq=False)
+class UnattributedSway(Unattributed, SensorEffect):
+    """The sensor's pose on the flange sways with the course of the acquisition, and rests outside of it.
+
+    Attributes:
+        variable: ``time`` or ``order``.
+        periods: In the range that was seen.
+        turns: Whether it turns as well as shifts.
+    """
+
+    variable: Variable
+    periods: float
+    turns: bool = True
+
+    @property
+    def depends_on(self) -> list[str]:
+        """Return the column."""
+        return [self.variable.name]
+
+    @property
+    def key(self) -> str:
+        """Name, variable and periods."""
+        return f"{NAME}_sway_{self.variable.name}_{self.periods:.2f}"
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """Sine and cosine of every component of the motion."""
+        components = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")[: 6 if self.turns else 3]
+        return [f"{f}_{c}" for f in ("sin", "cos") for c in components]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Metres and radians."""
+        return (["m"] * 3 + (["rad"] * 3 if self.turns else [])) * 2
+
+    def sensor_screws(self, robot: Robot, poses: Poses) -> Array:
+        """Return unit motions times sine and cosine."""
+        values = self.variable.values(poses)
+        u = self.variable.unit(poses)
+        start = self.variable.centre - self.variable.half
+        seen = (values >= start) & (values < start + 2 * self.variable.half)  # at the end it is over
+        phase = np.pi * self.periods * u
+        functions = np.stack([np.sin(phase), np.cos(phase)], axis=1) * seen[:, None]
+        return (functions[:, None, :, None] * _unit_motions(self.turns)[None, :, None, :]).reshape(
+            len(poses), 6, -1
+        )
+
+    def variations(self, scale: float) -> list[Self]:
+        """Return the sway a little slower and faster."""
+        return [
+            replace(self, periods=max(self.periods + a * scale, 0.1)) for a in (-0.5, -0.25, 0.0, 0.25, 0.5)
+        ]
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return place, variable and periods."""
+        return {
+            "place": "sway",
+            "variable": self.variable.to_mapping(),
+            "periods": self.periods,
+            "turns": self.turns,
+        }
+
+    @classmethod
+    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the term of ``to_mapping``."""
+        variable = Variable.from_mapping(mapping["variable"])
+        return cls(variable, float(mapping["periods"]), bool(mapping["turns"]))
+
+
+def _unit_motions(turns: bool) -> Array:
+    """Return the screws ``(6, 6)`` or, without turns, ``(6, 3)`` of shifts along x, y, z and turns about them."""
+    unit = np.zeros((6, 6 if turns else 3))
+    unit[3:, :3] = np.eye(3)
+    if turns:
+        unit[:3, 3:] = np.eye(3)
+    return unit
+
+
+_PLACES: dict[str, Any] = {
+    "joint": UnattributedJoint,
+    "shape": UnattributedShape,
+    "wave": UnattributedWave,
+    "link": UnattributedLink,
+    "sensor": UnattributedSensor,
+    "sway": UnattributedSway,
+}

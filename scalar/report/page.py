@@ -41,7 +41,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
     mapping = diagnosis.to_mapping()
     view = View.of(diagnosis.after, diagnosis.calibration_after.free, diagnosis.calibration_after.covariance)
     effects = [_card(diagnosis, view, i, finding) for i, finding in enumerate(diagnosis.findings)]
-    if diagnosis.noise:
+    if diagnosis.noise and not diagnosis.unnamed:
         effects.append(_noise_card(diagnosis))
     return {
         "name": diagnosis.dataset.name,
@@ -139,6 +139,7 @@ def _card(diagnosis: Diagnosis, view: View, index: int, finding: Finding) -> dic
         "flexible": isinstance(effect, Unattributed),
         "size": words.size(effect, traces),
         "p_value": words.chance(finding.p_value),
+        "sure": f"{100 * finding.confidence:.0f} %",
         "before": words.number(finding.before.rms / MM),
         "after": words.number(finding.after.rms / MM),
         "seen": f"{100 * seen_share(view, index):.0f} %",
@@ -184,6 +185,16 @@ def _confounded(diagnosis: Diagnosis, index: int, finding: Finding) -> dict[str,
     return {"names": words.listed(shown, "or"), "poses": text}
 
 
+def _of_spread(diagnosis: Diagnosis) -> str:
+    """Return why what poses spread by is no noise; empty where it is."""
+    if diagnosis.spread_beyond_belief:
+        return "poses spread by more than any arm's repeatability, and by nothing that was tried: something acts on them"
+    if diagnosis.depends_on:
+        along = words.listed([words.column(name) for name in diagnosis.depends_on])
+        return f"poses that are neighbours in {along} err alike, which no noise does: something acts on them"
+    return ""
+
+
 def _noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
     best = diagnosis.noise[0]
     entry = diagnosis.noise_entry()
@@ -194,20 +205,17 @@ def _noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
     mixed = np.einsum("nij,nj->ni", whitening(best), rows)
     pick = slice(None) if isinstance(state.residuals.measurement, Tracker) else slice(0, 1)
     near = [words.title(c["name"], c["target"]) for c in entry["confounded_with"]]
-    beyond = diagnosis.spread_beyond_belief
     how = "to a spread in the joints" if is_angle else "but for an error of its own, common to its points"
     return {
         "title": words.title(entry["name"], {}),
         "clause": words.statement(entry["name"], {}, entry["name"]),
-        "text": (
-            "poses spread by more than any arm's repeatability, and by nothing that was tried: something acts on them"
-            if beyond
-            else f"each {'pose' if is_angle else 'scan'} repeats only {how}: a noise, not a shift"
-        ),
+        "text": _of_spread(diagnosis)
+        or f"each {'pose' if is_angle else 'scan'} repeats only {how}: a noise, not a shift",
         "is_noise": True,
         "flexible": False,
         "size": f"{words.angle(best.std) if is_angle else words.length(best.std)} standard deviation",
         "p_value": words.chance(best.p_value),
+        "sure": f"{100 * entry['confidence']:.0f} %",
         "before": None,
         "after": None,
         "seen": None,

@@ -76,6 +76,13 @@ def effect_title(effect: Effect) -> str:
     return title(effect.name, effect.target, depends)
 
 
+def column(name: str) -> str:
+    """Return what a column of poses is called in a sentence."""
+    if name in ("plate_u", "plate_v"):
+        return "the place on the plate"
+    return f"the angle of joint {name[1:]}" if name[:1] == "q" and name[1:].isdigit() else f"the {name}"
+
+
 def _since(target: Mapping[str, Any]) -> str:
     at = target.get("at")
     return f", from order {at['order']:.0f} on" if at and at.get("order") is not None else ""

@@ -49,7 +49,7 @@ SWEEP_COLUMNS = {
 }
 _AS_IT_IS = "published-raise"
 _SAME_WITHOUT_A_NEGATIVE_ROOT = ("published-abs", "published-clip")
-MAX_EVALUATIONS = 3000
+MAX_EVALUATIONS = 2000
 """Of the paper's way; a fit that ends takes some hundreds, and one that does not is capped."""
 FINEST = 9
 """Decimals of an error in mm or deg: a picometre. Below it a noise-free fit shows the rounding of its own arithmetic."""

@@ -59,7 +59,7 @@ class Flaws:
         slip: (order of the first pose after it, T_old_new).
         bent: By plate: curvatures (uu, uv, vv) [1/m] about a point of the plate near where it is scanned.
         moved: By plate: (order of the first pose after it, shift along the normal [m], turns [rad]).
-        creep: By plate: shift along the normal [m] from the first to the last pose.
+        creep: By plate: (order at which it begins, shift along the normal [m] by the last pose).
         measured: Range as the laser has it from the true range, [m] to [m].
         jitter: Standard deviation of every joint, afresh for every pose [rad].
         bias: Standard deviation of an error of the range common to a scan [m].
@@ -71,7 +71,7 @@ class Flaws:
     slip: tuple[float, np.ndarray] | None = None
     bent: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     moved: dict[str, tuple[float, float, tuple[float, float]]] = field(default_factory=dict)
-    creep: dict[str, float] = field(default_factory=dict)
+    creep: dict[str, tuple[float, float]] = field(default_factory=dict)
     measured: Callable[[np.ndarray], np.ndarray] = lambda r: r
     jitter: float = 0.0
     bias: float = 0.0
@@ -154,7 +154,8 @@ def ranges(
             n += after[:, None] * (turn_u * u + turn_v * v)
             n /= np.linalg.norm(n, axis=1, keepdims=True)
         if plate in flaws.creep:
-            lift += flaws.creep[plate] * order[mine] / last
+            first, along = flaws.creep[plate]
+            lift += along * np.maximum(order[mine] - first, 0.0) / (last - first)
         s, t = o[mine] - centre, e[mine]
         uu, uv, vv = flaws.bent.get(plate, (0.0, 0.0, 0.0))
         H = uu * np.outer(u, u) + uv * (np.outer(u, v) + np.outer(v, u)) / 2 + vv * np.outer(v, v)

@@ -9,7 +9,10 @@ from scalar.simulation import PosePlan, SimulatedScene, plan_poses, simulate
 from tests.simulation.conftest import scene_config
 
 RECORD = ["time", "temperature", "approach"]
-KINDS = ("angle_bump", "angle_product", "angle_step", "sensor_oscillation", "encoder_drift")
+KINDS = (
+    "angle_bump", "angle_product", "angle_step", "angle_sum", "base_sway", "belt", "encoder_drift", "late_jump",
+    "sensor_oscillation", "worn_teeth",
+)  # fmt: skip
 ENTRIES: dict[str, dict[str, Any]] = {
     name: {"effect": name}
     for name in (

@@ -182,6 +182,19 @@ UNKNOWN = {
     "angle_bump": lambda e, angle, q, poses: np.exp(-0.5 * ((angle - e["place_rad"]) / e["width_rad"]) ** 2),
     "angle_step": lambda e, angle, q, poses: 1 / (1 + np.exp(-2 * (angle - e["place_rad"]) / e["width_rad"])),
     "encoder_drift": lambda e, angle, q, poses: poses["time"].to_numpy() / e["end_s"],
+    "late_jump": lambda e, angle, q, poses: np.heaviside(
+        poses["time"].to_numpy() - e["share"] * e["end_s"], 0.0
+    ),
+    "worn_teeth": lambda e, angle, q, poses: np.interp(
+        np.abs(angle - e["place_rad"]) / e["width_rad"], [0.0, 0.5, 1.5, 9.0], [1.0, 1.0, 0.0, 0.0]
+    ),
+    "belt": lambda e, angle, q, poses: (
+        2 * ((angle - e["place_rad"]) / e["width_rad"] - np.floor((angle - e["place_rad"]) / e["width_rad"]))
+        - 1
+    ),
+    "angle_sum": lambda e, angle, q, poses: (
+        np.exp(1j * (2 * q[:, e["factors"][0] - 1] + q[:, e["factors"][1] - 1])).real
+    ),
 }
 
 

@@ -8,10 +8,9 @@ FIRST_LOOP_TABLES = expand(
     f"{FIRST_LOOP_DIR}/{{name}}",
     name=["candidates.csv", "predictions.csv", "recovery.csv", "coverage.csv", "numbers.json"],
 )
+FIRST_LOOP_PICTURES = ["curves", "support", "recovery"]
 FIRST_LOOP_FIGURES = expand(
-    f"{FIRST_LOOP_DIR}/figures/{{name}}.{{suffix}}",
-    name=["curves", "support", "recovery"],
-    suffix=["png", "svg"],
+    f"{FIRST_LOOP_DIR}/figures/{{name}}.{{suffix}}", name=FIRST_LOOP_PICTURES, suffix=["png", "svg"]
 )
 if not FIRST_LOOP:
     FIRST_LOOP_TABLES, FIRST_LOOP_FIGURES = [], []
@@ -84,18 +83,17 @@ rule draw_first_loop:
         recovery=rules.close_first_loop.output.recovery,
         modules=modules("scalar.plots.first_loop", "scalar.study.tables"),
     output:
-        **figure(
-            f"{FIRST_LOOP_DIR}/figures/{{name}}",
-            "figure_first_loop_{name}",
-            "The first loop",
-            shows="{name}",
-        ),
+        **{
+            f"{name}_{suffix}": path
+            for name in FIRST_LOOP_PICTURES
+            for suffix, path in figure(
+                f"{FIRST_LOOP_DIR}/figures/{name}", f"figure_first_loop_{name}", "The first loop", shows=name
+            ).items()
+        },
     log:
-        f"{RESULTS}/logs/draw_first_loop_{{name}}.log",
-    wildcard_constraints:
-        name="curves|support|recovery",
+        f"{RESULTS}/logs/draw_first_loop.log",
     threads: 1
-    params:
-        name=lambda w: w.name,
+    message:
+        "Drawing what made the published curves go flat"
     script:
         "../scripts/draw_first_loop.py"

@@ -6,7 +6,11 @@ PAPER_FIGURES = {  # {as the text calls it: file}
     "headline/errors.svg": f"{HEADLINE}/figures/errors.svg",
     "headline/parameters.svg": f"{HEADLINE}/figures/parameters_manifold.svg",
     "headline/singular_values.svg": f"{HEADLINE}/figures/singular_values_{next(iter(CASES['headline']))}.svg",
+    "headline/scene.svg": f"{HEADLINE}/figures/scene.svg",
 }
+if f"{HEADLINE}/figures/workspace.svg" in SCENE_FIGURES:
+    PAPER_FIGURES["headline/workspace.svg"] = f"{HEADLINE}/figures/workspace.svg"
+    PAPER_FIGURES["headline/correlation.svg"] = f"{HEADLINE}/figures/correlation.svg"
 
 if "sequential" in config:
     PAPER_NUMBERS["sequential"] = f"{SEQUENTIAL_DIR}/numbers.json"
@@ -20,7 +24,7 @@ if AXES:
         PAPER_FIGURES[f"sweeps/overview_{walls}.svg"] = f"{SWEEP_DIR}/figures/overview_{walls}.svg"
 if FIRST_LOOP:
     PAPER_NUMBERS["first_loop"] = f"{FIRST_LOOP_DIR}/numbers.json"
-    for name in ("curves", "support", "recovery"):
+    for name in FIRST_LOOP_PICTURES:
         PAPER_FIGURES[f"first_loop/{name}.svg"] = f"{FIRST_LOOP_DIR}/figures/{name}.svg"
 
 # What takes hours, or files that are not ours, is committed as small summaries; figures are drawn from them here.

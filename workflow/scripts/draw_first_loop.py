@@ -1,4 +1,4 @@
-"""Draw one figure of the first loop."""
+"""Draw the figures of the first loop."""
 
 from job import logged
 
@@ -14,4 +14,5 @@ with logged(snakemake.log):
         "support": lambda: draw_support(candidates),
         "recovery": lambda: draw_recovery(candidates, read_table(given.recovery)),
     }
-    save_figure(figures[snakemake.params.name](), [snakemake.output.png, snakemake.output.svg])
+    for name, draw in figures.items():
+        save_figure(draw(), [snakemake.output[f"{name}_png"], snakemake.output[f"{name}_svg"]])
