@@ -11,6 +11,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np  # noqa: E402
 
 from benchmarks.contestants import Contest, Result  # noqa: E402
+from benchmarks.large import large  # noqa: E402
 from benchmarks.scenes import paper_scene, repeated  # noqa: E402
 from benchmarks.timing import Times, interleaved, ratio  # noqa: E402
 from scalar.calibrate import calibrate  # noqa: E402
@@ -99,6 +100,7 @@ def main() -> None:
     headline(arguments.rounds)
     points_a_scan(arguments.rounds)
     many_poses(arguments.all)
+    large()
 
 
 if __name__ == "__main__":

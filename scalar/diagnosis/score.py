@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.linalg import qr
+from scipy import linalg
 from scipy.special import fdtrc
 
 from scalar.se3 import Array
@@ -75,7 +75,7 @@ class Background:
         """
         others = self.R[:, ~mine]
         norms = np.linalg.norm(others, axis=0)
-        pivoted: Any = qr(others / np.where(norms > 0, norms, 1.0), pivoting=True)
+        pivoted: Any = linalg.qr(others / np.where(norms > 0, norms, 1.0), pivoting=True)
         basis, triangle, _ = pivoted
         freed = basis[:, np.count_nonzero(np.abs(np.diag(triangle)) > INDEPENDENT) :]
         gained = freed.T @ (self.along - self.R[:, mine] @ coefficients)
@@ -101,7 +101,7 @@ def _triangular(columns: Array) -> tuple[Array, Array]:
     if np.all(np.abs(np.diag(R)) > INDEPENDENT):
         return Q, R
     # A column that adds nothing takes a place in Q that later columns may lean on: only pivoting puts such columns last.
-    pivoted: Any = qr(columns, mode="economic", pivoting=True)
+    pivoted: Any = linalg.qr(columns, mode="economic", pivoting=True)
     Q, R, order = pivoted
     rank = np.count_nonzero(np.abs(np.diag(R)) > INDEPENDENT)
     back = np.empty_like(order)

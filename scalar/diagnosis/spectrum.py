@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scalar.diagnosis.holdout import held_out, improvement
-from scalar.diagnosis.hunt import ALPHA, Bank, Columns, rivals
+from scalar.diagnosis.holdout import held_out, improvement, no_worse
+from scalar.diagnosis.hunt import ALPHA, LEAST_IMPROVEMENT, Bank, Columns, merged, rank, rivals
 from scalar.diagnosis.score import Background
 from scalar.diagnosis.state import State, mixed, settle
 from scalar.effects.catalogue import MAX_ORDER, MAX_RIPPLE_ORDER
@@ -29,6 +29,7 @@ MANY_ORDERS = (
     4  # of one joint, found one by one: from there on it is a spectrum rather than an eccentric gear
 )
 ROWS_PER_COLUMN = 2.0  # least number of measured numbers for each coefficient
+MOST_MORE = 4  # effects that are looked for beside all orders, and candidates that are tried for each
 BELIEF_SHARES = (1.0, 0.5, 0.25, 0.125)  # of the sizes that the evidence finds
 PARTS = 5  # that a joint's range is cut in, each left out in turn
 _RANGES = ((JointHarmonic, 1, MAX_ORDER), (JointRipple, MAX_ORDER + 1, MAX_RIPPLE_ORDER))
@@ -63,7 +64,7 @@ def with_spectrum(state: State, named: Bank) -> State:
     misfit = np.sqrt(variance) * _excess(state)
     effects = tempered([*smooth, *kept], 1.0 / max(misfit, 1.0))
     trial = settle(state.dataset, state.model, state.geometry_free, effects)
-    trial = _borne_out(trial, named)
+    trial = _with_more(_borne_out(trial, named), named)
     return trial if improvement(held_out(state), held_out(trial)) > 0 else state
 
 
@@ -79,6 +80,29 @@ def _borne_out(state: State, named: Bank) -> State:
     if len(kept) == len(state.effects):
         return state
     return settle(state.dataset, state.model, state.geometry_free, kept)
+
+
+def _with_more(state: State, named: Bank) -> State:
+    """Return a state with what else has a name and shows only beside all orders, each borne out by poses held out.
+
+    Low orders seen through part of a turn look like a weight on the joint: one by one they are taken first, and leave nothing to it.
+    """
+    rest = Bank.of([c for c, _ in named.tried if not isinstance(c.effect, JointHarmonic)])
+    for _ in range(MOST_MORE):
+        scored = as_whitened(state)
+        for entry in rank(scored, scored.background(), Columns(scored, rest))[:MOST_MORE]:
+            if entry.p_value > ALPHA or entry.evidence <= 0:
+                return state
+            trial = settle(
+                state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect)
+            )
+            before, after = held_out(state), held_out(trial)
+            if improvement(before, after) >= LEAST_IMPROVEMENT and no_worse(before, after):
+                state = trial
+                break
+        else:
+            return state
+    return state
 
 
 def tempered(effects: Sequence[Effect], factor: float) -> tuple[Effect, ...]:

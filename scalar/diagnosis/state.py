@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -15,6 +15,7 @@ from scalar.diagnosis.score import Background
 from scalar.effects.effect import Effect, JointEffect
 from scalar.least_squares import fit
 from scalar.model import JointBasis, Model
+from scalar.poses import Poses
 from scalar.residuals import Residuals, extra_basis_of
 from scalar.se3 import Array
 from scalar.sensors import Measurement, measure
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 _TOLERANCE = 1e-9
 _MAX_STEPS = 10
 _SOUND = 1e-11  # of the largest eigenvalue of the normal equations: below it they have too few digits
+_MOST_NUMBERS = 10_000_000  # of the screws that are worked out at once: 80 MB
 _PROMISED = 1e-8  # of the misfit's variance: a step of a ten thousandth of a standard deviation
 
 
@@ -94,32 +96,54 @@ class State:
             bases: What effects on joints are of the poses, where it is known already; filled where it is not.
         """
         bases = {} if bases is None else bases
-        others = [effect for effect in effects if not isinstance(effect, JointEffect)]
-        model = replace(self.model, effects=(*self.model.effects, *others))
-        names = extra_basis_of(model.effects)
-        residuals = Residuals.of(
-            self.dataset, model, profile_measurement(self.dataset, self.model, self.residuals, names)
-        )
-        jacobian = residuals.linearise_measured(model)[1]
-        n = model.robot.n_joints
-        by_angle = mixed(
-            self.mix, jacobian[:, 3 * n : 4 * n]
-        )  # a joint's angle moves the sensor as its theta does
-        by_effect = mixed(self.mix, jacobian[:, len(self.model.vector) :])
-        columns = np.empty((len(jacobian), sum(len(effect.coefficients) for effect in effects)))
-        m = len(jacobian) // self.dataset.n_poses
-        at = other = 0
-        for effect in effects:
-            k = len(effect.coefficients)
+        ends = np.cumsum([len(effect.coefficients) for effect in effects], dtype=int)
+        places = [
+            slice(int(end) - len(e.coefficients), int(end)) for e, end in zip(effects, ends, strict=True)
+        ]
+        N, m = self.dataset.n_poses, self.residuals.measurement.rows_per_pose
+        columns = np.empty((N * m, int(ends[-1]) if len(ends) else 0))
+        by_angle, poses = self._by_angle()
+        for effect, place in zip(effects, places, strict=True):
             if isinstance(effect, JointEffect):
                 if effect not in bases:
-                    bases[effect] = JointBasis.of(effect.joint_basis(model.nominal, residuals.poses))
-                columns[:, at : at + k] = bases[effect].columns(by_angle.reshape(-1, m, n)).reshape(-1, k)
-            else:
-                columns[:, at : at + k] = by_effect[:, other : other + k]
-                other += k
-            at += k
+                    bases[effect] = JointBasis.of(effect.joint_basis(self.model.nominal, poses))
+                columns[:, place] = bases[effect].columns(by_angle).reshape(N * m, -1)
+        others = [k for k, effect in enumerate(effects) if not isinstance(effect, JointEffect)]
+        for batch in _batches(others, places, max(_MOST_NUMBERS // (6 * N), 1)):
+            found = self._columns_elsewhere([effects[k] for k in batch])
+            at = 0
+            for k in batch:
+                width = places[k].stop - places[k].start
+                columns[:, places[k]] = found[:, at : at + width]
+                at += width
         return columns
+
+    def _by_angle(self) -> tuple[Array, Poses]:
+        """Return the derivatives of the rows by the joint angles ``(N, m, n)``, whitened as the background, and the poses."""
+        n = self.model.robot.n_joints
+        # A joint's angle moves the sensor as its theta does.
+        rows = self.residuals.linearise_measured(self.model)[1][:, 3 * n : 4 * n]
+        return mixed(self.mix, rows).reshape(self.dataset.n_poses, -1, n), self.residuals.poses
+
+    def _columns_elsewhere(self, effects: Sequence[Effect]) -> Array:
+        """Return the columns ``(N m, e)`` of effects on anything but joints."""
+        model = replace(self.model, effects=(*self.model.effects, *effects))
+        names = extra_basis_of(model.effects)
+        measurement = profile_measurement(self.dataset, self.model, self.residuals, names)
+        residuals = Residuals.of(self.dataset, model, measurement)
+        return mixed(self.mix, residuals.linearise_measured(model)[1][:, len(self.model.vector) :])
+
+
+def _batches(indices: Sequence[int], places: Sequence[slice], most: int) -> Iterator[list[int]]:
+    """Yield indices in batches of as many columns as fit, one index at least."""
+    batch: list[int] = []
+    for k in indices:
+        if batch and sum(places[i].stop - places[i].start for i in [*batch, k]) > most:
+            yield batch
+            batch = []
+        batch.append(k)
+    if batch:
+        yield batch
 
 
 def mixed(mix: Array | None, rows: Array) -> Array:

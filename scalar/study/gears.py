@@ -91,7 +91,7 @@ def agreement(one: pd.DataFrame, other: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def _agreements(one: pd.DataFrame, other: pd.DataFrame) -> Iterator[dict[str, Any]]:
-    both = one.merge(other, on=["joint", "angle_deg"], suffixes=("", "_other"))
+    both: Any = one.merge(other, on=["joint", "angle_deg"], suffixes=("", "_other"))
     both = both[both["seen"] & both["seen_other"]]
     groups: Any = both.groupby("joint")
     for joint, rows in groups:
