@@ -199,11 +199,12 @@ def _shapes(joint: int, angle: Variable) -> list[Effect]:
     kinds += [("plateau", width, width / 2) for width in PLATEAU_WIDTHS]
     kinds += [("step", width, width) for width in STEP_WIDTHS]
     kinds.append(("kink", KINK_WIDTH, KINK_WIDTH))
-    return [
+    found: list[Effect] = [UnattributedShape(joint, (angle,), shape) for shape in ("square", "cube")]
+    return found + [
         UnattributedShape(joint, (angle,), shape, at, width)
         for shape, width, apart in kinds
         for at in _places(apart)
-    ] + [UnattributedShape(joint, (angle,), shape) for shape in ("square", "cube")]
+    ]
 
 
 def curves(dataset: Dataset, joint: int) -> list[Candidate]:

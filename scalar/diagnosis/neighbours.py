@@ -10,10 +10,9 @@ error on whatever plate.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 from scipy.stats import norm, rankdata
 
 from scalar.diagnosis.noise import directions
@@ -76,7 +75,7 @@ def _near(values: Array) -> Array:
     if len(values) < LEAST_POSES:
         return np.zeros((0, 2), dtype=int)
     ranks = rankdata(values, axis=0)
-    found = np.asarray(cKDTree(ranks).query(ranks, k=NEIGHBOURS + 1)[1])[:, 1:]
+    found = np.asarray(KDTree(ranks).query(ranks, k=NEIGHBOURS + 1)[1])[:, 1:]
     pairs = np.column_stack([np.repeat(np.arange(len(values)), NEIGHBOURS), found.ravel()])
     return np.unique(np.sort(pairs, axis=1), axis=0)
 
@@ -93,7 +92,7 @@ def _along(state: State, z: Array) -> list[Array]:
     return found
 
 
-def _courses(state: State) -> Mapping[str, Array]:
+def _courses(state: State) -> dict[str, Array]:
     """Return the course of the acquisition and every column that goes with it."""
     dataset = state.dataset
     found = {"time" if "time" in dataset.poses else "order": state.residuals.poses.order}
@@ -103,7 +102,7 @@ def _courses(state: State) -> Mapping[str, Array]:
     return found
 
 
-def _places(state: State) -> Mapping[str, Array]:
+def _places(state: State) -> dict[str, Array]:
     """Return where on its plate the sensor looked, along the plate's own two axes [m], ``(N,)`` each; nothing for a tracker, which has no plates."""
     target = state.model.target
     if not isinstance(target, Planes):

@@ -343,12 +343,23 @@ class UnattributedLink(Unattributed, LinkEffect):
         return cls(int(mapping["joint"]), str(mapping["by"]))
 
 
-@dataclass(frozen=True, eq=False)
-class UnattributedSensor(Unattributed, SensorEffect):
-    """The sensor's pose on the flange errs with the direction of gravity, or drifts with a column."""
+class MovedSensor(Unattributed, SensorEffect):
+    """The sensor's pose on the flange errs: shifts, and turns where they can be seen, each times some functions of the pose.
+
+    Subclasses are dataclasses with the fields ``variable`` and ``turns``.
+    """
 
     variable: Variable
-    turns: bool = True
+    turns: bool
+
+    @property
+    def functions(self) -> list[str]:
+        """Return the names of the functions."""
+        raise NotImplementedError
+
+    def course(self, robot: Robot, poses: Poses) -> Array:
+        """Return the functions ``(N, k)``, dimensionless."""
+        raise NotImplementedError
 
     @property
     def depends_on(self) -> list[str]:
@@ -356,35 +367,49 @@ class UnattributedSensor(Unattributed, SensorEffect):
         return [self.variable.name]
 
     @property
+    def coefficient_names(self) -> list[str]:
+        """Every function for every component of the motion."""
+        components = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")[: 6 if self.turns else 3]
+        return [f"{f}_{c}" for f in self.functions for c in components]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Metres and radians."""
+        return (["m"] * 3 + (["rad"] * 3 if self.turns else [])) * len(self.functions)
+
+    def sensor_screws(self, robot: Robot, poses: Poses) -> Array:
+        """Return unit motions times the functions."""
+        unit = np.zeros((6, 6 if self.turns else 3))
+        unit[3:, :3] = np.eye(3)
+        if self.turns:
+            unit[:3, 3:] = np.eye(3)
+        course = self.course(robot, poses)
+        return (course[:, None, :, None] * unit[None, :, None, :]).reshape(len(poses), 6, -1)
+
+
+@dataclass(frozen=True, eq=False)
+class UnattributedSensor(MovedSensor):
+    """The sensor's pose on the flange errs with the direction of gravity, or drifts with a column."""
+
+    variable: Variable
+    turns: bool = True
+
+    @property
     def key(self) -> str:
         """Name and variable."""
         return f"{NAME}_sensor_{self.variable.name}"
 
     @property
-    def _n_functions(self) -> int:
-        return 3 if self.variable.name == GRAVITY else DRIFT_DEGREE
+    def functions(self) -> list[str]:
+        """Numbered: the direction's components, or polynomials."""
+        return [f"f{k + 1}" for k in range(3 if self.variable.name == GRAVITY else DRIFT_DEGREE)]
 
-    @property
-    def coefficient_names(self) -> list[str]:
-        """Every function for every component of the motion."""
-        components = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")[: 6 if self.turns else 3]
-        return [f"f{k + 1}_{c}" for k in range(self._n_functions) for c in components]
-
-    @property
-    def coefficient_units(self) -> list[str]:
-        """Metres and radians."""
-        return (["m"] * 3 + (["rad"] * 3 if self.turns else [])) * self._n_functions
-
-    def sensor_screws(self, robot: Robot, poses: Poses) -> Array:
-        """Return unit motions times the functions."""
+    def course(self, robot: Robot, poses: Poses) -> Array:
+        """Return the direction of gravity seen from the flange, or Legendre polynomials of the column."""
         if self.variable.name == GRAVITY:
             down = robot.gravity / max(float(np.linalg.norm(robot.gravity)), 1e-12)
-            functions = np.einsum("nij,i->nj", robot.flange(poses.q)[:, :3, :3], down)
-        else:
-            functions = legendre.legvander(self.variable.unit(poses), DRIFT_DEGREE)[:, 1:]
-        return (functions[:, None, :, None] * _unit_motions(self.turns)[None, :, None, :]).reshape(
-            len(poses), 6, -1
-        )
+            return np.einsum("nij,i->nj", robot.flange(poses.q)[:, :3, :3], down)
+        return legendre.legvander(self.variable.unit(poses), DRIFT_DEGREE)[:, 1:]
 
     def to_mapping(self) -> dict[str, Any]:
         """Return place, variable and what is seen."""
@@ -397,7 +422,7 @@ class UnattributedSensor(Unattributed, SensorEffect):
 
 
 @dataclass(frozen=True, eq=False)
-class UnattributedSway(Unattributed, SensorEffect):
+class UnattributedSway(MovedSensor):
     """The sensor's pose on the flange sways with the course of the acquisition, and rests outside of it.
 
     Attributes:
@@ -411,37 +436,22 @@ class UnattributedSway(Unattributed, SensorEffect):
     turns: bool = True
 
     @property
-    def depends_on(self) -> list[str]:
-        """Return the column."""
-        return [self.variable.name]
-
-    @property
     def key(self) -> str:
         """Name, variable and periods."""
         return f"{NAME}_sway_{self.variable.name}_{self.periods:.2f}"
 
     @property
-    def coefficient_names(self) -> list[str]:
-        """Sine and cosine of every component of the motion."""
-        components = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")[: 6 if self.turns else 3]
-        return [f"{f}_{c}" for f in ("sin", "cos") for c in components]
+    def functions(self) -> list[str]:
+        """Sine and cosine."""
+        return ["sin", "cos"]
 
-    @property
-    def coefficient_units(self) -> list[str]:
-        """Metres and radians."""
-        return (["m"] * 3 + (["rad"] * 3 if self.turns else [])) * 2
-
-    def sensor_screws(self, robot: Robot, poses: Poses) -> Array:
-        """Return unit motions times sine and cosine."""
+    def course(self, robot: Robot, poses: Poses) -> Array:
+        """Return sine and cosine of the course, zero before it and from its end on."""
         values = self.variable.values(poses)
-        u = self.variable.unit(poses)
         start = self.variable.centre - self.variable.half
-        seen = (values >= start) & (values < start + 2 * self.variable.half)  # at the end it is over
-        phase = np.pi * self.periods * u
-        functions = np.stack([np.sin(phase), np.cos(phase)], axis=1) * seen[:, None]
-        return (functions[:, None, :, None] * _unit_motions(self.turns)[None, :, None, :]).reshape(
-            len(poses), 6, -1
-        )
+        seen = (values >= start) & (values < start + 2 * self.variable.half)
+        phase = np.pi * self.periods * self.variable.unit(poses)
+        return np.stack([np.sin(phase), np.cos(phase)], axis=1) * seen[:, None]
 
     def variations(self, scale: float) -> list[Self]:
         """Return the sway a little slower and faster."""
@@ -463,15 +473,6 @@ class UnattributedSway(Unattributed, SensorEffect):
         """Return the term of ``to_mapping``."""
         variable = Variable.from_mapping(mapping["variable"])
         return cls(variable, float(mapping["periods"]), bool(mapping["turns"]))
-
-
-def _unit_motions(turns: bool) -> Array:
-    """Return the screws ``(6, 6)`` or, without turns, ``(6, 3)`` of shifts along x, y, z and turns about them."""
-    unit = np.zeros((6, 6 if turns else 3))
-    unit[3:, :3] = np.eye(3)
-    if turns:
-        unit[:3, 3:] = np.eye(3)
-    return unit
 
 
 _PLACES: dict[str, Any] = {

@@ -93,7 +93,8 @@ def agreement(one: pd.DataFrame, other: pd.DataFrame) -> list[dict[str, Any]]:
 def _agreements(one: pd.DataFrame, other: pd.DataFrame) -> Iterator[dict[str, Any]]:
     both: Any = one.merge(other, on=["joint", "angle_deg"], suffixes=("", "_other"))
     both = both[both["seen"] & both["seen_other"]]
-    for joint, rows in both.groupby("joint"):
+    groups: Any = both.groupby("joint")
+    for joint, rows in groups:
         if len(rows) < 5:
             continue
         x = rows["angle_deg"].to_numpy()

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scalar.effects.gravity import torque_basis, typical_torque, unit_moments
-from scalar.effects.joints import JointCompliance
+from scalar.effects.gravity import torque_basis, torque_of, typical_masses, typical_torque, unit_moments
+from scalar.effects.joints import JointBacklash, JointCompliance
 from scalar.poses import Poses
 from scalar.robot import Robot
 from tests import helpers
@@ -86,3 +86,30 @@ def test_the_typical_torque_has_the_sign_of_gravity():
     exact = gravity_torques(truth, q, masses, np.zeros((n, 3)))[:, 1]
     heavy = np.abs(exact) > 0.5 * np.abs(exact).max()
     assert np.all(np.sign(torque[heavy]) == np.sign(exact[heavy]))
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_the_typical_masses_give_the_typical_torque_at_poses_they_were_not_taken_at(name):
+    """But for its size, which is that of the masses: one factor for all poses, of any joint that gravity loads."""
+    robot, _, q = arm(name, 7)
+    for joint in range(2, robot.n_joints):
+        masses = typical_masses(robot, q[:20], joint)
+        ours, theirs = torque_of(robot, q[20:], joint, masses), typical_torque(robot, q[20:], joint)
+        if np.abs(theirs).max() < 1e-6:
+            continue
+        factor = float(ours @ theirs / (theirs @ theirs))
+        assert factor > 0
+        np.testing.assert_allclose(ours, factor * theirs, atol=1e-9 * np.abs(ours).max() + 1e-12)
+
+
+def test_other_masses_turn_the_side_elsewhere():
+    """A backlash that the weight decides has variations, each of which differs at some poses and agrees at most."""
+    robot, _, q = arm("vs060", 9)
+    poses = Poses(q, np.arange(len(q), dtype=float), {})
+    masses = tuple(float(m) for m in typical_masses(robot, q, 2))
+    effect = JointBacklash(2, "torque", masses)
+    side = effect.joint_basis(robot, poses)[:, 1, 0]
+    shares = [np.mean(e.joint_basis(robot, poses)[:, 1, 0] == side) for e in effect.variations(1.0)]
+    assert len(shares) == 1 + 2 * len(masses)
+    assert max(shares) == 1.0
+    assert 0.5 < min(shares) < 1.0
