@@ -12,7 +12,7 @@ import pandas as pd
 from scalar import identifiability, published
 from scalar.diagnosis import cleaning, hunt, noise, unnamed
 from scalar.diagnosis.holdout import BLOCKS_PER_FOLD, FOLDS
-from scalar.effects.catalogue import CATALOGUE, MAX_ORDER
+from scalar.effects.catalogue import CATALOGUE, MAX_ORDER, MAX_RIPPLE_ORDER
 from scalar.effects.unattributed import Unattributed
 from scalar.study.methods import INITIAL
 from scalar.study.summary import BAND, QUANTITIES
@@ -83,6 +83,7 @@ def settings() -> dict[str, Any]:
         "band_high": BAND[1],
         "effects": len(CATALOGUE) - (Unattributed.name in CATALOGUE) + NOISES,
         "highest_order": MAX_ORDER,
+        "highest_ripple": MAX_RIPPLE_ORDER,
         "alpha": hunt.ALPHA,
         "least_improvement": hunt.LEAST_IMPROVEMENT,
         "swap_margin": hunt.SWAP_MARGIN,

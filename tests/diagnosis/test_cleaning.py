@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scalar.diagnosis.cleaning import clean, without_outlying_points
+from scalar.diagnosis.cleaning import Cleaned, clean, clean_beside, without_outlying_points
 from scalar.errors import Undetermined
+from tests import helpers
 from tests.diagnosis.cases import knock, slip, spoiled
 from tests.effects.planted import Flaws, make_cell, on_joint
 
@@ -101,3 +102,30 @@ def test_a_large_effect_is_not_an_outlier():
     found = clean(make_cell(Flaws(joints=error), seed=12).dataset)
     assert len(found.outlier_poses) + len(found.mislabelled_poses) <= 3
     assert found.points <= 3
+
+
+def late(dataset, off, by=3e-3):
+    """Return what is set aside beside effects, where poses at the indices ``off`` are off by 3 mm and the others by a tenth."""
+    distance = np.full(dataset.n_poses, 1e-4)
+    distance[off] = by
+    first = Cleaned(dataset, (), (), 0)
+    return first, clean_beside(first, distance)
+
+
+def test_a_gross_error_that_hid_behind_an_effect_is_set_aside_late():
+    """A single pose that is off once effects are known is listed and gone; the others stay as they were."""
+    dataset = helpers.make_scene(kind="probe", seed=2, poses_per_plane=60).dataset
+    _, again = late(dataset, [17])
+    assert again.outlier_poses == (int(dataset.pose_ids[17]),)
+    np.testing.assert_array_equal(again.dataset.pose_ids, np.delete(dataset.pose_ids, 17))
+
+
+def test_nothing_is_set_aside_late_that_may_be_an_effect():
+    """Where nothing is off, or too much, or a whole run of one plane, the first look stays as it is."""
+    dataset = helpers.make_scene(kind="probe", seed=2, poses_per_plane=60).dataset
+    run = np.flatnonzero(dataset.plane_index == 1)[20:23]
+    long_run = np.flatnonzero(dataset.plane_index == 1)[20:40]
+    for off, by in (([], 0.0), ([17], 5e-4), (np.arange(0, 180, 5), 3e-3), (long_run, 3e-3)):
+        first, again = late(dataset, off, by)
+        assert again is first
+    assert len(late(dataset, run)[1].outlier_poses) == 3

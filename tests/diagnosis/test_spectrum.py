@@ -10,11 +10,11 @@ from scalar.diagnosis.holdout import held_out
 from scalar.diagnosis.hunt import bank, hunt
 from scalar.diagnosis.spectrum import as_whitened, tempered, with_spectrum
 from scalar.diagnosis.state import settle
-from scalar.effects.joints import JointHarmonic, JointScale
+from scalar.effects.joints import JointCompliance, JointHarmonic, JointScale
 from scalar.poses import Poses
 from scalar.residuals import Residuals
 from tests import helpers
-from tests.diagnosis.cases import BUMPY_JOINTS, TRACKER_NOISE, bumpy
+from tests.diagnosis.cases import BUMPY_JOINTS, TRACKER_NOISE, bumps, bumpy
 
 
 @pytest.fixture(scope="module")
@@ -60,6 +60,27 @@ def test_it_fades_where_the_joint_was_not_seen(found):
         return np.std(curve)
 
     assert size(beyond) < 0.5 * size(seen)
+
+
+def test_a_weight_is_told_from_the_orders_beside_it():
+    """A joint with a landscape of errors that also gives way to the weight of the next link: both are named, and its orders are one smooth error.
+
+    Joints 2 and 3 are parallel, so the next link's weight bends joint 2 by a sine of the sum of their angles.
+    """
+    scene = helpers.make_scene(kind="tracker", seed=6, poses_per_plane=400, noise=TRACKER_NOISE)
+    q2, q3 = scene.dataset.q[:, 1], scene.dataset.q[:, 2]
+    landscape, read = bumps(11), q2.copy()
+    for _ in range(20):
+        read = q2 - landscape(read) - 6e-4 * np.sin(read + q3 + 0.3)
+    dataset = scene.dataset.subset(np.flatnonzero(q2 > np.median(q2)))
+    dataset = replace(dataset, poses=dataset.poses.assign(q2=read[q2 > np.median(q2)]))
+    cleaned = clean(dataset).dataset
+    model, prepared = geometry_fit(cleaned)
+    names = bank(cleaned)
+    after = with_spectrum(hunt(settle(cleaned, model, prepared.free, ()), names).after, names)
+    assert {e.joint for e in after.effects if isinstance(e, JointHarmonic)} == {2}
+    weights = [e for e in after.effects if isinstance(e, JointCompliance)]
+    assert [effect.target for effect in weights] == [{"joints": [2]}]
 
 
 def test_a_single_order_stays_one():
