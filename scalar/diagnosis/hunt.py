@@ -451,19 +451,30 @@ def together(state: State, indices: Sequence[int], bank: Bank) -> Scored:
 
 def background_without(state: State, indices: Sequence[int]) -> tuple[Background, Array, Array]:
     """Return the background of a state without some effects, those effects' free columns ``(N m, k)`` and plausible sizes ``(k,)``."""
+    local, n_priors = columns_of_effects(state, indices)
+    background = state.background().without(local, state.model.vector[state.free][local], n_priors)
+    measured = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
+    sizes = _sizes(state)[state.free][local]
+    return background, mixed(state.mix, state.linearised()[1][:measured, local]), sizes
+
+
+def columns_of_effects(state: State, indices: Sequence[int]) -> tuple[Array, int]:
+    """Return which of a state's free columns ``(F,)`` are those of some effects, and how many of them have a belief beforehand."""
     start = state.model.blocks["effects"].start
     ends = start + np.cumsum([0, *(len(effect.coefficients) for effect in state.effects)])
     mine = np.zeros(len(state.free), dtype=bool)
-    sizes = np.full(len(state.free), np.inf)
     for i in indices:
-        where = slice(ends[i], ends[i + 1])
-        mine[where] = state.free[where]
-        sizes[where] = state.effects[i].plausible_sizes
+        mine[ends[i] : ends[i + 1]] = True
     local = mine[state.free]
-    n_priors = int(np.isfinite(sizes[mine]).sum())
-    background = state.background().without(local, state.model.vector[mine], n_priors)
-    measured = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
-    return background, mixed(state.mix, state.linearised()[1][:measured, local]), sizes[mine]
+    return local, int(np.isfinite(_sizes(state)[state.free][local]).sum())
+
+
+def _sizes(state: State) -> Array:
+    """Return the plausible sizes of all parameters ``(P,)``; infinite for those that are no effect's."""
+    sizes = np.full(len(state.free), np.inf)
+    start = state.model.blocks["effects"].start
+    sizes[start:] = np.concatenate([np.zeros(0), *(effect.plausible_sizes for effect in state.effects)])
+    return sizes
 
 
 def label(effect: Effect) -> str:

@@ -15,6 +15,7 @@ from scalar.diagnosis.hunt import (
     Columns,
     Scored,
     background_without,
+    columns_of_effects,
     hunt,
     merged,
     rank,
@@ -22,8 +23,10 @@ from scalar.diagnosis.hunt import (
     refined,
     together,
 )
+from scalar.diagnosis.neighbours import depends_on
 from scalar.diagnosis.score import Background
 from scalar.diagnosis.state import State, settle
+from scalar.diagnosis.traces import is_joint
 from scalar.effects.effect import Effect
 from scalar.effects.joints import JointBacklash, JointCoupling, JointHarmonic, JointScale
 from scalar.effects.links import ThermalDrift
@@ -38,6 +41,7 @@ LEAST_IMPROVEMENT = (
 BETTER_THAN_A_NAME = 7.0  # nats by which a flexible term has to explain better to unseat a name
 HOPELESS = 0.7  # of a name's evidence: with less a coarse look is not refined
 MORE_SHAPES = 2
+MINOR = 0.1  # of what has no name: a name that explains less is not given beside it
 MAX_TERMS = 3
 LOOKED_AT = 4  # terms of those that score best
 COLUMNS_AT_ONCE = 512
@@ -56,7 +60,7 @@ def with_unnamed(state: State, named: Bank) -> State:
         if trial is None:
             break
         state = _own_names_dropped(hunt(reconsidered(trial, named)[0], named).after)
-    return _own_names_dropped(reconsidered(state, named)[0])
+    return _minor_names_dropped(_own_names_dropped(reconsidered(state, named)[0]))
 
 
 def _banks(pool: Sequence[Candidate]) -> list[Bank]:
@@ -146,9 +150,7 @@ def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
     for i, effect in enumerate(effects):
         if isinstance(effect, (JointHarmonic, JointScale, JointBacklash, JointCoupling)):
             by_joint.setdefault(effect.joint, []).append(i)
-        if isinstance(effect, (SensorSlip, PlaneMoved)) or (
-            isinstance(effect, ThermalDrift) and effect.by != "temperature"
-        ):
+        if _in_time(effect):
             in_time.append(i)
     yield from (indices for indices in [*by_joint.values(), in_time] if len(indices) > 1)
     yield from ([i] for i, effect in enumerate(effects) if not isinstance(effect, Unattributed))
@@ -169,3 +171,45 @@ def _own_names_dropped(state: State) -> State:
     if len(kept) == len(state.effects):
         return state
     return settle(state.dataset, state.model, state.geometry_free, kept)
+
+
+def _minor_names_dropped(state: State) -> State:
+    """Return a state without names that explain little beside what has none: they are as likely a part of it.
+
+    What has no name is what the flexible terms explain, and what poses spread by where neighbours err alike. A change in time beside an
+    unnamed course in time has to explain more than that, any other name a tenth of it.
+    """
+    plain = Background.of(
+        *state.linearised(), state.dataset.n_poses, state.residuals.measurement.rows_per_pose
+    )
+    unnamed = [i for i, effect in enumerate(state.effects) if isinstance(effect, Unattributed)]
+    columns = [v for i in unnamed for v in state.effects[i].depends_on]  # type: ignore[attr-defined]
+    unexplained = _explained(state, plain, unnamed) if unnamed else 0.0
+    along = depends_on(state) if state.spreads else []
+    if along:
+        unexplained += max(plain.squared - plain.freedom, 0.0)
+    courses = any(not is_joint(name) for name in [*columns, *along])
+    minor = [
+        i
+        for i, effect in enumerate(state.effects)
+        if i not in unnamed
+        and _explained(state, plain, [i]) < (1.0 if courses and _in_time(effect) else MINOR) * unexplained
+    ]
+    if not minor:
+        return state
+    kept = tuple(effect for i, effect in enumerate(state.effects) if i not in minor)
+    return settle(state.dataset, state.model, state.geometry_free, kept)
+
+
+def _explained(state: State, plain: Background, indices: Sequence[int]) -> float:
+    """Return by how much the squared residual, whitened for the noise within scans alone, would grow without some effects."""
+    local, n_priors = columns_of_effects(state, indices)
+    c = state.model.vector[state.free][local]
+    return plain.without(local, c, n_priors).squared - plain.squared
+
+
+def _in_time(effect: Effect) -> bool:
+    """Return whether an effect is a change in the course of the acquisition."""
+    if isinstance(effect, ThermalDrift):
+        return effect.by != "temperature"
+    return isinstance(effect, (SensorSlip, PlaneMoved))
