@@ -61,8 +61,7 @@ def draw_gears(gears: pd.DataFrame) -> Figure:
     Args:
         gears: gears.csv of the measured summaries.
     """
-    groups: Any = gears.groupby("set", sort=False)
-    campaigns = [str(name) for name, rows in groups if rows["joint"].nunique() > 1]
+    campaigns = [str(name) for name, rows in gears.groupby("set", sort=False) if len(set(rows["joint"])) > 1]
     shown: Any = gears[gears["set"].isin(campaigns)]
     joints = sorted(shown["joint"].unique())
     with styled():
