@@ -1,8 +1,10 @@
 """How sure an answer is: the share of the evidence that speaks for it, as far as answers like it have been right.
 
-With evidences in nats (half the drop of the Bayesian information criterion, less the log of how many of a kind were tried) an answer's
-share among all that was tried, and nothing at all, is ``1 / (1 + exp(-E) + sum exp(E_k - E))``. That holds if the truth is among what was
-tried. It need not be: so no answer is surer than answers that seemed sure have been in the closed loop, whose sets hold effects of no known name.
+With evidences in nats (half the drop of the Bayesian information criterion, less the log of how many of a kind were tried) the odds
+against an answer, among all that was tried and nothing at all, are ``exp(-E) + sum exp(E_k - E)``. They would be right if the truth were
+among what was tried, and nothing but Gaussian noise beside it. Neither need be: an effect of no known name, a place that is nearly right.
+So the log odds count for less, and no answer is surer than answers that seemed sure have been; both numbers are fitted to the answers of
+the closed loop, whose sets hold effects of every size and of no known name.
 """
 
 from __future__ import annotations
@@ -10,8 +12,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.special import expit, logsumexp
 
-MOST = 0.99  # share of the answers that seemed sure which were right
+MOST = 0.97  # share of the answers that seemed sure which were right
+SOBERNESS = 4.5  # by which log odds are divided
 
 
 def confidence(own: float, others: Sequence[float]) -> float:
@@ -21,5 +25,5 @@ def confidence(own: float, others: Sequence[float]) -> float:
         own: Its evidence [nats].
         others: Those of everything else that would answer otherwise [nats].
     """
-    exponents = np.array([-own, *(other - own for other in others)])
-    return float(MOST / (1.0 + np.sum(np.exp(np.minimum(exponents, 700.0)))))
+    against = float(logsumexp(np.array([-own, *(other - own for other in others)])))
+    return float(MOST * expit(-against / SOBERNESS))
