@@ -26,7 +26,8 @@ CONFIG = ROOT / "configs/closed_loop.yaml"
 SMOKE = ROOT / "configs/closed_loop_smoke.yaml"
 COMMITTED = ROOT / "paper/summaries/closed_loop"
 SCHEMA = json.loads((ROOT / "tests/diagnosis/diagnosis.schema.json").read_text(encoding="utf-8"))
-NAMES = set(SCHEMA["$defs"]["name"]["enum"]) - {"unattributed"}
+NAMES = set(SCHEMA["$defs"]["name"]["enum"]) - {"unattributed", JointRipple.name}
+"""All that can be planted alone: a ripple is named only beside all lower orders of its joint (tests/diagnosis/test_spectrum.py)."""
 
 
 @pytest.mark.parametrize(("k", "n"), [(0, 200), (3, 10), (19, 20), (20, 20)])
@@ -112,9 +113,7 @@ def test_the_config_tries_every_effect_often_enough():
     """
     study = load_study(CONFIG)
     planted = {case.choices[0].entry["effect"] for case in study.cases.values() if case.kind == "single"}
-    assert planted >= NAMES - {
-        JointRipple.name
-    }  # named only beside all lower orders of a joint: tests/diagnosis/test_spectrum.py
+    assert planted >= NAMES
     counts = dict.fromkeys(("single", "null", "pair", "unknown"), 0)
     for job in study.jobs():
         counts[study.cases[job[0]].kind] += len(list(study.sets(*job)))
