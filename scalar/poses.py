@@ -11,6 +11,11 @@ from scalar.errors import Fault, InvalidInput
 from scalar.se3 import Array
 
 
+def is_joint(column: str) -> bool:
+    """Return whether a column is a joint's angle, q1, q2 and so on."""
+    return column.startswith("q") and column[1:].isdigit()
+
+
 @dataclass(frozen=True, eq=False)
 class Poses:
     """N poses as the encoders and the clock saw them.

@@ -244,7 +244,8 @@ def flexible(dataset: Dataset) -> list[Candidate]:
         for j in moving
         for a, b in itertools.combinations(moving, 2)
     ]
-    drivers = {"order": _acquisition(dataset)[0]}
+    order, time = _acquisition(dataset)
+    drivers = {"order": order}
     for name in ("time", "temperature", *dataset.covariates):
         if name in dataset.poses and len(np.unique(dataset.poses[name].to_numpy())) > 4:
             drivers[name] = dataset.poses[name].to_numpy(dtype=float)
@@ -252,7 +253,6 @@ def flexible(dataset: Dataset) -> list[Candidate]:
         variable = Variable.seen(name, values)
         found.append(UnattributedSensor(variable, turns))
         found += [UnattributedJoint(j, (variable,)) for j in moving]
-    order, time = _acquisition(dataset)
     course = Variable.seen("order", order) if time is None else Variable.seen("time", time)
     for j in moving:
         found.append(UnattributedShape(j, (course,), "line"))

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import expit, logsumexp
+from scipy.special import expit
 
 MOST = 0.97  # share of the answers that seemed sure which were right
 SOBERNESS = 4.5  # by which log odds are divided
@@ -25,5 +25,5 @@ def confidence(own: float, others: Sequence[float]) -> float:
         own: Its evidence [nats].
         others: Those of everything else that would answer otherwise [nats].
     """
-    against = float(logsumexp(np.array([-own, *(other - own for other in others)])))
+    against = float(np.logaddexp.reduce([-own, *(other - own for other in others)]))
     return float(MOST * expit(-against / SOBERNESS))

@@ -258,13 +258,13 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
         tried = bank(cleaned.dataset)
         progress("hunting")
         found = hunt(before, tried)
-        cleaner = clean_beside(cleaned, _distances(found.after))
+        cleaner = clean_beside(cleaned, _distances(found))
         if cleaner is cleaned:
             break
         cleaned = cleaner
     ranking = rank(before, before.background(), Columns(before, tried))
     progress("looking for structure without a name")
-    after = with_unnamed(found.after, tried)
+    after = with_unnamed(found, tried)
     progress("joints that err in many orders")
     after = with_spectrum(after, tried)
     noise = tuple(after.spreads)
@@ -282,7 +282,7 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
         cleaned=cleaned,
         before=before,
         after=after,
-        held_out_before=found.held_out_before,
+        held_out_before=held_out(before),
         held_out_after=held_out(after),
         calibration_before=calibration_before,
         calibration_after=calibration_after,

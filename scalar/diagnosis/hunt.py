@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.diagnosis.candidates import Candidate, candidates
-from scalar.diagnosis.holdout import HeldOut, held_out, improvement, no_worse
+from scalar.diagnosis.holdout import held_out, improvement, no_worse
 from scalar.diagnosis.score import (
     Background,
     ChangeScores,
@@ -179,11 +179,8 @@ class Columns:
             k = len(effect.coefficients)
             E = self.E[: N * m, at : at + k].reshape(N, m, k)
             at += k
-            index = np.flatnonzero(touched)
-            if len(index) < 2 * CHANGE_MARGIN:
-                continue
             if i not in self.moments:
-                self.moments[i] = Moments.of(self.full, E, index, CHANGE_MARGIN)
+                self.moments[i] = Moments.of(self.full, E, np.flatnonzero(touched), CHANGE_MARGIN)
             found.append((effect, self.moments[i].score(background, E, effect.plausible_sizes)))
         return found
 
@@ -302,54 +299,32 @@ def _full_names(effect: Effect) -> list[str]:
     return effect.coefficient_names
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """Where a hunt ended.
-
-    Attributes:
-        before: The state without effects, and its held-out errors.
-        after: The state with all effects that were found, and its held-out errors.
-        steps: For each effect in the order of taking: its score when it was taken, held-out errors before and after.
-    """
-
-    before: State
-    held_out_before: HeldOut
-    after: State
-    held_out_after: HeldOut
-    steps: list[tuple[Scored, HeldOut, HeldOut]]
-
-
-def hunt(state: State, bank: Bank) -> Found:
+def hunt(state: State, bank: Bank) -> State:
     """Return the state with every effect of a bank that the data bear out."""
-    start, start_error = state, held_out(state)
-    error = start_error
-    steps: list[tuple[Scored, HeldOut, HeldOut]] = []
+    if state.background().variance < ROUNDING:
+        return state
     refused: set[str] = set()
-    if start.background().variance < ROUNDING:
-        return Found(start, start_error, state, error, steps)
     cols = Columns(state, bank)
     for _ in range(MAX_EFFECTS):
-        taken = None
-        for entry in _best(state, cols):
-            if label(entry.effect) in refused:
-                continue
-            trial = settle(
-                state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect)
-            )
-            trial_error = held_out(trial)
-            gain = improvement(held_out(state, state.mix), held_out(trial, state.mix))
-            if gain < LEAST_IMPROVEMENT or not no_worse(error, trial_error):
-                refused.add(label(entry.effect))
-                continue
-            taken = (entry, trial, trial_error)
+        better = _better(state, cols, refused)
+        if better is None:
             break
-        if taken is None:
-            break
-        entry, trial, trial_error = taken
-        steps.append((entry, error, trial_error))
-        state, cols = reconsidered(trial, bank)
-        error = held_out(state)
-    return Found(start, start_error, state, error, steps)
+        state, cols = reconsidered(better, bank)
+    return state
+
+
+def _better(state: State, cols: Columns, refused: set[str]) -> State | None:
+    """Return the state with the best candidate that poses held out bear out, or None; those they do not bear out are refused from now on."""
+    before, before_mixed = held_out(state), held_out(state, state.mix)
+    for entry in _best(state, cols):
+        if label(entry.effect) in refused:
+            continue
+        trial = settle(state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect))
+        gain = improvement(before_mixed, held_out(trial, state.mix))
+        if gain >= LEAST_IMPROVEMENT and no_worse(before, held_out(trial)):
+            return trial
+        refused.add(label(entry.effect))
+    return None
 
 
 def _best(state: State, cols: Columns) -> list[Scored]:
@@ -431,13 +406,22 @@ def reconsidered(state: State, bank: Bank) -> tuple[State, Columns]:
 
 def rivals(state: State, i: int, cols: Columns) -> tuple[Scored, list[Scored]]:
     """Return how effect i of a state scores beside the others, and how everything else would score in its place."""
-    without = background_without(state, [i])[0]
-    return together(state, [i], cols.bank), rank(state, without, cols)
+    left_out = background_without(state, [i])
+    return together(state, [i], cols.bank, left_out), rank(state, left_out[0], cols)
 
 
-def together(state: State, indices: Sequence[int], bank: Bank) -> Scored:
-    """Return how effects of a state score beside the others, as one: by the first of them."""
-    without, mine, sizes = background_without(state, indices)
+def together(
+    state: State, indices: Sequence[int], bank: Bank, left_out: tuple[Background, Array, Array]
+) -> Scored:
+    """Return how effects of a state score beside the others, as one: by the first of them.
+
+    Args:
+        state: With the effects.
+        indices: Which.
+        bank: What is tried.
+        left_out: As ``background_without`` gives it for these effects.
+    """
+    without, mine, sizes = left_out
     # Rows of priors apart, which no column of another effect has: what is left of the effects' own beside the others.
     assert without.released is not None
     left = without.released.T @ mine
@@ -451,30 +435,27 @@ def together(state: State, indices: Sequence[int], bank: Bank) -> Scored:
 
 def background_without(state: State, indices: Sequence[int]) -> tuple[Background, Array, Array]:
     """Return the background of a state without some effects, those effects' free columns ``(N m, k)`` and plausible sizes ``(k,)``."""
-    local, n_priors = columns_of_effects(state, indices)
-    background = state.background().without(local, state.model.vector[state.free][local], n_priors)
+    local, sizes = columns_of_effects(state, indices)
+    background = without_columns(state.background(), state, local, sizes)
     measured = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
-    sizes = _sizes(state)[state.free][local]
     return background, mixed(state.mix, state.linearised()[1][:measured, local]), sizes
 
 
-def columns_of_effects(state: State, indices: Sequence[int]) -> tuple[Array, int]:
-    """Return which of a state's free columns ``(F,)`` are those of some effects, and how many of them have a belief beforehand."""
+def without_columns(background: Background, state: State, local: Array, sizes: Array) -> Background:
+    """Return a background of a state without some of its free columns ``(F,)`` of plausible sizes ``(k,)``; finite ones have a prior each."""
+    return background.without(local, state.model.vector[state.free][local], int(np.isfinite(sizes).sum()))
+
+
+def columns_of_effects(state: State, indices: Sequence[int]) -> tuple[Array, Array]:
+    """Return which of a state's free columns ``(F,)`` are those of some effects, and their plausible sizes ``(k,)``."""
     start = state.model.blocks["effects"].start
     ends = start + np.cumsum([0, *(len(effect.coefficients) for effect in state.effects)])
     mine = np.zeros(len(state.free), dtype=bool)
+    sizes = np.full(len(state.free), np.inf)
     for i in indices:
         mine[ends[i] : ends[i + 1]] = True
-    local = mine[state.free]
-    return local, int(np.isfinite(_sizes(state)[state.free][local]).sum())
-
-
-def _sizes(state: State) -> Array:
-    """Return the plausible sizes of all parameters ``(P,)``; infinite for those that are no effect's."""
-    sizes = np.full(len(state.free), np.inf)
-    start = state.model.blocks["effects"].start
-    sizes[start:] = np.concatenate([np.zeros(0), *(effect.plausible_sizes for effect in state.effects)])
-    return sizes
+        sizes[ends[i] : ends[i + 1]] = state.effects[i].plausible_sizes
+    return mine[state.free], sizes[mine & state.free]
 
 
 def label(effect: Effect) -> str:

@@ -32,13 +32,14 @@ def depends_on(state: State) -> list[str]:
     z = state.background().residual
     along = _along(state, z)
     poses = state.residuals.poses
-    groups = state.residuals.measurement.target_index
+    plates = state.residuals.measurement.target_index
+    whole = np.zeros(len(z))
     moving = [j for j in range(poses.q.shape[1]) if np.ptp(poses.q[:, j]) > STILL]
     angles = {f"q{j + 1}": poses.q[:, j] for j in moving}
     chances: dict[tuple[str, ...], float] = {}
     for name, values in (angles | _courses(state) | _places(state)).items():
-        tried = [alike(z, _in_order(groups, values))]
-        tried += [alike(a[:, None], _in_order(np.zeros(len(a)), values)) for a in along]
+        near = _in_order(whole, values)
+        tried = [alike(z, _in_order(plates, values)), *(alike(a[:, None], near) for a in along)]
         chances[name,] = min(tried) * len(tried)
     for pair in itertools.combinations(angles, 2):
         near = _near(np.column_stack([angles[name] for name in pair]))
@@ -82,14 +83,12 @@ def _near(values: Array) -> Array:
 
 def _along(state: State, z: Array) -> list[Array]:
     """Return what each pose asks of every joint's angle ``(N,)``, in standard errors."""
-    found = []
-    for name, D in directions(state):
-        D = D if state.mix is None else state.mix @ D
-        for k in range(D.shape[2]) if name == "pose_jitter" else ():
-            length = np.linalg.norm(D[:, :, k], axis=1)
-            if length.any():
-                found.append(np.einsum("nm,nm->n", D[:, :, k], z) / np.maximum(length, 1e-300))
-    return found
+    by_angle = dict(directions(state))["pose_jitter"]
+    if state.mix is not None:
+        by_angle = state.mix @ by_angle
+    lengths = np.linalg.norm(by_angle, axis=1)
+    asked = np.einsum("nmk,nm->nk", by_angle, z) / np.maximum(lengths, 1e-300)
+    return list(asked[:, lengths.any(axis=0)].T)
 
 
 def _courses(state: State) -> dict[str, Array]:

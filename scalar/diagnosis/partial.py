@@ -14,17 +14,16 @@ import numpy as np
 
 from scalar.diagnosis.scans import moved_plate, over_plate, over_range, shift_of_poses
 from scalar.diagnosis.state import State
-from scalar.diagnosis.traces import Axis, Course, Map, View, angle_axis, is_joint, variable_axis
+from scalar.diagnosis.traces import Axis, Course, Map, View, angle_axis, variable_axis
 from scalar.effects.base import BaseCompliance
 from scalar.effects.effect import JointEffect
-from scalar.effects.gravity import torque_of, typical_torque
 from scalar.effects.joints import JointBacklash, JointCompliance, JointCoupling, JointHarmonic, JointScale
 from scalar.effects.links import ThermalDrift
 from scalar.effects.sensor import RangeDistortion, RangeOffset, RangeScale, SensorSlip
 from scalar.effects.surface import PlaneBow, PlaneMoved
 from scalar.effects.unattributed import UnattributedJoint
 from scalar.model import moved
-from scalar.poses import Poses
+from scalar.poses import Poses, is_joint
 from scalar.se3 import Array
 
 CURVE_POINTS = 361
@@ -133,8 +132,7 @@ def _play(view: View, effect: JointBacklash) -> Course:
     if effect.by == "approach":
         side = np.sign(view.poses.column(f"approach{j}"))
         return _joint_course(view, effect, j, angle_axis(j), view.poses.q[:, j - 1], side=side)
-    nominal, q = view.state.model.nominal, view.poses.q
-    torque = torque_of(nominal, q, j, effect.masses) if effect.masses else typical_torque(nominal, q, j)
+    torque = effect.torque(view.state.model.nominal, view.poses.q)
     x = torque / max(float(np.max(np.abs(torque))), 1e-300)
     axis = Axis(f"gravity torque on joint {j}, share of its largest", "1")
     return _joint_course(view, effect, j, axis, x, side=np.sign(torque))

@@ -254,27 +254,6 @@ class ChangeScores:
     dof: Array
 
 
-def score_changes(
-    background: Background, E: Array, touched: Array, sizes: Array, margin: int
-) -> ChangeScores:
-    """Return the scores of columns that act from one pose on, for every such pose, by cumulative sums: one pass for all.
-
-    Args:
-        background: Of the fitted model, poses in order of acquisition.
-        E: ``(N, m, e)``, the columns where they act all the time.
-        touched: ``(N,)`` bool, the poses on which they act at all.
-        sizes: ``(e,)``, plausible sizes of the coefficients.
-        margin: Least number of touched poses on each side.
-    """
-    index = np.flatnonzero(touched)
-    T = len(index)
-    if T < 2 * margin:
-        empty = np.zeros(0)
-        return ChangeScores(empty.astype(int), empty, empty.astype(int))
-    moments = Moments.of(background, E, index, margin)
-    return moments.score(background, E, sizes)
-
-
 @dataclass(frozen=True, eq=False)
 class Moments:
     """Columns that act from one pose on, for every such pose, beside a model: what does not depend on the residual.

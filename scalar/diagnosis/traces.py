@@ -11,7 +11,7 @@ import numpy as np
 from scalar.diagnosis.state import State
 from scalar.effects.effect import Effect
 from scalar.model import Kinematics
-from scalar.poses import Poses
+from scalar.poses import Poses, is_joint
 from scalar.se3 import Array
 
 
@@ -135,11 +135,6 @@ class View:
             mine, all_ = np.array(known).T
             C[np.ix_(mine, mine)] = self.covariance[np.ix_(all_, all_)]
         return np.sqrt(np.maximum(np.einsum("gi,ij,gj->g", basis, C, basis), 0.0))
-
-
-def is_joint(name: str) -> bool:
-    """Return whether a column is a joint's angle."""
-    return name.startswith("q") and name[1:].isdigit()
 
 
 def angle_axis(joint: int) -> Axis:

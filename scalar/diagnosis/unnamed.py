@@ -22,17 +22,18 @@ from scalar.diagnosis.hunt import (
     reconsidered,
     refined,
     together,
+    without_columns,
 )
 from scalar.diagnosis.neighbours import depends_on
 from scalar.diagnosis.score import Background
 from scalar.diagnosis.state import State, settle
-from scalar.diagnosis.traces import is_joint
 from scalar.effects.effect import Effect
 from scalar.effects.joints import JointBacklash, JointCoupling, JointHarmonic, JointScale
 from scalar.effects.links import ThermalDrift
 from scalar.effects.sensor import SensorSlip
 from scalar.effects.surface import PlaneMoved
 from scalar.effects.unattributed import Unattributed, UnattributedJoint
+from scalar.poses import is_joint
 
 ALPHA = 1e-5  # chance of seeing structure where there is none, corrected for all terms that were tried
 LEAST_IMPROVEMENT = (
@@ -59,7 +60,7 @@ def with_unnamed(state: State, named: Bank) -> State:
         trial = _unseated(state, pools) or _with_best(state, pools)
         if trial is None:
             break
-        state = _own_names_dropped(hunt(reconsidered(trial, named)[0], named).after)
+        state = _own_names_dropped(hunt(reconsidered(trial, named)[0], named))
     return _minor_names_dropped(_own_names_dropped(reconsidered(state, named)[0]))
 
 
@@ -105,10 +106,10 @@ def _unseated(state: State, pools: Sequence[Bank]) -> State | None:
     groups = list(_groups(state.effects))
     if not groups:
         return None
-    backgrounds = [background_without(state, indices)[0] for indices in groups]
-    ranked = _ranked(state, backgrounds, pools)
-    for indices, without, entries in zip(groups, backgrounds, ranked, strict=True):
-        own = together(state, indices, pools[0])
+    left_out = [background_without(state, indices) for indices in groups]
+    ranked = _ranked(state, [without for without, _, _ in left_out], pools)
+    for indices, left, entries in zip(groups, left_out, ranked, strict=True):
+        without, own = left[0], together(state, indices, pools[0], left)
         gears = [e for e in (state.effects[i] for i in indices) if isinstance(e, JointHarmonic)]
         if gears:
             entries = entries + _ranked(state, [without], _banks(waves(state.dataset, gears[0].joint)))[0]
@@ -203,9 +204,8 @@ def _minor_names_dropped(state: State) -> State:
 
 def _explained(state: State, plain: Background, indices: Sequence[int]) -> float:
     """Return by how much the squared residual, whitened for the noise within scans alone, would grow without some effects."""
-    local, n_priors = columns_of_effects(state, indices)
-    c = state.model.vector[state.free][local]
-    return plain.without(local, c, n_priors).squared - plain.squared
+    local, sizes = columns_of_effects(state, indices)
+    return without_columns(plain, state, local, sizes).squared - plain.squared
 
 
 def _in_time(effect: Effect) -> bool:

@@ -237,15 +237,19 @@ class JointBacklash(JointEffect):
         """Radians."""
         return ["rad"]
 
+    def torque(self, robot: Robot, q: Array) -> Array:
+        """Return the torque ``(N,)`` whose sign says on which side the joint rests, in any unit."""
+        if self.masses:
+            return torque_of(robot, q, self.joint, self.masses)
+        return typical_torque(robot, q, self.joint)
+
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the side on which the joint rests, -1 or 1."""
         B = np.zeros((len(poses), robot.n_joints, 1))
         if self.by == "approach":
             side = poses.column(f"approach{self.joint}")
-        elif self.masses:
-            side = np.sign(torque_of(robot, poses.q, self.joint, self.masses))
         else:
-            side = np.sign(typical_torque(robot, poses.q, self.joint))
+            side = np.sign(self.torque(robot, poses.q))
         B[:, self.joint - 1, 0] = side
         return B
 

@@ -18,6 +18,7 @@ from scalar.effects.surface import PlaneBow, PlaneMoved
 from scalar.effects.unattributed import GRAVITY, Unattributed
 from scalar.errors import Fault, InvalidInput
 from scalar.model import Model
+from scalar.poses import is_joint
 
 if TYPE_CHECKING:
     from scalar.dataset import Dataset
@@ -95,7 +96,7 @@ def _why_not(effect: Effect, dataset: Dataset) -> str | None:
 def _why_not_unattributed(effect: Unattributed) -> str | None:
     if isinstance(effect, SensorEffect):
         return "the sensor is mounted anew for every campaign"
-    foreign = [name for name in effect.depends_on if name != GRAVITY and not name[1:].isdigit()]
+    foreign = [name for name in effect.depends_on if name != GRAVITY and not is_joint(name)]
     if isinstance(effect, JointEffect) and foreign:
         return f"its course by {', '.join(foreign)} is that of one campaign"
     return None

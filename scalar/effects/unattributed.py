@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from scalar.effects.effect import Effect, JointEffect, LinkEffect, SensorEffect
-from scalar.poses import Poses
+from scalar.poses import Poses, is_joint
 from scalar.robot import GEOMETRY, LENGTHS, Robot
 from scalar.se3 import Array
 
@@ -50,7 +50,7 @@ class Variable:
 
     def values(self, poses: Poses) -> Array:
         """Return the variable at poses, ``(N,)``, as it stands in the table; infinite orders are the end."""
-        if self.name.startswith("q") and self.name[1:].isdigit():
+        if is_joint(self.name):
             return poses.q[:, int(self.name[1:]) - 1]
         x = poses.order if self.name == "order" else poses.column(self.name)
         return np.where(np.isfinite(x), x, self.centre + self.half)

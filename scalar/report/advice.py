@@ -9,6 +9,7 @@ import numpy as np
 
 from scalar.effects.joints import JointBacklash
 from scalar.effects.surface import PlaneMoved
+from scalar.poses import is_joint
 from scalar.report.words import angle, length, listed
 from scalar.units import DEG, MM
 
@@ -38,8 +39,8 @@ def _unexplained(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
     found = []
     for entry in mapping["effects"]:
         if entry["name"] == "unattributed":
-            joints = [f"joint {v[1:]}" for v in entry["depends_on"] if v[:1] == "q" and v[1:].isdigit()]
-            others = [v for v in entry["depends_on"] if not (v[:1] == "q" and v[1:].isdigit())]
+            joints = [f"joint {v[1:]}" for v in entry["depends_on"] if is_joint(v)]
+            others = [v for v in entry["depends_on"] if not is_joint(v)]
             if joints:
                 found.append(
                     f"Sweep {listed(joints)} in small steps, all other joints still, on one plate: the "

@@ -12,6 +12,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.links import AxisNonparallel, ThermalDrift
 from scalar.effects.sensor import SensorSlip
 from scalar.effects.unattributed import Unattributed
+from scalar.poses import is_joint
 from scalar.units import DEG, MM
 
 _ORDERS_IN_TITLE, _ORDERS_IN_SENTENCE = 12, 3
@@ -80,7 +81,7 @@ def column(name: str) -> str:
     """Return what a column of poses is called in a sentence."""
     if name in ("plate_u", "plate_v"):
         return "the place on the plate"
-    return f"the angle of joint {name[1:]}" if name[:1] == "q" and name[1:].isdigit() else f"the {name}"
+    return f"the angle of joint {name[1:]}" if is_joint(name) else f"the {name}"
 
 
 def _since(target: Mapping[str, Any]) -> str:

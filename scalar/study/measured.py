@@ -24,7 +24,7 @@ from scalar.diagnosis.holdout import first_times, held_out
 from scalar.diagnosis.state import State
 from scalar.effects.effect import Effect, JointEffect
 from scalar.least_squares import fit
-from scalar.model import Model
+from scalar.poses import is_joint
 from scalar.residuals import Residuals
 from scalar.se3 import Array
 from scalar.sensors import measure
@@ -41,8 +41,7 @@ BASE_AND_TOOL, BEFORE, AFTER = "base_and_tool", "geometry", "geometry_and_effect
 
 def compare(dataset: Dataset) -> dict[str, dict[str, float]]:
     """Return the errors [mm] with only base and sensor fitted, and with the geometry as well."""
-    cleaned = clean(dataset).dataset
-    prepared = prepare(cleaned)
+    cleaned, prepared = _prepared(dataset)
     model = prepared.start.model
     held = set(model.robot.parameter_names)
     if not prepared.residuals.measurement.sees_sensor_rotation:
@@ -54,10 +53,14 @@ def compare(dataset: Dataset) -> dict[str, dict[str, float]]:
     }
 
 
+def _prepared(dataset: Dataset) -> tuple[Dataset, Prepared]:
+    cleaned = clean(dataset).dataset
+    return cleaned, prepare(cleaned)
+
+
 def transferred(dataset: Dataset, effects: Sequence[Effect]) -> dict[str, float]:
     """Return the errors [mm] with the geometry fitted and the effects held as another campaign found them."""
-    cleaned = clean(dataset).dataset
-    prepared = prepare(cleaned)
+    cleaned, prepared = _prepared(dataset)
     return _errors(_settled(cleaned, prepared.start.model, prepared.free, effects))
 
 
@@ -68,15 +71,15 @@ def on_a_fresh_split(dataset: Dataset, found: Calibration) -> dict[str, float]:
         dataset: As it was diagnosed.
         found: The calibration with effects.
     """
-    cleaned = clean(dataset).dataset
-    prepared = prepare(cleaned)
-    unlike = np.unique(first_times(cleaned.q))
-    drawn = np.random.default_rng(_SEED).permutation(unlike)[: round(FRESH_SHARE * len(unlike))]
-    out = np.isin(first_times(cleaned.q), drawn)
-    errors: dict[str, float] = {"poses": int(out.sum())}
+    cleaned, prepared = _prepared(dataset)
+    first = first_times(cleaned.q)
+    unlike = np.unique(first)
+    out = np.isin(first, np.random.default_rng(_SEED).permutation(unlike)[: round(FRESH_SHARE * len(unlike))])
+    rest, drawn = cleaned.subset(~out), cleaned.subset(out)
+    errors: dict[str, float] = {"poses": drawn.n_poses}
     for name, effects in (("before", ()), ("after", found.model.effects)):
-        model = _refitted(cleaned.subset(~out), prepared, effects, found)
-        errors[f"{name}_rms_mm"] = Residuals.of(cleaned.subset(out), model).rms(model) / MM
+        model = _fitted(rest, prepared, effects, found, rest).model
+        errors[f"{name}_rms_mm"] = Residuals.of(drawn, model).rms(model) / MM
     return errors
 
 
@@ -87,17 +90,12 @@ def on_shuffled_angles(dataset: Dataset, found: Calibration) -> dict[str, float]
         dataset: As it was diagnosed.
         found: The calibration with effects.
     """
-    cleaned = clean(dataset).dataset
-    prepared = prepare(cleaned)
+    cleaned, prepared = _prepared(dataset)
     order = np.random.default_rng(_SEED).permutation(cleaned.n_poses)
-    angles = [name for name in cleaned.poses if name[0] == "q" and name[1:].isdigit()]
+    angles = [name for name in cleaned.poses if is_joint(name)]
     others = cleaned.poses.assign(**{name: cleaned.poses[name].to_numpy()[order] for name in angles})
     effects = tuple(e for e in found.model.effects if isinstance(e, JointEffect))
     return _errors(_fitted(cleaned, prepared, effects, found, replace(cleaned, poses=others)))
-
-
-def _refitted(dataset: Dataset, prepared: Prepared, effects: Sequence[Effect], found: Calibration) -> Model:
-    return _fitted(dataset, prepared, effects, found, dataset).model
 
 
 def _fitted(

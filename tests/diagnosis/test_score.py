@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import kstest
 
-from scalar.diagnosis.score import Background, Projected, evidence, p_value, score_changes
+from scalar.diagnosis.score import Background, Moments, Projected, evidence, p_value
 
 HUGE = 1e9  # a size so large that it shrinks nothing
 SHRUNK = 1e-5  # relative: what a plausible size of many standard errors may take away
@@ -27,6 +27,11 @@ def squared_after(r, *columns):
     A = np.hstack(columns)
     A = A / np.linalg.norm(A, axis=0)
     return float(np.sum((r - A @ np.linalg.lstsq(A, r, rcond=1e-12)[0]) ** 2))
+
+
+def score_changes(background, E, touched, sizes, margin):
+    """Return the scores of columns ``(N, m, e)`` that act on the touched poses from each on."""
+    return Moments.of(background, E, np.flatnonzero(touched), margin).score(background, E, sizes)
 
 
 def beside(background, E, sizes=HUGE):

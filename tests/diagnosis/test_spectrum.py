@@ -27,7 +27,7 @@ def found():
     cleaned = clean(train).dataset
     model, prepared = geometry_fit(cleaned)
     names = bank(cleaned)
-    one_by_one = hunt(settle(cleaned, model, prepared.free, ()), names).after
+    one_by_one = hunt(settle(cleaned, model, prepared.free, ()), names)
     return fresh, one_by_one, with_spectrum(one_by_one, names)
 
 
@@ -77,7 +77,7 @@ def test_a_weight_is_told_from_the_orders_beside_it():
     cleaned = clean(dataset).dataset
     model, prepared = geometry_fit(cleaned)
     names = bank(cleaned)
-    after = with_spectrum(hunt(settle(cleaned, model, prepared.free, ()), names).after, names)
+    after = with_spectrum(hunt(settle(cleaned, model, prepared.free, ()), names), names)
     assert {e.joint for e in after.effects if isinstance(e, JointHarmonic)} == {2}
     weights = [e for e in after.effects if isinstance(e, JointCompliance)]
     assert [effect.target for effect in weights] == [{"joints": [2]}]
@@ -93,7 +93,7 @@ def test_a_single_order_stays_one():
     dataset = clean(replace(scene.dataset, poses=scene.dataset.poses.assign(q2=read))).dataset
     model, prepared = geometry_fit(dataset)
     names = bank(dataset)
-    state = hunt(settle(dataset, model, prepared.free, ()), names).after
+    state = hunt(settle(dataset, model, prepared.free, ()), names)
     assert [e.target for e in state.effects] == [{"joint": 2, "order": 5}]
     assert with_spectrum(state, names) is state
     assert as_whitened(state) is state
