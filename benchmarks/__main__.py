@@ -14,7 +14,7 @@ from benchmarks.contestants import Contest, Result  # noqa: E402
 from benchmarks.large import large  # noqa: E402
 from benchmarks.scenes import paper_scene, repeated  # noqa: E402
 from benchmarks.timing import Times, interleaved, ratio  # noqa: E402
-from scalar.calibrate import calibrate  # noqa: E402
+from scalar.estimation.calibrate import calibrate  # noqa: E402
 
 YARDSTICK = "lmfit, finite differences, all points"
 WHOLE = "scalar calibrate: guess, SVD, reweighting, fit"

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import lmfit
 import numpy as np
 
-from scalar.calibrate import Prepared, prepare
-from scalar.dataset import Dataset
-from scalar.least_squares import Fit, fit
-from scalar.model import Model
-from scalar.parameters import from_lmfit, to_lmfit
-from scalar.published import calibrate_published
-from scalar.residuals import Residuals
+from scalar.baseline.fit import calibrate_published
+from scalar.data.dataset import Dataset
+from scalar.estimation.least_squares import Fit, fit
+from scalar.estimation.lmfit_parameters import from_lmfit, to_lmfit
+from scalar.estimation.model import Model
+from scalar.estimation.prepare import Prepared, prepare
+from scalar.estimation.residuals import Residuals
 from scalar.sensors.line_laser import contact
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scalar.dataset import Dataset, read_dataset
+from scalar.data.dataset import Dataset, read_dataset
 from scalar.simulation import load_config, simulate, write_scene
 
 CONFIG = Path(__file__).parents[1] / "configs" / "scenes" / "paper.yaml"

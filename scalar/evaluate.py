@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from scalar.calibration import Calibration
-from scalar.planes import Planes
-from scalar.robot import GEOMETRY
-from scalar.se3 import Array, exp_so3, inverse, rotation_angle, transform
+from scalar.estimation.result import Calibration
+from scalar.geometry.planes import Planes
+from scalar.geometry.robot import GEOMETRY
+from scalar.geometry.se3 import Array, exp_so3, inverse, rotation_angle, transform
 from scalar.units import DEG, MM
 
 

@@ -21,8 +21,8 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from scalar.dataset import Dataset, PlaneGuess, Sensor, write_dataset
-from scalar.robot import Robot
+from scalar.data.dataset import Dataset, PlaneGuess, Sensor, write_dataset
+from scalar.geometry.robot import Robot
 
 CONFIGS = Path(__file__).parents[1] / "configs" / "robots"
 KINDS = ("a", "alpha", "d", "theta", "beta")

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scalar.calibrate import calibrate
-from scalar.calibration import Calibration
+from scalar.estimation.calibrate import calibrate
+from scalar.estimation.result import Calibration
 from scalar.evaluate import aligned_to, best_rigid_motion, evaluate, pose_errors
 from scalar.units import DEG, MM
 from tests import helpers

@@ -112,7 +112,7 @@ def test_every_figure_is_there(built):
 
 def test_the_datasets_are_such_as_a_user_has(built):
     """The folders of the workflow are datasets of the format, truth beside and not inside."""
-    from scalar.dataset import read_dataset
+    from scalar.data.dataset import read_dataset
 
     folder, _ = built
     seeds = sorted((folder / RESULTS / "headline/data/smoke").glob("seeds-*/seed-*"))
@@ -124,7 +124,7 @@ def test_the_datasets_are_such_as_a_user_has(built):
 
 def test_tables_hold_a_row_for_every_seed_method_and_alignment(built):
     """Nothing is lost between batches, and every column is explained."""
-    from scalar.study.evaluate import ERROR_COLUMNS, PARAMETER_COLUMNS, PLANE_COLUMNS
+    from study.evaluate import ERROR_COLUMNS, PARAMETER_COLUMNS, PLANE_COLUMNS
 
     folder, _ = built
     headline = folder / RESULTS / "headline"
@@ -191,7 +191,7 @@ def test_the_modules_listed_are_those_that_are_imported(built):
     listed = {row[2]: set(row[4].split(",")) for row in rows}
     for rule in ("simulate", "calibrate", "evaluate", "observe", "sweep"):
         code = (
-            f"import sys, scalar.study.{rule};"
+            f"import sys, study.{rule};"
             "print(*(m.__file__ for n, m in sorted(sys.modules.items()) if n.split('.')[0] == 'scalar'))"
         )
         loaded = subprocess.run(

@@ -8,11 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
-from scalar.diagnosis.state import State
+from scalar.data.poses import Poses, is_joint
+from scalar.diagnosis.fitted_state import State
 from scalar.effects.effect import Effect
-from scalar.model import Kinematics
-from scalar.poses import Poses, is_joint
-from scalar.se3 import Array
+from scalar.estimation.model import Kinematics
+from scalar.geometry.se3 import Array
 
 
 @dataclass(frozen=True)

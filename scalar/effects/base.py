@@ -8,12 +8,12 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from scalar.data.poses import Poses
 from scalar.effects.effect import BaseEffect
 from scalar.effects.gravity import AXES, unit_moments
-from scalar.planes import tangent_basis
-from scalar.poses import Poses
-from scalar.robot import Robot
-from scalar.se3 import Array
+from scalar.geometry.planes import tangent_basis
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
 
 
 @dataclass(frozen=True, eq=False)

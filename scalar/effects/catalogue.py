@@ -25,7 +25,7 @@ from scalar.effects.unattributed import Unattributed
 from scalar.errors import Fault, InvalidInput
 
 if TYPE_CHECKING:
-    from scalar.dataset import Dataset
+    from scalar.data.dataset import Dataset
 
 CATALOGUE: dict[str, type[Effect]] = {
     effect.name: effect
@@ -180,7 +180,7 @@ def _coupling(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
 
 
 def _nonparallel(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
-    from scalar.identifiability import near_parallel_joints
+    from scalar.estimation.identifiability import near_parallel_joints
 
     return [
         AxisNonparallel(j)

@@ -14,9 +14,9 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from scalar.poses import Poses
-from scalar.robot import Robot
-from scalar.se3 import Array
+from scalar.data.poses import Poses
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
 
 PLAUSIBLE_SIZE = {
     "rad": 3e-3,

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scalar.robot import Robot
-from scalar.se3 import Array, cross
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array, cross
 
 AXES = ("x", "y")
 

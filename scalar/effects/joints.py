@@ -8,11 +8,11 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from scalar.data.poses import Poses
 from scalar.effects.effect import JointEffect, OneJoint
 from scalar.effects.gravity import AXES, torque_basis, torque_of, typical_torque
-from scalar.poses import Poses
-from scalar.robot import Robot
-from scalar.se3 import Array
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
 
 
 @dataclass(frozen=True, eq=False)

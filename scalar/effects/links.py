@@ -8,10 +8,10 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from scalar.data.poses import Poses
 from scalar.effects.effect import LinkEffect, OneJoint
-from scalar.poses import Poses
-from scalar.robot import GEOMETRY, LENGTHS, Robot
-from scalar.se3 import Array
+from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
+from scalar.geometry.se3 import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,10 +8,10 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from scalar.data.poses import Poses
 from scalar.effects.effect import PointEffect
-from scalar.planes import Planes
-from scalar.poses import Poses
-from scalar.se3 import Array
+from scalar.geometry.planes import Planes
+from scalar.geometry.se3 import Array
 
 _STEEP = 0.9  # |n_x|: a plate that faces the base's x axis more than this has its first axis along y
 

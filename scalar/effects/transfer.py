@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from scalar.data.poses import is_joint
 from scalar.effects.effect import Effect, JointEffect, PointEffect, SensorEffect
 from scalar.effects.joints import JointBacklash
 from scalar.effects.links import ThermalDrift
@@ -17,11 +18,10 @@ from scalar.effects.sensor import SensorSlip
 from scalar.effects.surface import PlaneBow, PlaneMoved
 from scalar.effects.unattributed import GRAVITY, Unattributed
 from scalar.errors import Fault, InvalidInput
-from scalar.model import Model
-from scalar.poses import is_joint
+from scalar.estimation.model import Model
 
 if TYPE_CHECKING:
-    from scalar.dataset import Dataset
+    from scalar.data.dataset import Dataset
 
 OPTION = "--effects-from"
 

@@ -13,10 +13,10 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.polynomial import legendre
 
+from scalar.data.poses import Poses, is_joint
 from scalar.effects.effect import Effect, JointEffect, LinkEffect, SensorEffect
-from scalar.poses import Poses, is_joint
-from scalar.robot import GEOMETRY, LENGTHS, Robot
-from scalar.se3 import Array
+from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
+from scalar.geometry.se3 import Array
 
 SINGLE_DEGREE = 6
 PAIR_DEGREE = 3

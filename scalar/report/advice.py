@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scalar.data.poses import is_joint
 from scalar.effects.joints import JointBacklash
 from scalar.effects.surface import PlaneMoved
-from scalar.poses import is_joint
 from scalar.report.words import angle, length, listed
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
-    from scalar.diagnosis.diagnosis import Diagnosis
+    from scalar.diagnosis.diagnose import Diagnosis
 
 WEAK_LENGTH = 0.2 * MM  # standard error from which more poses are advised
 WEAK_ANGLE = 0.02 * DEG

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.diagnosis.noise import whitening
-from scalar.diagnosis.partial import courses, seen_share
-from scalar.diagnosis.separation import separation
+from scalar.diagnosis.partial_residuals import courses, seen_share
+from scalar.diagnosis.separating_poses import separation
 from scalar.diagnosis.traces import View
+from scalar.diagnosis.variance_components import whitening
 from scalar.effects.effect import Effect
 from scalar.effects.joints import JointHarmonic
 from scalar.effects.unattributed import Unattributed
@@ -22,7 +22,7 @@ from scalar.sensors.tracker import Tracker
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
-    from scalar.diagnosis.diagnosis import Diagnosis, Finding
+    from scalar.diagnosis.diagnose import Diagnosis, Finding
 
 VERDICTS = {
     "no_effect": "Nothing but noise",

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from scalar.diagnosis.scans import signed_residual
-from scalar.diagnosis.state import State
+from scalar.diagnosis.fitted_state import State
+from scalar.diagnosis.scan_residuals import signed_residual
 from scalar.diagnosis.traces import Axis, Course, Map
+from scalar.geometry.se3 import Array
 from scalar.report.svg import Panel, range_of
-from scalar.se3 import Array
 from scalar.units import DEG, MM
 
 _UNITS = {

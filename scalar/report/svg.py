@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from markupsafe import Markup, escape
 
-from scalar.se3 import Array
+from scalar.geometry.se3 import Array
 
 WIDTH, HEIGHT = 400, 284
 _LEFT, _RIGHT, _TOP, _BOTTOM = 46, 12, 40, 40

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from scalar.data.poses import is_joint
 from scalar.diagnosis.traces import Course, Map
 from scalar.effects.effect import Effect
 from scalar.effects.links import AxisNonparallel, ThermalDrift
 from scalar.effects.sensor import SensorSlip
 from scalar.effects.unattributed import Unattributed
-from scalar.poses import is_joint
 from scalar.units import DEG, MM
 
 _ORDERS_IN_TITLE, _ORDERS_IN_SENTENCE = 12, 3

@@ -11,7 +11,7 @@ from scalar.sensors.probe import Probe
 from scalar.sensors.tracker import Tracker
 
 if TYPE_CHECKING:
-    from scalar.dataset import Dataset
+    from scalar.data.dataset import Dataset
 
 KINDS: dict[str, type[LineLaser | Probe | Tracker]] = {
     "line-laser": LineLaser,

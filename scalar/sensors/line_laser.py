@@ -1,7 +1,7 @@
 """A line scanner: points (x, 0, z) in its own plane, all of which lie on a plate.
 
 ``f_i = n . (T_base_sensor p_i) - d = [1, x_i, z_i] . c`` with the contact vector ``c = (n.o - d, n.X, n.Z)``, X, Z and o the axes and
-the origin of the sensor in the base frame. A scan of any length is compressed to the rows ``R c`` (``scalar.compression``), each
+the origin of the sensor in the base frame. A scan of any length is compressed to the rows ``R c`` (``scalar.sensors.compression``), each
 point weighted by ``1 / (sigma |n . e_i|)``, e_i the direction in which the scanner errs: along the ray, or along z.
 The incidence ``n . e_i`` is that of the current estimate, frozen while compressing.
 """
@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.compression import compress, compress_keeping_q
-from scalar.planes import PARAMETERS_PER_PLANE, Planes
-from scalar.se3 import Array, skew
+from scalar.geometry.planes import PARAMETERS_PER_PLANE, Planes
+from scalar.geometry.se3 import Array, skew
+from scalar.sensors.compression import compress, compress_keeping_q
 from scalar.sensors.measurement import LEAST_SIGMA, Measurement, Rows, Target, stated_sigma
 
 if TYPE_CHECKING:
-    from scalar.dataset import Dataset
+    from scalar.data.dataset import Dataset
 
 _LEAST_INCIDENCE = 0.05  # |n . e|, 87 degrees: a grazing ray keeps a finite weight
 

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-from scalar.se3 import Array
+from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
-    from scalar.dataset import Dataset
+    from scalar.data.dataset import Dataset
 
 UNSTATED_SIGMA = 1e-4  # m; scales the rows where nothing is stated, until the scatter is measured or for good
 LEAST_SIGMA = 1e-9  # m; no sensor is as good, and the rounding of coordinates in metres stays well below it

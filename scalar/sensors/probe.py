@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.planes import PARAMETERS_PER_PLANE, Planes
-from scalar.se3 import Array, cross
+from scalar.geometry.planes import PARAMETERS_PER_PLANE, Planes
+from scalar.geometry.se3 import Array, cross
 from scalar.sensors.line_laser import fit_planes, plane_targets
 from scalar.sensors.measurement import Measurement, Rows, Target, stated_sigma
 
 if TYPE_CHECKING:
-    from scalar.dataset import Dataset
+    from scalar.data.dataset import Dataset
 
 _IN_CONTACT = 1e-11  # m
 

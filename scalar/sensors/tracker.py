@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.se3 import Array, cross, exp_so3, left_jacobian_so3, log_so3, transform
+from scalar.geometry.se3 import Array, cross, exp_so3, left_jacobian_so3, log_so3, transform
 from scalar.sensors.measurement import Measurement, Rows, Target, stated_sigma
 
 if TYPE_CHECKING:
-    from scalar.dataset import Dataset
+    from scalar.data.dataset import Dataset
 
 _PARAMETERS = ("x", "y", "z", "rx", "ry", "rz")
 

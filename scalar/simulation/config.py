@@ -16,9 +16,9 @@ from typing import Any
 
 import jsonschema
 
+from scalar.data.io.plain_yaml import join_path, load_yaml
 from scalar.errors import Fault, InvalidInput
-from scalar.simulation.planted.checks import planted_faults
-from scalar.yaml_io import join_path, load_yaml
+from scalar.simulation.injected.checks import planted_faults
 
 ROBOT_PARAMETERS = ("a", "d", "alpha", "theta", "beta")
 LENGTHS = ("a", "d")

@@ -1,6 +1,6 @@
 """Where something may be planted in a scene that the published model does not know: the hooks, all idle here.
 
-An effect subclasses `Effects` and overrides what it changes (`scalar.simulation.planted`). Poses are chosen
+An effect subclasses `Effects` and overrides what it changes (`scalar.simulation.injected`). Poses are chosen
 before effects act, on the plain arm and flat plates, so scenes with and without an effect have the same poses
 and the same draws of noise. Effects that move the arm act on the evaluation poses too; those of plates and of
 measuring do not.

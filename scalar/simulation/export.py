@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from scalar.atomic import atomic_directory, write_json
-from scalar.dataset import write_dataset
+from scalar.data.dataset import write_dataset
+from scalar.data.io.atomic import atomic_directory, write_json
 from scalar.simulation.scene import SimulatedScene
 
 

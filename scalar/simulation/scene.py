@@ -19,9 +19,9 @@ from scalar.simulation.config import complete_config, poses_wanted
 from scalar.simulation.declared import draw_errors, guess_plane
 from scalar.simulation.effects import Effects
 from scalar.simulation.errors import SimulationError
+from scalar.simulation.injected.catalogue import plant, planted_records
 from scalar.simulation.noise import Noise, noise_from_mapping, noisy_points
 from scalar.simulation.plan import Cell, PosePlan, Progress, cell_of, cell_text, plan_poses
-from scalar.simulation.planted.catalogue import plant, planted_records
 from scalar.simulation.records import recorded_columns
 from scalar.simulation.scanner import BEYOND, cast_fan
 from scalar.simulation.scans import Scans

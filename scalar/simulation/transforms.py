@@ -1,6 +1,6 @@
 """Return rotations and rigid transforms as matrices, for the simulator alone.
 
-The estimator has its own (`scalar.se3`). Sharing them would let one mistake hide in both the data and the
+The estimator has its own (`scalar.geometry.se3`). Sharing them would let one mistake hide in both the data and the
 model that is fitted to it, so nothing here is imported from there, nor the other way about.
 """
 

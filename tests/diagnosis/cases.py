@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from scalar.dataset import Dataset
+from scalar.data.dataset import Dataset
 from tests import helpers
-from tests.effects.planted import BETA, A, Cell, D, Flaws, Moment, make_cell, on_joint, sag
+from tests.effects.injected import BETA, A, Cell, D, Flaws, Moment, make_cell, on_joint, sag
 
 Case = Callable[[int], tuple[Cell, str, dict[str, Any]]]
 """From a seed: the cell, the name of the effect, and what its target has to say."""

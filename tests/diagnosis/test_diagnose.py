@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scalar.calibrate import calibrate
 from scalar.diagnosis import diagnose
+from scalar.estimation.calibrate import calibrate
 from scalar.evaluate import evaluate
 from tests.diagnosis.cases import (
     NAMED,
@@ -24,7 +24,7 @@ from tests.diagnosis.cases import (
     unnamed,
     warming,
 )
-from tests.effects.planted import Flaws, make_cell, on_joint
+from tests.effects.injected import Flaws, make_cell, on_joint
 
 pytestmark = pytest.mark.slow
 

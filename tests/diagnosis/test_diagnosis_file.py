@@ -10,12 +10,12 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from scalar.calibration import load_calibration
 from scalar.cli import cli
-from scalar.dataset import read_dataset, write_dataset
+from scalar.data.dataset import read_dataset, write_dataset
 from scalar.diagnosis import diagnose, write_diagnosis
+from scalar.estimation.result import load_calibration
 from tests.diagnosis.cases import bow, compliance, drift, harmonic, jitter, knock, spoiled, unnamed
-from tests.effects.planted import make_cell
+from tests.effects.injected import make_cell
 
 SCHEMA = json.loads((Path(__file__).parent / "diagnosis.schema.json").read_text(encoding="utf-8"))
 FILES = ("after.json", "before.json", "diagnosis.json", "report.html")
@@ -144,7 +144,7 @@ def test_numbers_are_in_the_units_of_their_names():
     """Noise of 0.2 mm within and 0.3 mm between scans reads so, in millimetres; errors before, after and floor
     stand in that order of size.
     """
-    from tests.effects.planted import Flaws
+    from tests.effects.injected import Flaws
 
     cell = make_cell(Flaws(bias=3e-4), seed=14, noise=2e-4, stated_noise=None, points_per_scan=40)
     mapping = diagnose(cell.dataset).to_mapping()

@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from scalar.dataset import PlaneGuess
+from scalar.data.dataset import PlaneGuess
 from scalar.diagnosis import diagnose
 from scalar.errors import ScalarError, Undetermined
 from tests import helpers
 from tests.diagnosis.cases import scale, spoiled
-from tests.effects.planted import Flaws, make_cell, on_joint
+from tests.effects.injected import Flaws, make_cell, on_joint
 
 
 def said(dataset):

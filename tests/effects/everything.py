@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scalar.dataset import Dataset
+from scalar.data.dataset import Dataset
 from scalar.effects.base import BaseCompliance
 from scalar.effects.catalogue import plane_centre
 from scalar.effects.effect import Effect

@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from scalar.calibration import Calibration, load_calibration
 from scalar.effects.catalogue import CATALOGUE, effect_from_mapping, effect_to_mapping, parse_effects
 from scalar.errors import InvalidInput
+from scalar.estimation.result import Calibration, load_calibration
 from tests.effects.everything import every_effect, optional_columns
-from tests.effects.planted import make_cell
+from tests.effects.injected import make_cell
 
 
 @pytest.fixture(scope="module")

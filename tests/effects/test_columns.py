@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from scalar.effects.effect import PointEffect
-from scalar.model import Model
-from scalar.residuals import Residuals, extra_basis_of
+from scalar.estimation.model import Model
+from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.sensors import measure
 from tests import helpers
 from tests.effects.everything import describe, every_effect, optional_columns, with_random_coefficients
-from tests.effects.planted import make_cell
+from tests.effects.injected import make_cell
 
 RELATIVE = 1e-6  # of a column's length, against central differences
 COUNT = len(every_effect(make_cell(poses_per_plane=6, points_per_scan=4).dataset, np.random.default_rng(0)))

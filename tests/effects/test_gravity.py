@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from scalar.data.poses import Poses
 from scalar.effects.gravity import torque_basis, torque_of, typical_masses, typical_torque, unit_moments
 from scalar.effects.joints import JointBacklash, JointCompliance
-from scalar.poses import Poses
-from scalar.robot import Robot
+from scalar.geometry.robot import Robot
 from tests import helpers
-from tests.effects.planted import gravity_torques
+from tests.effects.injected import gravity_torques
 
 ROBOTS = ("vs060", "ur10e", "puma560", "panda")
 

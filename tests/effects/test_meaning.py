@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from scalar.calibrate import calibrate
 from scalar.effects.catalogue import parse_effects, range_middle
+from scalar.estimation.calibrate import calibrate
 from tests import helpers
-from tests.effects.planted import BETA, Flaws, Moment, make_cell, on_joint, sag
+from tests.effects.injected import BETA, Flaws, Moment, make_cell, on_joint, sag
 
 STATED = 1e-7  # m: so small that what is believed of an effect's size beforehand pulls at nothing
 RESIDUAL = 2e-8  # m

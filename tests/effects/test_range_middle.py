@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from scalar.calibrate import calibrate
 from scalar.effects.catalogue import effect_from_mapping, effect_to_mapping, parse_effects, range_middle
+from scalar.estimation.calibrate import calibrate
 from scalar.evaluate import evaluate
-from tests.effects.planted import Flaws, make_cell
+from tests.effects.injected import Flaws, make_cell
 
 
 @pytest.mark.parametrize("axis", ["ray", "z"])

@@ -4,9 +4,9 @@ import copy
 
 import pytest
 
+from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.errors import InvalidInput
 from scalar.simulation.config import complete_config, load_config, scene_schema
-from scalar.yaml_io import dump_yaml, load_yaml
 from tests.simulation.conftest import CONFIGS, SCENES
 
 PAPER = load_yaml(CONFIGS / "scenes" / "paper.yaml")

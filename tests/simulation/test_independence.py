@@ -5,7 +5,13 @@ from pathlib import Path
 
 import scalar.simulation
 
-ALLOWED = {"scalar.units", "scalar.errors", "scalar.atomic", "scalar.yaml_io", "scalar.dataset"}
+ALLOWED = {
+    "scalar.units",
+    "scalar.errors",
+    "scalar.data.io.atomic",
+    "scalar.data.io.plain_yaml",
+    "scalar.data.dataset",
+}
 FOLDER = Path(scalar.simulation.__file__).parent
 
 

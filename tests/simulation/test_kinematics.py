@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from scalar.robot import Robot
+from scalar.data.io.plain_yaml import load_yaml
+from scalar.geometry.robot import Robot
 from scalar.simulation.arm import arm_from_mapping, arm_mapping
 from scalar.simulation.transforms import (
     quaternion_from_rotation,
@@ -21,7 +22,6 @@ from scalar.simulation.transforms import (
     vector_from_rotation,
 )
 from scalar.simulation.world import World
-from scalar.yaml_io import load_yaml
 from tests.simulation.geometry import sensor_frames
 
 ROBOTS = sorted((Path(__file__).parents[2] / "configs" / "robots").glob("*.yaml"))

@@ -9,14 +9,14 @@ import pytest
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
-from scalar.dataset import read_dataset
+from scalar.data.dataset import read_dataset
+from scalar.data.io.plain_yaml import load_yaml
 from scalar.errors import InvalidInput
 from scalar.simulation import SimulationError, plan_poses, simulate, write_scene
 from scalar.simulation.declared import draw_errors, guess_plane
 from scalar.simulation.effects import Effects
 from scalar.simulation.render import render_scene
 from scalar.units import DEG
-from scalar.yaml_io import load_yaml
 from tests.simulation.conftest import scene_config
 from tests.simulation.geometry import fan_hits, sensor_frames
 

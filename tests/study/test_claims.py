@@ -3,8 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-
-from scalar.study.claims import (
+from study.claims import (
     ABSENT,
     CHANGED,
     CLAIM_COLUMNS,

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
+from study.grid import read_grid, with_overrides
 
 from scalar.errors import InvalidInput
-from scalar.study.grid import read_grid, with_overrides
 
 
 def grid(folder: Path, text: str) -> Path:

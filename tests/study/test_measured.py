@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from study.gears import agreement, gear_errors
+from study.measured import on_a_fresh_split, on_shuffled_angles
+from study.plots.measured import draw_errors, draw_gears
 
-from scalar.calibrate import calibrate
 from scalar.effects.joints import JointHarmonic
-from scalar.plots.measured import draw_errors, draw_gears
-from scalar.study.gears import agreement, gear_errors
-from scalar.study.measured import on_a_fresh_split, on_shuffled_angles
+from scalar.estimation.calibrate import calibrate
 from scalar.units import MM
 from tests.diagnosis.cases import TRACKER_NOISE, bumps, bumpy
 

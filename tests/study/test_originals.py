@@ -5,9 +5,9 @@ import shutil
 from pathlib import Path
 
 import pytest
+from study.originals import Original, answers, checksums, get_originals, read_originals
 
 from scalar.errors import InvalidInput
-from scalar.study.originals import Original, answers, checksums, get_originals, read_originals
 
 ROOT = Path(__file__).parents[2]
 CONTENT = b"q1;q2\r\n0,1;0,2\r\n"
@@ -64,7 +64,7 @@ def test_another_file_of_that_name_is_refused_and_nothing_is_left(tmp_path):
 
 def test_every_listed_set_has_a_mapping_that_names_its_files():
     """What is fetched is what is imported, with a checksum for each."""
-    from scalar.ingest_mapping import load_mapping
+    from scalar.ingest.mapping import load_mapping
 
     for name, originals in read_originals(ROOT / "workflow/resources/measured.csv").items():
         rules = load_mapping(ROOT / f"configs/measured/{name}.yaml").poses.files

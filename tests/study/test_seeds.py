@@ -3,8 +3,7 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
-from scalar.study.seeds import batch_names, batch_seeds, found_seeds, seed_name
+from study.seeds import batch_names, batch_seeds, found_seeds, seed_name
 
 
 @given(st.integers(0, 2000), st.integers(1, 200), st.integers(1, 60))

@@ -5,15 +5,9 @@ from itertools import islice
 import numpy as np
 import pandas as pd
 import pytest
-
-from scalar.calibrate import fit_from, prepare
-from scalar.residuals import Residuals
-from scalar.simulation.config import load_config
-from scalar.simulation.plan import plan_poses
-from scalar.simulation.scene import simulate
-from scalar.study.grid import with_overrides
-from scalar.study.memory import dataset_in_memory
-from scalar.study.sequential import (
+from study.grid import with_overrides
+from study.memory import dataset_in_memory
+from study.sequential import (
     AT_ONCE,
     ORDERS,
     SEQUENTIAL_COLUMNS,
@@ -26,8 +20,15 @@ from scalar.study.sequential import (
     remaining,
     starts,
 )
-from scalar.study.sequential_summary import sequential_numbers, staged, summarise_sequential
-from scalar.study.summary import QUANTITIES
+from study.sequential_summary import sequential_numbers, staged, summarise_sequential
+from study.summary import QUANTITIES
+
+from scalar.estimation.joint_fit import fit_from
+from scalar.estimation.prepare import prepare
+from scalar.estimation.residuals import Residuals
+from scalar.simulation.config import load_config
+from scalar.simulation.plan import plan_poses
+from scalar.simulation.scene import simulate
 
 SCENE = "configs/scenes/paper.yaml"
 SMALL = {"poses_per_plane": 20, "sensor.points_per_scan": 30, "truth_poses": 100}

@@ -3,9 +3,8 @@
 import numpy as np
 import pandas as pd
 import pytest
-
-from scalar.study.evaluate import ERROR_COLUMNS, PARAMETER_COLUMNS, PLANE_COLUMNS
-from scalar.study.summary import (
+from study.evaluate import ERROR_COLUMNS, PARAMETER_COLUMNS, PLANE_COLUMNS
+from study.summary import (
     QUANTITIES,
     place_published,
     summarise_errors,

@@ -3,17 +3,17 @@
 import numpy as np
 import pandas as pd
 import pytest
+from study.bound import bound_errors
+from study.grid import with_overrides
+from study.memory import dataset_in_memory
+from study.plans import read_plans, serves, write_plans
+from study.sweep import SWEEP_COLUMNS, sweep_case
+from study.sweeps import join_cases, place_published_curve, summarise_sweep
 
-from scalar.dataset import read_dataset
+from scalar.data.dataset import read_dataset
 from scalar.simulation.config import load_config
 from scalar.simulation.export import write_scene
 from scalar.simulation.scene import simulate
-from scalar.study.bound import bound_errors
-from scalar.study.grid import with_overrides
-from scalar.study.memory import dataset_in_memory
-from scalar.study.plans import read_plans, serves, write_plans
-from scalar.study.sweep import SWEEP_COLUMNS, sweep_case
-from scalar.study.sweeps import join_cases, place_published_curve, summarise_sweep
 
 SCENE = "configs/scenes/paper.yaml"
 SMALL = {"poses_per_plane": 12, "sensor.points_per_scan": 20, "truth_poses": 200}

@@ -3,10 +3,9 @@
 import numpy as np
 import pandas as pd
 import pytest
-
-from scalar.study.summary import QUANTITIES
-from scalar.study.sweep_numbers import join_placed, sweep_numbers
-from scalar.study.sweeps import PLACED_COLUMNS, place_published_curve
+from study.summary import QUANTITIES
+from study.sweep_numbers import join_placed, sweep_numbers
+from study.sweeps import PLACED_COLUMNS, place_published_curve
 
 SEEDS = 6
 

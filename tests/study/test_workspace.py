@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
+from study.calibrate import calibrate_seeds
+from study.simulate import simulate_seeds
+from study.workspace import STATES, correlation, map_errors
 
-from scalar.calibrate import calibrate
-from scalar.calibration import Calibration
-from scalar.dataset import read_dataset
+from scalar.data.dataset import read_dataset
+from scalar.estimation.calibrate import calibrate
+from scalar.estimation.frame_tables import read_truth
+from scalar.estimation.result import Calibration
 from scalar.evaluate import evaluate
-from scalar.joints import read_truth
-from scalar.study.calibrate import calibrate_seeds
-from scalar.study.simulate import simulate_seeds
-from scalar.study.workspace import STATES, correlation, map_errors
 from scalar.units import MM
 
 SMALL = {"poses_per_plane": 14, "sensor.points_per_scan": 20, "truth_poses": 400}

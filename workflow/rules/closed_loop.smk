@@ -1,7 +1,7 @@
 # The closed loop: plant, diagnose blind, score. A target of its own, `snakemake closed_loop`, and about an hour on
 # two cores; a run that was stopped goes on where it was. Its summaries are small enough to be committed:
 #   cp results/closed_loop/summaries/* paper/summaries/closed_loop/
-from scalar.study.closed_loop.cases import load_study
+from study.blind_trials.cases import load_study
 
 try:
     LOOP_CONFIG = ROOT / config.get("closed_loop", "configs/closed_loop.yaml")
@@ -46,7 +46,7 @@ def loop_scene(wildcards):
 rule run_closed_loop:
     input:
         scene=loop_scene,
-        modules=modules("scalar.study.closed_loop.run", "scalar.study.tables"),
+        modules=modules("study.blind_trials.run", "study.tables"),
     output:
         f"{LOOP_DIR}/sets/{{case}}/{{cell}}/{{repetitions}}.csv",
     log:
@@ -67,10 +67,10 @@ rule summarise_closed_loop:
     input:
         sets=[f"{LOOP_DIR}/sets/{'/'.join(job)}.csv" for job in LOOP.jobs()],
         modules=modules(
-            "scalar.study.closed_loop.summaries",
-            "scalar.study.closed_loop.worth",
-            "scalar.study.closed_loop.numbers",
-            "scalar.study.tables",
+            "study.blind_trials.summaries",
+            "study.blind_trials.benefit",
+            "study.blind_trials.numbers",
+            "study.tables",
         ),
     output:
         **{name: f"{LOOP_DIR}/summaries/{name}.csv" for name in LOOP_TABLES},
@@ -89,7 +89,7 @@ rule summarise_closed_loop:
 rule draw_closed_loop:
     input:
         summaries=[f"{LOOP_DIR}/summaries/{name}.csv" for name in LOOP_TABLES],
-        modules=modules("scalar.plots.closed_loop", "scalar.study.tables"),
+        modules=modules("study.plots.blind_trials", "study.tables"),
     output:
         **{
             f"{name}_{suffix}": path

@@ -7,17 +7,19 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import validate
 
 ROOT = Path(workflow.basedir)
-sys.path.insert(0, str(ROOT))
+sys.path[:0] = [str(ROOT), str(ROOT / "workflow")]
 # Jobs import the checkout that the Snakefile stands in. One thread a job for BLAS: the same bytes on any number
 # of cores, and two jobs do not fight for two cores.
-os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
+os.environ["PYTHONPATH"] = os.pathsep.join(
+    filter(None, [str(ROOT), str(ROOT / "workflow"), os.environ.get("PYTHONPATH")])
+)
 for library in ("OMP", "OPENBLAS", "MKL", "NUMEXPR"):
     os.environ[f"{library}_NUM_THREADS"] = "1"
 
 from scalar.errors import InvalidInput
-from scalar.study.grid import read_grid
-from scalar.study.seeds import batch_names, batch_seeds
-from scalar.yaml_io import load_yaml, resolve
+from study.grid import read_grid
+from study.seeds import batch_names, batch_seeds
+from scalar.data.io.plain_yaml import load_yaml, resolve
 
 
 def with_numbers(value):
@@ -86,8 +88,11 @@ def figure(name, caption, category, **labels):
     }
 
 
+OURS = ("scalar", "study")
+
+
 def modules(*names):
-    """Return the source files that modules of scalar import, directly or not, and the schemas beside them.
+    """Return the source files that modules of scalar and of the study import, directly or not, and the schemas beside them.
 
     Snakemake does not see that a script's imports changed: a rule lists them as input. Found by reading the
     import statements, those inside functions too, so that the list cannot drift.
@@ -95,7 +100,8 @@ def modules(*names):
     waiting, found = list(names), set()
     while waiting:
         name = waiting.pop()
-        path = ROOT / name.replace(".", "/")
+        home = ROOT / "workflow" if name.split(".")[0] == "study" else ROOT
+        path = home / name.replace(".", "/")
         path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
         if not path.exists() or path in found:  # a name inside a module is no module
             continue
@@ -104,8 +110,8 @@ def modules(*names):
         waiting += [".".join(parts[:i]) for i in range(1, len(parts))]
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Import):
-                waiting += [alias.name for alias in node.names if alias.name.startswith("scalar")]
-            elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("scalar"):
+                waiting += [alias.name for alias in node.names if alias.name.startswith(OURS)]
+            elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith(OURS):
                 waiting += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
     return sorted(map(local, found))
 

@@ -5,7 +5,7 @@ rule draw_errors:
         errors=f"{HEADLINE}/errors.csv",
         summary=f"{HEADLINE}/summary.csv",
         published=resource("published_headline.csv"),
-        modules=modules("scalar.plots.errors", "scalar.study.tables"),
+        modules=modules("study.plots.errors", "study.tables"),
     output:
         **figure(f"{HEADLINE}/figures/errors", "figure_errors", "Headline", shows="errors before and after"),
     log:
@@ -19,7 +19,7 @@ rule draw_initial:
     input:
         errors=f"{HEADLINE}/errors.csv",
         placed=f"{HEADLINE}/published_among_ours.csv",
-        modules=modules("scalar.plots.initial", "scalar.study.tables"),
+        modules=modules("study.plots.initial", "study.tables"),
     output:
         **figure(f"{HEADLINE}/figures/initial", "figure_initial", "Headline", shows="initial models"),
     log:
@@ -33,7 +33,7 @@ rule draw_planes:
     input:
         planes=f"{HEADLINE}/planes.csv",
         published=resource("published_plane_errors.csv"),
-        modules=modules("scalar.plots.planes", "scalar.study.tables"),
+        modules=modules("study.plots.planes", "study.tables"),
     output:
         **figure(f"{HEADLINE}/figures/planes", "figure_planes", "Headline", shows="planes against the truth"),
     log:
@@ -47,7 +47,7 @@ rule draw_parameters:
     input:
         parameters=f"{HEADLINE}/parameters.csv",
         summary=f"{HEADLINE}/parameter_summary.csv",
-        modules=modules("scalar.plots.parameters", "scalar.study.tables"),
+        modules=modules("study.plots.parameters", "study.tables"),
     output:
         **figure(
             f"{HEADLINE}/figures/parameters_{{method}}",
@@ -68,7 +68,7 @@ rule draw_singular_values:
     input:
         values=f"{RESULTS}/{{study}}/identifiability/{{case}}/singular_values.csv",
         directions=f"{RESULTS}/{{study}}/identifiability/{{case}}/null_directions.csv",
-        modules=modules("scalar.plots.identifiability", "scalar.study.tables"),
+        modules=modules("study.plots.identifiability", "study.tables"),
     output:
         **figure(
             f"{RESULTS}/{{study}}/figures/singular_values_{{case}}",
@@ -89,7 +89,7 @@ rule draw_sweep:
     input:
         summary=f"{SWEEP_DIR}/{{sweep}}/summary.csv",
         published=resource("published_curves.csv"),
-        modules=modules("scalar.plots.sweep", "scalar.study.tables"),
+        modules=modules("study.plots.sweep", "study.tables"),
     output:
         **figure(
             f"{SWEEP_DIR}/{{sweep}}/figures/{{walls}}",

@@ -16,7 +16,7 @@ rule render_scene:
     input:
         scene=scene_file(OF_FIRST_CASE),
         robot=robot_file(OF_FIRST_CASE),
-        modules=modules("scalar.study.picture"),
+        modules=modules("study.picture"),
     output:
         picture=f"{HEADLINE}/scene/picture.png",
         places=f"{HEADLINE}/scene/places.json",
@@ -35,7 +35,7 @@ rule render_scene:
 rule correlate:
     input:
         calibrations=f"{HEADLINE}/calibrations/{FIRST_CASE.name}/{OURS}/{FIRST_BATCH}",
-        modules=modules("scalar.study.workspace", "scalar.study.tables"),
+        modules=modules("study.workspace", "study.tables"),
     output:
         report(
             f"{HEADLINE}/correlation.csv",
@@ -58,7 +58,7 @@ rule map_workspace:
         calibrations=expand(
             f"{HEADLINE}/calibrations/{FIRST_CASE.name}/{OURS}/{{batch}}", batch=batches("headline")
         ),
-        modules=modules("scalar.study.workspace", "scalar.study.tables"),
+        modules=modules("study.workspace", "study.tables"),
     output:
         errors=f"{HEADLINE}/workspace.csv",
         seeds=f"{HEADLINE}/workspace.json",
@@ -75,7 +75,7 @@ rule draw_scene:
     input:
         picture=rules.render_scene.output.picture,
         places=rules.render_scene.output.places,
-        modules=modules("scalar.plots.scene"),
+        modules=modules("study.plots.scene"),
     output:
         **figure(f"{HEADLINE}/figures/scene", "figure_scene", "Headline", shows="the cell"),
     log:
@@ -88,7 +88,7 @@ rule draw_scene:
 rule draw_correlation:
     input:
         correlation=rules.correlate.output[0],
-        modules=modules("scalar.plots.correlation", "scalar.study.tables"),
+        modules=modules("study.plots.correlation", "study.tables"),
     output:
         **figure(
             f"{HEADLINE}/figures/correlation",
@@ -107,7 +107,7 @@ rule draw_workspace:
     input:
         errors=rules.map_workspace.output.errors,
         seeds=rules.map_workspace.output.seeds,
-        modules=modules("scalar.plots.workspace", "scalar.study.tables"),
+        modules=modules("study.plots.workspace", "study.tables"),
     output:
         **figure(
             f"{HEADLINE}/figures/workspace",

@@ -2,7 +2,7 @@ rule simulate:
     input:
         scene=scene_file,
         robot=robot_file,
-        modules=modules("scalar.study.simulate"),
+        modules=modules("study.simulate"),
     output:
         directory(f"{RESULTS}/{{study}}/data/{{case}}/{{batch}}"),
     log:

@@ -3,8 +3,8 @@
 from job import logged
 
 with logged(snakemake.log):
-    from scalar.study.summary import summarise_errors, summarise_parameters, summarise_planes
-    from scalar.study.tables import read_table, read_tables, write_table
+    from study.summary import summarise_errors, summarise_parameters, summarise_planes
+    from study.tables import read_table, read_tables, write_table
 
     errors = read_tables(snakemake.input.errors)
     planes = read_tables(snakemake.input.planes)

@@ -3,9 +3,9 @@
 from job import logged
 
 with logged(snakemake.log):
-    from scalar.atomic import write_json
-    from scalar.study.sequential_summary import sequential_numbers, summarise_sequential
-    from scalar.study.tables import read_tables, write_table
+    from scalar.data.io.atomic import write_json
+    from study.sequential_summary import sequential_numbers, summarise_sequential
+    from study.tables import read_tables, write_table
 
     wanted = snakemake.output
     errors = read_tables(snakemake.input.tables)

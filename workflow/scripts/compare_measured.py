@@ -3,8 +3,8 @@
 from job import logged
 
 with logged(snakemake.log):
-    from scalar.atomic import write_json
-    from scalar.dataset import read_dataset
-    from scalar.study.measured import compare
+    from scalar.data.dataset import read_dataset
+    from scalar.data.io.atomic import write_json
+    from study.measured import compare
 
     write_json(snakemake.output[0], compare(read_dataset(snakemake.input.dataset)))

@@ -3,8 +3,8 @@
 from job import logged
 
 with logged(snakemake.log):
-    from scalar.study.sequential import DIGITS, compare_sequential
-    from scalar.study.tables import write_table
+    from study.sequential import DIGITS, compare_sequential
+    from study.tables import write_table
 
     params = snakemake.params
     table = compare_sequential(snakemake.input.scene, params.cases, params.seeds, params.alternate)

@@ -5,7 +5,7 @@ from job import logged
 with logged(snakemake.log):
     from pathlib import Path
 
-    from scalar.dataset import read_dataset
+    from scalar.data.dataset import read_dataset
     from scalar.diagnosis import diagnose, write_diagnosis
 
     found = diagnose(read_dataset(snakemake.input.dataset), progress=lambda stage: print(stage, flush=True))

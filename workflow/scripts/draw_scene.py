@@ -6,8 +6,8 @@ with logged(snakemake.log):
     import json
     from pathlib import Path
 
-    from scalar.plots.scene import draw_scene
-    from scalar.plots.style import save_figure
+    from study.plots.scene import draw_scene
+    from study.plots.style import save_figure
 
     given, wanted = snakemake.input, snakemake.output
     places = json.loads(Path(given.places).read_text(encoding="utf-8"))

@@ -3,8 +3,8 @@
 from job import logged
 
 with logged(snakemake.log):
-    from scalar.study.evaluate import evaluate_seeds
-    from scalar.study.tables import write_table
+    from study.evaluate import evaluate_seeds
+    from study.tables import write_table
 
     calibrations = dict(zip(snakemake.params.methods, snakemake.input.calibrations, strict=True))
     found = evaluate_seeds(snakemake.params.case, snakemake.input.data, calibrations)

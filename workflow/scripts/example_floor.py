@@ -5,9 +5,9 @@ from job import logged
 with logged(snakemake.log):
     from pathlib import Path
 
-    from scalar.calibrate import calibrate
-    from scalar.dataset import read_dataset
-    from scalar.study.worked_example import write_floor
+    from scalar.data.dataset import read_dataset
+    from scalar.estimation.calibrate import calibrate
+    from study.worked_example import write_floor
 
     cell = Path(snakemake.output.cell)
     write_floor(Path(snakemake.input.scene), cell)

@@ -6,10 +6,10 @@ with logged(snakemake.log):
     import json
     from pathlib import Path
 
-    from scalar.atomic import write_json
-    from scalar.study.paper_numbers import gather
-    from scalar.study.paper_parts import compared, settings, setup, stated
-    from scalar.study.tables import read_table
+    from scalar.data.io.atomic import write_json
+    from study.paper_numbers import gather
+    from study.paper_parts import compared, settings, setup, stated
+    from study.tables import read_table
 
     given = snakemake.input
     parts = {

@@ -3,6 +3,6 @@
 from job import logged
 
 with logged(snakemake.log):
-    from scalar.ingest import import_dataset
+    from scalar.ingest.convert import import_dataset
 
     import_dataset(snakemake.input.mapping, [snakemake.input.originals], snakemake.output[0])

@@ -6,9 +6,9 @@ with logged(snakemake.log):
     from pathlib import Path
 
     import pandas as pd
-    from scalar.atomic import write_json
-    from scalar.study.claims import Results, claim_numbers, judge_claims
-    from scalar.study.tables import read_table, write_table
+    from scalar.data.io.atomic import write_json
+    from study.claims import Results, claim_numbers, judge_claims
+    from study.tables import read_table, write_table
 
     given, wanted, params = snakemake.input, snakemake.output, snakemake.params
     seconds = {  # a job's whole time, imports and all, over its seeds: more than a fit takes

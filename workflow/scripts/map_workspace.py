@@ -3,9 +3,9 @@
 from job import logged
 
 with logged(snakemake.log):
-    from scalar.atomic import write_json
-    from scalar.study.tables import write_table
-    from scalar.study.workspace import map_errors
+    from scalar.data.io.atomic import write_json
+    from study.tables import write_table
+    from study.workspace import map_errors
 
     given, wanted = snakemake.input, snakemake.output
     errors, seeds = map_errors(given.data, given.calibrations)

@@ -3,9 +3,9 @@
 from job import logged
 
 with logged(snakemake.log):
-    from scalar.study.observe import observe
-    from scalar.study.seeds import found_seeds
-    from scalar.study.tables import write_table
+    from study.observe import observe
+    from study.seeds import found_seeds
+    from study.tables import write_table
 
     _, folder = found_seeds(snakemake.input.data)[0]
     values, directions = observe(folder / "dataset")

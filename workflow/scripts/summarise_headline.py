@@ -3,9 +3,9 @@
 from job import logged
 
 with logged(snakemake.log):
-    from scalar.atomic import write_json
-    from scalar.study.summary import headline_numbers, place_published
-    from scalar.study.tables import read_table, write_table
+    from scalar.data.io.atomic import write_json
+    from study.summary import headline_numbers, place_published
+    from study.tables import read_table, write_table
 
     given = snakemake.input
     placed = place_published(read_table(given.errors), read_table(given.published))

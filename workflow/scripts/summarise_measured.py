@@ -6,11 +6,11 @@ with logged(snakemake.log):
     import json
     from pathlib import Path
 
-    from scalar.atomic import write_json
-    from scalar.study.gears import agreement
-    from scalar.study.measured import summarise
-    from scalar.study.originals import checksums
-    from scalar.study.tables import read_table, write_table
+    from scalar.data.io.atomic import write_json
+    from study.gears import agreement
+    from study.measured import summarise
+    from study.originals import checksums
+    from study.tables import read_table, write_table
 
     def read(path):
         return json.loads(Path(path).read_text(encoding="utf-8"))

@@ -3,9 +3,9 @@
 from job import logged
 
 with logged(snakemake.log):
-    from scalar.atomic import write_json
-    from scalar.study.sweep_numbers import join_placed, sweep_numbers
-    from scalar.study.tables import read_table, write_table
+    from scalar.data.io.atomic import write_json
+    from study.sweep_numbers import join_placed, sweep_numbers
+    from study.tables import read_table, write_table
 
     given, labels = snakemake.input, snakemake.params.labels
     errors = {name: read_table(path) for name, path in zip(labels, given.errors, strict=True)}

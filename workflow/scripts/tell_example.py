@@ -5,9 +5,9 @@ from job import logged
 with logged(snakemake.log):
     from pathlib import Path
 
-    from scalar.atomic import write_json
-    from scalar.study.tables import write_table
-    from scalar.study.worked_example import errors, numbers, read, tell
+    from scalar.data.io.atomic import write_json
+    from study.tables import write_table
+    from study.worked_example import errors, numbers, read, tell
 
     given = snakemake.input
     truth, floor_truth = Path(given.cell) / "truth", Path(given.floor_cell) / "truth"

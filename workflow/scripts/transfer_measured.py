@@ -3,12 +3,12 @@
 from job import logged
 
 with logged(snakemake.log):
-    from scalar.atomic import write_json
-    from scalar.calibrate import calibrate
-    from scalar.calibration import load_calibration
-    from scalar.dataset import read_dataset
+    from scalar.data.dataset import read_dataset
+    from scalar.data.io.atomic import write_json
     from scalar.effects.transfer import carried
-    from scalar.study.measured import transferred
+    from scalar.estimation.calibrate import calibrate
+    from scalar.estimation.result import load_calibration
+    from study.measured import transferred
 
     data = read_dataset(snakemake.input.dataset)
     given = carried(load_calibration(snakemake.input.effects).model, data)

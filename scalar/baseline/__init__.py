@@ -1,0 +1,1 @@
+"""The calibration as the original paper prints it: to be compared with, not to be used."""

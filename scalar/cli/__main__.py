@@ -1,0 +1,5 @@
+"""``python -m scalar.cli``."""
+
+from scalar.cli import main
+
+main()

@@ -1,0 +1,1 @@
+"""Measured data: datasets, their description, and every fault in them."""

@@ -1,0 +1,284 @@
+"""The one reader, writer and checker of measured data: a folder of the format ``scalar-dataset/1``.
+
+A dataset is what calibration and diagnosis see, and all they see. Poses stand in acquisition order; the laser
+points of one pose stand together, in the order of the file. The reader raises every fault it finds.
+"""
+
+import os
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from scalar.data.description import DESCRIPTION
+from scalar.data.folder import FILES, POINT_COLUMNS, POSES, Content, examine_folder
+from scalar.data.io.atomic import atomic_directory
+from scalar.data.io.plain_yaml import dump_yaml, load_yaml
+from scalar.data.located_table import Table
+from scalar.errors import Fault, InvalidInput
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import transform_from_rotation_vector
+
+FORMAT = "scalar-dataset/1"
+KNOWN_POSE_COLUMNS = ("pose", "plane", "order", "time", "temperature", "session")
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneGuess:
+    """A plane as the user guesses it, ``normal . p = distance`` in the base frame.
+
+    Attributes:
+        name: as in poses.csv.
+        normal: ``(3,)``, unit; a normal of another length is scaled together with its distance.
+        distance: [m].
+        distance_std: [m], given for a plane that is a known reference, else None.
+        normal_std: [rad], as `distance_std`.
+    """
+
+    name: str
+    normal: np.ndarray
+    distance: float
+    distance_std: float | None = None
+    normal_std: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Sensor:
+    """What is on the flange, nominally.
+
+    Attributes:
+        kind: ``line-laser``, ``probe`` or ``tracker``.
+        T_flange_sensor: ``(4, 4)``, rough; None where a line-laser's place is not given.
+        noise: one standard deviation along the error axis [m], or None.
+        error_axis: ``ray`` (from the sensor's origin through the point) or ``z``.
+    """
+
+    kind: str
+    T_flange_sensor: np.ndarray | None
+    noise: float | None = None
+    error_axis: str = "ray"
+
+
+@dataclass(frozen=True, eq=False)
+class Dataset:
+    """Poses of a robot and what its sensor saw in each.
+
+    Attributes:
+        name: of the dataset.
+        source: free text, may be empty.
+        robot: the nominal robot.
+        sensor: the nominal sensor.
+        planes: the rough planes; empty for a tracker.
+        poses: one row a pose in acquisition order (by `order` where that column is there, else as in the
+            file); columns as in poses.csv: `pose` int64, `plane` and `session` text, all others float64.
+        points: line-laser ``(P, 2)`` [m], x and z in the sensor frame; tracker ``(N, 3)`` [m], in the
+            tracker's frame; probe ``(0, 2)``.
+        starts: ``(N + 1,)`` int64; pose row i owns ``points[starts[i]:starts[i + 1]]``.
+    """
+
+    name: str
+    source: str
+    robot: Robot
+    sensor: Sensor
+    planes: tuple[PlaneGuess, ...]
+    poses: pd.DataFrame
+    points: np.ndarray
+    starts: np.ndarray
+
+    @property
+    def n_poses(self) -> int:
+        """Return the number of poses, N."""
+        return len(self.poses)
+
+    @cached_property
+    def q(self) -> np.ndarray:
+        """Return the joint angles as the encoders read them, ``(N, n)`` [rad]."""
+        return self.poses[[f"q{i + 1}" for i in range(self.robot.n_joints)]].to_numpy(dtype=float)
+
+    @cached_property
+    def pose_ids(self) -> np.ndarray:
+        """Return the ids of the poses, ``(N,)`` int64."""
+        return self.poses["pose"].to_numpy(dtype=np.int64)
+
+    @cached_property
+    def plane_index(self) -> np.ndarray:
+        """Return which of `planes` each pose looks at, ``(N,)`` int64; -1 for a tracker."""
+        if self.sensor.kind == "tracker":
+            return np.full(self.n_poses, -1, dtype=np.int64)
+        index = {plane.name: i for i, plane in enumerate(self.planes)}
+        return np.array([index[name] for name in self.poses["plane"]], dtype=np.int64)
+
+    @cached_property
+    def session(self) -> np.ndarray | None:
+        """Return the session of each pose, ``(N,)`` int64 codes in order of first appearance, or None."""
+        if "session" not in self.poses.columns:
+            return None
+        labels = self.poses["session"]
+        try:  # 1 and 1.0 are one session, where all are numbers
+            return pd.factorize(labels.astype(float))[0].astype(np.int64)
+        except ValueError:
+            return pd.factorize(labels)[0].astype(np.int64)
+
+    @property
+    def covariates(self) -> tuple[str, ...]:
+        """Return the names of the numeric columns that the format does not define, as in the file."""
+        n = self.robot.n_joints
+        known = {*KNOWN_POSE_COLUMNS, *(f"{stem}{i + 1}" for stem in ("q", "approach") for i in range(n))}
+        return tuple(str(name) for name in self.poses.columns if name not in known)
+
+    def subset(self, rows: np.ndarray) -> "Dataset":
+        """Return the dataset of some of the poses, still in acquisition order.
+
+        Args:
+            rows: ``(N,)`` bool, or integer row numbers; they are sorted, and one given twice appears twice.
+        """
+        rows = np.asarray(rows)
+        rows = np.flatnonzero(rows) if rows.dtype == bool else np.sort(rows.astype(np.int64))
+        counts = np.diff(self.starts)[rows]
+        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+        taken = np.arange(starts[-1]) + np.repeat(self.starts[rows] - starts[:-1], counts)
+        return replace(
+            self,
+            poses=self.poses.iloc[rows].reset_index(drop=True),
+            points=self.points[taken],
+            starts=starts,
+        )
+
+
+def read_dataset(path: str | os.PathLike[str]) -> Dataset:
+    """Return the dataset in the folder `path`.
+
+    Raises:
+        InvalidInput: with all the faults found, each with its file, row and column.
+    """
+    faults: list[Fault] = []
+    content = examine_folder(Path(path), faults)
+    if content is None:
+        raise InvalidInput(faults)
+    return _build(content)
+
+
+def validate_dataset(path: str | os.PathLike[str]) -> list[Fault]:
+    """Return every fault of the dataset in the folder `path`; none if it can be read."""
+    faults: list[Fault] = []
+    examine_folder(Path(path), faults)
+    return faults
+
+
+def _build(content: Content) -> Dataset:
+    """Return the dataset of a folder that has no fault."""
+    mapping = content.mapping
+    frame = pd.DataFrame(content.poses.columns)
+    frame["pose"] = frame["pose"].astype(np.int64)
+    if "order" in frame.columns:
+        frame = frame.sort_values("order", kind="stable").reset_index(drop=True)
+    sensor = mapping["sensor"]
+    pose = sensor.get("nominal_pose")
+    T_flange_sensor = None
+    if pose is not None:
+        T_flange_sensor = transform_from_rotation_vector(pose["translation"], pose["rotation_vector"])
+    kind = sensor["kind"]
+    xyz, starts = _group_points(frame["pose"].to_numpy(), kind, content.points)
+    return Dataset(
+        name=mapping["name"],
+        source=mapping.get("source") or "",
+        robot=Robot.from_mapping(mapping["robot"]),
+        sensor=Sensor(kind, T_flange_sensor, _float(sensor.get("noise")), sensor.get("error_axis", "ray")),
+        planes=() if kind == "tracker" else tuple(_plane(plane) for plane in mapping["planes"]),
+        poses=frame,
+        points=xyz,
+        starts=starts,
+    )
+
+
+def _plane(mapping: dict[str, Any]) -> PlaneGuess:
+    normal = np.array(mapping["normal"], dtype=float)
+    length = float(np.linalg.norm(normal))
+    known = mapping.get("known", {})
+    distance_std = _float(known.get("distance_std"))
+    return PlaneGuess(
+        name=mapping["name"],
+        normal=normal / length,
+        distance=float(mapping["distance"]) / length,
+        distance_std=None if distance_std is None else distance_std / length,
+        normal_std=_float(known.get("normal_std")),
+    )
+
+
+def _float(value: Any) -> float | None:
+    return None if value is None else float(value)
+
+
+def _group_points(pose_ids: np.ndarray, kind: str, points: Table | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points sorted by pose row, file order kept within a pose, and where each pose's begin."""
+    if points is None:
+        return np.empty((0, 2)), np.zeros(len(pose_ids) + 1, dtype=np.int64)
+    by_id = np.argsort(pose_ids, kind="stable")
+    rows = by_id[np.searchsorted(pose_ids, points.columns["pose"].astype(np.int64), sorter=by_id)]
+    xyz = np.column_stack([points.columns[name] for name in POINT_COLUMNS[kind][1:]])
+    if np.any(np.diff(rows) < 0):
+        xyz = xyz[np.argsort(rows, kind="stable")]
+    counts = np.bincount(rows, minlength=len(pose_ids))
+    return xyz, np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+
+
+def write_dataset(
+    dataset_dir: str | os.PathLike[str],
+    *,
+    mapping: dict[str, Any],
+    poses: pd.DataFrame,
+    scans: pd.DataFrame | None = None,
+    points: pd.DataFrame | None = None,
+    table_format: str = "csv",
+) -> None:
+    """Write a dataset folder, which appears whole or not at all; numbers read back exactly as they were.
+
+    Args:
+        dataset_dir: replaced if it is a dataset already and holds nothing else.
+        mapping: the content of dataset.yaml.
+        poses: the rows of poses.csv.
+        scans: the rows of a line-laser's scans, `pose,x,z` [m].
+        points: the rows of a tracker's points, `pose,x,y,z` [m].
+        table_format: ``csv`` or ``parquet``, for scans and points.
+
+    Raises:
+        InvalidInput: the folder cannot be written, or holds something else than a dataset.
+        ValueError: a number is not finite.
+    """
+    if table_format not in ("csv", "parquet"):
+        raise ValueError(f"table_format is csv or parquet, not {table_format!r}")
+    with atomic_directory(dataset_dir, may_replace=_is_dataset) as folder:
+        dump_yaml(mapping, folder / DESCRIPTION)
+        _write_table(poses, folder / POSES)
+        for name, table in (("scans", scans), ("points", points)):
+            if table is not None:
+                _write_table(table, folder / f"{name}.{table_format}")
+
+
+def _is_dataset(path: Path) -> bool:
+    """Return whether a folder holds a dataset and nothing else."""
+    if not {item.name for item in path.iterdir()} <= set(FILES):
+        return False
+    try:
+        mapping = load_yaml(path / DESCRIPTION)
+    except InvalidInput:
+        return False
+    return isinstance(mapping, dict) and str(mapping.get("format", "")).startswith("scalar-dataset/")
+
+
+def _write_table(table: pd.DataFrame, path: Path) -> None:
+    """Write a table with float64 in the shortest form that reads back exactly, the same bytes each time."""
+    numbers = table.select_dtypes("number")
+    if not np.isfinite(numbers.to_numpy(dtype=float)).all():
+        raise ValueError(f"{path.name}: a number is not finite")
+    table = table.astype({name: np.float64 for name in table.select_dtypes("floating").columns})
+    if path.suffix == ".parquet":
+        columns = {str(name): table[name].to_numpy() for name in table.columns}
+        pq.write_table(pa.table(columns), path, compression="zstd")
+    else:
+        table.to_csv(path, index=False, lineterminator="\n")

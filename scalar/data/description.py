@@ -1,0 +1,222 @@
+"""The content of dataset.yaml, and what may be wrong with it: against the schema and against sense.
+
+Schema errors are turned into one line each, in the words of the one who wrote the file. Whether the numbers
+have the right units is asked in `scalar.data.unit_suspicions`.
+"""
+
+import json
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+from jsonschema import Draft202012Validator
+from jsonschema.exceptions import ValidationError
+
+from scalar.data.io.plain_yaml import Lines, join_path
+from scalar.data.located_table import did_you_mean, shorten
+from scalar.errors import Fault
+
+DESCRIPTION = "dataset.yaml"
+MIN_PLANES = 3
+LARGEST = 1e300  # beyond it integers do not fit into float64, and products of floats do not either
+
+_KINDS = {"number": "a number", "array": "a list", "object": "a mapping", "string": "text"}
+
+Path = tuple[str | int, ...]
+
+
+class Description:
+    """The content of dataset.yaml while it is being checked: parts of it may be missing or malformed.
+
+    Args:
+        mapping: the plain data of the file.
+        lines: the line of every value.
+        file: the name of the file, in messages.
+    """
+
+    def __init__(self, mapping: Any, lines: Lines, file: str = DESCRIPTION) -> None:
+        self.mapping = mapping
+        self.lines = lines
+        self.file = file
+        self.faults: list[Fault] = []
+
+    def get(self, *path: str | int) -> Any:
+        """Return the value at `path`, or None if there is none."""
+        value = self.mapping
+        for key in path:
+            if isinstance(value, dict) and isinstance(key, str):
+                value = value.get(key)
+            elif isinstance(value, list) and isinstance(key, int) and key < len(value):
+                value = value[key]
+            else:
+                return None
+        return value
+
+    def items(self, *path: str | int) -> list[Any]:
+        """Return the list at `path`, empty if there is none."""
+        value = self.get(*path)
+        return value if isinstance(value, list) else []
+
+    def number(self, *path: str | int) -> float | None:
+        """Return the finite number at `path`, or None."""
+        value = self.get(*path)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST:
+            return None
+        return float(value)
+
+    def vector(self, *path: str | int, size: int = 3) -> np.ndarray | None:
+        """Return the finite numbers at `path` as ``(size,)``, or None."""
+        numbers = [self.number(*path, i) for i in range(len(self.items(*path)))]
+        return np.array(numbers, dtype=float) if len(numbers) == size and None not in numbers else None
+
+    def fault(self, path: Path, message: str) -> None:
+        """Add a fault at `path`, with the line of the nearest key that is there."""
+        there = path
+        while there and there not in self.lines:
+            there = there[:-1]
+        self.faults.append(Fault(self.file, message, self.lines.get(there), join_path(path) or None))
+
+    @property
+    def kind(self) -> str | None:
+        """Return the kind of the sensor, or None if it is not one of those known."""
+        kind = self.get("sensor", "kind")
+        return kind if kind in ("line-laser", "probe", "tracker") else None
+
+    @property
+    def n_joints(self) -> int:
+        """Return the number of joints, 0 if they are not a list."""
+        return len(self.items("robot", "joints"))
+
+    @property
+    def plane_names(self) -> list[str]:
+        """Return the names of the planes."""
+        planes = self.items("planes")
+        return [p["name"] for p in planes if isinstance(p, dict) and isinstance(p.get("name"), str)]
+
+
+@cache
+def _validator() -> Draft202012Validator:
+    text = resources.files("scalar.data").joinpath("schemas/dataset.schema.json").read_text(encoding="utf-8")
+    return Draft202012Validator(json.loads(text))
+
+
+def check_description(description: Description) -> None:
+    """Add the faults of dataset.yaml to ``description.faults``."""
+    if not isinstance(description.mapping, dict):
+        description.fault((), "not a mapping; write keys and values, beginning with format: scalar-dataset/1")
+        return
+    check_schema(description, _validator())
+    check_finite(description, description.mapping, ())
+    _check_robot(description)
+    _check_sensor_and_planes(description)
+
+
+def check_schema(description: Description, validator: Draft202012Validator) -> None:
+    """Add every difference from a schema to ``description.faults``."""
+    errors = validator.iter_errors(description.mapping)
+    for error in sorted(errors, key=lambda e: [str(k) for k in e.absolute_path]):
+        _say(description, error)
+
+
+def _say(description: Description, error: ValidationError) -> None:
+    """Add what a schema error means, in words for the one who wrote the file."""
+    path: Path = tuple(error.absolute_path)
+    value: Any = error.instance
+    expected: Any = error.validator_value
+    meaning = error.schema.get("description", "") if isinstance(error.schema, dict) else ""
+    match error.validator:
+        case "additionalProperties":
+            known = list(error.schema["properties"])  # pyright: ignore[reportArgumentType, reportIndexIssue]
+            for key in (key for key in value if key not in known):
+                hint = did_you_mean(key, [k for k in known if k not in value])
+                description.fault((*path, key), f"unknown key; {hint}the keys here are {', '.join(known)}")
+        case "required":
+            for key in (
+                key for key in expected if key not in value and f"{key!r} is a required" in error.message
+            ):
+                sub = error.schema.get("properties", {}).get(key, {})  # pyright: ignore[reportAttributeAccessIssue]
+                description.fault((*path, key), f"missing; add it: {sub.get('description', key)}")
+        case "type":
+            kinds = [expected] if isinstance(expected, str) else expected
+            found = "empty" if value is None else f"not {_KINDS.get(kinds[0], kinds[0])} ({shorten(value)})"
+            description.fault(path, f"{found}; write {meaning}")
+        case "enum":
+            known = [str(choice) for choice in expected]
+            hint = did_you_mean(str(value), known)
+            description.fault(path, f"unknown ({shorten(value)}); {hint}write one of {', '.join(known)}")
+        case "const":
+            description.fault(path, f"{shorten(value)} cannot be read by this version; write {expected}")
+        case "exclusiveMinimum":
+            description.fault(path, f"{value} is not greater than {expected}; write {meaning}")
+        case "minimum":
+            description.fault(path, f"{value} is less than {expected}; write {meaning}")
+        case "minItems" | "maxItems":
+            description.fault(path, f"{len(value)} entries where {expected} are needed; write {meaning}")
+        case _:
+            description.fault(path, f"empty; write {meaning}")
+
+
+def check_finite(description: Description, value: Any, path: Path) -> None:
+    """Add every number that is not finite, or too large to compute with, to ``description.faults``."""
+    if isinstance(value, dict | list):
+        for key, item in value.items() if isinstance(value, dict) else enumerate(value):
+            check_finite(description, item, (*path, key))
+    elif isinstance(value, float) and not np.isfinite(value):
+        description.fault(path, f"not a finite number ({value}); write the number")
+    elif isinstance(value, int | float) and abs(value) > LARGEST:
+        description.fault(path, f"too large a number ({shorten(value, 20)}); correct it")
+
+
+def _check_robot(description: Description) -> None:
+    standard = description.get("robot", "convention") == "standard-dh"
+    for i, joint in enumerate(description.items("robot", "joints")):
+        path: Path = ("robot", "joints", i)
+        if not isinstance(joint, dict):
+            continue
+        if joint.get("type") == "prismatic":
+            message = "prismatic joints are reserved, not supported; describe a chain of revolute joints"
+            description.fault((*path, "type"), message)
+        if standard and description.number(*path, "beta"):
+            message = "beta belongs to modified DH; remove it, or write the chain as convention: modified-dh"
+            description.fault((*path, "beta"), message)
+        limits = description.vector(*path, "limits", size=2)
+        if limits is not None and not limits[0] < limits[1]:
+            message = f"the lowest angle ({limits[0]:g}) is not below the highest ({limits[1]:g}); swap them"
+            description.fault((*path, "limits"), message)
+
+
+def _check_sensor_and_planes(description: Description) -> None:
+    kind = description.kind
+    if kind in ("probe", "tracker") and description.get("sensor", "nominal_pose") is None:
+        message = (
+            f"missing; a {kind} needs a rough {{translation: [x, y, z], rotation_vector: [0, 0, 0]}} [m, rad]"
+        )
+        description.fault(("sensor", "nominal_pose"), message)
+    names: dict[str, int] = {}
+    for i, plane in enumerate(description.items("planes")):
+        if not isinstance(plane, dict):
+            continue
+        name = plane.get("name")
+        if isinstance(name, str):
+            if name in names:
+                message = f"{name!r} is the name of planes[{names[name]}] already; rename one of the two"
+                description.fault(("planes", i, "name"), message)
+            elif name != name.strip():
+                description.fault(("planes", i, "name"), f"blanks around the name ({name!r}); remove them")
+            names.setdefault(name, i)
+        normal = description.vector("planes", i, "normal")
+        if normal is not None and not np.linalg.norm(normal) > 1e-6:
+            description.fault(
+                ("planes", i, "normal"), "a normal of no length; write its direction, as in [0, 0, 1]"
+            )
+    n_planes = len(description.items("planes"))
+    if (
+        kind in ("line-laser", "probe")
+        and n_planes < MIN_PLANES
+        and isinstance(description.get("planes"), list | None)
+    ):
+        message = (
+            f"{n_planes} planes; a {kind} needs at least three, of different directions: add rough guesses"
+        )
+        description.fault(("planes",), message)

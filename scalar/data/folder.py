@@ -1,0 +1,119 @@
+"""A dataset folder and everything that is wrong with it: which files it has, and what stands in them."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from scalar.data.description import DESCRIPTION, Description, check_description
+from scalar.data.io.csv_reader import read_csv
+from scalar.data.io.parquet_reader import read_parquet
+from scalar.data.io.plain_yaml import load_yaml_lines
+from scalar.data.located_table import Layout, Table, did_you_mean
+from scalar.data.table_consistency import check_points, check_poses, poses_layout, unknown_data_files
+from scalar.data.unit_suspicions import suspect_description, suspect_joint_angles, suspect_points
+from scalar.errors import Fault, InvalidInput
+
+POSES = "poses.csv"
+POINT_COLUMNS = {"line-laser": ("pose", "x", "z"), "tracker": ("pose", "x", "y", "z")}
+POINT_FILES = {"line-laser": ("scans.csv", "scans.parquet"), "tracker": ("points.csv", "points.parquet")}
+FILES = (DESCRIPTION, POSES, *POINT_FILES["line-laser"], *POINT_FILES["tracker"])
+
+
+@dataclass(frozen=True)
+class Content:
+    """What a dataset folder without a fault holds.
+
+    Attributes:
+        mapping: the plain data of dataset.yaml, as its schema says.
+        poses: the table of poses, rows as in the file.
+        points: the table of laser points or tracker points; None for a probe.
+    """
+
+    mapping: dict[str, Any]
+    poses: Table
+    points: Table | None
+
+
+def examine_folder(path: Path, faults: list[Fault]) -> Content | None:
+    """Return the content of a dataset folder, None where it has a fault; every fault is added to `faults`."""
+    names = _list_folder(path, faults)
+    if names is None:
+        return None
+    description = Description(None, {})
+    if DESCRIPTION in names:
+        try:
+            description = Description(*load_yaml_lines(path / DESCRIPTION))
+            check_description(description)
+            suspect_description(description)
+        except InvalidInput as error:
+            description.faults += error.faults
+        faults += description.faults
+    else:
+        faults.append(_missing(DESCRIPTION, names))
+    poses = points = None
+    if POSES in names:
+        poses = read_csv(path / POSES, poses_layout(description), faults)
+    else:
+        faults.append(_missing(POSES, names))
+    if poses is not None:
+        check_poses(poses, description, faults)
+        suspect_joint_angles(poses, description, faults)
+    kind = description.kind
+    if kind is not None:
+        faults += unknown_data_files(kind, names)
+    if kind in POINT_FILES:
+        points = _read_points(path, kind, names, faults)
+        if points is not None:
+            check_points(points, poses, kind, faults)
+            suspect_points(points, kind, faults)
+    if faults or poses is None:
+        return None
+    return Content(description.mapping, poses, points)
+
+
+def _list_folder(path: Path, faults: list[Fault]) -> list[str] | None:
+    """Return the names of the files in a folder, None if there is none to look at."""
+    example = f"give the folder that holds {DESCRIPTION} and {POSES}"
+    try:
+        if path.is_file():
+            folder = f" ({str(path.parent)!r}?)" if path.name in FILES else ""
+            faults.append(Fault(str(path), f"a file, not a folder; {example}{folder}"))
+            return None
+        names = sorted(item.name for item in path.iterdir())
+    except FileNotFoundError:
+        faults.append(Fault(str(path), f"no such folder; {example}"))
+        return None
+    except OSError as error:
+        faults.append(Fault(str(path), f"cannot be read ({error.strerror or error}); {example}"))
+        return None
+    except ValueError as error:  # a null byte in the path
+        faults.append(Fault(str(path), f"not a path ({error}); {example}"))
+        return None
+    if not names:
+        faults.append(Fault(str(path), f"the folder is empty; {example}"))
+        return None
+    return names
+
+
+def _missing(file: str, names: list[str]) -> Fault:
+    others = [name for name in names if name not in FILES]
+    hint = did_you_mean(file, others).replace("did you mean", "is it").replace("? ", "? rename it; ")
+    return Fault(file, f"the file is missing; {hint}a dataset needs {DESCRIPTION} and {POSES}")
+
+
+def _read_points(path: Path, kind: str, names: list[str], faults: list[Fault]) -> Table | None:
+    """Return the table of laser or tracker points, None if there is none to use."""
+    files = [name for name in POINT_FILES[kind] if name in names]
+    if len(files) > 1:
+        faults.append(
+            Fault(files[1], f"{files[0]} is there too, and only one can be meant; remove one of them")
+        )
+        return None
+    columns = ",".join(POINT_COLUMNS[kind])
+    if not files:
+        wanted = " or ".join(POINT_FILES[kind])
+        message = f"the file is missing; a {kind} needs {wanted} with the columns {columns} [m]"
+        faults.append(Fault(POINT_FILES[kind][0], message))
+        return None
+    read = read_parquet if files[0].endswith(".parquet") else read_csv
+    return read(path / files[0], Layout(POINT_COLUMNS[kind]), faults)

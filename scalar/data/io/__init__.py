@@ -1,0 +1,1 @@
+"""Files: atomic writes, CSV, Parquet and plain YAML."""

@@ -1,0 +1,163 @@
+"""Read CSV files: in C while nothing is wrong with them, cell by cell once something is.
+
+The fast way parses a whole file at once. Only where that fails is the file read again cell by cell, to find
+every fault and its row, or to accept what the fast way is too strict for (``+1.5``).
+"""
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv as pa_csv
+
+from scalar.data.located_table import NUMBER, Layout, Table, check_cells, did_you_mean, header_faults, shorten
+from scalar.errors import Fault
+
+_LINE_END = re.compile(r"\r\n|\r|\n")
+_NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
+
+
+def read_csv(path: Path, layout: Layout, faults: list[Fault]) -> Table | None:
+    """Return the table in a CSV file, None if nothing of it can be used; faults are added to `faults`."""
+    file = path.name
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        faults.append(
+            Fault(file, f"cannot be read ({error.strerror or error}); check the file and its permissions")
+        )
+        return None
+    names = _plain_header(raw)
+    if names is not None and not header_faults(file, names, layout):
+        parsed = _parse_fast(raw, names, layout)
+        if parsed is not None:
+            table = Table(file, parsed, lambda: _line_numbers(raw))
+            check_cells(table, layout, faults)
+            return table
+    return _read_by_cell(file, raw, layout, faults)
+
+
+def _plain_header(raw: bytes) -> list[str] | None:
+    """Return the names in the first line, None if it is not plain enough for the fast way."""
+    line = raw.split(b"\n", 1)[0].removesuffix(b"\r")
+    if not line.strip() or b"\r" in line:
+        return None
+    try:
+        return _split(line.decode("utf-8-sig"))
+    except UnicodeDecodeError:
+        return None
+
+
+def _parse_fast(raw: bytes, names: list[str], layout: Layout) -> dict[str, np.ndarray] | None:
+    """Return the columns of a CSV file parsed in C, or None if any cell is not what it should be."""
+    types = {name: pa.string() if name in layout.text else pa.float64() for name in names}
+    try:
+        table = pa_csv.read_csv(
+            pa.BufferReader(raw),
+            read_options=pa_csv.ReadOptions(column_names=names, skip_rows=1),
+            convert_options=pa_csv.ConvertOptions(
+                column_types=types, null_values=[], strings_can_be_null=False
+            ),
+        )
+    except pa.ArrowException:
+        return None
+    return {
+        name: _text(table[name].to_pylist()) if name in layout.text else table[name].to_numpy()
+        for name in names
+    }
+
+
+def _line_numbers(raw: bytes) -> np.ndarray:
+    """Return the line of every row, blank lines counted."""
+    lines = _LINE_END.split(raw.decode("utf-8", "replace"))
+    return np.array([i for i, line in enumerate(lines, 1) if line.strip()][1:], dtype=np.int64)
+
+
+def _split(line: str) -> list[str] | None:
+    """Return the cells of one line, without the blanks around them; None if the quotes do not match."""
+    if '"' not in line:
+        return [cell.strip() for cell in line.split(",")]
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], strict=True, skipinitialspace=True), [])]
+    except csv.Error:
+        return None
+
+
+def _read_by_cell(file: str, raw: bytes, layout: Layout, faults: list[Fault]) -> Table | None:
+    """Return the table in a CSV file, read cell by cell, and add every fault with its row."""
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        row = len(_LINE_END.split(raw[: error.start].decode("utf-8", "replace")))
+        faults.append(Fault(file, f"byte {error.start} is not UTF-8; save the file as UTF-8 text", row))
+        return None
+    lines = [(i, line) for i, line in enumerate(_LINE_END.split(text), 1) if line.strip()]
+    if not lines:
+        faults.append(Fault(file, f"the file is empty; its first line has to be {','.join(layout.required)}"))
+        return None
+    names = _split(lines[0][1])
+    if names is None:
+        faults.append(Fault(file, "a quote in the header is not closed; close or remove it", lines[0][0]))
+        return None
+    wrong = header_faults(file, names, layout, lines[0][0])
+    faults += wrong
+    if len(wrong) == 1 and wrong[0].column is None:  # nothing in it can be told apart
+        return None
+    rows, numbers = [], []
+    for number, line in lines[1:]:
+        cells = _split(line)
+        if cells is None:
+            faults.append(Fault(file, "a quote is not closed; close or remove it", number))
+        elif len(cells) != len(names):
+            message = f"{len(cells)} cells where the header names {len(names)}; complete or remove the row"
+            faults.append(Fault(file, message, number))
+        else:
+            rows.append(cells)
+            numbers.append(number)
+    table = Table(file, {}, lambda: np.array(numbers, dtype=np.int64), whole=len(rows) == len(lines) - 1)
+    for j, name in enumerate(names):
+        if name and names.count(name) == 1:
+            cells = [row[j] for row in rows]
+            table.columns[name] = _text(cells) if name in layout.text else _numbers(cells)
+            _check_text_cells(table, name, cells, layout, faults)
+    check_cells(table, layout, faults)
+    return table
+
+
+def _text(cells: list[str]) -> np.ndarray:
+    """Return text as an array of objects, without the blanks around it."""
+    column = np.empty(len(cells), dtype=object)
+    column[:] = [cell.strip() for cell in cells]
+    return column
+
+
+def _numbers(cells: list[str]) -> np.ndarray:
+    """Return the cells as float64, NaN where one is not a number."""
+    return np.array(
+        [float(c) if NUMBER.fullmatch(c) or _NOT_FINITE.fullmatch(c) else np.nan for c in cells], dtype=float
+    )
+
+
+def _check_text_cells(table: Table, name: str, cells: list[str], layout: Layout, faults: list[Fault]) -> None:
+    """Report cells of a numeric column that are no numbers at all."""
+    if name in layout.text:
+        return
+    wrong = np.array([not (NUMBER.fullmatch(c) or _NOT_FINITE.fullmatch(c)) for c in cells], dtype=bool)
+    known = [*layout.required, *layout.optional]
+    if name not in known and 2 * np.count_nonzero(wrong) > len(cells):
+        text = shorten(cells[int(np.argmax(wrong))])
+        hint = did_you_mean(name, known)
+        message = f"an unknown column, and not of numbers ({text}); {hint}rename or remove it"
+        faults.append(Fault(table.file, message, 1, name))
+        table.bad[name] = np.ones(len(cells), dtype=bool)
+        return
+
+    def message_of(i: int) -> str:
+        if not cells[i]:
+            return "an empty cell; write the number, or remove the row"
+        hint = "write a decimal point, as in 0.123" if "," in cells[i] else "write it as 0.123"
+        return f"not a number ({shorten(cells[i])}); {hint}"
+
+    table.report(faults, name, wrong, message_of)

@@ -1,0 +1,41 @@
+"""Read Parquet files, damaged ones included, as tables of numbers."""
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from scalar.data.located_table import Layout, Table, check_cells, header_faults
+from scalar.errors import Fault
+
+
+def read_parquet(path: Path, layout: Layout, faults: list[Fault]) -> Table | None:
+    """Return the table of numbers in a Parquet file, None if nothing of it can be used; faults are added."""
+    file = path.name
+    try:
+        with pq.ParquetFile(path) as parquet:
+            content = parquet.read()
+    except Exception as error:  # a damaged file makes pyarrow raise nearly anything
+        reason = " ".join(str(error).split())[:80]
+        faults.append(
+            Fault(file, f"cannot be read as Parquet ({reason}); it may be cut short: write or copy it again")
+        )
+        return None
+    faults += header_faults(file, content.column_names, layout, None)
+    table = Table(file, {}, lambda: np.arange(1, content.num_rows + 1))
+    for name in layout.required:
+        if content.column_names.count(name) != 1:
+            continue
+        column = content[name]
+        if pa.types.is_dictionary(column.type):
+            column = column.cast(column.type.value_type)
+        kind = column.type
+        if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
+            faults.append(Fault(file, f"holds {kind}, not numbers; write it as double or int64", column=name))
+            continue
+        table.columns[name] = column.cast(pa.float64(), safe=False).to_numpy()
+        empty = column.is_null().to_numpy()
+        table.report(faults, name, empty, lambda i: "an empty cell; write the number, or remove the row")
+    check_cells(table, layout, faults)
+    return table

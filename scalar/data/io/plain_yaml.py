@@ -1,0 +1,217 @@
+"""YAML as plain data: mappings, lists, text, numbers, and nothing that runs, expands or surprises.
+
+The scalars are those of YAML 1.2's core schema, so ``1e-4`` is a number and ``no`` is text. The document is
+built straight from the parser's events, with the limits checked while they stream: no tag, no anchor and no
+alias is ever followed, so a "billion laughs" bomb is refused at its first anchor. Every value remembers its
+line, so that a fault found later can name the row.
+"""
+
+import math
+import os
+import re
+from collections.abc import Iterator
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML, events
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.representer import SafeRepresenter
+
+from scalar.data.io.atomic import atomic_write, plain
+from scalar.errors import Fault, InvalidInput
+
+MAX_BYTES = 1_000_000
+MAX_DEPTH = 20
+
+Lines = dict[tuple[str | int, ...], int]
+"""The line of every value, or of its key, by its path: ``("robot", "joints", 2, "alpha") -> 14``."""
+
+_NULL = re.compile(r"~|null|Null|NULL|")
+_BOOL = re.compile(r"true|True|TRUE|false|False|FALSE")
+_INT = re.compile(r"[-+]?[0-9]+")
+_BASED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_TEXT_KEYS = frozenset(
+    {"name", "source"}
+)  # text in every file of ours, even where it reads like a number (7113e31)
+_MAX_DIGITS = 400  # no number needs more, and Python refuses to convert integers of several thousand digits
+
+
+def resolve(text: str) -> bool | int | float | str | None:
+    """Return the value of an unquoted scalar by YAML 1.2's core schema."""
+    if _NULL.fullmatch(text):
+        return None
+    if _BOOL.fullmatch(text):
+        return text[0] in "tT"
+    if len(text) > _MAX_DIGITS:
+        return text
+    if _INT.fullmatch(text):
+        return int(text)
+    if _BASED.fullmatch(text):
+        return int(text[2:], 8 if text[1] == "o" else 16)
+    if _FLOAT.fullmatch(text):
+        return float(text)
+    if _NOT_FINITE.fullmatch(text):
+        return float(text.replace(".", ""))
+    return text
+
+
+class _Builder:
+    """Turns the events of one document into plain data; raises InvalidInput at the first that is refused."""
+
+    def __init__(self, file: str, stream: Iterator[Any]) -> None:
+        self.file = file
+        self.stream = stream
+        self.lines: Lines = {}
+
+    def refuse(self, event: Any, message: str, path: tuple[str | int, ...] = ()) -> InvalidInput:
+        return InvalidInput(Fault(self.file, message, event.start_mark.line + 1, join_path(path) or None))
+
+    def next(self) -> Any:
+        """Return the next event, refusing tags, anchors, aliases and second documents."""
+        event = next(self.stream)
+        if isinstance(event, events.AliasEvent) or getattr(event, "anchor", None):
+            raise self.refuse(event, "anchors and aliases (& and *) are not accepted; write the value out")
+        tag = getattr(event, "tag", None) or getattr(event, "ctag", None)
+        if tag is not None and str(tag) not in ("", "None"):
+            raise self.refuse(event, f"tags ({str(tag)!r}) are not accepted; write plain values")
+        return event
+
+    def document(self) -> Any:
+        """Return the value of the only document; None if there is none."""
+        value = None
+        seen = False
+        while not isinstance(event := self.next(), events.StreamEndEvent):
+            if isinstance(event, events.DocumentStartEvent):
+                if seen:
+                    raise self.refuse(event, "a second document begins here (---); keep one document a file")
+                if event.tags:
+                    raise self.refuse(event, "%TAG directives are not accepted; remove this line")
+                value, seen = self.value(self.next(), (), 0), True
+        return value
+
+    def value(self, event: Any, path: tuple[str | int, ...], depth: int) -> Any:
+        """Return the value that begins with `event`, which stands at `path`, `depth` collections deep."""
+        self.lines.setdefault(path, event.start_mark.line + 1)
+        if isinstance(event, events.ScalarEvent):
+            return _scalar(event)
+        if depth >= MAX_DEPTH:
+            raise self.refuse(event, f"nested more than {MAX_DEPTH} deep; make the structure flatter")
+        if isinstance(event, events.SequenceStartEvent):
+            items: list[Any] = []
+            while not isinstance(event := self.next(), events.SequenceEndEvent):
+                items.append(self.value(event, (*path, len(items)), depth + 1))
+            return items
+        mapping: dict[str, Any] = {}
+        while not isinstance(event := self.next(), events.MappingEndEvent):
+            key = _scalar(event) if isinstance(event, events.ScalarEvent) else None
+            if not isinstance(key, str):
+                raise self.refuse(event, "a key that is not text; put it in quotes or correct it", path)
+            if key in mapping:
+                raise self.refuse(event, f"the key {key!r} stands here twice; remove one of the two", path)
+            self.lines[(*path, key)] = event.start_mark.line + 1
+            value = self.next()
+            if (
+                key in _TEXT_KEYS
+                and isinstance(value, events.ScalarEvent)
+                and _NULL.fullmatch(value.value) is None
+            ):
+                mapping[key] = value.value
+            else:
+                mapping[key] = self.value(value, (*path, key), depth + 1)
+        return mapping
+
+
+def _scalar(event: Any) -> bool | int | float | str | None:
+    """Return the value of a scalar: text as it stands where it is quoted or a block, else resolved."""
+    return event.value if event.style else resolve(event.value)
+
+
+def join_path(path: tuple[str | int, ...]) -> str:
+    """Return ``robot.joints[2].alpha`` for ``("robot", "joints", 2, "alpha")``."""
+    text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path)
+    return text.removeprefix(".")
+
+
+def load_yaml_lines(path: str | os.PathLike[str]) -> tuple[Any, Lines]:
+    """Return the plain data in the file `path`, and the line of every value in it.
+
+    Raises:
+        InvalidInput: the file cannot be read, is not UTF-8 or not YAML, is longer than 1 MB or nested more
+            than 20 deep, or holds a tag, an anchor, an alias, a duplicate key or a second document.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as file:
+            raw = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        reason = "no such file" if isinstance(error, FileNotFoundError) else error.strerror or str(error)
+        message = f"cannot be read ({reason}); check the path {str(path)!r}"
+        raise InvalidInput(Fault(path.name, message)) from error
+    if len(raw) > MAX_BYTES:
+        raise InvalidInput(Fault(path.name, "longer than 1 MB; keep tables in .csv or .parquet files"))
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        row = raw.count(b"\n", 0, error.start) + 1
+        message = f"byte {error.start} is not UTF-8; save the file as UTF-8 text"
+        raise InvalidInput(Fault(path.name, message, row)) from error
+    builder = _Builder(path.name, YAML(typ="safe", pure=True).parse(StringIO(text)))
+    try:
+        return builder.document(), builder.lines
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        what = " ".join(filter(None, [error.context, error.problem]))
+        row = None if mark is None else mark.line + 1
+        raise InvalidInput(Fault(path.name, f"not YAML ({what}); correct this place", row)) from error
+    except YAMLError as error:
+        message = f"not YAML ({' '.join(str(error).split())}); save it as plain text"
+        raise InvalidInput(Fault(path.name, message)) from error
+
+
+def load_yaml(path: str | os.PathLike[str]) -> Any:
+    """Return the plain data (dict, list, text, numbers, booleans, None) in the file `path`.
+
+    Raises:
+        InvalidInput: as for `load_yaml_lines`.
+    """
+    return load_yaml_lines(path)[0]
+
+
+class _Representer(SafeRepresenter):
+    """Writes text in quotes wherever it would read back as something else, and never an alias."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+    def represent_text(self, data: str) -> Any:
+        quoted = not isinstance(resolve(data), str) or not data.isprintable()
+        return self.represent_scalar("tag:yaml.org,2002:str", data, style='"' if quoted else None)
+
+    def represent_number(self, data: float) -> Any:
+        """Write ``1.0e-05``, which YAML 1.1 readers take for a number too, and not ``1e-05``."""
+        if not math.isfinite(data):
+            return self.represent_float(data)
+        mantissa, e, exponent = repr(data).partition("e")
+        text = mantissa if "." in mantissa else f"{mantissa}.0"
+        return self.represent_scalar("tag:yaml.org,2002:float", text + e + exponent)
+
+
+_Representer.add_representer(str, _Representer.represent_text)
+_Representer.add_representer(float, _Representer.represent_number)
+
+
+def dump_yaml(mapping: Any, path: str | os.PathLike[str]) -> None:
+    """Write plain data to the file `path`, atomically; keys in the given order, floats exactly."""
+    yaml = YAML(typ="safe", pure=True)
+    yaml.Representer = _Representer
+    yaml.default_flow_style = None  # the innermost lists and mappings on one line each
+    yaml.sort_base_mapping_type_on_output = False  # pyright: ignore[reportAttributeAccessIssue]
+    yaml.width = 160
+    yaml.allow_unicode = True
+    text = StringIO()
+    yaml.dump(plain(mapping), text)
+    with atomic_write(path) as temporary:
+        temporary.write_text(text.getvalue(), encoding="utf-8", newline="\n")

@@ -1,0 +1,155 @@
+"""A table of numbers and text, and the row and column of everything that is wrong in it.
+
+A row is the line that a text editor shows, the header being line 1; rows of a Parquet file count from 1.
+Files are read in `scalar.data.io.csv_reader` and `scalar.data.io.parquet_reader`.
+"""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from functools import partial
+
+import numpy as np
+
+from scalar.errors import Fault
+
+MAX_SHOWN = 100
+"""Faults of one kind in one column that are written out; a last line counts the others."""
+MAX_INTEGER = 2.0**53  # the largest up to which float64 holds every integer
+
+NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
+"""A number as tables may write it."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Which columns a table may have.
+
+    Attributes:
+        required: columns that have to be there.
+        optional: columns that are known and may be there.
+        text: those of them that hold text; all others hold numbers.
+        integers: those that hold integers.
+        extras: whether further numeric columns are kept.
+        refuse: returns what is wrong with a column of that name, or None.
+    """
+
+    required: tuple[str, ...]
+    optional: tuple[str, ...] = ()
+    text: frozenset[str] = frozenset()
+    integers: frozenset[str] = frozenset({"pose"})
+    extras: bool = False
+    refuse: Callable[[str], str | None] = lambda _: None
+
+
+@dataclass
+class Table:
+    """The columns of one file; float64 or text (object), each of the same length.
+
+    Attributes:
+        file: name of the file.
+        columns: by name, in the order of the file; float64 ``(N,)``, or text as objects.
+        bad: for each column the cells that have been reported already, ``(N,)`` bool.
+        whole: False where rows had to be left out, so that nothing may be concluded from what is missing.
+    """
+
+    file: str
+    columns: dict[str, np.ndarray]
+    line_numbers: Callable[[], np.ndarray]
+    whole: bool = True
+    bad: dict[str, np.ndarray] = field(default_factory=dict)
+
+    @property
+    def n_rows(self) -> int:
+        """Return the number of rows."""
+        return len(next(iter(self.columns.values()))) if self.columns else 0
+
+    def good(self, *names: str) -> bool:
+        """Return whether these columns are all there and hold no faulty cell."""
+        return all(name in self.columns and not np.any(self.bad.get(name, False)) for name in names)
+
+    def report(
+        self, faults: list[Fault], column: str, mask: np.ndarray, message: Callable[[int], str]
+    ) -> None:
+        """Add a fault for every row of `mask` that was not reported for this column before."""
+        bad = self.bad.setdefault(column, np.zeros(self.n_rows, dtype=bool))
+        rows = np.flatnonzero(mask & ~bad)
+        if not rows.size:
+            return
+        bad[rows] = True
+        lines = self.line_numbers()
+        faults += [Fault(self.file, message(int(i)), int(lines[i]), column) for i in rows[:MAX_SHOWN]]
+        if rows.size > MAX_SHOWN:
+            more = f"{rows.size - MAX_SHOWN} more rows with the same fault, the last in row {lines[rows[-1]]}"
+            faults.append(Fault(self.file, f"{more}; look for a common cause", column=column))
+
+
+def did_you_mean(name: str, known: list[str]) -> str:
+    """Return ``did you mean 'noise'? `` where a known name is like `name`, else nothing."""
+    by_lower = {candidate.lower(): candidate for candidate in reversed(known)}
+    close = get_close_matches(name.lower(), list(by_lower), n=1, cutoff=0.6)
+    return f"did you mean {by_lower[close[0]]!r}? " if close else ""
+
+
+def shorten(value: object, width: int = 40) -> str:
+    """Return how `value` is written, cut to `width` characters."""
+    text = repr(value)
+    return text if len(text) <= width else text[: width - 4] + "..." + text[-1]
+
+
+def header_faults(file: str, names: list[str], layout: Layout, row: int | None = 1) -> list[Fault]:
+    """Return what is wrong with the names of the columns, contents aside."""
+    wanted = ",".join(layout.required)
+    if len(names) == 1 and ";" in names[0]:
+        return [
+            Fault(file, f"cells are separated by ';'; write commas, and points in numbers: {wanted}", row)
+        ]
+    if all(NUMBER.fullmatch(name) for name in names):
+        return [Fault(file, f"there is no header; the first line has to be {wanted}", row)]
+    faults = []
+    known = [*layout.required, *layout.optional]
+    unknown = [name for name in names if name not in known]
+    for name in dict.fromkeys(names):
+        if names.count(name) > 1:
+            faults.append(
+                Fault(file, f"{names.count(name)} columns have this name; keep one", row, name or None)
+            )
+        elif not name:
+            faults.append(Fault(file, "a column without a name; name it or remove it", row))
+        elif name in unknown and (message := layout.refuse(name)):
+            faults.append(Fault(file, message, row, name))
+        elif name in unknown and not layout.extras:
+            message = (
+                f"an unknown column; {did_you_mean(name, known)}the columns are {wanted}; remove or rename it"
+            )
+            faults.append(Fault(file, message, row, name))
+    for name in layout.required:
+        if name not in names:
+            hint = did_you_mean(name, unknown).replace("did you mean", "is it").replace("? ", "? rename it; ")
+            faults.append(
+                Fault(file, f"the column is missing; {hint}the header has to name {wanted}", row, name)
+            )
+    return faults
+
+
+def check_cells(table: Table, layout: Layout, faults: list[Fault]) -> None:
+    """Report text that is missing, numbers that are not finite, and integers that are none."""
+    for name, values in table.columns.items():
+        if name in layout.text:
+            empty = np.array([not cell for cell in values], dtype=bool)
+            table.report(faults, name, empty, lambda i: "an empty cell; fill it in, or remove the row")
+            continue
+        finite = np.isfinite(values)
+        table.report(faults, name, ~finite, partial(_not_finite, values))
+        if name in layout.integers:
+            broken = finite & ((np.nan_to_num(values) % 1.0 != 0.0) | (np.abs(values) > MAX_INTEGER))
+            table.report(faults, name, broken, partial(_not_an_integer, values))
+
+
+def _not_finite(values: np.ndarray, i: int) -> str:
+    return f"not a finite number ({values[i]}); write the number, or remove the row"
+
+
+def _not_an_integer(values: np.ndarray, i: int) -> str:
+    return f"not an integer ({values[i]:.17g}); write one as 17"

@@ -1,0 +1,56 @@
+"""Tables of poses that stand alone, without a dataset around them: poses to predict for, and true poses.
+
+They have the columns of poses.csv, without its plane, and are checked as strictly.
+"""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.description import Description
+from scalar.data.io.csv_reader import read_csv
+from scalar.data.located_table import Layout
+from scalar.data.table_consistency import check_poses, poses_layout
+from scalar.data.unit_suspicions import suspect_joint_angles
+from scalar.errors import Fault, InvalidInput
+
+
+def read_pose_table(
+    path: str | os.PathLike[str],
+    n_joints: int,
+    required: tuple[str, ...] = (),
+    limits: np.ndarray | None = None,
+) -> pd.DataFrame:
+    """Return the poses of a CSV file with the columns ``pose, q1..qn``; rows and columns as in the file.
+
+    Args:
+        path: of the file.
+        n_joints: how many joints the robot has.
+        required: further numeric columns that have to be there; any others are kept.
+        limits: ``(n_joints, 2)`` [rad] of the robot, where known; angles within them are never suspect.
+
+    Returns:
+        `pose` int64, `plane` and `session` text, all others float64.
+
+    Raises:
+        InvalidInput: with every fault found, each with its row and column.
+    """
+    path = Path(path)
+    joints = [{} if limits is None else {"limits": [float(x) for x in limits[i]]} for i in range(n_joints)]
+    description = Description({"robot": {"joints": joints}}, {})
+    known = poses_layout(description)
+    layout = Layout(
+        (*known.required, *required), known.optional, known.text, known.integers, True, known.refuse
+    )
+    faults: list[Fault] = []
+    table = read_csv(path, layout, faults)
+    if table is not None:
+        check_poses(table, description, faults, unique=("pose",))  # many poses may be asked for at one order
+        suspect_joint_angles(table, description, faults)
+    if faults or table is None:
+        raise InvalidInput(faults)
+    frame = pd.DataFrame(table.columns)
+    frame["pose"] = frame["pose"].astype(np.int64)
+    return frame

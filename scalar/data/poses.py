@@ -1,0 +1,79 @@
+"""What is known of each pose besides the measurement: joint angles, and when, how warm and from where it was reached."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from scalar.errors import Fault, InvalidInput
+from scalar.geometry.se3 import Array
+
+
+def is_joint(column: str) -> bool:
+    """Return whether a column is a joint's angle, q1, q2 and so on."""
+    return column.startswith("q") and column[1:].isdigit()
+
+
+@dataclass(frozen=True, eq=False)
+class Poses:
+    """N poses as the encoders and the clock saw them.
+
+    Attributes:
+        q: ``(N, n)`` [rad].
+        order: ``(N,)``, order of acquisition.
+        columns: Every other numeric column of the table by name, ``(N,)`` each (time [s], temperature [deg C], approach1 ...).
+    """
+
+    q: Array
+    order: Array
+    columns: dict[str, Array]
+
+    @classmethod
+    def from_frame(cls, frame: pd.DataFrame, n_joints: int, *, order_is_row: bool) -> Poses:
+        """Return the poses of a table with the columns of ``poses.csv``.
+
+        Args:
+            frame: The table.
+            n_joints: How many columns q1.. it has.
+            order_is_row: Whether a missing ``order`` means the row number (a dataset), or the state at the end (a prediction).
+        """
+        if "order" in frame:
+            order = frame["order"].to_numpy(dtype=float)
+        else:
+            order = np.arange(len(frame), dtype=float) if order_is_row else np.full(len(frame), np.inf)
+        joints = [f"q{i + 1}" for i in range(n_joints)]
+        numeric = frame.select_dtypes("number").columns
+        columns = {c: frame[c].to_numpy(dtype=float) for c in numeric if c not in (*joints, "pose", "order")}
+        return cls(frame[joints].to_numpy(dtype=float), order, columns)
+
+    def __len__(self) -> int:
+        """Return the number of poses."""
+        return len(self.q)
+
+    def column(self, name: str) -> Array:
+        """Return a column ``(N,)`` by name.
+
+        Raises:
+            InvalidInput: The table lacks the column that an effect needs.
+        """
+        if name not in self.columns:
+            raise InvalidInput(
+                [
+                    Fault(
+                        "poses",
+                        f"the calibrated effects need the column '{name}', and it is missing",
+                        None,
+                        name,
+                    )
+                ]
+            )
+        return self.columns[name]
+
+    def approach(self) -> Array | None:
+        """Return the directions of approach ``(N, n)``, or None where they are not recorded for every joint."""
+        names = [f"approach{i + 1}" for i in range(self.q.shape[1])]
+        if any(name not in self.columns for name in names):
+            return None
+        return np.column_stack([self.columns[name] for name in names])

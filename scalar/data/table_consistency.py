@@ -1,0 +1,150 @@
+"""What may be wrong with the tables of a dataset, each by itself and one against another.
+
+Every check adds the faults it finds to a list and goes on, so that a user repairs a folder in one round. A
+check whose premise another fault has taken away is left out, so that one mistake is not reported as ten.
+Whether the numbers have the right units is asked in `scalar.data.unit_suspicions`; whether they can determine a model,
+by the calibrator.
+"""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.description import DESCRIPTION, MIN_PLANES, Description
+from scalar.data.located_table import Layout, Table, did_you_mean, shorten
+from scalar.errors import Fault
+
+_JOINT_COLUMN = re.compile(r"(q|approach)([0-9]+)")
+
+
+def poses_layout(description: Description) -> Layout:
+    """Return the columns of poses.csv that this description asks for."""
+    n = description.n_joints
+    joints = tuple(f"q{i + 1}" for i in range(n))
+    plane = ("plane",) if description.kind in ("line-laser", "probe") else ()
+
+    def refuse(name: str) -> str | None:
+        match = _JOINT_COLUMN.fullmatch(name)
+        if not match or not n:
+            return None
+        return f"the robot has joints 1 to {n}; remove the column, or complete robot.joints in {DESCRIPTION}"
+
+    approach = tuple(f"approach{i + 1}" for i in range(n))
+    return Layout(
+        required=("pose", *plane, *joints),
+        optional=("order", "time", "temperature", "session", *approach, *(() if plane else ("plane",))),
+        text=frozenset({"plane", "session"}),
+        extras=True,
+        refuse=refuse,
+    )
+
+
+def check_poses(
+    poses: Table, description: Description, faults: list[Fault], unique: tuple[str, ...] = ("pose", "order")
+) -> None:
+    """Add what is wrong with the contents of poses.csv, units aside; `unique` columns repeat no value."""
+    if poses.whole and poses.n_rows == 0:
+        faults.append(Fault(poses.file, "there is no pose; write a row a pose"))
+    for name in unique:
+        _check_unique(poses, name, faults)
+    approach = [f"approach{i + 1}" for i in range(description.n_joints)]
+    present = [name for name in approach if name in poses.columns]
+    for name in present:
+        values = poses.columns[name]
+        wrong = ~np.isin(values, (-1.0, 1.0))
+        poses.report(
+            faults,
+            name,
+            wrong,
+            lambda i, v=values: f"neither -1 nor 1 ({v[i]:g}); write the sign of the arrival",
+        )
+    for name in approach if present else ():
+        if name not in poses.columns:
+            message = "the column is missing; the approach columns come for all joints or for none"
+            faults.append(Fault(poses.file, message, 1, name))
+    if description.kind in ("line-laser", "probe") and description.plane_names:
+        _check_plane_names(poses, description, faults)
+
+
+def _check_unique(table: Table, column: str, faults: list[Fault]) -> None:
+    if column not in table.columns:
+        return
+    values = pd.Series(table.columns[column])
+    repeated = values.duplicated().to_numpy() & ~values.isna().to_numpy()
+    if not repeated.any():
+        return
+    lines = table.line_numbers()
+    first = values.groupby(values).transform(lambda rows: rows.index[0])
+
+    def message(i: int) -> str:
+        row = lines[int(first.iloc[i])]
+        return f"{column} {values.iloc[i]:.15g} stands already in row {row}; correct or remove one"
+
+    table.report(faults, column, repeated, message)
+
+
+def _check_plane_names(poses: Table, description: Description, faults: list[Fault]) -> None:
+    if "plane" not in poses.columns:
+        return
+    names = description.plane_names
+    found = poses.columns["plane"]
+    unknown = ~np.isin(found.astype(str), names)
+
+    def message(i: int) -> str:
+        hint = did_you_mean(str(found[i]), names)
+        return f"unknown plane {shorten(found[i])}; {hint}{DESCRIPTION} names {', '.join(names)}"
+
+    poses.report(faults, "plane", unknown, message)
+    used = [name for name in names if name in set(found)]
+    if poses.good("plane") and poses.whole and poses.n_rows and len(set(names)) >= MIN_PLANES > len(used):
+        unused = ", ".join(name for name in names if name not in used)
+        text = f"poses of {len(used)} planes only, none of {unused}; measure poses of at least three planes"
+        faults.append(Fault(poses.file, text, column="plane"))
+
+
+def check_points(points: Table, poses: Table | None, kind: str, faults: list[Fault]) -> None:
+    """Add the points of unknown poses, and the poses without a point or (tracker) with more than one."""
+    if points.whole and points.n_rows == 0:
+        faults.append(Fault(points.file, "there is no point; write a row a point"))
+        return
+    if kind == "tracker":
+        _check_unique(points, "pose", faults)
+    if poses is None or "pose" not in poses.columns or "pose" not in points.columns:
+        return
+    known, ids = poses.columns["pose"], points.columns["pose"]
+    if poses.whole and not np.isnan(known).any():
+        values, first, counts = np.unique(ids, return_index=True, return_counts=True)
+        strange = ~np.isin(values, known) & ~np.isnan(values)
+        count_of = dict(zip(first[strange].tolist(), counts[strange].tolist(), strict=True))
+        mask = np.zeros(points.n_rows, dtype=bool)
+        mask[first[strange]] = True
+
+        def strange_message(i: int) -> str:
+            rows = f"{count_of[i]} row" + ("s" if count_of[i] > 1 else "")
+            return f"unknown pose {ids[i]:.15g} ({rows}); remove them, or add the pose to {poses.file}"
+
+        points.report(faults, "pose", mask, strange_message)
+    if points.whole and not np.isnan(ids).any():
+        what = "no laser point" if kind == "line-laser" else "no row"
+        missing = ~np.isin(known, ids) & ~np.isnan(known)
+
+        def missing_message(i: int) -> str:
+            return f"pose {known[i]:.15g} has {what} in {points.file}; add it there, or remove this pose"
+
+        poses.report(faults, "pose", missing, missing_message)
+
+
+def unknown_data_files(kind: str, names: Sequence[str]) -> list[Fault]:
+    """Return a fault for every data file that a sensor of this kind does not have."""
+    belongs = {"line-laser": "scans", "tracker": "points"}.get(kind)
+    owner = {"scans": "line-laser", "points": "tracker"}
+    return [
+        Fault(
+            name, f"a {kind} has no such file; remove it, or set sensor.kind: {owner[stem]} in {DESCRIPTION}"
+        )
+        for name in names
+        for stem in owner
+        if stem != belongs and name in (f"{stem}.csv", f"{stem}.parquet")
+    ]

@@ -1,0 +1,156 @@
+"""Numbers that are legal and still cannot be meant: degrees for radians, millimetres for metres.
+
+The limits are magnitudes that no real cell reaches in SI and that the same cell passes by far in degrees or
+millimetres. They leave room for large arms (4 m of reach), trackers far away, lidars, wrists that turn
+several times, and axes that turn without end where their limits say so.
+"""
+
+import numpy as np
+
+from scalar.data.description import DESCRIPTION, Description, Path
+from scalar.data.located_table import Table
+from scalar.errors import Fault
+
+TURN = 2.0 * np.pi
+
+MAX_ANGLE_PARAMETER = TURN + 0.01  # rad; alpha, theta, beta and rotation vectors need no more than a turn
+MANY_TURNS = 4.0 * TURN  # rad; one joint on its own, where its limits do not say that it turns further
+SEVERAL_TURNS = 1.5 * TURN  # rad; several joints at once; real wrists reach 1.25 turns (450 degrees)
+MAX_LINK = 8.0  # m; a single a or d
+MAX_CHAIN = 20.0  # m; all a and d together
+MAX_BASE = 200.0  # m; the robot in the coordinates of its hall
+MAX_TOOL = 5.0  # m; the flange's transform, the sensor on the flange
+MAX_PLANE = 50.0  # m; a plane from the robot
+MAX_RANGE = 20.0  # m; a laser point from the sensor
+MAX_TRACKER = 200.0  # m; a tracker's point in its own frame
+MAX_NOISE = 0.05  # m; one standard deviation
+MAX_NORMAL_STD = 0.5  # rad
+GRAVITY = (1.0, 20.0)  # m/s^2
+
+_AS_METRES = "are these millimetres? write metres"
+_AS_RADIANS = "are these degrees? write radians"
+
+
+def suspect_description(description: Description) -> None:
+    """Add numbers of dataset.yaml that look like other units to ``description.faults``."""
+    _suspect_joints(description)
+    limits = {"base": MAX_BASE, "flange": MAX_TOOL}
+    transforms = [(("robot", key), limit) for key, limit in limits.items()]
+    for path, limit in [*transforms, (("sensor", "nominal_pose"), MAX_TOOL)]:
+        _suspect_transform(description, path, limit)
+    gravity = description.vector("robot", "gravity")
+    if gravity is not None and not GRAVITY[0] <= (size := float(np.linalg.norm(gravity))) <= GRAVITY[1]:
+        message = f"suspect: gravity of {size:g} m/s^2; write about 9.81 m/s^2, downwards in the base frame"
+        description.fault(("robot", "gravity"), message)
+    noise = description.number("sensor", "noise")
+    if noise is not None and noise >= MAX_NOISE:
+        description.fault(("sensor", "noise"), f"suspect: a noise of {noise:g} m; {_AS_METRES}, as in 1.0e-4")
+    base = description.vector("robot", "base", "translation")
+    far = MAX_PLANE + (0.0 if base is None else float(np.linalg.norm(base)))
+    for i in range(len(description.items("planes"))):
+        distance = description.number("planes", i, "distance")
+        if distance is not None and abs(distance) > far:
+            description.fault(("planes", i, "distance"), f"suspect: a plane at {distance:g} m; {_AS_METRES}")
+        normal_std = description.number("planes", i, "known", "normal_std")
+        if normal_std is not None and normal_std > MAX_NORMAL_STD:
+            message = f"suspect: a normal known to {normal_std:g} rad; {_AS_RADIANS}"
+            description.fault(("planes", i, "known", "normal_std"), message)
+
+
+def _suspect_joints(description: Description) -> None:
+    joints = range(description.n_joints)
+    lengths = []
+    for i in joints:
+        path: Path = ("robot", "joints", i)
+        for key in ("alpha", "theta", "beta"):
+            angle = description.number(*path, key)
+            if angle is not None and abs(angle) > MAX_ANGLE_PARAMETER:
+                description.fault((*path, key), f"suspect: {angle:g} rad is more than a turn; {_AS_RADIANS}")
+        for key in ("a", "d"):
+            length = description.number(*path, key) or 0.0
+            lengths.append(abs(length))
+            if abs(length) > MAX_LINK:
+                description.fault((*path, key), f"suspect: a link of {length:g} m; {_AS_METRES}")
+    if sum(lengths) > MAX_CHAIN and not max(lengths) > MAX_LINK:
+        message = f"suspect: the links add up to {sum(lengths):g} m; {_AS_METRES}"
+        description.fault(("robot", "joints"), message)
+    largest = {}
+    for i in joints:
+        limits = description.vector("robot", "joints", i, "limits", size=2)
+        if limits is not None:
+            largest[i] = float(np.abs(limits).max())
+    wide = {i for i, angle in largest.items() if angle > SEVERAL_TURNS}
+    if not _several(
+        len(wide), len(joints)
+    ):  # one axis without end is real, unless it is written in whole degrees
+        wide = {i for i in wide if largest[i] > MANY_TURNS and largest[i] == round(largest[i])}
+    for i in sorted(wide):
+        message = f"suspect: limits of {largest[i]:g} rad are {largest[i] / TURN:.1f} turns; {_AS_RADIANS}"
+        description.fault(("robot", "joints", i, "limits"), message)
+
+
+def _suspect_transform(description: Description, path: Path, limit: float) -> None:
+    translation = description.vector(*path, "translation")
+    if translation is not None and (size := float(np.linalg.norm(translation))) > limit:
+        description.fault((*path, "translation"), f"suspect: a length of {size:g} m; {_AS_METRES}")
+    rotation = description.vector(*path, "rotation_vector")
+    if rotation is not None and (size := float(np.linalg.norm(rotation))) > MAX_ANGLE_PARAMETER:
+        message = f"suspect: a rotation by {size:g} rad is more than a turn; {_AS_RADIANS}"
+        description.fault((*path, "rotation_vector"), message)
+
+
+def _several(n: int, n_joints: int) -> bool:
+    """Return whether n joints are too many to be external axes or wrists that turn far."""
+    return n >= 2 and 3 * n >= n_joints
+
+
+def suspect_joint_angles(poses: Table, description: Description, faults: list[Fault]) -> None:
+    """Add joint angles that look like degrees: any far beyond its limits, or several joints beyond 1.5 turns.
+
+    One fault a joint: its largest angle, and how many of its angles are out of bounds.
+    """
+    bounds, wide = {}, []
+    for i in range(description.n_joints):
+        name = f"q{i + 1}"
+        if name not in poses.columns or not poses.n_rows:
+            continue
+        limits = description.vector("robot", "joints", i, "limits", size=2)
+        declared = 0.0 if limits is None else 1.01 * float(np.abs(limits).max())
+        bounds[name] = max(MANY_TURNS, declared)
+        if np.nanmax(np.abs(_finite(poses.columns[name])), initial=0.0) > max(SEVERAL_TURNS, declared):
+            wide.append(name)
+    several = _several(len(wide), description.n_joints)
+    for name, bound in bounds.items():
+        angles = np.abs(_finite(poses.columns[name]))
+        bound = SEVERAL_TURNS if several and name in wide else bound
+        n_beyond = int(np.count_nonzero(angles > bound))
+        if n_beyond:
+            worst = int(np.argmax(angles))
+            message = (
+                f"suspect: {poses.columns[name][worst]:g} rad is {angles[worst] / TURN:.1f} turns, and "
+                f"{n_beyond} of {poses.n_rows} angles are beyond {bound:.1f} rad; {_AS_RADIANS}, or, if it "
+                f"really turns so far, give its limits in {DESCRIPTION}"
+            )
+            faults.append(Fault(poses.file, message, int(poses.line_numbers()[worst]), name))
+
+
+def suspect_points(points: Table, kind: str, faults: list[Fault]) -> None:
+    """Add columns of points that look like millimetres: one fault a column, with its largest number."""
+    limit, columns = (MAX_RANGE, ("x", "z")) if kind == "line-laser" else (MAX_TRACKER, ("x", "y", "z"))
+    for name in columns:
+        if name not in points.columns or not points.n_rows:
+            continue
+        lengths = np.abs(_finite(points.columns[name]))
+        n_beyond = int(np.count_nonzero(lengths > limit))
+        if n_beyond:
+            worst = int(np.argmax(lengths))
+            message = (
+                f"suspect: {points.columns[name][worst]:g} m, and {n_beyond} of {points.n_rows} numbers are "
+                f"beyond {limit:g} m; {_AS_METRES}, or remove the points"
+            )
+            faults.append(Fault(points.file, message, int(points.line_numbers()[worst]), name))
+
+
+def _finite(values: np.ndarray) -> np.ndarray:
+    """Return the values with 0 in place of those that are not finite and reported as such already."""
+    return np.where(np.isfinite(values), values, 0.0)

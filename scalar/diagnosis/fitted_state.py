@@ -1,0 +1,221 @@
+"""A fitted model in the course of a hunt, and the columns of everything that might be added to it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.diagnosis.score_test import Background
+from scalar.diagnosis.variance_components import Spread, spreads, whitening
+from scalar.effects.effect import Effect, JointEffect
+from scalar.estimation.joint_fit import unseen_effects
+from scalar.estimation.least_squares import fit
+from scalar.estimation.model import JointBasis, Model
+from scalar.estimation.residuals import Residuals, extra_basis_of
+from scalar.geometry.se3 import Array
+from scalar.sensors import Measurement, measure
+from scalar.sensors.line_laser import LineLaser
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+_TOLERANCE = 1e-9
+_MAX_STEPS = 10
+_SOUND = 1e-11  # of the largest eigenvalue of the normal equations: below it they have too few digits
+_MOST_NUMBERS = 10_000_000  # of the screws that are worked out at once: 80 MB
+_PROMISED = 1e-8  # of the misfit's variance: a step of a ten thousandth of a standard deviation
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A model fitted to a dataset on its profile rows.
+
+    Attributes:
+        dataset: Cleaned.
+        model: At the optimum, with the effects found so far.
+        geometry_free: ``(G,)`` bool over robot, sensor and target: what is free whatever the effects.
+        free: ``(P,)`` bool.
+        residuals: Whitened at the optimum.
+    """
+
+    dataset: Dataset
+    model: Model
+    geometry_free: Array
+    free: Array
+    residuals: Residuals
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """Return the effects found so far."""
+        return self.model.effects
+
+    @cached_property
+    def _rows(self) -> tuple[Array, Array]:
+        residual, jacobian = self.residuals.linearise(self.model)
+        return residual, jacobian[:, self.free]
+
+    def linearised(self) -> tuple[Array, Array]:
+        """Return rows whitened for the noise within scans ``(N m + priors,)`` and the Jacobian by what is free."""
+        return self._rows
+
+    @cached_property
+    def spreads(self) -> list[Spread]:
+        """Return the noises common to a pose that the residual's covariance would be explained by, the likeliest first."""
+        return spreads(self)
+
+    @cached_property
+    def mix(self) -> Array | None:
+        """Return ``(N, m, m)``, the whitening of what whole poses spread by beyond the noise of their points, or None.
+
+        Whatever a model lacks looks like such a spread at first. To test with it costs little power where something is there, and keeps a few
+        poses that spread more than others from posing as an effect where nothing is.
+        """
+        return whitening(self.spreads[0]) if self.spreads else None
+
+    @cached_property
+    def _background(self) -> Background:
+        residual, jacobian = (mixed(self.mix, rows) for rows in self.linearised())
+        return Background.of(
+            residual, jacobian, self.dataset.n_poses, self.residuals.measurement.rows_per_pose
+        )
+
+    def background(self) -> Background:
+        """Return the residual and what the model explains already, whitened for the spread of whole poses as well."""
+        return self._background
+
+    def columns_of(self, effects: Sequence[Effect], bases: dict[Effect, JointBasis] | None = None) -> Array:
+        """Return the columns ``(N m, e)`` of effects at this model, whitened as the background, whether or not it has them.
+
+        Args:
+            effects: Any.
+            bases: What effects on joints are of the poses, where it is known already; filled where it is not.
+        """
+        bases = {} if bases is None else bases
+        ends = np.cumsum([len(effect.coefficients) for effect in effects], dtype=int)
+        places = [
+            slice(int(end) - len(e.coefficients), int(end)) for e, end in zip(effects, ends, strict=True)
+        ]
+        N, m = self.dataset.n_poses, self.residuals.measurement.rows_per_pose
+        columns = np.empty((N * m, int(ends[-1]) if len(ends) else 0))
+        by_angle, poses = self._by_angle()
+        for effect, place in zip(effects, places, strict=True):
+            if isinstance(effect, JointEffect):
+                if effect not in bases:
+                    bases[effect] = JointBasis.of(effect.joint_basis(self.model.nominal, poses))
+                columns[:, place] = bases[effect].columns(by_angle).reshape(N * m, -1)
+        others = [k for k, effect in enumerate(effects) if not isinstance(effect, JointEffect)]
+        for batch in _batches(others, places, max(_MOST_NUMBERS // (6 * N), 1)):
+            found = self._columns_elsewhere([effects[k] for k in batch])
+            at = 0
+            for k in batch:
+                width = places[k].stop - places[k].start
+                columns[:, places[k]] = found[:, at : at + width]
+                at += width
+        return columns
+
+    def _by_angle(self) -> tuple[Array, Poses]:
+        """Return the derivatives of the rows by the joint angles ``(N, m, n)``, whitened as the background, and the poses."""
+        n = self.model.robot.n_joints
+        # A joint's angle moves the sensor as its theta does.
+        rows = self.residuals.linearise_measured(self.model)[1][:, 3 * n : 4 * n]
+        return mixed(self.mix, rows).reshape(self.dataset.n_poses, -1, n), self.residuals.poses
+
+    def _columns_elsewhere(self, effects: Sequence[Effect]) -> Array:
+        """Return the columns ``(N m, e)`` of effects on anything but joints."""
+        model = replace(self.model, effects=(*self.model.effects, *effects))
+        names = extra_basis_of(model.effects)
+        measurement = profile_measurement(self.dataset, self.model, self.residuals, names)
+        residuals = Residuals.of(self.dataset, model, measurement)
+        return mixed(self.mix, residuals.linearise_measured(model)[1][:, len(self.model.vector) :])
+
+
+def _batches(indices: Sequence[int], places: Sequence[slice], most: int) -> Iterator[list[int]]:
+    """Yield indices in batches of as many columns as fit, one index at least."""
+    batch: list[int] = []
+    for k in indices:
+        if batch and sum(places[i].stop - places[i].start for i in [*batch, k]) > most:
+            yield batch
+            batch = []
+        batch.append(k)
+    if batch:
+        yield batch
+
+
+def mixed(mix: Array | None, rows: Array) -> Array:
+    """Return rows ``(N m + priors,)`` or ``(N m + priors, k)`` with every pose's own mixed by ``(N, m, m)``; priors as they are."""
+    if mix is None:
+        return rows
+    N, m, _ = mix.shape
+    flat = rows.reshape(len(rows), -1)
+    result = np.concatenate([(mix @ flat[: N * m].reshape(N, m, -1)).reshape(N * m, -1), flat[N * m :]])
+    return result.reshape(rows.shape)
+
+
+def profile_measurement(
+    dataset: Dataset, model: Model, residuals: Residuals, extra_basis: Sequence[str]
+) -> Measurement:
+    """Return a dataset's rows for tests: scans as profiles, whitened where the sensor stands in a model."""
+    measurement = measure(dataset, extra_basis)
+    if isinstance(measurement, LineLaser):
+        old = residuals.measurement
+        measurement = replace(measurement, sigma=old.sigma)
+        return measurement.profiles(residuals.kinematics(model).T_base_sensor, model.target)
+    return measurement
+
+
+def settle(dataset: Dataset, model: Model, geometry_free: Array, effects: Sequence[Effect]) -> State:
+    """Return the joint optimum of a model with the given effects, starting from where model and effects stand.
+
+    Args:
+        dataset: Cleaned.
+        model: Robot, sensor and target to start from.
+        geometry_free: ``(G,)`` bool over robot, sensor and target.
+        effects: With starting coefficients.
+    """
+    model = replace(model, effects=tuple(effects)).rebased()
+    free = np.r_[geometry_free, np.ones(sum(len(e.coefficients) for e in effects), dtype=bool)]
+    names = extra_basis_of(model.effects)
+    residuals = Residuals.of(dataset, model, measure(dataset, names))
+    if isinstance(residuals.measurement, LineLaser):
+        # The sigma of unstated noise comes from the scans; profiles leave the scatter that it is measured from out.
+        weighed = residuals.reweighted(model)
+        residuals = Residuals.of(dataset, model, profile_measurement(dataset, model, weighed, names))
+    if effects:
+        free &= ~unseen_effects(residuals, model, free)
+    model = _optimum(residuals, model, free).rebased()
+    again = residuals.reweighted(model)
+    if again.measurement is not residuals.measurement:
+        residuals, model = again, _optimum(again, model, free)
+    return State(dataset, model, geometry_free, free, residuals)
+
+
+def _optimum(residuals: Residuals, model: Model, free: Array) -> Model:
+    """Return the optimum near a model: Gauss-Newton steps while each lowers the cost as it promises, else the careful way."""
+    start = model
+    cost = np.inf
+    for _ in range(_MAX_STEPS):
+        residual, jacobian = residuals.linearise(model)
+        now = float(residual @ residual)
+        if now > cost * (1.0 + 1e-9):
+            break
+        cost = now
+        J = jacobian[:, free]
+        scale = np.linalg.norm(J, axis=0)
+        scale[scale == 0] = 1.0
+        gram, projection = (J.T @ J) / np.outer(scale, scale), (J.T @ residual) / scale
+        values, vectors = np.linalg.eigh(gram)
+        if len(values) == 0 or values[0] < _SOUND * values[-1]:
+            break
+        along = vectors.T @ projection
+        vector = model.vector.copy()
+        vector[free] -= (vectors @ (along / values)) / scale
+        model = model.with_vector(vector)
+        promised = float(np.sum(along**2 / values))
+        if promised < _PROMISED * max(1.0, cost / max(len(residual), 1)):
+            return model
+    return fit(residuals, start, free, tolerance=_TOLERANCE).model

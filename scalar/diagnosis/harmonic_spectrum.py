@@ -1,0 +1,236 @@
+"""Joints that err in many orders, as one smooth error each: all orders at once, as large as the data say that orders of their kind are.
+
+Few poses, or a joint that moves through part of a turn, do not tell neighbouring orders apart. Which of them a choice one by one takes is
+chance, and what it says beyond the angles that were seen is noise. Here every order from 1 to 64 is fitted, shrunk towards zero by what is
+believed of its size: one size for a band of orders, shared by the joints, found by maximising the evidence (MacKay, Bayesian
+interpolation, Neural Computation 4, 1992). The evidence trusts the bands too far where nothing was measured; how much less they are to be
+believed is what predicts best the poses of parts of a joint's range that the fit has not seen. Where a joint was not seen, its error then
+fades to nothing, so that it can be taken to another campaign.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scalar.diagnosis.fitted_state import State, mixed, settle
+from scalar.diagnosis.forward_selection import ALPHA, LEAST_IMPROVEMENT, Bank, Columns, merged, rank, rivals
+from scalar.diagnosis.hold_out import held_out, improvement, no_worse
+from scalar.diagnosis.score_test import Background
+from scalar.effects.catalogue import MAX_ORDER, MAX_RIPPLE_ORDER
+from scalar.effects.effect import Effect
+from scalar.effects.joints import JointHarmonic, JointRipple
+from scalar.geometry.se3 import Array
+
+BANDS = ((1, 2), (3, 6), (7, 12), (13, 20), (21, 32), (33, 48), (49, 64))
+MANY_ORDERS = (
+    4  # of one joint, found one by one: from there on it is a spectrum rather than an eccentric gear
+)
+ROWS_PER_COLUMN = 2.0  # least number of measured numbers for each coefficient
+MOST_MORE = 4  # effects that are looked for beside all orders, and candidates that are tried for each
+BELIEF_SHARES = (1.0, 0.5, 0.25, 0.125)  # of the sizes that the evidence finds
+PARTS = 5  # that a joint's range is cut in, each left out in turn
+_RANGES = ((JointHarmonic, 1, MAX_ORDER), (JointRipple, MAX_ORDER + 1, MAX_RIPPLE_ORDER))
+_ROUNDS = 60
+_FIRST_SIZE = 3e-5  # rad: where the search for the sizes starts
+_LEAST_SIZE = 1e-7  # rad
+_SETTLED = 1e-3  # relative change of the sizes
+_HARDLY_BOUNDED = 1e-8  # of a unit column: a part left out may take away all that is known of a parameter
+
+
+def with_spectrum(state: State, named: Bank) -> State:
+    """Return a state in which joints that err in many orders have all of them, unless poses held out are then predicted worse.
+
+    Args:
+        state: With the orders that were found one by one.
+        named: What has a name.
+    """
+    joints = _joints(state)
+    dense = [cls(j, tuple(range(low, high + 1))) for j in joints for cls, low, high in _RANGES]
+    rows = state.dataset.n_poses * state.residuals.measurement.equations_per_pose
+    if not joints or rows < ROWS_PER_COLUMN * sum(len(effect.coefficients) for effect in dense):
+        return state
+    system = _System.of(state, dense)
+    sizes, variance = system.most_evident()
+    share = min(BELIEF_SHARES, key=lambda share: system.unseen_error(share * sizes, state, joints))
+    believed = dict(zip(BANDS, share * sizes, strict=True))
+    kept = [effect for effect in state.effects if not _is_harmonic_of(effect, joints)]
+    smooth = [
+        replace(effect, believed=tuple(believed[_band(order)] for order in effect.orders)) for effect in dense
+    ]
+    # Fits weigh rows by the noise that is stated: a belief is set against what they will miss by once all orders are there.
+    misfit = np.sqrt(variance) * _excess(state)
+    effects = tempered([*smooth, *kept], 1.0 / max(misfit, 1.0))
+    trial = settle(state.dataset, state.model, state.geometry_free, effects)
+    trial = _with_more(_borne_out(trial, named), named)
+    return trial if improvement(held_out(state), held_out(trial)) > 0 else state
+
+
+def _borne_out(state: State, named: Bank) -> State:
+    """Return a state without the ranges of orders of single joints that chance explains as well."""
+    scored = as_whitened(state)
+    cols = Columns(scored, named)
+    kept = [
+        effect
+        for i, effect in enumerate(state.effects)
+        if not is_shrunk(effect) or rivals(scored, i, cols)[0].p_value <= ALPHA
+    ]
+    if len(kept) == len(state.effects):
+        return state
+    return settle(state.dataset, state.model, state.geometry_free, kept)
+
+
+def _with_more(state: State, named: Bank) -> State:
+    """Return a state with what else has a name and shows only beside all orders, each borne out by poses held out.
+
+    Low orders seen through part of a turn look like a weight on the joint: one by one they are taken first, and leave nothing to it.
+    """
+    rest = Bank.of([c for c, _ in named.tried if not isinstance(c.effect, JointHarmonic)])
+    for _ in range(MOST_MORE):
+        scored = as_whitened(state)
+        for entry in rank(scored, scored.background(), Columns(scored, rest))[:MOST_MORE]:
+            if entry.p_value > ALPHA or entry.evidence <= 0:
+                return state
+            trial = settle(
+                state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect)
+            )
+            before, after = held_out(state), held_out(trial)
+            if improvement(before, after) >= LEAST_IMPROVEMENT and no_worse(before, after):
+                state = trial
+                break
+        else:
+            return state
+    return state
+
+
+def tempered(effects: Sequence[Effect], factor: float) -> tuple[Effect, ...]:
+    """Return effects with beliefs of their own widened by a factor, for rows that are weighed otherwise; the others as they are."""
+    return tuple(
+        replace(effect, believed=tuple(factor * size for size in effect.believed))
+        if isinstance(effect, JointHarmonic) and effect.believed
+        else effect
+        for effect in effects
+    )
+
+
+def as_whitened(state: State) -> State:
+    """Return a state with its beliefs set against rows that are whitened for the spread of whole poses as well: for scores and final fits."""
+    if not any(is_shrunk(effect) for effect in state.effects):
+        return state
+    effects = tempered(state.effects, max(_excess(state), 1.0))
+    return replace(state, model=replace(state.model, effects=effects))
+
+
+def has_all_orders(state: State, effect: Effect) -> bool:
+    """Return whether an effect is orders of a joint that has them all already, as large as they are believed to be."""
+    return isinstance(effect, JointHarmonic) and any(
+        isinstance(own, JointHarmonic) and own.believed and own.joint == effect.joint for own in state.effects
+    )
+
+
+def is_shrunk(effect: Effect) -> bool:
+    """Return whether an effect is all orders of a joint: its evidence, by counting columns, says nothing of what else would do as well."""
+    return isinstance(effect, JointHarmonic) and bool(effect.believed)
+
+
+def _excess(state: State) -> float:
+    """Return by how much the rows that are whitened for the noise within scans alone spread more than those whitened for whole poses."""
+    m = state.residuals.measurement.rows_per_pose
+    plain = Background.of(*state.linearised(), state.dataset.n_poses, m)
+    return float(np.sqrt(plain.variance / state.background().variance))
+
+
+def _joints(state: State) -> list[int]:
+    """Return the joints with harmonics, if one of them has many orders."""
+    found = [e for e in state.effects if isinstance(e, JointHarmonic)]
+    orders = {joint: 0 for joint in sorted({effect.joint for effect in found})}
+    for effect in found:
+        orders[effect.joint] += len(effect.orders)
+    return list(orders) if max(orders.values(), default=0) >= MANY_ORDERS else []
+
+
+def _is_harmonic_of(effect: Effect, joints: list[int]) -> bool:
+    return isinstance(effect, JointHarmonic) and effect.joint in joints
+
+
+def _band(order: int) -> tuple[int, int]:
+    return next(band for band in BANDS if band[0] <= order <= band[1])
+
+
+@dataclass(frozen=True, eq=False)
+class _System:
+    """The rows of a state, linear in the coefficients of all orders, beside everything else that is free.
+
+    Attributes:
+        A: ``(R, F)``, the columns of everything else, of unit length.
+        E: ``(R, e)``, the columns of all orders [1/rad].
+        residual: ``(R,)``, with the harmonics found one by one taken back.
+        band: ``(e,)``, which band a column belongs to.
+    """
+
+    A: Array
+    E: Array
+    residual: Array
+    band: Array
+
+    @classmethod
+    def of(cls, state: State, dense: Sequence[JointHarmonic]) -> _System:
+        """Return the system of a state, whitened for the spread of whole poses."""
+        residual, J = (mixed(state.mix, rows) for rows in state.linearised())
+        joints = [effect.joint for effect in dense]
+        mine = np.zeros(len(state.free), dtype=bool)
+        start = state.model.blocks["effects"].start
+        for effect in state.effects:
+            stop = start + len(effect.coefficients)
+            mine[start:stop] = _is_harmonic_of(effect, joints)
+            start = stop
+        local = mine[state.free]
+        c = state.model.vector[state.free & mine]
+        n = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
+        others = J[:n, ~local]
+        norms = np.linalg.norm(others, axis=0)
+        band = [BANDS.index(_band(order)) for effect in dense for order in effect.orders for _ in range(2)]
+        A = others / np.where(norms > 0, norms, 1.0)
+        return cls(A, state.columns_of(dense), residual[:n] - J[:n, local] @ c, np.array(band))
+
+    def most_evident(self) -> tuple[Array, float]:
+        """Return the size of every band [rad] of greatest evidence, all else being unknown, and the variance of the rows that goes with them."""
+        Q = np.linalg.qr(self.A)[0]
+        E = self.E - Q @ (Q.T @ self.E)
+        r = self.residual - Q @ (Q.T @ self.residual)
+        G, b, squared = E.T @ E, -(E.T @ r), float(r @ r)
+        n = len(r) - self.A.shape[1]
+        sizes, variance = np.full(len(BANDS), _FIRST_SIZE), squared / n
+        for _ in range(_ROUNDS):
+            s = sizes[self.band]
+            inverse = np.linalg.inv(s[:, None] * G * s / variance + np.eye(len(s)))
+            c = s * (inverse @ (s * b)) / variance
+            known = np.bincount(self.band, 1.0 - np.diag(inverse), len(BANDS))
+            power = np.bincount(self.band, c * c, len(BANDS))
+            rest = squared - 2.0 * float(c @ b) + float(c @ G @ c)
+            variance = rest / max(n - float(known.sum()), 1.0)
+            new = np.maximum(np.sqrt(power / np.maximum(known, 1e-9)), _LEAST_SIZE)
+            done = np.max(np.abs(np.log(new / sizes))) < _SETTLED
+            sizes = new
+            if done:
+                break
+        return sizes, variance
+
+    def unseen_error(self, sizes: Array, state: State, joints: Sequence[int]) -> float:
+        """Return the squared error of poses in parts of the joints' ranges that are left out, each joint's parts in turn."""
+        X = np.concatenate([self.A, self.E * sizes[self.band]], axis=1)
+        ridge = np.r_[np.full(self.A.shape[1], _HARDLY_BOUNDED), np.ones(self.E.shape[1])]
+        gram, projection = X.T @ X + np.diag(ridge), X.T @ self.residual
+        m = state.residuals.measurement.rows_per_pose
+        total = 0.0
+        for joint in joints:
+            q = state.dataset.q[:, joint - 1]
+            part = np.searchsorted(np.quantile(q, np.linspace(0, 1, PARTS + 1)[1:-1]), q)
+            for k in range(PARTS):
+                out = np.repeat(part == k, m)
+                left = X[out]
+                c = -np.linalg.solve(gram - left.T @ left, projection - left.T @ self.residual[out])
+                total += float(np.sum((self.residual[out] + left @ c) ** 2))
+        return total

@@ -1,0 +1,170 @@
+"""What a model predicts of poses that neither its fit nor its choice has seen, in blocks of successive poses.
+
+Neighbours in time are alike, so a pose beside a training pose is hardly held out. Poses are cut into blocks of successive acquisition, dealt
+out to the folds in turn, so that every fold spans the whole time and a change in its course is seen from both sides. Poses that are commanded
+twice are held out together: whatever is odd about a pose comes back with it, and a fit to its twin would know it. Each fold's fit is the
+Gauss-Newton step from the joint optimum, exact for what is nearly linear at this scale.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from scalar.diagnosis.fitted_state import State, mixed
+from scalar.estimation.residuals import Residuals
+from scalar.geometry.se3 import Array
+from scalar.sensors.line_laser import LineLaser
+
+FOLDS = 5
+BLOCKS_PER_FOLD = 4
+SAME_POSE = 2e-3  # rad of every joint: nearer than this a pose is another's repetition, and holds out nothing beside it
+
+_MOST_GAIN = 5.0  # of the median drop: what a block's gain counts for at most
+_ABOUT = 1.01  # the few poses with long levers decide a root mean square: they may add that much by chance
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Errors of poses held out from the fit.
+
+    Attributes:
+        whitened: ``(N,)``, squared whitened residual of each pose.
+        metric: ``(N,)`` [m^2], mean squared distance of each pose's points.
+        counts: ``(N,)``, points of each pose.
+        block: ``(N,)``, block of each pose.
+    """
+
+    whitened: Array
+    metric: Array
+    counts: Array
+    block: Array
+
+    @property
+    def rms(self) -> float:
+        """Return the root mean square distance [m] over all points."""
+        return float(np.sqrt(np.sum(self.metric * self.counts) / np.sum(self.counts)))
+
+    @property
+    def largest(self) -> float:
+        """Return the largest root mean square distance of a pose [m]."""
+        return float(np.sqrt(np.max(self.metric)))
+
+
+def blocks(q: Array) -> tuple[Array, Array]:
+    """Return the block ``(N,)`` and the fold ``(N,)`` of successive poses; a pose that is commanded again goes with its first time.
+
+    Args:
+        q: Joint angles ``(N, n)`` [rad] in the order of acquisition.
+    """
+    first = first_times(q)
+    new = first == np.arange(len(q))
+    n_new = int(new.sum())
+    n_blocks = max(min(FOLDS * BLOCKS_PER_FOLD, n_new // 2), 1)
+    count = np.cumsum(new) - 1
+    block = (count * n_blocks // n_new)[first]
+    return block, block % FOLDS
+
+
+def first_times(q: Array) -> Array:
+    """Return for every pose the first one ``(N,)`` with the same joint angles, itself where it is new."""
+    first = np.arange(len(q))
+    pairs = KDTree(q).query_pairs(SAME_POSE, p=np.inf, output_type="ndarray")
+    for i, j in pairs[np.lexsort((pairs[:, 0], pairs[:, 1]))]:
+        first[j] = min(first[j], first[i])
+    return first
+
+
+def held_out(state: State, mix: Array | None = None) -> HeldOut:
+    """Return the held-out errors of a state, every pose held out once.
+
+    Args:
+        state: To judge.
+        mix: ``(N, m, m)``, whitening of what whole poses spread by; the same for states that are compared.
+    """
+    residual, J = (mixed(mix, rows) for rows in state.linearised())
+    N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
+    r_metric, J_metric = _in_metres(state)
+    m_metric = len(r_metric) // N
+    block, fold = blocks(state.dataset.q)
+    whitened, squares = np.zeros(N), np.zeros(N)
+    scale = np.linalg.norm(J, axis=0)
+    scale[scale == 0] = 1.0
+    gram, projection = J.T @ J / np.outer(scale, scale), J.T @ residual / scale
+    for f in range(FOLDS):
+        out = fold == f
+        if not out.any():
+            continue
+        test = np.repeat(out, m)
+        J_test = J[: N * m][test]
+        scaled = J_test / scale
+        # What is left of the normal equations without the fold.
+        step = _step(gram - scaled.T @ scaled, projection - scaled.T @ residual[: N * m][test])
+        if step is None:
+            train = np.r_[~test, np.ones(len(residual) - N * m, dtype=bool)]
+            step = -np.linalg.lstsq(J[train] / scale, residual[train], rcond=1e-8)[0]
+        step = step / scale
+        rest = (residual[: N * m][test] + J_test @ step).reshape(-1, m)
+        whitened[out] = np.sum(rest**2, axis=1)
+        test = np.repeat(out, m_metric)
+        rest = (r_metric[test] + J_metric[test] @ step).reshape(-1, m_metric)
+        squares[out] = np.sum(rest**2, axis=1)
+    _, counts = state.residuals.squared_distances(state.model)
+    return HeldOut(whitened, squares / counts, counts, block)
+
+
+def _step(gram: Array, projection: Array) -> Array | None:
+    """Return the Gauss-Newton step by normal equations where they are sound, else None."""
+    values = np.linalg.eigvalsh(gram)
+    if values[0] > 1e-10 * values[-1]:
+        return -np.linalg.solve(gram, projection)
+    return None
+
+
+def _in_metres(state: State) -> tuple[Array, Array]:
+    """Return the rows of the poses in metres, every point with the same weight, and their Jacobian."""
+    measurement = state.residuals.measurement
+    N = state.dataset.n_poses
+    if not isinstance(measurement, LineLaser):
+        residual, J = state.linearised()
+        n = N * measurement.rows_per_pose
+        return residual[:n] * measurement.sigma, J[:n] * measurement.sigma
+    rows = metric(state.residuals)
+    residual, J = rows.linearise(state.model)
+    n = N * rows.measurement.rows_per_pose
+    return residual[:n], J[:n, state.free]
+
+
+def metric(residuals: Residuals) -> Residuals:
+    """Return the residuals of scans in metres, every point with the same weight."""
+    measurement: Any = residuals.measurement
+    measurement = replace(measurement, R=measurement.R_metric, profiled=False)
+    return Residuals(measurement, residuals.poses, residuals.bases, residuals.known)
+
+
+def improvement(before: HeldOut, after: HeldOut) -> float:
+    """Return how many standard errors the held-out error falls by, blocks being the independent samples.
+
+    A block whose fit has hardly any hold without it may gain more than all others together, and only its scatter would then be seen: gains
+    beyond some times the usual are also counted as that much, losses never.
+    """
+    drop = before.whitened - after.whitened
+    n = int(before.block.max()) + 1
+    per_block = np.bincount(before.block, weights=drop, minlength=n)
+    usual = np.minimum(per_block, _MOST_GAIN * float(np.median(np.abs(per_block))))
+    return max(_in_standard_errors(per_block), _in_standard_errors(usual))
+
+
+def _in_standard_errors(drops: Array) -> float:
+    n = len(drops)
+    spread = float(np.std(drops, ddof=1)) * np.sqrt(n) if n > 1 else 0.0
+    total = float(drops.sum())
+    return total / spread if spread > 0 else (np.inf if total > 0 else 0.0)
+
+
+def no_worse(before: HeldOut, after: HeldOut) -> bool:
+    """Return whether poses held out are predicted about as well in metres: what only their weights bear out may run away elsewhere."""
+    return after.rms <= _ABOUT * before.rms

@@ -1,0 +1,302 @@
+"""How much of a residual each candidate would explain beside everything the model already fits: a score test without a refit.
+
+With Q an orthonormal basis of the Jacobian's columns, ``E' = E - Q Q' E`` is what a candidate's columns hold that the model does not, and
+``gain = r' E' (E' E')^+ E' r`` is the drop of the squared residual if the candidate were added (Frisch, Waugh and Lovell). Directions
+in which E' is all but nothing are never scored: an almost silent column explains whatever rounding left. Nor are combinations that
+the data would know less well than common sense does: an effect of implausible size is none.
+
+Rows are whitened, but a model that lacks something has more residual than noise, so gains are judged against the residual that
+would remain: an F test, and an evidence (half the drop of the Bayesian information criterion, less the log of how many were tried).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy import linalg
+from scipy.special import fdtrc
+
+from scalar.geometry.se3 import Array
+
+SILENT_SHARE = 1e-5  # of a column's squared length: with less left beside the model, a direction is silent
+INDEPENDENT = 1e-10  # of a column's length: with less left beside those before it, it adds no direction
+_UNBOUNDED = 1e3  # standard errors: the size taken for a coefficient that is not bounded
+_LEAST_REMAINDER = 0.2  # of the noise: what a residual is taken to keep, so that no gain looks infinite
+
+
+@dataclass(frozen=True, eq=False)
+class Background:
+    """A fitted model's residual and everything it already explains.
+
+    Attributes:
+        residual: ``(N, m)``, without its components along what the model explains.
+        Q: ``(N m, F)``, orthonormal together with its rows on priors.
+        freedom: Degrees of freedom of the residual.
+        R: ``(F, K)``: the Jacobian by the K free coordinates is ``Q R``, priors included.
+        along: ``(F,)``, the rows' components along Q, priors included.
+        released: ``(N m, w)`` or None: orthonormal directions within Q that the model explains no longer, an effect being left out.
+    """
+
+    residual: Array
+    Q: Array
+    freedom: int
+    R: Array
+    along: Array
+    released: Array | None = None
+
+    @classmethod
+    def of(cls, residual: Array, jacobian: Array, n_poses: int, rows_per_pose: int) -> Background:
+        """Return the background of whitened rows and the Jacobian by what is free; rows beyond the poses' are priors.
+
+        Rows that are zero for every model (a scan of two points has no curvature) are not counted.
+        """
+        norms = np.linalg.norm(jacobian, axis=0)
+        scale = np.where(norms > 0, norms, 1.0)
+        Q, R = _triangular(jacobian / scale)
+        R = R * scale
+        along = Q.T @ residual
+        rest = residual - Q @ along
+        measured = n_poses * rows_per_pose
+        live = int(np.count_nonzero(np.any(jacobian != 0, axis=1)))
+        freedom = max(live - Q.shape[1], 1)
+        return cls(rest[:measured].reshape(n_poses, -1), Q[:measured], freedom, R, along)
+
+    def without(self, mine: Array, coefficients: Array, n_priors: int) -> Background:
+        """Return the background of the model without some of its columns, in which it is linear: an update of Q, not another.
+
+        With N the directions that the other columns do not span, in the coordinates of Q, the residual gains ``Q N N' (Q' r - R c)``.
+
+        Args:
+            mine: ``(K,)`` bool, the columns to leave out.
+            coefficients: ``(k,)``, what stands at them.
+            n_priors: How many rows of priors go with them.
+        """
+        others = self.R[:, ~mine]
+        norms = np.linalg.norm(others, axis=0)
+        pivoted: Any = linalg.qr(others / np.where(norms > 0, norms, 1.0), pivoting=True)
+        basis, triangle, _ = pivoted
+        freed = basis[:, np.count_nonzero(np.abs(np.diag(triangle)) > INDEPENDENT) :]
+        gained = freed.T @ (self.along - self.R[:, mine] @ coefficients)
+        released = self.Q @ freed
+        residual = self.residual + (released @ gained).reshape(self.residual.shape)
+        freedom = max(self.freedom + freed.shape[1] - n_priors, 1)
+        return replace(self, residual=residual, freedom=freedom, released=released)
+
+    @property
+    def squared(self) -> float:
+        """Return the sum of squares of the residual."""
+        return float(np.sum(self.residual**2))
+
+    @property
+    def variance(self) -> float:
+        """Return the residual's mean square over its degrees of freedom: 1 where the noise explains it."""
+        return self.squared / self.freedom
+
+
+def _triangular(columns: Array) -> tuple[Array, Array]:
+    """Return Q ``(n, F)``, an orthonormal basis of columns ``(n, K)`` of unit or no length, and R ``(F, K)`` with ``columns = Q R``."""
+    Q, R = np.linalg.qr(columns)
+    if np.all(np.abs(np.diag(R)) > INDEPENDENT):
+        return Q, R
+    # A column that adds nothing takes a place in Q that later columns may lean on: only pivoting puts such columns last.
+    pivoted: Any = linalg.qr(columns, mode="economic", pivoting=True)
+    Q, R, order = pivoted
+    rank = np.count_nonzero(np.abs(np.diag(R)) > INDEPENDENT)
+    back = np.empty_like(order)
+    back[order] = np.arange(len(order))
+    return Q[:, :rank], R[:rank, back]
+
+
+@dataclass(frozen=True, eq=False)
+class Projected:
+    """Columns beside a model, all at once: what every group of them would explain follows without another pass over the rows.
+
+    Attributes:
+        variance: Of the residual.
+        gram: ``(e, e)``, ``E'^T E'``, in units of the plausible sizes and of the residual's variance.
+        projection: ``(e,)``, ``E'^T r`` in the same units.
+        share: ``(e,)``, ``|E'|^2 / |E|^2`` of each column.
+    """
+
+    variance: float
+    gram: Array
+    projection: Array
+    share: Array
+
+    @classmethod
+    def of(cls, background: Background, E: Array, own_gram: Array, sizes: Array) -> Projected:
+        """Return the columns beside a background.
+
+        Args:
+            background: Of the fitted model.
+            E: ``(N m, e)``.
+            own_gram: ``E^T E``, which does not depend on the background.
+            sizes: ``(e,)``, plausible sizes of the coefficients.
+        """
+        return cls.with_gram(background, E, beside(background, E, own_gram), np.diag(own_gram), sizes)
+
+    @classmethod
+    def with_gram(
+        cls, background: Background, E: Array, gram: Array, squared: Array, sizes: Array
+    ) -> Projected:
+        """Return the same, where ``E'^T E'`` ``(e, e)`` and the columns' squared lengths ``(e,)`` are known."""
+        share = np.where(
+            squared > 0, np.maximum(np.diag(gram), 0.0) / np.where(squared > 0, squared, 1.0), 0.0
+        )
+        scale = in_plausible_units(background.variance, squared, sizes)
+        scale[share <= SILENT_SHARE] = 0.0
+        return cls(
+            background.variance,
+            gram * (scale[:, None] * scale[None, :]) / background.variance,
+            (E.T @ background.residual.ravel()) * scale / background.variance,
+            share,
+        )
+
+    def score(self, groups: Array) -> tuple[Array, Array, Array]:
+        """Return gain, degrees of freedom and observability ``(T,)`` each of groups of columns ``(T, w)``."""
+        gain, dof = _gain(self.gram[groups[:, :, None], groups[:, None, :]], self.projection[groups])
+        return self.variance * gain, dof, np.sqrt(self.share[groups].max(axis=1, initial=0.0))
+
+    def forward(self, groups: Array, worth: float) -> list[int]:
+        """Return which groups ``(T, w)`` to take, best first, as long as one drops the squared residual by ``worth`` a column.
+
+        After each the others are projected beside it, so that each step looks at what is left.
+        """
+        width = groups.shape[1]
+        columns = groups.ravel()
+        G, s = self.gram[np.ix_(columns, columns)].copy(), self.projection[columns].copy()
+        local = np.arange(len(columns)).reshape(groups.shape)
+        chosen: list[int] = []
+        while len(chosen) < len(groups):
+            gain, dof = _gain(G[local[:, :, None], local[:, None, :]], s[local])
+            gain[chosen] = -np.inf
+            best = int(np.argmax(gain))
+            if dof[best] == 0 or self.variance * gain[best] < worth * width:
+                break
+            chosen.append(best)
+            mine = local[best]
+            solved = np.linalg.solve(
+                G[np.ix_(mine, mine)] + np.eye(width), np.column_stack([G[mine], s[mine]])
+            )
+            across = G[:, mine]
+            s = s - across @ solved[:, -1]
+            G = G - across @ solved[:, :-1]
+        return chosen
+
+
+def beside(background: Background, E: Array, own_gram: Array) -> Array:
+    """Return ``E'^T E'`` ``(e, e)`` of columns beside a background."""
+    A = background.Q.T @ E
+    gram = own_gram - A.T @ A
+    if background.released is not None:
+        B = background.released.T @ E
+        gram = gram + B.T @ B
+    return gram
+
+
+def in_plausible_units(variance: float, squared: Array, sizes: Array) -> Array:
+    """Return the factor ``(e,)`` on each column: its plausible size, or many standard errors where it is not bounded."""
+    unbounded = _UNBOUNDED * np.sqrt(variance / np.maximum(squared, 1e-300))
+    return np.where(np.isfinite(sizes), sizes, unbounded)
+
+
+def _gain(grams: Array, projections: Array) -> tuple[Array, Array]:
+    """Return gains ``(T,)`` over the variance and degrees of freedom ``(T,)`` of grams ``(T, w, w)``, projections ``(T, w)``.
+
+    In these units an eigenvalue is how much better the data know a direction than common sense: directions below 1 are left out, the
+    others are shrunk by that much.
+    """
+    values, vectors = np.linalg.eigh((grams + np.swapaxes(grams, 1, 2)) / 2)
+    components = np.einsum("tei,te->ti", vectors, projections)
+    seen = values > 1.0
+    gain = np.sum(np.where(seen, components**2 / (1.0 + np.maximum(values, 0.0)), 0.0), axis=1)
+    return gain, seen.sum(axis=1)
+
+
+def remainder(background: Background, gain: float, dof: int) -> tuple[float, int]:
+    """Return the squared residual that would remain after a gain, and its degrees of freedom."""
+    freedom = max(background.freedom - dof, 1)
+    least = _LEAST_REMAINDER * freedom * min(1.0, background.variance)
+    return max(background.squared - gain, least), freedom
+
+
+def p_value(background: Background, gain: float, dof: int) -> float:
+    """Return the chance of a gain this large where nothing is there to be explained (an F test)."""
+    if dof == 0:
+        return 1.0
+    rest, freedom = remainder(background, gain, dof)
+    return float(fdtrc(dof, freedom, max(gain, 0.0) / dof / (rest / freedom)))
+
+
+def evidence(background: Background, gain: float, dof: int, tried: int) -> float:
+    """Return the log evidence for a candidate, in nats: fit less complexity less the log of how many of its kind were tried."""
+    if dof == 0:
+        return -np.inf
+    rest, _ = remainder(background, gain, dof)
+    n = background.freedom
+    return 0.5 * (n * np.log((rest + gain) / rest) - dof * np.log(n)) - np.log(max(tried, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class ChangeScores:
+    """Scores of a change at every possible moment.
+
+    Attributes:
+        first: ``(T,)``, index of the first pose after the change, in order of acquisition among the poses that it touches.
+        gain: ``(T,)``.
+        dof: ``(T,)``.
+    """
+
+    first: Array
+    gain: Array
+    dof: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Moments:
+    """Columns that act from one pose on, for every such pose, beside a model: what does not depend on the residual.
+
+    Attributes:
+        index: ``(T,)``, the poses that are touched.
+        at: Which of them may be the first after the change.
+        grams: ``(len(at), e, e)``, ``E'^T E'`` of the columns from there on.
+        squared: ``(e,)``, squared lengths of the columns where they act all the time.
+    """
+
+    index: Array
+    at: Array
+    grams: Array
+    squared: Array
+
+    @classmethod
+    def of(cls, background: Background, E: Array, index: Array, margin: int) -> Moments:
+        """Return the moments of columns ``(N, m, e)`` that touch the poses ``index``, without regard to what a background has released."""
+        Ei = E[index]
+        moment = np.cumsum(np.einsum("nmi,nmj->nij", Ei, Ei)[::-1], axis=0)[::-1]
+        at = np.arange(margin, len(index) - margin + 1)
+        shared = _from_each_on(background.Q, E, index)[at]
+        grams = moment[at] - np.swapaxes(shared, 1, 2) @ shared
+        return cls(index, at, grams, np.einsum("nme,nme->e", Ei, Ei))
+
+    def score(self, background: Background, E: Array, sizes: Array) -> ChangeScores:
+        """Return the scores beside a background of the same model, or one that has released directions of it."""
+        projection = np.cumsum(
+            np.einsum("nme,nm->ne", E[self.index], background.residual[self.index])[::-1], axis=0
+        )[::-1]
+        grams = self.grams
+        if background.released is not None:
+            shared = _from_each_on(background.released, E, self.index)[self.at]
+            grams = grams + np.swapaxes(shared, 1, 2) @ shared
+        scale = in_plausible_units(background.variance, self.squared, sizes)
+        grams = grams * ((scale[:, None] * scale[None, :]) / background.variance)
+        gain, dof = _gain(grams, projection[self.at] * scale / background.variance)
+        return ChangeScores(self.index[self.at], background.variance * gain, dof)
+
+
+def _from_each_on(Q: Array, E: Array, index: Array) -> Array:
+    """Return ``Q^T E`` over the poses of ``index`` from each on, ``(T, F, e)``."""
+    N, m, _ = E.shape
+    by_pose = np.swapaxes(Q.reshape(N, m, -1)[index], 1, 2) @ E[index]
+    return np.cumsum(by_pose[::-1], axis=0)[::-1]

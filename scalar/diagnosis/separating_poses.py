@@ -1,0 +1,117 @@
+"""Where two effects that the data do not tell apart would predict different positions: the poses to add.
+
+On the data one effect, and the best mixture of the other and the geometry, leave the same residual; within
+the joint limits they need not. Poses drawn there at random are compared, and the part of one joint's range
+where the two disagree most is named.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.diagnosis.fitted_state import State
+from scalar.effects.effect import BaseEffect, Effect, JointEffect, LinkEffect, SensorEffect
+from scalar.effects.links import ThermalDrift
+from scalar.effects.sensor import SensorSlip
+from scalar.estimation.model import EffectBases, Kinematics
+from scalar.geometry.se3 import Array, skew
+
+N_SAMPLES = 1500
+PARTS = 6  # that a joint's range is cut in
+_SEED = 20240
+
+
+@dataclass(frozen=True)
+class Separation:
+    """Where two effects disagree.
+
+    Attributes:
+        joint: From 1, whose angle matters most.
+        low, high: The part of its range where they disagree most [rad].
+        there, here: Root mean square disagreement there, and at the poses that were measured [m].
+    """
+
+    joint: int
+    low: float
+    high: float
+    there: float
+    here: float
+
+
+def separation(state: State, index: int, other: Effect) -> Separation | None:
+    """Return where effect ``index`` of a state and another would be told apart; None where that is no
+    matter of joint angles."""
+    effect = state.effects[index]
+    by_pose = (JointEffect, LinkEffect, BaseEffect, SensorEffect)
+    if not all(
+        isinstance(e, by_pose) and not isinstance(e, (SensorSlip, ThermalDrift)) for e in (effect, other)
+    ):
+        return None
+    steps = _steps(state, index, other)
+    if steps is None:
+        return None
+    limits = _limits(state)
+    rng = np.random.default_rng(_SEED)
+    q = rng.uniform(limits[:, 0], limits[:, 1], size=(N_SAMPLES, len(limits)))
+    seen = state.residuals.poses
+    columns = {name: rng.choice(values, N_SAMPLES) for name, values in seen.columns.items()}
+    anywhere = Poses(q, np.full(N_SAMPLES, float(np.median(seen.order))), columns)
+    here, there = (_disagreement(state, other, steps, poses) for poses in (seen, anywhere))
+    best: tuple[float, int, float, float] | None = None
+    for j in range(len(limits)):
+        edges = np.linspace(limits[j][0], limits[j][1], PARTS + 1)
+        part = np.clip(np.digitize(q[:, j], edges) - 1, 0, PARTS - 1)
+        means = np.array([np.mean(there[part == k] ** 2) for k in range(PARTS)])
+        k = int(np.argmax(means))
+        if best is None or means[k] > best[0]:
+            best = float(means[k]), j + 1, float(edges[k]), float(edges[k + 1])
+    assert best is not None
+    rms = float(np.sqrt(np.mean(here**2)))
+    return Separation(best[1], best[2], best[3], float(np.sqrt(best[0])), rms)
+
+
+def _limits(state: State) -> Array:
+    limits = np.array(state.model.nominal.limits, dtype=float)
+    q = state.residuals.poses.q
+    bounded = np.isfinite(limits) & (np.abs(limits) < 4 * np.pi)
+    return np.where(bounded, limits, np.column_stack([q.min(axis=0), q.max(axis=0)]))
+
+
+def _steps(state: State, index: int, other: Effect) -> Array | None:
+    """Return how much the parameters differ between the two explanations, ``(P + k,)``: the other's
+    coefficients come last."""
+    J = state.residuals.linearise(state.model)[1]
+    E = state.columns_of([other])
+    J, E = J[: len(E)], E[: len(J)]
+    start = state.model.blocks["effects"].start + sum(len(e.coefficients) for e in state.effects[:index])
+    mine = slice(start, start + len(state.effects[index].coefficients))
+    free = state.free.copy()
+    free[mine] = False
+    c = state.effects[index].coefficients
+    A = np.concatenate([J[:, free], E], axis=1)
+    scale = np.linalg.norm(A, axis=0)
+    scale[scale == 0] = 1.0
+    found = np.linalg.lstsq(A / scale, J[:, mine] @ c, rcond=1e-8)[0] / scale
+    if not np.all(np.isfinite(found)):
+        return None
+    steps = np.zeros(J.shape[1] + E.shape[1])
+    steps[mine] = c
+    steps[: J.shape[1]][free] -= found[: int(free.sum())]
+    steps[J.shape[1] :] -= found[int(free.sum()) :]
+    return steps
+
+
+def _disagreement(state: State, other: Effect, steps: Array, poses: Poses) -> Array:
+    """Return by how far the two predictions of the sensor's place differ ``(N,)`` [m], the best motion of
+    the base removed."""
+    model = replace(state.model, effects=(*state.model.effects, other))
+    kinematics = Kinematics.of(model, poses, EffectBases.of(model.nominal, poses, model.effects))
+    motion = kinematics.screws() @ steps
+    o = kinematics.T_base_sensor[:, :3, 3]
+    shift = motion[:, 3:] + np.cross(motion[:, :3], o)
+    lever = np.concatenate([-skew(o), np.broadcast_to(np.eye(3), (len(o), 3, 3))], axis=2).reshape(-1, 6)
+    rest = shift.ravel() - lever @ np.linalg.lstsq(lever, shift.ravel(), rcond=None)[0]
+    return np.linalg.norm(rest.reshape(-1, 3), axis=1)

@@ -1,0 +1,215 @@
+"""Structure beyond doubt that no name fits: found by flexible terms, judged harder than a name, and never forced into the nearest one.
+
+A flexible term takes the place of a name, or of all names of a joint or of a course in time at once, where it explains far better: a step of an
+angle is imitated by a scale with five harmonics, a bump by four, and neither is one of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from scalar.data.poses import is_joint
+from scalar.diagnosis.autocorrelation import depends_on
+from scalar.diagnosis.candidate_set import Candidate, curves, flexible, waves
+from scalar.diagnosis.fitted_state import State, settle
+from scalar.diagnosis.forward_selection import (
+    Bank,
+    Columns,
+    Scored,
+    background_without,
+    columns_of_effects,
+    hunt,
+    merged,
+    rank,
+    reconsidered,
+    refined,
+    together,
+    without_columns,
+)
+from scalar.diagnosis.hold_out import held_out, improvement, no_worse
+from scalar.diagnosis.score_test import Background
+from scalar.effects.effect import Effect
+from scalar.effects.joints import JointBacklash, JointCoupling, JointHarmonic, JointScale
+from scalar.effects.links import ThermalDrift
+from scalar.effects.sensor import SensorSlip
+from scalar.effects.surface import PlaneMoved
+from scalar.effects.unattributed import Unattributed, UnattributedJoint
+
+ALPHA = 1e-5  # chance of seeing structure where there is none, corrected for all terms that were tried
+LEAST_IMPROVEMENT = (
+    2.0  # standard errors by which the held-out error has to fall, blocks being few and unlike
+)
+BETTER_THAN_A_NAME = 7.0  # nats by which a flexible term has to explain better to unseat a name
+HOPELESS = 0.7  # of a name's evidence: with less a coarse look is not refined
+MORE_SHAPES = 2
+MINOR = 0.1  # of what has no name: a name that explains less is not given beside it
+MAX_TERMS = 3
+LOOKED_AT = 4  # terms of those that score best
+COLUMNS_AT_ONCE = 512
+
+
+def with_unnamed(state: State, named: Bank) -> State:
+    """Return a state with flexible terms for what its named effects leave, the names judged again beside them.
+
+    Args:
+        state: Where the hunt for names ended.
+        named: What has a name.
+    """
+    pools = _banks(flexible(state.dataset))
+    for _ in range(MAX_TERMS):
+        trial = _unseated(state, pools) or _with_best(state, pools)
+        if trial is None:
+            break
+        state = _own_names_dropped(hunt(reconsidered(trial, named)[0], named))
+    return _minor_names_dropped(_own_names_dropped(reconsidered(state, named)[0]))
+
+
+def _banks(pool: Sequence[Candidate]) -> list[Bank]:
+    """Return a pool in parts: what is between terms is never asked for, and many poses with all columns at once are more than memory likes."""
+    parts: list[list[Candidate]] = [[]]
+    width = 0
+    for candidate in pool:
+        width += len(candidate.effect.coefficients)
+        if width > COLUMNS_AT_ONCE:
+            parts.append([])
+            width = len(candidate.effect.coefficients)
+        parts[-1].append(candidate)
+    return [Bank.of(part, elsewhere=len(pool) - len(part)) for part in parts]
+
+
+def _ranked(state: State, backgrounds: Sequence[Background], pools: Sequence[Bank]) -> list[list[Scored]]:
+    """Return for each background the best few of all flexible terms, best first."""
+    found: list[list[Scored]] = [[] for _ in backgrounds]
+    for pool in pools:
+        cols = Columns(state, pool)
+        for entries, background in zip(found, backgrounds, strict=True):
+            entries += rank(state, background, cols)[:LOOKED_AT]
+    return [sorted(entries, key=lambda entry: -entry.evidence)[:LOOKED_AT] for entries in found]
+
+
+def _with_best(state: State, pools: Sequence[Bank]) -> State | None:
+    """Return the state with the flexible term that the residual bears out best, or None."""
+    background = state.background()
+    for entry in _ranked(state, [background], pools)[0]:
+        if entry.p_value > ALPHA or entry.evidence <= 0:
+            return None
+        effect = refined(state, background, entry).effect
+        trial = settle(state.dataset, state.model, state.geometry_free, merged(state.effects, effect))
+        gain = improvement(held_out(state, state.mix), held_out(trial, state.mix))
+        if gain >= LEAST_IMPROVEMENT and no_worse(held_out(state), held_out(trial)):
+            return trial
+    return None
+
+
+def _unseated(state: State, pools: Sequence[Bank]) -> State | None:
+    """Return the state with flexible terms in the place of names that explain their share far worse, or None."""
+    groups = list(_groups(state.effects))
+    if not groups:
+        return None
+    left_out = [background_without(state, indices) for indices in groups]
+    ranked = _ranked(state, [without for without, _, _ in left_out], pools)
+    for indices, left, entries in zip(groups, left_out, ranked, strict=True):
+        without, own = left[0], together(state, indices, pools[0], left)
+        gears = [e for e in (state.effects[i] for i in indices) if isinstance(e, JointHarmonic)]
+        if gears:
+            entries = entries + _ranked(state, [without], _banks(waves(state.dataset, gears[0].joint)))[0]
+        others = tuple(e for k, e in enumerate(state.effects) if k not in indices)
+        for entry in entries:
+            if entry.evidence < HOPELESS * own.evidence:
+                continue
+            best = refined(state, without, entry)
+            trial = settle(state.dataset, state.model, state.geometry_free, merged(others, best.effect))
+            better = best.evidence - own.evidence
+            if gears and better <= BETTER_THAN_A_NAME:
+                trial, more = _with_more_shapes(trial, gears[0].joint)
+                better += more
+            # Fewer coefficients may fit a little worse, but must not predict worse.
+            worse = improvement(held_out(trial, state.mix), held_out(state, state.mix))
+            if better > BETTER_THAN_A_NAME and worse < LEAST_IMPROVEMENT:
+                return trial
+    return None
+
+
+def _with_more_shapes(state: State, joint: int) -> tuple[State, float]:
+    """Return a state with up to two more shapes of a joint's error along its own angle, and their evidence [nats]."""
+    pools = _banks(curves(state.dataset, joint))
+    evidence = 0.0
+    for _ in range(MORE_SHAPES):
+        background = state.background()
+        best = refined(state, background, _ranked(state, [background], pools)[0][0])
+        if best.evidence <= 0:
+            break
+        evidence += best.evidence
+        state = settle(state.dataset, state.model, state.geometry_free, merged(state.effects, best.effect))
+    return state, evidence
+
+
+def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
+    """Return which effects one flexible term could stand for: all of a joint, all that a course in time may imitate, each alone."""
+    by_joint: dict[int, list[int]] = {}
+    in_time = []
+    for i, effect in enumerate(effects):
+        if isinstance(effect, (JointHarmonic, JointScale, JointBacklash, JointCoupling)):
+            by_joint.setdefault(effect.joint, []).append(i)
+        if _in_time(effect):
+            in_time.append(i)
+    yield from (indices for indices in [*by_joint.values(), in_time] if len(indices) > 1)
+    yield from ([i] for i, effect in enumerate(effects) if not isinstance(effect, Unattributed))
+
+
+def _own_names_dropped(state: State) -> State:
+    """Return a state without names for what a joint's flexible term along its own angle leaves: they are the rest of the same curve."""
+    curves = {
+        effect.joint
+        for effect in state.effects
+        if isinstance(effect, UnattributedJoint) and effect.depends_on == [f"q{effect.joint}"]
+    }
+    kept = tuple(
+        effect
+        for effect in state.effects
+        if not (isinstance(effect, (JointHarmonic, JointScale)) and effect.joint in curves)
+    )
+    if len(kept) == len(state.effects):
+        return state
+    return settle(state.dataset, state.model, state.geometry_free, kept)
+
+
+def _minor_names_dropped(state: State) -> State:
+    """Return a state without names that explain little beside what has none: they are as likely a part of it.
+
+    What has no name is what the flexible terms explain, and what poses spread by where neighbours err alike. A change in time beside an
+    unnamed course in time has to explain more than that, any other name a tenth of it.
+    """
+    plain = Background.of(
+        *state.linearised(), state.dataset.n_poses, state.residuals.measurement.rows_per_pose
+    )
+    unnamed = [i for i, effect in enumerate(state.effects) if isinstance(effect, Unattributed)]
+    columns = [v for i in unnamed for v in state.effects[i].depends_on]  # type: ignore[attr-defined]
+    unexplained = _explained(state, plain, unnamed) if unnamed else 0.0
+    along = depends_on(state) if state.spreads else []
+    if along:
+        unexplained += max(plain.squared - plain.freedom, 0.0)
+    courses = any(not is_joint(name) for name in [*columns, *along])
+    minor = [
+        i
+        for i, effect in enumerate(state.effects)
+        if i not in unnamed
+        and _explained(state, plain, [i]) < (1.0 if courses and _in_time(effect) else MINOR) * unexplained
+    ]
+    if not minor:
+        return state
+    kept = tuple(effect for i, effect in enumerate(state.effects) if i not in minor)
+    return settle(state.dataset, state.model, state.geometry_free, kept)
+
+
+def _explained(state: State, plain: Background, indices: Sequence[int]) -> float:
+    """Return by how much the squared residual, whitened for the noise within scans alone, would grow without some effects."""
+    local, sizes = columns_of_effects(state, indices)
+    return without_columns(plain, state, local, sizes).squared - plain.squared
+
+
+def _in_time(effect: Effect) -> bool:
+    """Return whether an effect is a change in the course of the acquisition."""
+    if isinstance(effect, ThermalDrift):
+        return effect.by != "temperature"
+    return isinstance(effect, (SensorSlip, PlaneMoved))

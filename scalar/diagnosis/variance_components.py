@@ -1,0 +1,179 @@
+"""Effects that shift nothing on average and show in the covariance: joints that repeat only to a spread, scans with an error of their own.
+
+Each adds ``v K_i`` to the unit covariance of a pose's whitened rows: ``K = D D'`` with D the rows' derivatives by the joint angles for a jitter, by
+an error common to the scan for a bias. v is found by maximum likelihood; the likelihoods tell the two apart, since a jitter moves far poses
+more and turns lines as well, where a bias only shifts them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.stats import chi2
+
+from scalar.diagnosis.score_test import Background
+from scalar.geometry.se3 import Array
+from scalar.sensors.line_laser import LineLaser
+from scalar.sensors.measurement import Measurement, Rows, Target
+
+if TYPE_CHECKING:
+    from scalar.diagnosis.fitted_state import State
+
+P_VALUE = 1e-5  # of a spread between poses beyond the noise within scans
+CONFOUNDED = 3.0  # nats of likelihood within which jitter and bias are not told apart
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """A noise effect.
+
+    Attributes:
+        name: ``pose_jitter`` or ``scan_bias``.
+        std: Of the joints [rad], or of a scan's common error [m].
+        std_error: Standard error of std.
+        log_likelihood_gain: Over the noise within scans alone.
+        p_value: Of the likelihood ratio.
+        covariance: ``(N, m, m)``, of each pose's whitened rows.
+    """
+
+    name: str
+    std: float
+    std_error: float
+    log_likelihood_gain: float
+    p_value: float
+    covariance: Array
+
+
+def spreads(state: State) -> list[Spread]:
+    """Return the noise effects that the residual's covariance shows, likeliest first; empty where the noise explains it."""
+    residual, jacobian = state.linearised()
+    m = state.residuals.measurement.rows_per_pose
+    background = Background.of(residual, jacobian, state.dataset.n_poses, m)
+    rows = background.residual
+    # A fit takes up its share of the spread; without it the estimate would be low by that share.
+    live = background.freedom + background.Q.shape[1]
+    rows = rows * np.sqrt(live / background.freedom)
+    found = []
+    for name, D in directions(state):
+        K = D @ np.swapaxes(D, 1, 2)
+        gain, v, curvature = _maximum_likelihood(rows, K)
+        p = float(0.5 * chi2.sf(2 * gain, 1)) if gain > 0 else 1.0
+        if p < P_VALUE and v > 0:
+            std = float(np.sqrt(v))
+            found.append(
+                Spread(name, std, float(curvature / (2 * std)), gain, p, np.eye(rows.shape[1]) + v * K)
+            )
+    return sorted(found, key=lambda s: -s.log_likelihood_gain)
+
+
+def directions(state: State) -> list[tuple[str, Array]]:
+    """Return the rows' derivatives ``(N, m, k)`` by every joint angle, and by an error common to the pose's measurement."""
+    kinematics = state.residuals.kinematics(state.model)
+    n = state.model.robot.n_joints
+    by_angle = kinematics.screws()[:, :, 3 * n : 4 * n]
+    rows = state.residuals.measurement.rows(kinematics.T_base_sensor, state.model.target)
+    m = rows.residual.shape[1]
+    jitter = rows.wrench @ by_angle
+    measurement = state.residuals.measurement
+    if isinstance(measurement, LineLaser):
+        bias = measurement.common_error(kinematics.T_base_sensor, state.model.target)[:, :, None]
+    else:
+        bias = np.broadcast_to(np.eye(m) / measurement.sigma, (len(by_angle), m, m))
+    return [("pose_jitter", jitter), ("scan_bias", np.array(bias))]
+
+
+def _maximum_likelihood(rows: Array, K: Array) -> tuple[float, float, float]:
+    """Return the gain of log likelihood over v = 0, v itself and its standard error."""
+    values, vectors = np.linalg.eigh(K)
+    values = np.maximum(values, 0.0)
+    squares = np.einsum("nij,ni->nj", vectors, rows) ** 2
+    typical = 1.0 / max(float(np.median(values[:, -1])), 1e-300)
+
+    def cost(log_v: float) -> float:
+        spread = 1.0 + np.exp(log_v) * values
+        return 0.5 * float(np.sum(np.log(spread) + squares / spread))
+
+    start = np.log(typical)
+    result: Any = minimize_scalar(
+        cost, bounds=(start - 16, start + 24), method="bounded", options={"xatol": 1e-4}
+    )
+    v = float(np.exp(result.x))
+    spread = 1.0 + v * values
+    information = 0.5 * float(np.sum((values / spread) ** 2))
+    return 0.5 * float(np.sum(squares)) - float(result.fun), v, 1.0 / np.sqrt(max(information, 1e-300))
+
+
+@dataclass(frozen=True, eq=False)
+class Mixed(Measurement):
+    """A measurement whose rows are whitened for noise common to a pose.
+
+    Attributes:
+        inner: The rows.
+        mix: ``(N, m, m)``, inverse square roots of the covariances.
+    """
+
+    inner: Any
+    mix: Array
+
+    def __getattr__(self, name: str) -> Any:
+        """Return what the inner measurement has."""
+        return getattr(self.inner, name)
+
+    @property
+    def target_index(self) -> Array:  # type: ignore[override]
+        """Return which item each pose measures."""
+        return self.inner.target_index
+
+    @property
+    def sigma(self) -> float:  # type: ignore[override]
+        """Return the standard deviation within scans."""
+        return self.inner.sigma
+
+    @property
+    def rows_per_pose(self) -> int:  # type: ignore[override]
+        """Return the rows of the inner measurement."""
+        return self.inner.rows_per_pose
+
+    @classmethod
+    def of(cls, dataset: Any) -> Measurement:
+        """Not to be made from a dataset."""
+        raise NotImplementedError
+
+    def initial_target(self, dataset: Any) -> Target:
+        """Return the inner measurement's."""
+        return self.inner.initial_target(dataset)
+
+    def fitted_target(self, T_base_sensor: Array, target: Target) -> Target:
+        """Return the inner measurement's."""
+        return self.inner.fitted_target(T_base_sensor, target)
+
+    def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
+        """Return the inner rows, mixed."""
+        rows = self.inner.rows(T_base_sensor, target, point_effects)
+        mix = self.mix
+        residual = np.einsum("nij,nj->ni", mix, rows.residual)
+        return Rows(residual, mix @ rows.wrench, mix @ rows.target, mix @ rows.extra)
+
+    def reweighted(self, T_base_sensor: Array, target: Target) -> Measurement:
+        """Return the inner measurement reweighted, mixed as before."""
+        return Mixed(self.inner.reweighted(T_base_sensor, target), self.mix)
+
+    def distances(
+        self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
+    ) -> tuple[Array, Array]:
+        """Return the inner distances."""
+        return self.inner.distances(T_base_sensor, target, point_effects)
+
+    def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
+        """Return the inner measurement's."""
+        return self.inner.perfect_rows(T_base_sensor, target, index)
+
+
+def whitening(spread: Spread) -> Array:
+    """Return the inverse square roots ``(N, m, m)`` of a noise effect's covariances."""
+    values, vectors = np.linalg.eigh(spread.covariance)
+    return (vectors / np.sqrt(values)[:, None, :]) @ np.swapaxes(vectors, 1, 2)

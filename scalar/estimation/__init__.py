@@ -1,0 +1,1 @@
+"""From a dataset to a calibration: model, residuals, least squares, identifiability, result."""

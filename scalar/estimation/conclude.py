@@ -1,0 +1,163 @@
+"""From a converged fit to a calibration: reporting coordinates, standard errors, what is fixed and why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import chi2
+
+from scalar.data.dataset import Dataset
+from scalar.errors import Undetermined
+from scalar.estimation.least_squares import RANK_TOLERANCE, Fit, covariance_and_step
+from scalar.estimation.model import Model
+from scalar.estimation.prepare import Prepared
+from scalar.estimation.residuals import Residuals
+from scalar.estimation.result import Calibration, reporting, sensor_mapping
+from scalar.geometry.robot import GEOMETRY
+from scalar.geometry.se3 import Array
+from scalar.sensors.line_laser import LineLaser
+
+MISFIT_P_VALUE = 1e-3  # a residual less likely than this under the noise says that the model lacks something
+
+
+def _why_held(name: str, is_effect: bool) -> str:
+    if name.startswith("beta_"):
+        return "nominal; the effect axis_nonparallel frees it"
+    return "held, or it leaves no residual beside the other parameters" if is_effect else "held as asked"
+
+
+def conclude(dataset: Dataset, prepared: Prepared, found: Fit, residuals: Residuals) -> Calibration:
+    """Return the calibration of a converged fit: reporting coordinates, standard errors, what was held and why.
+
+    The covariance is that of the noise, widened where the residual is larger than the noise explains.
+    """
+    guess = residuals.measurement.initial_target(dataset)
+    model = reporting(found.model, guess)
+    residual, jacobian = residuals.linearise(model)
+    _check_rank(model, jacobian[:, found.free], found.free)
+    covariance, _ = covariance_and_step(jacobian[:, found.free], residual)
+    spread = misfit(residuals, model, int(found.free.sum()))
+    names = model.names
+    held = {h.name: h.reason for h in prepared.identifiability.held}
+    for name, is_free in zip(names, found.free, strict=True):
+        if not is_free and name not in held:
+            held[name] = _why_held(name, "." in name and name not in prepared.start.model.names)
+    summary: dict[str, Any] = {
+        "poses": dataset.n_poses,
+        "points": len(dataset.points) if len(dataset.points) else dataset.n_poses,
+        "sigma_m": residuals.measurement.sigma,
+        "sigma_stated": residuals.measurement.sigma_stated,
+        "misfit": spread.ratio,
+        "misfit_p_value": spread.p_value,
+        "started_from": prepared.start.origin,
+        "start_rms_m": prepared.start.rms,
+        "evaluations": found.evaluations,
+        "chi_squared": found.chi_squared,
+        "kept_near_data_sheet": {a.name: a.reason for a in model.anchors if a.reason},
+        "singular_values": [float(s) for s in prepared.identifiability.singular_values],
+    }
+    _check_plausible(model)
+    return Calibration(
+        model=model,
+        sensor=sensor_mapping(dataset),
+        free=tuple(name for name, is_free in zip(names, found.free, strict=True) if is_free),
+        covariance=covariance * spread.inflation,
+        held=held,
+        gauge=tuple(
+            {"held": h.name, "reason": h.reason, "moves_with": list(h.moves_with), "cause": h.cause}
+            for h in prepared.identifiability.held
+        ),
+        residual_rms=residuals.rms(model),
+        summary=summary,
+    )
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """How the residual compares with the noise.
+
+    Attributes:
+        ratio: Root of the residual's mean square over what the noise explains; about 1 for a complete model.
+        p_value: Chance of a residual this large from noise alone; None where the noise is not known independently.
+        inflation: Factor on the covariance.
+    """
+
+    ratio: float
+    p_value: float | None
+    inflation: float
+
+
+def misfit(residuals: Residuals, model: Model, n_free: int) -> Misfit:
+    """Return how far the residual exceeds the noise, the scatter within scans set apart.
+
+    A scan's scatter about its own line holds no news of the model, and there is much of it: left in, it would drown what the model
+    lacks. What remains are two numbers a scan (one a contact, three a tracked point).
+    """
+    measurement = residuals.measurement
+    squared = float(np.sum(residuals.residual(model) ** 2))
+    N = len(residuals.poses)
+    freedom = measurement.rows_per_pose * N - n_free
+    if isinstance(measurement, LineLaser):
+        T = residuals.kinematics(model).T_base_sensor
+        within, _ = measurement.scatter(T, model.target, residuals.point_effects(model))
+        squared -= float(within.sum())
+        lines = np.minimum(np.diff(measurement.starts), measurement.equations_per_pose)
+        freedom = int(lines.sum()) - n_free
+    if residuals.known is not None:
+        known = residuals.known
+        freedom += 2 * int(np.isfinite(known.normal_std).sum()) + int(np.isfinite(known.distance_std).sum())
+    if freedom <= 0:
+        return Misfit(1.0, None, 1.0)
+    ratio = squared / freedom
+    if isinstance(measurement, LineLaser) or measurement.sigma_stated:
+        p_value = float(chi2.sf(squared, freedom))
+        return Misfit(float(np.sqrt(ratio)), p_value, ratio if p_value < MISFIT_P_VALUE else 1.0)
+    return Misfit(float(np.sqrt(ratio)), None, ratio)
+
+
+def _check_rank(model: Model, J: Array, free: Array) -> None:
+    """Refuse error bars for what the data do not determine.
+
+    Raises:
+        Undetermined: With the parameters that move together unseen.
+    """
+    scale = np.linalg.norm(J, axis=0)
+    _, s, Vt = np.linalg.svd(np.linalg.qr(J / np.where(scale > 0, scale, 1.0), mode="r"))
+    if s[-1] > RANK_TOLERANCE * s[0]:
+        return
+    names = np.array(model.names)[free]
+    largest = names[np.argsort(-np.abs(Vt[-1]))[:4]]
+    raise Undetermined(
+        [
+            f"the data do not tell {', '.join(largest)} apart: measure more poses that differ in all joints, or hold one (--hold)"
+        ]
+    )
+
+
+_LARGEST_LENGTH_CHANGE = 0.5  # m
+_LARGEST_ANGLE_CHANGE = 1.5  # rad
+
+
+def _check_plausible(model: Model) -> None:
+    """Refuse a robot that no workshop could have built from its data sheet.
+
+    Raises:
+        Undetermined: A length or an angle ran away from its nominal value.
+    """
+    change = np.abs(model.robot.geometry - model.nominal.geometry)
+    reasons = []
+    for k, kind in enumerate(GEOMETRY):
+        bound, unit, factor = (
+            (_LARGEST_LENGTH_CHANGE, "mm", 1e3)
+            if kind in ("a", "d")
+            else (_LARGEST_ANGLE_CHANGE, "deg", 180 / np.pi)
+        )
+        for i in np.flatnonzero(change[k] > bound):
+            reasons.append(
+                f"{kind}_{i + 1} ran {change[k, i] * factor:.0f} {unit} away from its nominal value, past the bound of "
+                f"{bound * factor:.0f} {unit}: the poses hardly see it, or the nominal robot is not this one"
+            )
+    if reasons:
+        raise Undetermined(reasons)

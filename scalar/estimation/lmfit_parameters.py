@@ -1,0 +1,43 @@
+"""Between a model's coordinates and ``lmfit.Parameters``: one name each, made safe for lmfit where a user's name is not."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from collections.abc import Sequence
+
+import lmfit
+import numpy as np
+
+from scalar.geometry.se3 import Array
+
+
+def lmfit_names(names: Sequence[str]) -> list[str]:
+    """Return the names with every character that lmfit cannot take replaced, still unique."""
+    safe: list[str] = []
+    taken: set[str] = set()
+    for name in names:
+        candidate = re.sub(r"\W", "_", name, flags=re.ASCII)
+        if keyword.iskeyword(candidate) or not re.match(r"[A-Za-z_]", candidate):
+            candidate = "_" + candidate
+        unique, count = candidate, 1
+        while unique in taken:
+            count += 1
+            unique = f"{candidate}_{count}"
+        taken.add(unique)
+        safe.append(unique)
+    return safe
+
+
+def to_lmfit(names: Sequence[str], values: Array) -> list[lmfit.Parameter]:
+    """Return free lmfit parameters of the given names and values.
+
+    A list, which lmfit's Minimizer takes as it is; a ``Parameters`` it would copy deeply, at a tenth of the
+    cost of a fit.
+    """
+    return [lmfit.Parameter(name, value=float(x)) for name, x in zip(lmfit_names(names), values, strict=True)]
+
+
+def from_lmfit(parameters: lmfit.Parameters) -> Array:
+    """Return the values of lmfit parameters, in their order."""
+    return np.array([parameter.value for parameter in parameters.values()])

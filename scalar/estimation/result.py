@@ -1,0 +1,273 @@
+"""What a calibration is: a model with its covariance, what was held and why; to predict with, to save and to load."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.io.atomic import write_json
+from scalar.data.poses import Poses
+from scalar.effects.catalogue import effect_from_mapping, effect_to_mapping
+from scalar.errors import Fault, InvalidInput
+from scalar.estimation.model import EffectBases, Kinematics, Model
+from scalar.geometry.planes import Planes
+from scalar.geometry.robot import Robot, fixed_transform_mapping
+from scalar.geometry.se3 import Array, log_so3, transform_from_rotation_vector
+from scalar.sensors.tracker import TrackerFrames
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+FORMAT = "scalar-calibration/1"
+PREDICTION_COLUMNS = ("pose", "x", "y", "z", "rx", "ry", "rz")
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A calibrated model.
+
+    Attributes:
+        model: In reporting coordinates: the sensor's rotation vector is absolute, normals are counted from the rough guesses.
+        sensor: Kind, stated noise and error axis, as the dataset has them.
+        free: Names of the parameters that were estimated.
+        covariance: ``(F, F)`` of the free parameters, in their units squared.
+        held: ``{name: reason}`` of every parameter that was not estimated.
+        gauge: What could not be seen: one mapping for each held direction.
+        residual_rms: Root mean square distance of points and target [m].
+        summary: Numbers for people: poses, points, noise, misfit, how the fit started and ended.
+    """
+
+    model: Model
+    sensor: Mapping[str, Any]
+    free: tuple[str, ...] = ()
+    covariance: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    held: Mapping[str, str] = field(default_factory=dict)
+    gauge: tuple[Mapping[str, Any], ...] = ()
+    residual_rms: float = 0.0
+    summary: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def nominal(cls, dataset: Dataset, T_flange_sensor: Array | None = None) -> Calibration:
+        """Return the model as the dataset declares it, nothing estimated: the state before.
+
+        Args:
+            dataset: Gives robot, sensor and planes.
+            T_flange_sensor: ``(4, 4)``, for a dataset that states no pose of the sensor.
+        """
+        T = dataset.sensor.T_flange_sensor if T_flange_sensor is None else T_flange_sensor
+        if T is None:
+            raise ValueError("the dataset states no pose of the sensor")
+        target: Any = TrackerFrames(("tracker",), np.eye(3)[None], np.zeros((1, 6)))
+        if dataset.planes:
+            planes = dataset.planes
+            target = Planes.at(
+                [p.name for p in planes], np.array([p.normal for p in planes]), [p.distance for p in planes]
+            )
+        model = Model.at(dataset.robot, T, target)
+        return cls(reporting(model, model.target), sensor_mapping(dataset))
+
+    @property
+    def std(self) -> dict[str, float]:
+        """Return the standard error of every free parameter, in its unit."""
+        return dict(zip(self.free, np.sqrt(np.diag(self.covariance)), strict=True))
+
+    def parameters(self) -> dict[str, dict[str, Any]]:
+        """Return ``{name: {value, std, unit, held, reason}}`` of every parameter."""
+        std = self.std
+        model = self.model
+        return {
+            name: {
+                "value": float(value),
+                "std": float(std[name]) if name in std else None,
+                "unit": unit,
+                "held": name not in std,
+                "reason": None if name in std else self.held.get(name, "nominal"),
+            }
+            for name, value, unit in zip(model.names, model.vector, model.units, strict=True)
+        }
+
+    def predict(self, poses: pd.DataFrame) -> Array:
+        """Return the sensor's frames in the base frame ``(N, 4, 4)``, all effects applied.
+
+        Args:
+            poses: A table with q1..qn [rad] and the optional columns of poses.csv; without ``order``, the state at the end.
+
+        Raises:
+            InvalidInput: A column that an effect needs is missing.
+        """
+        return self._kinematics(poses).T_base_sensor
+
+    def predict_std(self, poses: pd.DataFrame) -> tuple[Array, Array]:
+        """Return the standard errors of the predicted poses, what is held being taken as exact.
+
+        Returns:
+            Position ``(N,)`` [m] and orientation ``(N,)`` [rad]: root of the trace of each 3 x 3 covariance; NaN where the fit
+            gave no covariance.
+        """
+        kinematics = self._kinematics(poses)
+        columns = np.array([self.model.names.index(name) for name in self.free], dtype=int)
+        # What is measured against moves no prediction, so only the marginal covariance of the rest is asked for, by its square root.
+        target = self.model.blocks["target"]
+        moves = (columns < target.start) | (columns >= target.stop)
+        covariance = self.covariance[np.ix_(moves, moves)]
+        if not np.all(np.isfinite(covariance)):
+            return np.full(len(poses), np.nan), np.full(len(poses), np.nan)
+        values, vectors = np.linalg.eigh(covariance)
+        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        screws = kinematics.screws()[:, :, columns[moves]] @ root
+        moving = screws[:, 3:] + np.cross(screws[:, :3], kinematics.T_base_sensor[:, :3, 3, None], axis=1)
+        return np.linalg.norm(moving, axis=(1, 2)), np.linalg.norm(screws[:, :3], axis=(1, 2))
+
+    def _kinematics(self, poses: pd.DataFrame) -> Kinematics:
+        at = Poses.from_frame(poses, self.model.robot.n_joints, order_is_row=False)
+        return Kinematics.of(self.model, at, EffectBases.of(self.model.nominal, at, self.model.effects))
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the content of ``calibration.json``."""
+        model = self.model
+        return {
+            "format": FORMAT,
+            "robot": {"nominal": model.nominal.to_mapping(), "calibrated": model.robot.to_mapping()},
+            "sensor": {**self.sensor, "pose": fixed_transform_mapping(model.T_flange_sensor)},
+            "parameters": self.parameters(),
+            "gauge": list(self.gauge),
+            "effects": [effect_to_mapping(effect, self.std) for effect in model.effects],
+            "residual_rms_m": self.residual_rms,
+            "planes": self._planes(),
+            "tracker_frames": self._frames(),
+            "summary": dict(self.summary),
+            "covariance": {
+                "names": list(self.free),
+                "matrix": [list(map(float, row)) for row in self.covariance],
+            },
+        }
+
+    def _planes(self) -> list[dict[str, Any]]:
+        target = self.model.target
+        if not isinstance(target, Planes):
+            return []
+        std = self.std
+        return [
+            {
+                "name": name,
+                "normal": [float(x) for x in normal],
+                "distance": float(distance),
+                "normal_std_rad": [std.get(f"normal_{name}_u"), std.get(f"normal_{name}_v")],
+                "distance_std_m": std.get(f"distance_{name}"),
+                "reference_normal": [float(x) for x in reference],
+            }
+            for name, normal, distance, reference in zip(
+                target.names, target.normals, target.distances, target.reference_normals, strict=True
+            )
+        ]
+
+    def _frames(self) -> list[dict[str, Any]]:
+        target = self.model.target
+        if not isinstance(target, TrackerFrames):
+            return []
+        return [
+            {"name": name, "T_tracker_base": fixed_transform_mapping(T)}
+            for name, T in zip(target.names, target.transforms, strict=True)
+        ]
+
+    def save(self, path: str | Path) -> None:
+        """Write ``calibration.json``, whole or not at all."""
+        write_json(path, self.to_mapping())
+
+
+def reporting(model: Model, guess: Any) -> Model:
+    """Return the model in the coordinates that are reported: absolute rotation vectors, normals counted from the guess."""
+    about = Model(
+        model.robot,
+        model.nominal,
+        np.eye(3),
+        np.r_[model.sensor[:3], model.sensor_rotation_vector()],
+        model.target.expressed_about(guess),
+        model.effects,
+        model.anchors,
+    )
+    return about
+
+
+def sensor_mapping(dataset: Dataset) -> dict[str, Any]:
+    """Return what a calibration keeps of a dataset's sensor."""
+    sensor = dataset.sensor
+    return {"kind": sensor.kind, "noise": sensor.noise, "error_axis": sensor.error_axis}
+
+
+def load_calibration(path: str | Path) -> Calibration:
+    """Return the calibration in a file that ``Calibration.save`` wrote.
+
+    Raises:
+        InvalidInput: The file is missing, is not JSON, or is not a calibration.
+    """
+    path = Path(path)
+    try:
+        mapping = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InvalidInput(
+            [Fault(str(path), "no such file; 'scalar calibrate DATASET -o DIR' writes one")]
+        ) from None
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise InvalidInput([Fault(str(path), f"not a calibration: {error}")]) from None
+    if not isinstance(mapping, dict) or mapping.get("format") != FORMAT:
+        raise InvalidInput(
+            [Fault(str(path), f"not a calibration: its format is not '{FORMAT}'", None, "format")]
+        )
+    try:
+        return _from_mapping(mapping)
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise InvalidInput(
+            [Fault(str(path), f"damaged calibration: {type(error).__name__} {error}")]
+        ) from None
+
+
+def _from_mapping(mapping: Mapping[str, Any]) -> Calibration:
+    parameters = mapping["parameters"]
+    nominal = Robot.from_mapping(mapping["robot"]["nominal"])
+    calibrated = Robot.from_mapping(mapping["robot"]["calibrated"])
+    sensor = {key: mapping["sensor"][key] for key in ("kind", "noise", "error_axis")}
+    pose = mapping["sensor"]["pose"]
+    T = transform_from_rotation_vector(pose["translation"], pose["rotation_vector"])
+    target: Any
+    if mapping["planes"]:
+        planes = mapping["planes"]
+        guess = Planes.at(
+            [p["name"] for p in planes],
+            np.array([p["reference_normal"] for p in planes]),
+            [p["distance"] for p in planes],
+        )
+        at = Planes.at(guess.names, np.array([p["normal"] for p in planes]), [p["distance"] for p in planes])
+        target = at.expressed_about(guess)
+    else:
+        transforms = [
+            transform_from_rotation_vector(
+                f["T_tracker_base"]["translation"], f["T_tracker_base"]["rotation_vector"]
+            )
+            for f in mapping["tracker_frames"]
+        ]
+        names = tuple(f["name"] for f in mapping["tracker_frames"])
+        coordinates = np.array([np.r_[t[:3, 3], log_so3(t[:3, :3])] for t in transforms]).reshape(-1, 6)
+        target = TrackerFrames(names, np.tile(np.eye(3), (len(names), 1, 1)), coordinates)
+    effects = tuple(effect_from_mapping(effect) for effect in mapping["effects"])
+    model = Model(calibrated, nominal, np.eye(3), np.r_[T[:3, 3], log_so3(T[:3, :3])], target, effects)
+    model = model.with_vector(np.array([float(parameters[name]["value"]) for name in model.names]))
+    covariance = mapping["covariance"]
+    return Calibration(
+        model=model,
+        sensor=sensor,
+        free=tuple(covariance["names"]),
+        covariance=np.array(covariance["matrix"], dtype=float).reshape(
+            len(covariance["names"]), len(covariance["names"])
+        ),
+        held={name: p["reason"] for name, p in parameters.items() if p["held"]},
+        gauge=tuple(mapping["gauge"]),
+        residual_rms=float(mapping["residual_rms_m"]),
+        summary=mapping["summary"],
+    )

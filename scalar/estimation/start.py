@@ -1,0 +1,146 @@
+"""Where the fit starts: the linear first guess of the scanner's pose (Section III-A of the paper), and the planes that go with it.
+
+For a known plane the residual is linear in the scanner's axes and origin on the flange: ``c = (n'.p + n'_4 - d, n'.X, n'.Z)`` with
+``n' = n^T T_base_flange``, so nine numbers follow from one linear least-squares problem, of which a rotation is made. Since a plate is
+known only roughly, plate and scanner are then refined together, the arm held nominal: the guess survives a floor that is 30 degrees off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scalar.errors import Undetermined
+from scalar.estimation.least_squares import Fit, fit
+from scalar.estimation.model import Model
+from scalar.estimation.residuals import Residuals
+from scalar.geometry.planes import Planes
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array, transform
+from scalar.sensors.line_laser import LineLaser
+
+COARSE = 1e-6  # relative tolerance of the fits that only choose a start
+_ALTERNATIONS = 8
+_UNKNOWNS = 9
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """A start and how well it fits with the arm held nominal.
+
+    Attributes:
+        model: Sensor and target fitted, robot nominal.
+        rms: Root mean square distance [m].
+        origin: ``nominal pose`` or ``linear guess``.
+    """
+
+    model: Model
+    rms: float
+    origin: str
+
+
+def linear_guess(measurement: LineLaser, T_base_flange: Array, planes: Planes, use: Array) -> Array:
+    """Return the scanner's pose on the flange ``(4, 4)`` from scans of planes taken as known.
+
+    Args:
+        measurement: The scans.
+        T_base_flange: ``(N, 4, 4)``, of the nominal arm.
+        planes: As guessed.
+        use: ``(N,)`` bool, the poses to use; the paper takes those on the bottom plane.
+
+    Raises:
+        Undetermined: The poses do not determine the nine numbers.
+    """
+    index = measurement.target_index[use]
+    n = planes.normals[index]
+    T = T_base_flange[use]
+    n_flange = np.einsum("nx,nxy->ny", n, T[:, :3, :3])
+    offset = np.einsum("nx,nx->n", n, T[:, :3, 3]) - planes.distances[index]
+    R = measurement.R[use][:, :, :3]
+    A = np.concatenate([R[:, :, j : j + 1] * n_flange[:, None, :] for j in range(3)], axis=2)
+    A = A.reshape(-1, _UNKNOWNS)
+    b = -(R[:, :, 0] * offset[:, None]).ravel()
+    solution, _, rank, _ = np.linalg.lstsq(A, b, rcond=1e-10)
+    if rank < _UNKNOWNS:
+        raise Undetermined(
+            [f"the scans determine only {rank} of the {_UNKNOWNS} numbers of a first guess of the scanner's pose; "
+             "add poses that turn the scanner about all three axes, or state sensor.nominal_pose"]
+        )  # fmt: skip
+    p, x, z = solution[:3], solution[3:6], solution[6:]
+    x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
+    U, _, Vt = np.linalg.svd(np.column_stack([x, np.cross(z, x), z]))
+    return transform(U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt, p)
+
+
+def start(residuals: Residuals, robot: Robot, target: Any, T_flange_sensor: Array | None) -> Start:
+    """Return the best start: from the stated nominal pose where there is one, and from linear guesses.
+
+    Args:
+        residuals: Of the dataset, without effects.
+        robot: Nominal.
+        target: At its rough guess.
+        T_flange_sensor: The sensor's nominal pose, or None.
+
+    Raises:
+        Undetermined: Neither a stated pose nor a linear guess is to be had.
+    """
+    measurement = residuals.measurement
+    T_base_flange = robot.flange(residuals.poses.q)
+    proposals: list[tuple[str, Array, bool]] = []
+    if T_flange_sensor is not None:
+        proposals.append(("nominal pose", T_flange_sensor, True))
+    failure: Undetermined | None = None
+    if isinstance(measurement, LineLaser):
+        for use in _plane_choices(measurement, target, robot):
+            try:
+                proposals.append(("linear guess", _alternate(measurement, T_base_flange, target, use), True))
+                proposals.append(
+                    ("linear guess", linear_guess(measurement, T_base_flange, target, use), False)
+                )
+            except Undetermined as error:
+                failure = error
+            if T_flange_sensor is not None:
+                break
+    if not proposals:
+        raise (
+            failure
+            if failure is not None
+            else Undetermined(["state sensor.nominal_pose: this kind of sensor needs it"])
+        )
+    best: Start | None = None
+    lowest = np.inf
+    for origin, T, refit_planes in proposals:
+        planes = measurement.fitted_target(T_base_flange @ T, target) if refit_planes else target
+        found = _refine(residuals, Model.at(robot, T, planes))
+        if best is None or found.chi_squared < lowest:
+            model = found.model.rebased()
+            best, lowest = Start(model, residuals.rms(model), origin), found.chi_squared
+    assert best is not None
+    return best
+
+
+def _plane_choices(measurement: LineLaser, target: Planes, robot: Robot) -> list[Array]:
+    """Return sets of poses to guess from: the plate most nearly level first, as in the paper, then all together."""
+    up = -robot.gravity / max(float(np.linalg.norm(robot.gravity)), 1e-12)
+    level = int(np.argmax(np.abs(target.normals @ up)))
+    return [measurement.target_index == level, np.ones(len(measurement.target_index), dtype=bool)]
+
+
+def _alternate(measurement: LineLaser, T_base_flange: Array, target: Planes, use: Array) -> Array:
+    """Return the scanner's pose after alternating between the linear guess and the planes that fit it."""
+    T = linear_guess(measurement, T_base_flange, target, use)
+    everywhere = np.ones(len(measurement.target_index), dtype=bool)
+    for _ in range(_ALTERNATIONS):
+        planes = measurement.fitted_target(T_base_flange @ T, target)
+        T = linear_guess(measurement, T_base_flange, planes, everywhere)
+    return T
+
+
+def _refine(residuals: Residuals, model: Model) -> Fit:
+    free = np.zeros(len(model.vector), dtype=bool)
+    free[model.blocks["target"]] = True
+    sensor = model.blocks["sensor"].start
+    free[sensor : sensor + (6 if residuals.measurement.sees_sensor_rotation else 3)] = True
+    return fit(residuals, model, free, tolerance=COARSE)

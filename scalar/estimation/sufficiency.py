@@ -1,0 +1,204 @@
+"""Whether data can determine a model at all: refused here with what would fix it, before or after a first look at the geometry."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scalar.errors import Fault, InvalidInput, Undetermined
+from scalar.estimation.identifiability import Identifiability
+from scalar.estimation.model import Model
+from scalar.estimation.residuals import Residuals
+from scalar.geometry.planes import Planes
+from scalar.geometry.se3 import Array
+from scalar.sensors import Measurement
+from scalar.sensors.line_laser import LineLaser
+from scalar.units import DEG
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+LEAST_PLANES = 3
+LEAST_SPAN = np.sin(10 * DEG)  # of three normals: the smallest singular value, 1 for a right-angled corner
+FARTHEST_GUESS = 60 * DEG  # a rough normal may be this far off the plane that the points lie on
+LEAST_WIDTH = 1e-3  # of a plane's longest extent: narrower than that its points lie on a line
+LEAST_WIDTH_SIGMAS = 5.0  # standard deviations of the sensor: the same, since noise widens a line
+
+
+def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
+    """Refuse data that are too few, by counting alone.
+
+    Args:
+        dataset: What was measured.
+        measurement: The same as rows.
+        guess: The rough planes, or the tracker's frames.
+
+    Raises:
+        Undetermined: Fewer than three planes are measured, or there are hardly any poses.
+    """
+    reasons = []
+    if dataset.sensor.kind != "tracker":
+        seen = sorted({dataset.planes[k].name for k in dataset.plane_index})
+        if len(seen) < LEAST_PLANES:
+            reasons.append(
+                f"only {len(seen)} of the planes {', '.join(p.name for p in dataset.planes)} "
+                f"{'is' if len(seen) == 1 else 'are'} measured, and at least three that are not parallel are needed: "
+                "with fewer, robot and planes can move together unseen; scan a third plane"
+            )
+    equations = count_equations(dataset, measurement)
+    unknowns = (6 if measurement.sees_sensor_rotation else 3) + len(guess.vector)
+    if equations < unknowns:
+        reasons.append(
+            f"{_poses_give(dataset.n_poses)} {equations} equations, and the places of sensor and "
+            f"{'tracker' if dataset.sensor.kind == 'tracker' else 'planes'} alone are {unknowns} unknowns: measure many "
+            "more poses, a hundred or so"
+        )
+    if reasons:
+        raise Undetermined(reasons)
+
+
+def check_lines(residuals: Residuals, model: Model) -> None:
+    """Refuse planes that are scanned on one line only.
+
+    Args:
+        residuals: Of the dataset.
+        model: With sensor and planes as a first fit found them.
+
+    Raises:
+        Undetermined: A plane is seen on a line only.
+    """
+    planes = model.target
+    if not isinstance(planes, Planes):
+        return
+    longest, second = _extents(residuals, model)
+    on_a_line = second < np.maximum(LEAST_WIDTH * longest, LEAST_WIDTH_SIGMAS * residuals.measurement.sigma)
+    reasons = [
+        f"all points on plane '{name}' lie on a line, so its tilt about that line cannot be seen: "
+        "scan it in other places and directions"
+        for name in np.array(planes.names)[on_a_line]
+    ]
+    if reasons:
+        raise Undetermined(reasons)
+
+
+def check_span(residuals: Residuals, model: Model) -> None:
+    """Refuse scanned planes that do not span space.
+
+    Args:
+        residuals: Of the dataset.
+        model: With the planes as a fit found them.
+
+    Raises:
+        Undetermined: Naming two that are parallel.
+    """
+    planes = model.target
+    if not isinstance(planes, Planes) or not isinstance(residuals.measurement, LineLaser):
+        return
+    few = len(planes.normals) < LEAST_PLANES
+    if few or float(np.linalg.svd(planes.normals, compute_uv=False)[-1]) < LEAST_SPAN:
+        raise Undetermined([_parallel_planes(planes)])
+
+
+def check_guess(model: Model, guess: Any) -> None:
+    """Refuse rough planes that the points contradict.
+
+    Args:
+        model: With the planes as a fit of everything found them.
+        guess: The rough planes.
+
+    Raises:
+        InvalidInput: A rough plane is far from where the points lie: a wrong label or a wrong normal.
+    """
+    planes = model.target
+    if not isinstance(planes, Planes):
+        return
+    cosine = np.abs(np.sum(planes.normals * guess.normals, axis=1))
+    faults = [
+        Fault(
+            "dataset.yaml",
+            f"the points said to lie on it lie on a plane that is {np.arccos(min(c, 1.0)) / DEG:.0f} degrees from this rough "
+            "normal: correct the normal, or the plane's name in poses.csv",
+            None,
+            f"planes.{name}.normal",
+        )
+        for name, c in zip(planes.names, cosine, strict=True)
+        if c < np.cos(FARTHEST_GUESS)
+    ]
+    if faults:
+        raise InvalidInput(faults)
+
+
+def _parallel_planes(planes: Planes) -> str:
+    cosines = np.abs(planes.normals @ planes.normals.T) - np.eye(len(planes.normals))
+    i, j = np.unravel_index(int(np.argmax(cosines)), cosines.shape)
+    angle = np.arccos(min(float(cosines[i, j]), 1.0)) / DEG
+    return (
+        f"the planes' normals span only two directions ({planes.names[i]} and {planes.names[j]} are {angle:.1f} degrees from "
+        "parallel): motion along the third cannot be seen; place three plates roughly at right angles"
+    )
+
+
+def _extents(residuals: Residuals, model: Model) -> tuple[Array, Array]:
+    """Return for each of K planes the longest and second-longest extent of its points, ``(K,)`` [m]: standard deviations."""
+    measurement = residuals.measurement
+    T = residuals.kinematics(model).T_base_sensor
+    extents = []
+    for k in range(len(model.target.normals)):  # type: ignore[attr-defined]
+        mine = measurement.target_index == k
+        if isinstance(measurement, LineLaser):
+            counts: Any = np.diff(measurement.starts)
+            use = np.repeat(mine, counts)
+            x, z = measurement.points[use].T
+            frames = np.repeat(T[mine], counts[mine], axis=0)
+            points = frames[:, :3, 0] * x[:, None] + frames[:, :3, 2] * z[:, None] + frames[:, :3, 3]
+        else:
+            points = T[mine, :3, 3]
+        if len(points) < LEAST_PLANES:
+            extents.append([0.0, -1.0])  # narrower than anything
+            continue
+        extents.append(np.sqrt(np.linalg.svd(np.cov(points.T), compute_uv=False)[:2]))
+    longest, second = np.array(extents).T
+    return longest, second
+
+
+def count_equations(dataset: Dataset, measurement: Measurement) -> int:
+    """Return how many independent equations the poses give, however many points they have."""
+    if isinstance(measurement, LineLaser):
+        return int(np.minimum(np.diff(measurement.starts), measurement.equations_per_pose).sum())
+    return dataset.n_poses * measurement.equations_per_pose
+
+
+def _poses_give(count: int) -> str:
+    return "1 pose gives" if count == 1 else f"{count} poses give"
+
+
+def check_parameters(
+    dataset: Dataset, residuals: Residuals, model: Model, identifiability: Identifiability, n_free: int
+) -> None:
+    """Refuse data with fewer equations than unknowns, or that leave unseen what no held joint explains.
+
+    Raises:
+        Undetermined: With what is missing.
+    """
+    measurement = residuals.measurement
+    equations = count_equations(dataset, measurement)
+    needed = n_free + _excess(identifiability)
+    if equations < needed:
+        more = int(np.ceil((needed - equations) / measurement.equations_per_pose))
+        raise Undetermined(
+            [f"{_poses_give(dataset.n_poses)} {equations} equations for {needed} unknowns"
+             f"{', however many points they have' if isinstance(measurement, LineLaser) else ''}: "
+             f"measure at least {more} more, better twice as many poses"]
+        )  # fmt: skip
+    unseen = [h for h in identifiability.held if h.cause == "poses"]
+    if unseen:
+        raise Undetermined(
+            [f"these poses cannot show {h.name}: {h.reason}; measure more poses that differ in all joints and all over the "
+             "planes" for h in unseen]
+        )  # fmt: skip
+
+
+def _excess(identifiability: Identifiability) -> int:
+    """Return how many held parameters these poses alone hide: unknowns that are held only for want of data."""
+    return sum(h.cause == "poses" for h in identifiability.held)

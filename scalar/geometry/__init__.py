@@ -1,0 +1,1 @@
+"""Rigid geometry: transforms, serial chains and planes; knows no data."""

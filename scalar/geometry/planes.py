@@ -1,0 +1,113 @@
+"""Planes as points of S^2 x R: ``normal . p = distance`` in the base frame, moved by two tangent coordinates and a distance.
+
+About a reference normal n0 with tangents e1, e2 the plane is ``n = (n0 + u e1 + v e2) / |.|``: no square root that a wall can
+make infinite, and no fourth parameter. ``(-n, -d)`` is the same plane; the sign is that of the rough guess.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scalar.geometry.se3 import Array
+
+PARAMETERS_PER_PLANE = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Planes:
+    """K planes, free to move about their references.
+
+    Attributes:
+        names: K names; planes of several sessions are ``floor@2`` and so on.
+        reference_normals: ``(K, 3)``, unit, base frame.
+        tangents: ``(K, 2, 3)``, orthonormal with the reference normals.
+        tangent_coordinates: ``(K, 2)``, (u, v), dimensionless: for small values the tilt [rad].
+        distances: ``(K,)`` [m].
+    """
+
+    names: tuple[str, ...]
+    reference_normals: Array
+    tangents: Array
+    tangent_coordinates: Array
+    distances: Array
+
+    @classmethod
+    def at(cls, names: Sequence[str], normals: Array, distances: Array | Sequence[float]) -> Planes:
+        """Return planes at rest at the given normals ``(K, 3)`` and distances ``(K,)`` [m]."""
+        normals = np.asarray(normals, dtype=float)
+        normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+        return cls(
+            tuple(names),
+            normals,
+            tangent_basis(normals),
+            np.zeros((len(normals), 2)),
+            np.array(distances, dtype=float),
+        )
+
+    @property
+    def normals(self) -> Array:
+        """Return the unit normals ``(K, 3)``."""
+        n = self.reference_normals + np.einsum("kt,ktx->kx", self.tangent_coordinates, self.tangents)
+        return n / np.linalg.norm(n, axis=1, keepdims=True)
+
+    @property
+    def normal_derivatives(self) -> Array:
+        """Return ``dn/d(u, v)``, ``(K, 3, 2)``."""
+        n = self.normals
+        length = np.sqrt(1.0 + np.sum(self.tangent_coordinates**2, axis=1))
+        along = np.einsum("kx,ktx->kt", n, self.tangents)
+        return (np.swapaxes(self.tangents, 1, 2) - n[:, :, None] * along[:, None, :]) / length[:, None, None]
+
+    @property
+    def parameter_names(self) -> list[str]:
+        """Return ``normal_<name>_u, normal_<name>_v, distance_<name>`` of every plane."""
+        return [
+            text
+            for name in self.names
+            for text in (f"normal_{name}_u", f"normal_{name}_v", f"distance_{name}")
+        ]
+
+    @property
+    def parameter_units(self) -> list[str]:
+        """Return the units, in the order of the names."""
+        return ["rad", "rad", "m"] * len(self.names)
+
+    @property
+    def vector(self) -> Array:
+        """Return the coordinates ``(3 K,)``, in the order of the names."""
+        return np.column_stack([self.tangent_coordinates, self.distances]).ravel()
+
+    def with_vector(self, vector: Array) -> Planes:
+        """Return the planes at coordinates ``(3 K,)`` about the same references."""
+        table = np.asarray(vector, dtype=float).reshape(-1, PARAMETERS_PER_PLANE)
+        return replace(self, tangent_coordinates=table[:, :2].copy(), distances=table[:, 2].copy())
+
+    def rebased(self) -> Planes:
+        """Return the same planes, their references moved to where they are."""
+        return Planes.at(self.names, self.normals, self.distances)
+
+    def expressed_about(self, guess: Planes) -> Planes:
+        """Return the same planes, their normals counted from those of ``guess`` with the same names.
+
+        Raises:
+            ValueError: A normal is a right angle or more away from its guess.
+        """
+        reference = Planes.at(guess.names, guess.normals, guess.distances)
+        normals = self.normals
+        along = np.sum(normals * reference.reference_normals, axis=1)
+        if np.any(along <= 0):
+            raise ValueError("a plane's normal is a right angle or more away from its guess")
+        across = np.einsum("kx,ktx->kt", normals, reference.tangents) / along[:, None]
+        return replace(reference, tangent_coordinates=across, distances=self.distances.copy())
+
+
+def tangent_basis(normals: Array) -> Array:
+    """Return two unit vectors ``(K, 2, 3)`` that span the plane across each normal ``(K, 3)``; deterministic."""
+    least = np.argmin(np.abs(normals), axis=1)
+    axis = np.eye(3)[least]
+    first = np.cross(normals, axis)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([first, np.cross(normals, first)], axis=1)

@@ -1,0 +1,192 @@
+"""A serial chain of revolute joints in complete modified Denavit-Hartenberg parameters, and the screw of each of them.
+
+``T_{i-1,i} = Rx(alpha_i) Tx(a_i) Ry(beta_i) Rz(q_i + theta_i) Tz(d_i)`` (Craig, with Hayati's beta for near-parallel axes),
+between a fixed transform before the first joint and one after the last. Assumes revolute joints and rigid links; what bends or
+drifts comes in as offsets to ``q`` and to the geometry, pose by pose (see ``scalar.effects``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from scalar.geometry.se3 import Array, cross, log_so3, transform_from_rotation_vector
+
+GEOMETRY = ("a", "alpha", "d", "theta", "beta")
+"""Kinds of geometric parameter, in the order of the rows of ``Robot.geometry``."""
+LENGTHS = frozenset({"a", "d"})
+_A, _D = GEOMETRY.index("a"), GEOMETRY.index("d")
+_TURNING = [GEOMETRY.index(kind) for kind in ("alpha", "theta", "beta")]
+
+STANDARD_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, base frame, where a dataset does not say
+DEFAULT_LIMIT = np.pi  # rad, where a dataset does not say
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A chain of n revolute joints: what a maker's data sheet says, or what a calibration found.
+
+    Attributes:
+        name: Of the arm.
+        geometry: ``(5, n)``, rows as in ``GEOMETRY``: a [m], alpha [rad], d [m], theta [rad], beta [rad].
+        limits: ``(n, 2)`` [rad], lowest and highest joint angle.
+        T_base_0: ``(4, 4)``, fixed transform before the first joint.
+        T_n_flange: ``(4, 4)``, fixed transform after the last joint.
+        gravity: ``(3,)`` [m/s^2] in the base frame.
+    """
+
+    name: str
+    geometry: Array
+    limits: Array
+    T_base_0: Array
+    T_n_flange: Array
+    gravity: Array
+
+    @property
+    def n_joints(self) -> int:
+        """Return the number of joints."""
+        return self.geometry.shape[1]
+
+    @property
+    def parameter_names(self) -> list[str]:
+        """Return ``a_1 .. a_n alpha_1 .. beta_n``, in the order of ``geometry.ravel()``."""
+        return [f"{kind}_{i + 1}" for kind in GEOMETRY for i in range(self.n_joints)]
+
+    def with_geometry(self, geometry: Array) -> Robot:
+        """Return the same arm with another geometry ``(5, n)``."""
+        return replace(self, geometry=np.array(geometry, dtype=float))
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Robot:
+        """Return the robot of the ``robot:`` block of a dataset (already checked against its schema).
+
+        Standard DH, ``Rz(q + theta) Tz(d) Tx(a) Rx(alpha)``, becomes modified DH by shifting every link's a and alpha
+        to the next joint; the last pair goes into the flange's transform.
+        """
+        joints = mapping["joints"]
+        n = len(joints)
+        geometry = np.array([[float(joint.get(kind, 0.0)) for joint in joints] for kind in GEOMETRY])
+        flange = _fixed_transform(mapping.get("flange"))
+        if mapping.get("convention", "modified-dh") == "standard-dh":
+            if geometry[4].any():
+                raise ValueError("beta belongs to modified DH; a standard-DH chain cannot hold it")
+            a, alpha = geometry[0].copy(), geometry[1].copy()
+            geometry[0], geometry[1] = np.r_[0.0, a[:-1]], np.r_[0.0, alpha[:-1]]
+            last = transform_from_rotation_vector([a[-1], 0.0, 0.0], [alpha[-1], 0.0, 0.0])
+            flange = last @ flange
+        limits = np.array(
+            [joint.get("limits", [-DEFAULT_LIMIT, DEFAULT_LIMIT]) for joint in joints], dtype=float
+        )
+        return cls(
+            name=str(mapping["name"]),
+            geometry=geometry,
+            limits=limits.reshape(n, 2),
+            T_base_0=_fixed_transform(mapping.get("base")),
+            T_n_flange=flange,
+            gravity=np.array(mapping.get("gravity", STANDARD_GRAVITY), dtype=float),
+        )
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the ``robot:`` block of a dataset, modified DH."""
+        joints = []
+        for i in range(self.n_joints):
+            joint: dict[str, Any] = {kind: float(self.geometry[k, i]) for k, kind in enumerate(GEOMETRY)}
+            joint["limits"] = [float(x) for x in self.limits[i]]
+            joints.append(joint)
+        return {
+            "name": self.name,
+            "convention": "modified-dh",
+            "joints": joints,
+            "base": fixed_transform_mapping(self.T_base_0),
+            "flange": fixed_transform_mapping(self.T_n_flange),
+            "gravity": [float(x) for x in self.gravity],
+        }
+
+    def frames(self, q: Array, geometry_offsets: Array | None = None) -> Array:
+        """Return the frames 0..n of every pose in the base frame.
+
+        Args:
+            q: ``(N, n)`` [rad], joint angles.
+            geometry_offsets: ``(N, 5, n)``, added to the geometry pose by pose, or None.
+
+        Returns:
+            ``(N, n + 1, 4, 4)``, ``T_base_i``; the last is the frame of the last joint, before the flange's transform.
+        """
+        geometry = self.geometry if geometry_offsets is None else self.geometry + geometry_offsets
+        T_links = link_transforms(geometry, q)
+        frames = np.empty((q.shape[0], self.n_joints + 1, 4, 4))
+        frames[:, 0] = self.T_base_0
+        for i in range(self.n_joints):
+            np.matmul(frames[:, i], T_links[:, i], out=frames[:, i + 1])
+        return frames
+
+    def flange(self, q: Array) -> Array:
+        """Return ``T_base_flange`` ``(N, 4, 4)`` at joint angles ``q`` ``(N, n)`` [rad]."""
+        return self.frames(q)[:, -1] @ self.T_n_flange
+
+    def screws(self, frames: Array, geometry_offsets: Array | None = None) -> Array:
+        """Return the screw of every geometric parameter in the base frame, ``(N, 6, 5 n)``.
+
+        Columns in the order of ``parameter_names``. a and d translate along a frame's axis; alpha, beta and theta
+        rotate about one through a frame's origin. The screw of a joint angle q_i is that of theta_i.
+
+        Args:
+            frames: ``(N, n + 1, 4, 4)`` from ``frames``, with the same offsets.
+            geometry_offsets: As in ``frames``.
+        """
+        n = self.n_joints
+        geometry = self.geometry if geometry_offsets is None else self.geometry + geometry_offsets
+        before, after = frames[:, :-1], frames[:, 1:]
+        x_before, z_after, o_before = before[..., :3, 0], after[..., :3, 2], before[..., :3, 3]
+        a, alpha = geometry[..., 0, :, None], geometry[..., 1, :, None]
+        y_tilted = np.cos(alpha) * before[..., :3, 1] + np.sin(alpha) * before[..., :3, 2]
+        axes = np.stack([x_before, z_after, y_tilted], axis=1)
+        points = np.stack([o_before, after[..., :3, 3], o_before + a * x_before], axis=1)
+        screws = np.zeros((frames.shape[0], 6, 5, n))
+        for k, axis in ((_A, x_before), (_D, z_after)):
+            screws[:, 3:, k] = np.swapaxes(axis, 1, 2)
+        moments = cross(points, axes)
+        for j, k in enumerate(_TURNING):
+            screws[:, :3, k] = np.swapaxes(axes[:, j], 1, 2)
+            screws[:, 3:, k] = np.swapaxes(moments[:, j], 1, 2)
+        return screws.reshape(frames.shape[0], 6, 5 * n)
+
+
+def link_transforms(geometry: Array, q: Array) -> Array:
+    """Return ``Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d)`` of every joint, ``(N, n, 4, 4)``.
+
+    Args:
+        geometry: ``(5, n)`` or ``(N, 5, n)``.
+        q: ``(N, n)`` [rad].
+    """
+    a, alpha, d, theta, beta = (geometry[..., k, :] for k in range(5))
+    c_alpha, s_alpha, c_beta, s_beta = np.cos(alpha), np.sin(alpha), np.cos(beta), np.sin(beta)
+    c, s = np.cos(q + theta), np.sin(q + theta)
+    T = np.zeros((*q.shape, 4, 4))
+    T[..., 0, 0], T[..., 0, 1], T[..., 0, 2] = c_beta * c, -c_beta * s, s_beta
+    T[..., 1, 0], T[..., 1, 1] = s_alpha * s_beta * c + c_alpha * s, c_alpha * c - s_alpha * s_beta * s
+    T[..., 2, 0], T[..., 2, 1] = s_alpha * s - c_alpha * s_beta * c, c_alpha * s_beta * s + s_alpha * c
+    T[..., 1, 2], T[..., 2, 2] = -s_alpha * c_beta, c_alpha * c_beta
+    T[..., :3, 3] = T[..., :3, 2] * np.asarray(d)[..., None]
+    T[..., 0, 3] += a
+    T[..., 3, 3] = 1.0
+    return T
+
+
+def _fixed_transform(mapping: Mapping[str, Any] | None) -> Array:
+    if not mapping:
+        return np.eye(4)
+    return transform_from_rotation_vector(
+        mapping.get("translation", [0.0, 0.0, 0.0]), mapping.get("rotation_vector", [0.0, 0.0, 0.0])
+    )
+
+
+def fixed_transform_mapping(T: Array) -> dict[str, list[float]]:
+    """Return ``{translation [m], rotation_vector [rad]}`` of a transform ``(4, 4)``, as datasets write it."""
+    return {
+        "translation": [float(x) for x in T[:3, 3]],
+        "rotation_vector": [float(x) for x in log_so3(T[:3, :3])],
+    }

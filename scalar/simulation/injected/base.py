@@ -1,0 +1,61 @@
+"""What all planted effects have in common: a name, a target, a size, details for the truth."""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+import pandas as pd
+
+from scalar.simulation.effects import Effects
+from scalar.simulation.injected.stage import Stage
+from scalar.simulation.transforms import Array
+from scalar.simulation.world import World
+
+
+@dataclass(frozen=True, eq=False)
+class PlantedEffect(Effects):
+    """One effect in one cell.
+
+    Attributes:
+        target: as in diagnosis.json. size: as the schema says for its name, in `unit`. details: whatever else was drawn
+            or follows from the cell, with units in the names.
+    """
+
+    target: dict[str, Any]
+    size: float
+    details: dict[str, Any]
+
+    name: ClassVar[str]
+    unit: ClassVar[str]
+
+    @classmethod
+    @abstractmethod
+    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+        """Return the effect of a complete entry of the config; what it leaves open is drawn."""
+
+    @classmethod
+    def needs(cls, entry: Mapping[str, Any]) -> set[str]:
+        """Return what has to be recorded of each pose: "time", "temperature", "approach"."""
+        return set()
+
+    def record(self) -> list[dict[str, Any]]:
+        """Return the entry in truth.json."""
+        entry = {"name": self.name, "target": self.target, "size": self.size, "unit": self.unit}
+        return [entry | self.details]
+
+
+@dataclass(frozen=True, eq=False)
+class JointError(PlantedEffect):
+    """An effect on the angle of one joint, `target["joint"]`."""
+
+    def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
+        """Return dq (N, n) [rad], zero but for one joint."""
+        dq = np.zeros_like(q)
+        dq[:, self.target["joint"] - 1] = self.error(world, q, poses)
+        return dq
+
+    @abstractmethod
+    def error(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
+        """Return the joint's error (N,) [rad]."""

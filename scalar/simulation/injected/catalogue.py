@@ -1,0 +1,130 @@
+"""All effects by name, and several of them in one scene.
+
+Joint errors, range errors add up; arms, plates and motions of the base follow each other in the config's
+order. Each entry draws from a generator of its own, by its place in the list, so that one effect's choices do
+not depend on another's, nor on any size.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.simulation.arm import Arm
+from scalar.simulation.effects import Effects, Rows
+from scalar.simulation.injected.base import PlantedEffect
+from scalar.simulation.injected.compliance import BaseCompliance, JointCompliance
+from scalar.simulation.injected.joints import JointBacklash, JointCoupling, JointHarmonic, JointScale
+from scalar.simulation.injected.links import AxisNonparallel, ThermalDrift
+from scalar.simulation.injected.noise import PoseJitter, ScanBias
+from scalar.simulation.injected.sensor import RangeDistortion, RangeOffset, RangeScale, SensorSlip
+from scalar.simulation.injected.stage import Stage
+from scalar.simulation.injected.surface import PlaneBow, PlaneMoved
+from scalar.simulation.injected.unknown import Unknown
+from scalar.simulation.noise import Noise
+from scalar.simulation.plan import Cell
+from scalar.simulation.plates import Plate
+from scalar.simulation.streams import EFFECTS, stream
+from scalar.simulation.transforms import Array
+from scalar.simulation.world import World
+
+CLASSES: tuple[type[PlantedEffect], ...] = (
+    JointCompliance,
+    JointHarmonic,
+    JointScale,
+    JointCoupling,
+    JointBacklash,
+    AxisNonparallel,
+    BaseCompliance,
+    ThermalDrift,
+    SensorSlip,
+    RangeScale,
+    RangeOffset,
+    RangeDistortion,
+    PlaneBow,
+    PlaneMoved,
+    PoseJitter,
+    ScanBias,
+    Unknown,
+)
+BY_NAME = {kind.name: kind for kind in CLASSES}
+
+
+def planted_records(entries: Sequence[Mapping[str, Any]]) -> set[str]:
+    """Return what has to be recorded of each pose for these entries of `planted`."""
+    return set().union(*(BY_NAME[entry["effect"]].needs(entry) for entry in entries))
+
+
+def plant(
+    entries: Sequence[Mapping[str, Any]], cell: Cell, poses: pd.DataFrame, plane_index: Array, seed: int
+) -> Effects:
+    """Return what complete entries of `planted` make of a cell and its poses.
+
+    Raises:
+        InvalidInput: an effect that this cell cannot have, named by its place.
+    """
+    return Planted(
+        tuple(
+            BY_NAME[entry["effect"]].plant(
+                entry, Stage(cell, poses, plane_index, k), stream(seed, EFFECTS, k)
+            )
+            for k, entry in enumerate(entries)
+        )
+    )
+
+
+@dataclass(frozen=True)
+class Planted(Effects):
+    """Several effects at once."""
+
+    parts: tuple[PlantedEffect, ...]
+
+    def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
+        """Return the sum of their errors."""
+        return sum((part.joint_errors(world, q, poses) for part in self.parts), np.zeros_like(q))
+
+    def arms(self, arm: Arm, poses: pd.DataFrame, evaluating: bool) -> list[tuple[Rows, Arm]]:
+        """Return the stretches in which none of them changes the arm."""
+        stretches: list[tuple[Rows, Arm]] = [(np.arange(len(poses)), arm)]
+        for part in self.parts:
+            stretches = [
+                (rows[then], changed)
+                for rows, before in stretches
+                for then, changed in part.arms(before, poses.iloc[rows], evaluating)
+            ]
+        return [(rows, changed) for rows, changed in stretches if len(rows)]
+
+    def motions(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
+        """Return one motion after the other."""
+        motion = np.eye(4)
+        for part in self.parts:
+            motion = part.motions(world, q, poses) @ motion
+        return motion
+
+    def plates(self, plates: tuple[Plate, ...], poses: pd.DataFrame) -> list[tuple[Rows, tuple[Plate, ...]]]:
+        """Return the stretches in which none of them changes a plate; bends before motions."""
+        stretches: list[tuple[Rows, tuple[Plate, ...]]] = [(np.arange(len(poses)), plates)]
+        for part in sorted(self.parts, key=lambda part: part.name):  # plane_bow, then plane_moved
+            stretches = [
+                (rows[then], changed)
+                for rows, before in stretches
+                for then, changed in part.plates(before, poses.iloc[rows])
+            ]
+        return [(rows, changed) for rows, changed in stretches if len(rows)]
+
+    def range_errors(self, readings: Array, angles: Array, poses: pd.DataFrame) -> Array:
+        """Return the sum of their errors."""
+        errors = (part.range_errors(readings, angles, poses) for part in self.parts)
+        return sum(errors, np.zeros_like(readings))
+
+    def noise(self, noise: Noise) -> Noise:
+        """Return the noise with all of them."""
+        for part in self.parts:
+            noise = part.noise(noise)
+        return noise
+
+    def record(self) -> list[dict[str, Any]]:
+        """Return all entries, in the config's order."""
+        return [entry for part in self.parts for entry in part.record()]

@@ -1,0 +1,73 @@
+"""What gives way under the arm's weight: its joints, by the engine's inverse dynamics, and its pedestal."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+import pandas as pd
+
+from scalar.simulation.injected.base import PlantedEffect
+from scalar.simulation.injected.stage import Stage
+from scalar.simulation.transforms import Array, rotation_from_vector, transform
+from scalar.simulation.world import World
+
+
+@dataclass(frozen=True, eq=False)
+class JointCompliance(PlantedEffect):
+    """dq_j = size times the torque of the weight about joint j [N m], for some joints or all that carry weight."""
+
+    name: ClassVar[str] = "joint_compliance"
+    unit: ClassVar[str] = "rad/(N m)"
+
+    @classmethod
+    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+        """Take all joints that carry weight, where none are named."""
+        joints = sorted(entry["target"].get("joints", stage.loaded))
+        largest = np.abs(stage.torques).max(0)
+        assert stage.arm.weights is not None
+        details = {
+            "largest_deflection_rad": {f"joint{j}": float(entry["size"] * largest[j - 1]) for j in joints},
+            "masses_kg": stage.arm.weights.masses.tolist(),
+            "centres_m": stage.arm.weights.centres.tolist(),
+            "sensor_kg": stage.arm.weights.sensor,
+        }
+        return cls({"joints": joints}, entry["size"], details)
+
+    def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
+        """Return the deflections (N, n) [rad]."""
+        gives_way = np.isin(np.arange(q.shape[1]) + 1, self.target["joints"])
+        return self.size * gives_way * world.gravity_torques(q)
+
+
+@dataclass(frozen=True, eq=False)
+class BaseCompliance(PlantedEffect):
+    """The arm turns about its pedestal's pivot by size times the moment of its weight about it [N m]."""
+
+    name: ClassVar[str] = "base_compliance"
+    unit: ClassVar[str] = "rad/(N m)"
+
+    @classmethod
+    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+        """Draw nothing."""
+        assert stage.arm.weights is not None
+        details = {
+            "pivot_m": list(entry["pivot_m"]),
+            "masses_kg": stage.arm.weights.masses.tolist(),
+            "centres_m": stage.arm.weights.centres.tolist(),
+            "sensor_kg": stage.arm.weights.sensor,
+        }
+        with World() as world:
+            world.place_arm(stage.arm)
+            tilts = entry["size"] * world.weight_moments(stage.q, np.array(entry["pivot_m"], float))
+        details["largest_tilt_rad"] = float(np.linalg.norm(tilts, axis=1).max())
+        return cls({}, entry["size"], details)
+
+    def motions(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
+        """Return the turn about the pivot at each pose (N, 4, 4)."""
+        pivot = np.array(self.details["pivot_m"], float)
+        frames = np.empty((len(q), 4, 4))
+        for k, vector in enumerate(self.size * world.weight_moments(q, pivot)):
+            R = rotation_from_vector(vector)
+            frames[k] = transform(R, pivot - R @ pivot)
+        return frames

@@ -1,0 +1,175 @@
+"""Effects of no known name: structure beyond doubt that a diagnosis should not force into a name."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+import pandas as pd
+
+from scalar.simulation.arm import Arm
+from scalar.simulation.effects import Rows
+from scalar.simulation.injected.base import PlantedEffect
+from scalar.simulation.injected.sensor import draw_direction
+from scalar.simulation.injected.stage import Stage
+from scalar.simulation.transforms import Array
+from scalar.simulation.world import World
+
+KINDS = (
+    "angle_bump",
+    "angle_product",
+    "angle_step",
+    "angle_sum",
+    "base_sway",
+    "belt",
+    "encoder_drift",
+    "late_jump",
+    "sensor_oscillation",
+    "worn_teeth",
+)
+IN_TIME = ("base_sway", "encoder_drift", "late_jump", "sensor_oscillation")
+BUMP_WIDTH = 0.08  # standard deviation of a bump over the range that a joint goes through
+STEEPNESS = 100.0  # of a step: its width is a hundredth of the range
+PERIODS = (1.5, 3.5)  # of an oscillation, in a run
+MIDDLE = (0.35, 0.65)  # of a joint's range, or of a run: where a bump, a step or a jump lies
+TEETH = 0.12  # of the range: half the width of worn teeth at half their depth; their flanks are as wide
+BELT_PERIODS = (4.2, 8.8)  # in the range that a joint goes through
+
+
+@dataclass(frozen=True, eq=False)
+class Unknown(PlantedEffect):
+    """One of `KINDS`; details say which, and what it depends on.
+
+    angle_bump: a joint errs by size exp(-s^2 / 2) about one angle. angle_product: by size times the product of
+    two other joints, each scaled to -1..1 over its range. angle_step: by size beyond one angle.
+    encoder_drift: by size times the share of time passed. sensor_oscillation: the sensor moves on the flange
+    by size sin(2 pi n t), along one direction; evaluation poses see it at rest. worn_teeth: a joint errs by size over
+    some of its range, with straight flanks. belt: by a sawtooth from -size to size. angle_sum: by size times the cosine
+    of twice another joint's angle plus a third's. late_jump: by size from a moment on. base_sway: the base moves as the
+    oscillating sensor does.
+    """
+
+    name: ClassVar[str] = "unknown"
+    unit: ClassVar[str] = "rad"
+
+    @classmethod
+    def needs(cls, entry: Mapping[str, Any]) -> set[str]:
+        """Return time, where it matters."""
+        return {"time"} if entry["kind"] in IN_TIME else set()
+
+    @classmethod
+    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+        """Draw the joints and the places."""
+        kind, target = entry["kind"], dict(entry["target"])
+        details: dict[str, Any] = {"kind": kind}
+        if kind in ("sensor_oscillation", "base_sway"):
+            if "joint" in target:
+                stage.refuse("target.joint", f"'{kind}' has no joint")
+            details |= {
+                "unit": "m",
+                "direction": draw_direction(rng).tolist(),
+                "periods": rng.uniform(*PERIODS),
+                "phase_rad": rng.uniform(0.0, 2 * np.pi),
+                "end_s": float(stage.poses["time"].iloc[-1]),
+                "depends_on": ["time"],
+            }
+            return cls({}, entry["size"], details)
+        low, high = stage.q.min(0), stage.q.max(0)
+        # A first joint that drifts is the same as plates that creep about it; a last one, as a sensor that does.
+        ends = (1, stage.arm.n) if kind in ("encoder_drift", "late_jump") else ()
+        joint = stage.draw_joint(
+            rng, [j for j in stage.mattering if j not in ends], "no joint is left to drift"
+        )
+        joint = target.get("joint", joint)
+        place = rng.uniform(*MIDDLE)
+        j = joint - 1
+        if kind in ("angle_product", "angle_sum"):
+            pair = sorted(rng.choice(stage.arm.n, 2, replace=False).tolist())
+            details["factors"] = [i + 1 for i in pair]
+            details["ranges_rad"] = [[float(low[i]), float(high[i])] for i in pair]
+            details["depends_on"] = [f"q{i + 1}" for i in pair]
+        elif kind in IN_TIME:
+            details["end_s"] = float(stage.poses["time"].iloc[-1])
+            details["share"] = place
+            details["depends_on"] = ["time"]
+        else:
+            narrow = {"angle_bump": BUMP_WIDTH, "angle_step": 1.0 / STEEPNESS, "worn_teeth": TEETH}
+            width = narrow.get(kind) or 1.0 / rng.uniform(*BELT_PERIODS)
+            details["place_rad"] = float(low[j] + place * (high[j] - low[j]))
+            details["width_rad"] = float(width * (high[j] - low[j]))
+            details["depends_on"] = [f"q{joint}"]
+        return cls({"joint": joint}, entry["size"], details)
+
+    def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
+        """Return dq (N, n) [rad]."""
+        dq = np.zeros_like(q)
+        if "joint" in self.target:
+            j = self.target["joint"] - 1
+            dq[:, j] = self.size * _SHAPES[self.details["kind"]](self.details, q, q[:, j], poses)
+        return dq
+
+    def arms(self, arm: Arm, poses: pd.DataFrame, evaluating: bool) -> list[tuple[Rows, Arm]]:
+        """Return an arm for each place of the sensor."""
+        if self.details["kind"] != "sensor_oscillation" or evaluating:
+            return [(slice(None), arm)]
+        return [(np.array([k]), arm.shifted({"t": shift})) for k, shift in enumerate(self._sway(poses))]
+
+    def motions(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
+        """Return a motion of the base (N, 4, 4) for each pose."""
+        T = np.tile(np.eye(4), (len(q), 1, 1))
+        if self.details["kind"] == "base_sway" and "time" in poses:
+            T[:, :3, 3] = self._sway(poses)
+        return T
+
+    def _sway(self, poses: pd.DataFrame) -> Array:
+        """Return shifts (N, 3) [m]."""
+        share = poses["time"].to_numpy(float) / self.details["end_s"]
+        swing = np.sin(2 * np.pi * self.details["periods"] * share + self.details["phase_rad"])
+        return self.size * swing[:, None] * np.array(self.details["direction"])
+
+
+def _bump(details: Mapping[str, Any], q: Array, angle: Array, poses: pd.DataFrame) -> Array:
+    return np.exp(-(((angle - details["place_rad"]) / details["width_rad"]) ** 2) / 2)
+
+
+def _step(details: Mapping[str, Any], q: Array, angle: Array, poses: pd.DataFrame) -> Array:
+    return (np.tanh((angle - details["place_rad"]) / details["width_rad"]) + 1.0) / 2
+
+
+def _product(details: Mapping[str, Any], q: Array, angle: Array, poses: pd.DataFrame) -> Array:
+    low, high = np.array(details["ranges_rad"]).T
+    scaled = (2 * q[:, np.array(details["factors"]) - 1] - low - high) / (high - low)
+    return scaled.prod(1)
+
+
+def _teeth(details: Mapping[str, Any], q: Array, angle: Array, poses: pd.DataFrame) -> Array:
+    return np.clip(1.5 - np.abs(angle - details["place_rad"]) / details["width_rad"], 0.0, 1.0)
+
+
+def _belt(details: Mapping[str, Any], q: Array, angle: Array, poses: pd.DataFrame) -> Array:
+    return 2 * np.mod((angle - details["place_rad"]) / details["width_rad"], 1.0) - 1.0
+
+
+def _sum(details: Mapping[str, Any], q: Array, angle: Array, poses: pd.DataFrame) -> Array:
+    a, b = (q[:, i - 1] for i in details["factors"])
+    return np.cos(2 * a + b)
+
+
+def _jump(details: Mapping[str, Any], q: Array, angle: Array, poses: pd.DataFrame) -> Array:
+    return (poses["time"].to_numpy(float) > details["share"] * details["end_s"]).astype(float)
+
+
+def _drift(details: Mapping[str, Any], q: Array, angle: Array, poses: pd.DataFrame) -> Array:
+    return poses["time"].to_numpy(float) / details["end_s"]
+
+
+_SHAPES: dict[str, Callable[[Mapping[str, Any], Array, Array, pd.DataFrame], Array]] = {
+    "angle_bump": _bump,
+    "angle_product": _product,
+    "angle_step": _step,
+    "angle_sum": _sum,
+    "belt": _belt,
+    "encoder_drift": _drift,
+    "late_jump": _jump,
+    "worn_teeth": _teeth,
+}

@@ -1,0 +1,89 @@
+"""Outputs appear whole or not at all, and leave nothing beside them."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scalar.data.io.atomic import atomic_directory, atomic_write, plain, write_json
+from scalar.errors import InvalidInput
+
+
+class Interrupted(Exception):
+    """Stands for anything that stops a writer half-way."""
+
+
+@pytest.mark.parametrize("old", [None, "old"])
+def test_an_interrupted_file_leaves_what_was_there(tmp_path: Path, old: str | None) -> None:
+    """After a failure the old content is there, or nothing, and no temporary file."""
+    path = tmp_path / "out.txt"
+    if old is not None:
+        path.write_text(old)
+    with pytest.raises(Interrupted), atomic_write(path) as temporary:
+        temporary.write_text("half")
+        raise Interrupted
+    assert [item.name for item in tmp_path.iterdir()] == ([] if old is None else ["out.txt"])
+    assert old is None or path.read_text() == old
+
+
+def test_a_file_is_not_there_before_it_is_complete(tmp_path: Path) -> None:
+    """The destination appears at the end of the block; missing folders are made."""
+    path = tmp_path / "new" / "out.txt"
+    with atomic_write(path) as temporary:
+        temporary.write_text("whole")
+        assert not path.exists()
+    assert path.read_text() == "whole"
+    assert len(list(path.parent.iterdir())) == 1
+
+
+@pytest.mark.parametrize("replaced", [False, True])
+def test_an_interrupted_folder_leaves_what_was_there(tmp_path: Path, replaced: bool) -> None:
+    """As for a file, with a folder."""
+    path = tmp_path / "out"
+    if replaced:
+        path.mkdir()
+        (path / "old").touch()
+    with pytest.raises(Interrupted), atomic_directory(path, lambda _: True) as temporary:
+        (temporary / "half").touch()
+        raise Interrupted
+    assert [item.name for item in tmp_path.rglob("*")] == (["out", "old"] if replaced else [])
+
+
+def test_a_folder_replaces_another_only_if_it_may(tmp_path: Path) -> None:
+    """Without leave a folder that holds something is refused and untouched; with leave it is gone."""
+    path = tmp_path / "out"
+    path.mkdir()
+    (path / "precious").touch()
+    with pytest.raises(InvalidInput, match="already there"), atomic_directory(path):
+        pass
+    assert (path / "precious").exists()
+    with atomic_directory(path, lambda _: True) as temporary:
+        (temporary / "new").touch()
+    assert [item.name for item in tmp_path.rglob("*")] == ["out", "new"]
+
+
+def test_a_place_that_cannot_be_written_is_the_users_fault(tmp_path: Path) -> None:
+    """A folder where a file is to be, or a file where a folder is to be: said, not a traceback."""
+    (tmp_path / "file").touch()
+    for path in (tmp_path, tmp_path / "file" / "below"):
+        with pytest.raises(InvalidInput, match="cannot be written"), atomic_write(path):
+            pass
+    with pytest.raises(InvalidInput, match="already there"), atomic_directory(tmp_path / "file"):
+        pass
+
+
+def test_json_holds_finite_numbers_or_null(tmp_path: Path) -> None:
+    """NaN and infinities become null; finite floats read back exactly; the order of keys is kept."""
+    third = 1.0 / 3.0
+    write_json(tmp_path / "a.json", {"z": np.array([third, np.nan]), "a": (np.int64(3), -np.inf), "µ": None})
+    text = (tmp_path / "a.json").read_text(encoding="utf-8")
+    assert json.loads(text) == {"z": [third, None], "a": [3, None], "µ": None}
+    assert list(json.loads(text)) == ["z", "a", "µ"]
+    assert text.endswith("}\n")
+
+
+def test_what_has_no_plain_form_is_refused() -> None:
+    """An object is not silently written as its name."""
+    with pytest.raises(TypeError, match="no plain form"):
+        plain({"a": object()})

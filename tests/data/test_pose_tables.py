@@ -1,0 +1,77 @@
+"""A table of poses alone reads exactly and is checked as strictly as poses.csv."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from scalar.data.pose_tables import read_pose_table
+from scalar.errors import InvalidInput
+from tests.small_datasets import edit_cell, edit_lines, tables
+
+FRAME = ("x", "y", "z")
+
+
+@pytest.fixture
+def poses(tmp_path: Path) -> pd.DataFrame:
+    """Return poses that stand in joints.csv."""
+    table = tables("tracker")["poses"].assign(x=0.1, y=0.2, z=1.0 / 3.0, order=7)
+    table.to_csv(tmp_path / "joints.csv", index=False)
+    return table
+
+
+def test_numbers_read_back_exactly(tmp_path: Path, poses: pd.DataFrame) -> None:
+    """Every column comes back to the last bit, the further ones too."""
+    back = read_pose_table(tmp_path / "joints.csv", 6, FRAME)
+    assert list(back.columns) == list(poses.columns)
+    assert np.array_equal(back.to_numpy(dtype=float), poses.to_numpy(dtype=float))
+
+
+@pytest.mark.parametrize(
+    ("row", "column", "text", "message"),
+    [
+        (3, "q2", "abc", "not a number"),
+        (3, "order", "nan", "not a finite"),
+        (4, "pose", "10", "stands already in row 2"),
+        (5, "q3", "-170.0", "are these degrees?"),
+        (1, "q6", "q7", "the robot has joints 1 to 6"),
+        (1, "z", "Z", "the column is missing"),
+    ],
+)
+def test_faults_are_named(
+    tmp_path: Path, poses: pd.DataFrame, row: int, column: str, text: str, message: str
+) -> None:
+    """Wrong cells and wrong names are found at their row and column."""
+    edit_cell(tmp_path, "joints.csv", row, column, text)
+    with pytest.raises(InvalidInput, match=message) as caught:
+        read_pose_table(tmp_path / "joints.csv", 6, FRAME)
+    assert (row, column) in {(fault.row, fault.column) for fault in caught.value.faults}
+
+
+def test_a_row_too_long_does_not_shift_the_columns(tmp_path: Path, poses: pd.DataFrame) -> None:
+    """A cell too many in every row is a fault, and never taken for an index."""
+    edit_lines(tmp_path, "joints.csv", lambda lines: [lines[0], *(line + ",0" for line in lines[1:])])
+    with pytest.raises(InvalidInput, match="12 cells where the header names 11"):
+        read_pose_table(tmp_path / "joints.csv", 6, FRAME)
+
+
+def test_limits_allow_an_axis_that_turns_far(tmp_path: Path, poses: pd.DataFrame) -> None:
+    """Angles within the robot's own limits are not suspect."""
+    edit_cell(tmp_path, "joints.csv", 5, "q6", "90.5")
+    limits = np.tile([-3.2, 3.2], (6, 1))
+    limits[5] = [-100.0, 100.0]
+    assert read_pose_table(tmp_path / "joints.csv", 6, FRAME, limits)["q6"].iloc[3] == 90.5
+
+
+@pytest.mark.parametrize("make", [None, "folder", "empty"])
+def test_what_cannot_be_read_is_said(tmp_path: Path, make: str | None) -> None:
+    """No file, a folder, an empty file: one fault each."""
+    path = tmp_path / "joints.csv"
+    if make == "folder":
+        path.mkdir()
+    elif make == "empty":
+        path.touch()
+    with pytest.raises(InvalidInput) as caught:
+        read_pose_table(path, 6)
+    assert len(caught.value.faults) == 1

@@ -1,0 +1,137 @@
+"""Degrees for radians and millimetres for metres are suspected; large real cells are not."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from scalar.data.dataset import validate_dataset, write_dataset
+from scalar.errors import Fault
+from scalar.units import DEG, MM
+from tests.small_datasets import N_POSES, PLANES, description, tables
+
+
+def faults_of(tmp_path: Path, mapping: dict[str, Any], content: dict[str, pd.DataFrame]) -> list[Fault]:
+    """Return the faults of a dataset."""
+    write_dataset(tmp_path / "d", mapping=mapping, **content)
+    return validate_dataset(tmp_path / "d")
+
+
+def columns_of(faults: list[Fault]) -> set[str | None]:
+    """Return where the suspicions are, after checking that all faults are suspicions."""
+    assert all(fault.message.startswith("suspect") for fault in faults), [str(fault) for fault in faults]
+    return {fault.column for fault in faults}
+
+
+def puma_like(scale_length: float = 1.0, scale_angle: float = 1.0) -> list[dict[str, Any]]:
+    """Return joints of the size of a small arm, lengths and angles multiplied."""
+    half = np.pi / 2 * scale_angle
+    a = np.array([0.0, 0.0, 0.305, -0.01, 0.0, 0.0]) * scale_length
+    d = np.array([0.345, 0.0, 0.0, 0.3, 0.0, 0.07]) * scale_length
+    return [
+        {"a": float(a[i]), "alpha": half * (i % 2), "d": float(d[i]), "theta": half * (i % 3 - 1)}
+        for i in range(6)
+    ]
+
+
+LINKS = {(0, "d"), (2, "a"), (3, "a"), (3, "d"), (5, "d")}
+ANGLES = {(0, "theta"), (1, "alpha"), (2, "theta"), (3, "alpha"), (3, "theta"), (5, "alpha"), (5, "theta")}
+
+
+@pytest.mark.parametrize(
+    ("key", "columns"),
+    [
+        ("a_d", {f"robot.joints[{i}].{name}" for i, name in LINKS}),
+        ("angles", {f"robot.joints[{i}].{name}" for i, name in ANGLES}),
+        ("base", {"robot.base.translation"}),
+        ("flange", {"robot.flange.translation"}),
+        ("sensor", {"sensor.nominal_pose.translation"}),
+        ("rotation", {"sensor.nominal_pose.rotation_vector"}),
+        ("noise", {"sensor.noise"}),
+        ("planes", {f"planes[{i}].distance" for i in range(3)}),
+        ("gravity", {"robot.gravity"}),
+        ("limits", {f"robot.joints[{i}].limits" for i in range(6)}),
+        ("one limit", {"robot.joints[5].limits"}),
+    ],
+)
+def test_a_description_in_other_units_is_suspected(tmp_path: Path, key: str, columns: set[str]) -> None:
+    """The same cell, one group of numbers in mm, mm/s^2 or degrees: those numbers are named, no others."""
+    mapping = description()
+    robot, sensor = mapping["robot"], mapping["sensor"]
+    robot["joints"] = puma_like(1 / MM if key == "a_d" else 1.0, 1 / DEG if key == "angles" else 1.0)
+    zero = [0.0, 0.0, 0.0]
+    if key in ("base", "flange"):
+        robot[key] = {"translation": [0.0, 0.0, 0.4 / MM], "rotation_vector": zero}
+    elif key == "sensor":
+        sensor["nominal_pose"]["translation"] = [0.05 / MM, 0.02 / MM, 0.1 / MM]
+    elif key == "rotation":
+        sensor["nominal_pose"]["rotation_vector"] = [0.2 / DEG, 0.0, 0.35 / DEG]
+    elif key == "noise":
+        sensor["noise"] = 1e-4 / MM
+    elif key == "planes":
+        for plane in mapping["planes"]:
+            plane["distance"] /= MM
+    elif key == "gravity":
+        robot["gravity"] = [0.0, 0.0, -9.81 / MM]
+    elif key == "limits":
+        for joint in robot["joints"]:
+            joint["limits"] = [-170, 170]
+    elif key == "one limit":
+        robot["joints"][5]["limits"] = [-360, 360]
+    assert columns_of(faults_of(tmp_path, mapping, tables())) == columns
+
+
+def test_joint_angles_in_degrees_are_suspected(tmp_path: Path) -> None:
+    """All angles in degrees, or one row, or one column of them: one fault a joint, with its largest angle."""
+    content = tables()
+    names = [f"q{i + 1}" for i in range(6)]
+    poses = content["poses"]
+    faults = faults_of(tmp_path, description(), content | {"poses": poses.assign(**poses[names] / DEG)})
+    assert columns_of(faults) == set(names)
+    row = poses.copy()
+    row.loc[4, names] = [30.0, -45.0, 90.0, 12.0, 60.0, -170.0]
+    faults = faults_of(tmp_path, description(), content | {"poses": row})
+    assert {fault.row for fault in faults} == {6}
+    faults = faults_of(tmp_path, description(), content | {"poses": poses.assign(q3=poses["q3"] / DEG)})
+    assert columns_of(faults) == {"q3"}
+    assert "are these degrees?" in faults[0].message
+
+
+@pytest.mark.parametrize(("kind", "table"), [("line-laser", "scans"), ("tracker", "points")])
+def test_points_in_millimetres_are_suspected(tmp_path: Path, kind: str, table: str) -> None:
+    """A file of points in millimetres: one fault a column, not one a point."""
+    content = tables(kind)
+    xyz = [name for name in content[table].columns if name != "pose"]
+    content[table][xyz] /= MM
+    faults = faults_of(tmp_path, description(kind), content)
+    assert columns_of(faults) == set(xyz)
+    assert all("are these millimetres?" in fault.message for fault in faults)
+
+
+def test_large_real_cells_are_not_suspected(tmp_path: Path) -> None:
+    """4 m of reach, a lidar 18 m off, wrists of 450 degrees, an endless axis, hall coordinates: no fault."""
+    mapping = description()
+    for joint, a, d in zip(
+        mapping["robot"]["joints"], [0, 0.6, 1.7, 0.3, 0, 0], [1.1, 0, 0, 1.9, 0, 0.5], strict=True
+    ):
+        joint |= {"a": float(a), "d": float(d), "limits": [-450 * DEG, 450 * DEG]}
+    mapping["robot"]["joints"][0]["limits"] = [-100.5, 100.5]
+    mapping["robot"]["base"] = {"translation": [80.0, 120.0, 0.0], "rotation_vector": [0.0, 0.0, 3.1]}
+    mapping["planes"] = [{"name": name, "normal": [0, 0, 1], "distance": 130.0} for name in PLANES]
+    mapping["sensor"]["noise"] = 0.03
+    content = tables()
+    for i in range(6):
+        content["poses"][f"q{i + 1}"] = np.linspace(-450 * DEG, 450 * DEG, N_POSES)
+    content["poses"]["q1"] = np.linspace(-99.0, 99.0, N_POSES)
+    content["scans"]["z"] = 18.0
+    assert faults_of(tmp_path, mapping, content) == []
+
+
+def test_a_tracker_far_away_and_a_turning_wrist_are_not_suspected(tmp_path: Path) -> None:
+    """A tracker 60 m off; one joint that has turned almost four times, without limits."""
+    content = tables("tracker")
+    content["points"]["x"] += 60.0
+    content["poses"]["q6"] = np.linspace(-25.0, 25.0, N_POSES)
+    assert faults_of(tmp_path, description("tracker"), content) == []

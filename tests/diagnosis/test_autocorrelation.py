@@ -1,0 +1,53 @@
+"""Whether neighbours are alike: uniform chances where they are not, and tiny ones where something acts on them."""
+
+import numpy as np
+import pytest
+
+from scalar.diagnosis.autocorrelation import _in_order, _near, alike
+
+
+def chances(course, seeds=400, n=150):
+    """Return the chances over many seeds, of draws that are added to a course of the order."""
+    found = []
+    for seed in range(seeds):
+        rng = np.random.default_rng([seed, 5])
+        order, groups = rng.permutation(n).astype(float), rng.integers(0, 3, n)
+        z = rng.standard_normal((n, 3)) * rng.uniform(0.5, 2.0, (n, 1)) + course(order / n)[:, None]
+        found.append(alike(z, _in_order(groups, order)))
+    return np.array(found)
+
+
+def test_where_the_order_means_nothing_the_chance_is_what_it_says():
+    """Of draws with unlike spreads, a share p has a chance below p, up to what 400 draws can show."""
+    found = chances(lambda x: np.zeros_like(x))
+    for p in (0.5, 0.1, 0.02):
+        share = np.mean(found < p)
+        assert abs(share - p) < 4 * np.sqrt(p * (1 - p) / len(found)) + 0.25 * p
+    assert found.min() > 1e-6
+
+
+@pytest.mark.parametrize("course", [lambda x: np.sin(15 * x), lambda x: np.where(x > 0.6, 1.5, 0.0)])
+def test_a_course_of_the_size_of_the_noise_is_seen(course):
+    """In at least 95 of 100."""
+    assert np.mean(chances(course, seeds=100) < 1e-4) >= 0.95
+
+
+def test_few_poses_say_nothing():
+    """With fewer poses a plate than neighbours need, the chance is one."""
+    z = np.ones((9, 3))
+    assert alike(z, _in_order(np.arange(9) // 3, np.arange(9.0))) == 1.0
+
+
+def test_neighbours_in_two_variables_are_the_nearest_whatever_their_units():
+    """Three of every pose, by brute force over ranks; a variable in another unit has the same."""
+    rng = np.random.default_rng(3)
+    values = rng.standard_normal((40, 2))
+    pairs = {tuple(pair) for pair in _near(values)}
+    ranks = np.argsort(np.argsort(values, axis=0), axis=0)
+    for i in range(40):
+        distance = np.sum((ranks - ranks[i]) ** 2, axis=1).astype(float)
+        distance[i] = np.inf
+        third = np.sort(distance)[2]
+        mine = {k for pair in pairs if i in pair for k in pair} - {i}
+        assert set(np.flatnonzero(distance < third)) <= mine
+    assert pairs == {tuple(pair) for pair in _near(values * [1.0, 1000.0])}

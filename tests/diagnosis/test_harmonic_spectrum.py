@@ -1,0 +1,109 @@
+"""Joints that err in many orders: one smooth error, right where the joint was seen, fading where it was not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scalar.data.poses import Poses
+from scalar.diagnosis.fitted_state import settle
+from scalar.diagnosis.forward_selection import bank, hunt
+from scalar.diagnosis.harmonic_spectrum import as_whitened, tempered, with_spectrum
+from scalar.diagnosis.hold_out import held_out
+from scalar.effects.joints import JointCompliance, JointHarmonic, JointScale
+from scalar.estimation.gross_errors import clean, geometry_fit
+from scalar.estimation.residuals import Residuals
+from tests import helpers
+from tests.diagnosis.cases import BUMPY_JOINTS, TRACKER_NOISE, bumps, bumpy
+
+
+@pytest.fixture(scope="module")
+def found():
+    """Return a set of which the upper half of joint 3's range was seen, what was found order by order, and all orders."""
+    whole = bumpy(3)
+    middle = np.median(whole.q[:, 2])
+    seen = np.flatnonzero(whole.q[:, 2] > middle)
+    train, fresh = whole.subset(seen[::2]), whole.subset(seen[1::2])
+    cleaned = clean(train).dataset
+    model, prepared = geometry_fit(cleaned)
+    names = bank(cleaned)
+    one_by_one = hunt(settle(cleaned, model, prepared.free, ()), names)
+    return fresh, one_by_one, with_spectrum(one_by_one, names)
+
+
+def rms(dataset, state):
+    """Return the error [m] on poses that no fit has seen."""
+    return Residuals.of(dataset, state.model).rms(state.model)
+
+
+def test_a_landscape_of_errors_becomes_one_smooth_error_a_joint(found):
+    """All orders at once predict new poses better than orders chosen one by one, and no joint that does not err is blamed."""
+    fresh, one_by_one, smooth = found
+    assert smooth is not one_by_one
+    assert rms(fresh, smooth) < rms(fresh, one_by_one)
+    assert held_out(smooth).rms < held_out(one_by_one).rms
+    assert {e.joint for e in smooth.effects if isinstance(e, JointHarmonic)} == set(BUMPY_JOINTS)
+
+
+def test_it_fades_where_the_joint_was_not_seen(found):
+    """Far from every angle that was seen the correction is smaller than where there were data to bear it out."""
+    _, _, smooth = found
+    seen = smooth.dataset.q[:, 2]
+    beyond = np.linspace(seen.max() + 0.5, seen.min() + 2 * np.pi - 0.5, 200)
+
+    def size(angles):
+        q = np.zeros((len(angles), smooth.dataset.q.shape[1]))
+        q[:, 2] = angles
+        at = Poses(q, np.zeros(len(q)), {})
+        mine = [e for e in smooth.effects if isinstance(e, JointHarmonic) and e.joint == 3]
+        curve = sum(e.joint_basis(smooth.model.nominal, at)[:, 2] @ e.coefficients for e in mine)
+        return np.std(curve)
+
+    assert size(beyond) < 0.5 * size(seen)
+
+
+def test_a_weight_is_told_from_the_orders_beside_it():
+    """A joint with a landscape of errors that also gives way to the weight of the next link: both are named, and its orders are one smooth error.
+
+    Joints 2 and 3 are parallel, so the next link's weight bends joint 2 by a sine of the sum of their angles.
+    """
+    scene = helpers.make_scene(kind="tracker", seed=6, poses_per_plane=400, noise=TRACKER_NOISE)
+    q2, q3 = scene.dataset.q[:, 1], scene.dataset.q[:, 2]
+    landscape, read = bumps(11), q2.copy()
+    for _ in range(20):
+        read = q2 - landscape(read) - 6e-4 * np.sin(read + q3 + 0.3)
+    dataset = scene.dataset.subset(np.flatnonzero(q2 > np.median(q2)))
+    dataset = replace(dataset, poses=dataset.poses.assign(q2=read[q2 > np.median(q2)]))
+    cleaned = clean(dataset).dataset
+    model, prepared = geometry_fit(cleaned)
+    names = bank(cleaned)
+    after = with_spectrum(hunt(settle(cleaned, model, prepared.free, ()), names), names)
+    assert {e.joint for e in after.effects if isinstance(e, JointHarmonic)} == {2}
+    weights = [e for e in after.effects if isinstance(e, JointCompliance)]
+    assert [effect.target for effect in weights] == [{"joints": [2]}]
+
+
+def test_a_single_order_stays_one():
+    """A gear that is off centre is no spectrum: what was found is left as it is."""
+    scene = helpers.make_scene(kind="tracker", seed=4, poses_per_plane=100, noise=TRACKER_NOISE)
+    q = scene.dataset.q[:, 1]
+    read = q.copy()
+    for _ in range(20):
+        read = q - 3e-4 * np.sin(5 * read)
+    dataset = clean(replace(scene.dataset, poses=scene.dataset.poses.assign(q2=read))).dataset
+    model, prepared = geometry_fit(dataset)
+    names = bank(dataset)
+    state = hunt(settle(dataset, model, prepared.free, ()), names)
+    assert [e.target for e in state.effects] == [{"joint": 2, "order": 5}]
+    assert with_spectrum(state, names) is state
+    assert as_whitened(state) is state
+
+
+def test_beliefs_are_tempered_and_nothing_else():
+    """A factor on the weight of rows is one on beliefs; effects without a belief of their own are the same objects."""
+    own = JointHarmonic(2, (3, 4), believed=(1e-4, 2e-5))
+    common, scale = JointHarmonic(3, (1,)), JointScale(1)
+    wide, *rest = tempered([own, common, scale], 3.0)
+    np.testing.assert_allclose(wide.plausible_sizes, [3e-4, 3e-4, 6e-5, 6e-5])
+    assert rest == [common, scale]
+    assert JointHarmonic.from_mapping(wide.to_mapping()).believed == wide.believed

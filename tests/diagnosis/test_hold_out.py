@@ -1,0 +1,113 @@
+"""Held-out errors: every pose judged once, by a fit that never saw its block."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scalar.diagnosis.fitted_state import settle
+from scalar.diagnosis.hold_out import BLOCKS_PER_FOLD, FOLDS, HeldOut, blocks, held_out, improvement
+from scalar.effects.catalogue import parse_effects
+from scalar.estimation.gross_errors import geometry_fit
+from scalar.estimation.least_squares import fit
+from scalar.estimation.residuals import Residuals
+from tests.diagnosis.cases import scale
+from tests.effects.injected import make_cell
+
+
+def settled(dataset, effects=""):
+    model, prepared = geometry_fit(dataset)
+    return settle(dataset, model, prepared.free, parse_effects(effects, dataset))
+
+
+@given(n=st.integers(1, 3000))
+def test_every_pose_is_held_out_once_in_a_block(n):
+    """Blocks are of successive poses, folds take them in turn, and no fold has more than its share."""
+    block, fold = blocks(np.arange(n)[:, None] * np.array([1.0, -1.0]))
+    assert len(block) == len(fold) == n
+    assert np.all(np.diff(block) >= 0) and block[0] == 0 and np.all(np.diff(block) <= 1)
+    assert np.all((fold >= 0) & (fold < FOLDS))
+    sizes = np.bincount(block)
+    assert sizes.max() - sizes.min() <= 1
+    if n >= 2 * FOLDS * BLOCKS_PER_FOLD:
+        shares = np.bincount(fold, minlength=FOLDS)
+        assert shares.max() - shares.min() <= BLOCKS_PER_FOLD
+        for f in range(FOLDS):  # every fold spans the run: no fold is one end of it
+            assert np.ptp(np.flatnonzero(fold == f)) > 0.5 * n
+
+
+@pytest.mark.parametrize("times", [2, 3, 7])
+def test_a_pose_commanded_again_is_held_out_with_its_first_time(times):
+    """Repetitions of a pose, as encoders read them, share its block; the blocks of the first times are those of a run without repetitions."""
+    rng = np.random.default_rng(times)
+    once = rng.uniform(-2, 2, (100, 6))
+    again = np.concatenate([once] * times) + rng.uniform(-5e-4, 5e-4, (100 * times, 6))
+    block, fold = blocks(again)
+    expected, _ = blocks(once)
+    np.testing.assert_array_equal(block, np.tile(expected, times))
+    np.testing.assert_array_equal(fold, block % FOLDS)
+
+
+def test_the_step_is_a_refit_without_the_fold():
+    """Each fold's errors are those of a model refitted on the other poses alone, within 2 %."""
+    dataset = make_cell(seed=2, poses_per_plane=40, points_per_scan=20).dataset
+    state = settled(dataset)
+    found = held_out(state)
+    _, fold = blocks(dataset.q)
+    for f in range(2):
+        train = fold != f
+        part = dataset.subset(train)
+        residuals = Residuals.of(part, state.model).reweighted(state.model)
+        model = fit(residuals, state.model, state.free).model
+        squares, counts = Residuals.of(dataset, model).squared_distances(model)
+        np.testing.assert_allclose(
+            np.sqrt(squares / counts)[~train], np.sqrt(found.metric)[~train], rtol=0.02
+        )
+
+
+def test_held_out_errors_exceed_the_fitted_ones_by_the_price_of_the_fit():
+    """A fit of p parameters to n rows leaves less than the noise on them and more on new ones: about
+    (n + p) / (n - p) in squares.
+    """
+    dataset = make_cell(seed=3, poses_per_plane=40, points_per_scan=20).dataset
+    state = settled(dataset)
+    rows, J = state.linearised()
+    p, n = J.shape[1], int(np.count_nonzero(np.any(J != 0, axis=1)))
+    ratio = held_out(state).whitened.sum() / np.sum(rows**2)
+    # A scan has three rows, of which the model moves two: p is spent on the latter.
+    assert 1.0 < ratio < 1.6 * (n + p) / (n - p)
+
+
+def test_what_is_there_lowers_the_error_of_poses_never_seen():
+    """The planted effect lowers the held-out error by many standard errors; one that is not there does not."""
+    cell, name, target = scale(4)
+    without = held_out(settled(cell.dataset))
+    right = held_out(settled(cell.dataset, f"{name}:{target['joint']}"))
+    other = held_out(settled(cell.dataset, "joint_harmonic:4:19:23:29"))
+    assert improvement(without, right) > 3
+    assert improvement(without, other) < 2
+    assert right.rms < without.rms
+
+
+@pytest.mark.parametrize(("drop", "sign"), [(0.5, 1), (-0.5, -1), (0.0, 0)])
+def test_improvement_counts_blocks(drop, sign):
+    """The fall is measured in standard errors over blocks: a steady fall is sure, whatever its size."""
+    block, _ = blocks(np.arange(80.0)[:, None])
+    rng = np.random.default_rng(0)
+    before = HeldOut(rng.chisquare(3, 80), np.ones(80), np.ones(80), block)
+    noise = 0.01 * rng.standard_normal(80)
+    after = HeldOut(before.whitened - drop + noise, np.ones(80), np.ones(80), block)
+    assert (improvement(before, after) > 5) == (sign > 0)
+    assert (improvement(before, after) < -5) == (sign < 0)
+
+
+def test_one_block_that_gains_most_hides_no_others():
+    """Nineteen blocks that gain alike are beyond doubt, whatever the twentieth gains; a great loss is never played down."""
+    block = np.repeat(np.arange(20), 4)
+    before, gain = np.full(80, 10.0), np.where(block == 7, 5000.0, 2.0) + np.tile([0.1, -0.1, 0.2, -0.2], 20)
+    metric, counts = np.ones(80), np.ones(80)
+    errors = [HeldOut(whitened, metric, counts, block) for whitened in (before, before - gain, before + gain)]
+    assert improvement(errors[0], errors[1]) > 5
+    assert improvement(errors[0], errors[2]) < 0
+    lost = HeldOut(before - np.where(block == 7, -5000.0, 2.0), metric, counts, block)
+    assert improvement(errors[0], lost) < 0

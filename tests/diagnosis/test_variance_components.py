@@ -1,0 +1,53 @@
+"""Noise effects: joints that repeat to a spread and scans with an error of their own, measured and told apart."""
+
+import numpy as np
+import pytest
+
+from scalar.diagnosis.fitted_state import settle
+from scalar.diagnosis.variance_components import spreads, whitening
+from scalar.estimation.gross_errors import geometry_fit
+from tests.effects.injected import Flaws, make_cell
+
+SEEDS = 16
+NOISES = {"pose_jitter": (Flaws(jitter=2e-4), 2e-4), "scan_bias": (Flaws(bias=2e-4), 2e-4)}
+
+
+def found_in(flaws, seed, **settings):
+    dataset = make_cell(flaws, seed=seed, **settings).dataset
+    model, prepared = geometry_fit(dataset)
+    return spreads(settle(dataset, model, prepared.free, ()))
+
+
+@pytest.mark.parametrize("name", NOISES)
+def test_noise_is_named_and_measured(name):
+    """Over 16 cells the right one of jitter and bias is the likeliest each time; its standard deviation lies within
+    its standard error, neither better nor worse: (hat - true) / std has about unit spread and no offset.
+    """
+    flaws, truth = NOISES[name]
+    pulls = []
+    for seed in range(SEEDS):
+        found = found_in(flaws, seed)
+        assert found and found[0].name == name, f"seed {seed}"
+        pulls.append((found[0].std - truth) / found[0].std_error)
+        assert found[0].p_value < 1e-6
+    assert abs(np.mean(pulls)) < 4 / np.sqrt(SEEDS)
+    assert 0.5 < np.std(pulls) < 1.8
+
+
+def test_clean_data_have_no_noise_effect():
+    """Over 16 cells nothing is found where scans differ by their points' noise alone."""
+    assert not any(found_in(Flaws(), seed) for seed in range(SEEDS))
+
+
+def test_whitening_undoes_the_covariance():
+    """The inverse square roots turn each pose's covariance into the identity."""
+    spread = found_in(Flaws(jitter=2e-4), 3)[0]
+    W = whitening(spread)
+    one = W @ spread.covariance @ np.swapaxes(W, 1, 2)
+    np.testing.assert_allclose(one, np.broadcast_to(np.eye(one.shape[1]), one.shape), atol=1e-9)
+
+
+def test_more_noise_is_more():
+    """The estimate grows with what is planted, down to where it can no longer be told from nothing."""
+    sizes = [found_in(Flaws(jitter=size), 5)[0].std for size in (1e-4, 2e-4, 4e-4)]
+    assert sizes[0] < sizes[1] < sizes[2]

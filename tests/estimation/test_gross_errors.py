@@ -1,0 +1,131 @@
+"""Gross errors are found and set aside; what is only noisy, or only unexplained, is kept."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scalar.errors import Undetermined
+from scalar.estimation.gross_errors import Cleaned, clean, clean_beside, without_outlying_points
+from tests import helpers
+from tests.diagnosis.cases import knock, slip, spoiled
+from tests.effects.injected import Flaws, make_cell, on_joint
+
+FALSE_POINTS = 1e-4  # share of good points that may be set aside
+FOUND_POINTS = 0.95  # share of points off by 2 mm and more that are set aside
+
+
+def test_clean_data_stay_as_they_are():
+    """Over 12 cells, 2,160 scans and 69,120 points, no pose is set aside and no more than a point in 10,000."""
+    points = flagged = 0
+    for seed in range(12):
+        dataset = make_cell(seed=seed).dataset
+        found = clean(dataset)
+        assert not found.outlier_poses and not found.mislabelled_poses
+        points, flagged = points + len(dataset.points), flagged + found.points
+    assert flagged <= FALSE_POINTS * points
+
+
+@pytest.mark.parametrize("share", [0.002, 0.02, 0.1])
+def test_stray_points_are_found(share):
+    """Points 2 to 30 mm off along their rays are set aside, and their scans kept."""
+    cell = make_cell(seed=3)
+    dataset, planted = spoiled(cell.dataset, np.random.default_rng(4), points=share)
+    found = clean(dataset)
+    assert not found.outlier_poses and not found.mislabelled_poses
+    assert FOUND_POINTS * len(planted["points"]) <= found.points <= len(planted["points"]) + 2
+    assert found.dataset.n_poses == dataset.n_poses
+    assert len(found.dataset.points) == len(dataset.points) - found.points
+
+
+def test_the_right_points_are_set_aside():
+    """Those that remain are those that were not moved."""
+    cell = make_cell(seed=5)
+    dataset, planted = spoiled(cell.dataset, np.random.default_rng(6), points=0.03)
+    kept = {tuple(p) for p in without_outlying_points(dataset)[0].points}
+    good = np.ones(len(dataset.points), dtype=bool)
+    good[planted["points"]] = False
+    assert sum(tuple(p) not in kept for p in dataset.points[good]) <= 2
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_wrong_poses_and_wrong_labels_are_told_apart(seed):
+    """Poses whose angles belong to no scan are outliers; poses that name another plate are listed with the plate
+    that they lie on. Every one of them, and no other.
+    """
+    cell = make_cell(seed=seed)
+    dataset, planted = spoiled(cell.dataset, np.random.default_rng(seed), poses=0.04, labels=0.04)
+    found = clean(dataset)
+    wrong = {pose for pose, _ in found.mislabelled_poses}
+    assert set(found.outlier_poses) | wrong == planted["poses"] | planted["labels"]
+    # A wrong pose may lie on another plate by chance; not many do.
+    assert planted["labels"] <= wrong and len(wrong - planted["labels"]) <= 1
+    truth = dict(zip(cell.dataset.pose_ids.tolist(), cell.dataset.poses["plane"], strict=True))
+    assert all(plate == truth[pose] for pose, plate in found.mislabelled_poses if pose in planted["labels"])
+
+
+def test_a_third_of_wrong_poses_is_survived():
+    """With 30 % of all poses wrong the others are found and kept."""
+    cell = make_cell(seed=8)
+    dataset, planted = spoiled(cell.dataset, np.random.default_rng(9), poses=0.3)
+    found = clean(dataset)
+    flagged = set(found.outlier_poses) | {pose for pose, _ in found.mislabelled_poses}
+    assert planted["poses"] <= flagged
+    assert len(flagged - planted["poses"]) <= 2
+
+
+@pytest.mark.parametrize("how", ["at random", "in turn"])
+def test_labels_that_say_nothing_are_refused(how):
+    """Where every pose names another plate no part of the data can be trusted over another: exit 3, and the text
+    speaks of labels.
+    """
+    data = make_cell(seed=10).dataset
+    shift = np.random.default_rng(1).integers(1, 3, data.n_poses) if how == "at random" else 1
+    names = np.array([plane.name for plane in data.planes], dtype=object)
+    poses = data.poses.assign(plane=names[(data.plane_index + shift) % 3])
+    with pytest.raises(Undetermined) as caught:
+        clean(replace(data, poses=poses))
+    assert caught.value.exit_status == 3
+    assert "label" in str(caught.value) and "poses.csv" in str(caught.value)
+
+
+@pytest.mark.parametrize("case", [knock, slip])
+def test_a_change_is_not_an_outlier(case):
+    """What moves from one pose on and stays is kept for the hunt."""
+    found = clean(case(11)[0].dataset)
+    assert not found.outlier_poses and not found.mislabelled_poses
+
+
+def test_a_large_effect_is_not_an_outlier():
+    """A joint that errs by ten times what real arms do is structure, not dirt: hardly a pose is set aside."""
+    error = on_joint(2, lambda at: 5e-3 * np.sin(3 * at.q[:, 1]))
+    found = clean(make_cell(Flaws(joints=error), seed=12).dataset)
+    assert len(found.outlier_poses) + len(found.mislabelled_poses) <= 3
+    assert found.points <= 3
+
+
+def late(dataset, off, by=3e-3):
+    """Return what is set aside beside effects, where poses at the indices ``off`` are off by 3 mm and the others by a tenth."""
+    distance = np.full(dataset.n_poses, 1e-4)
+    distance[off] = by
+    first = Cleaned(dataset, (), (), 0)
+    return first, clean_beside(first, distance)
+
+
+def test_a_gross_error_that_hid_behind_an_effect_is_set_aside_late():
+    """A single pose that is off once effects are known is listed and gone; the others stay as they were."""
+    dataset = helpers.make_scene(kind="probe", seed=2, poses_per_plane=60).dataset
+    _, again = late(dataset, [17])
+    assert again.outlier_poses == (int(dataset.pose_ids[17]),)
+    np.testing.assert_array_equal(again.dataset.pose_ids, np.delete(dataset.pose_ids, 17))
+
+
+def test_nothing_is_set_aside_late_that_may_be_an_effect():
+    """Where nothing is off, or too much, or a whole run of one plane, the first look stays as it is."""
+    dataset = helpers.make_scene(kind="probe", seed=2, poses_per_plane=60).dataset
+    run = np.flatnonzero(dataset.plane_index == 1)[20:23]
+    long_run = np.flatnonzero(dataset.plane_index == 1)[20:40]
+    for off, by in (([], 0.0), ([17], 5e-4), (np.arange(0, 180, 5), 3e-3), (long_run, 3e-3)):
+        first, again = late(dataset, off, by)
+        assert again is first
+    assert len(late(dataset, run)[1].outlier_poses) == 3

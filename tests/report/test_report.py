@@ -1,0 +1,282 @@
+"""The report: opens offline, cannot be hijacked by a name, is the same each time, and its pictures show
+what was planted."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scalar.cli.terminal import describe_diagnosis
+from scalar.data.dataset import Dataset
+from scalar.diagnosis import Diagnosis, diagnose
+from scalar.diagnosis.partial_residuals import beside_everything, courses, seen_share
+from scalar.diagnosis.separating_poses import separation
+from scalar.diagnosis.traces import Course, View
+from scalar.effects.joints import JointHarmonic
+from scalar.report import render_report, words
+from scalar.report.svg import Panel, nice_ticks, range_of, tick_labels
+from tests.helpers import make_scene
+
+JOINT, ORDER, AMPLITUDE, PHASE = 4, 3, 6e-4, 0.7
+HOSTILE = "</title><script>alert(1)</script>"
+HOSTILE_PLANE = "\"><img src=//x onerror='alert(1)'>&"
+VOID = {"meta", "br", "img", "link", "input", "hr", "path", "polyline", "polygon"}
+
+
+def planted(q: np.ndarray) -> np.ndarray:
+    """Return the error of the joint's angle at encoder angles [rad]."""
+    return AMPLITUDE * np.sin(ORDER * q + PHASE)
+
+
+def hostile(dataset: Dataset) -> Dataset:
+    """Return a dataset whose names try to break out of the page."""
+    renamed = replace(dataset.planes[0], name=HOSTILE_PLANE)
+    poses = dataset.poses.copy()
+    poses["plane"] = poses["plane"].replace({dataset.planes[0].name: HOSTILE_PLANE})
+    robot = replace(dataset.robot, name=HOSTILE)
+    return replace(dataset, name=HOSTILE, robot=robot, planes=(renamed, *dataset.planes[1:]), poses=poses)
+
+
+@pytest.fixture(scope="module")
+def found() -> Diagnosis:
+    """Return the diagnosis of a cell in which one joint errs periodically, its names hostile."""
+    dataset = make_scene(seed=3, poses_per_plane=45, points_per_scan=30).dataset
+    poses = dataset.poses.copy()
+    # The encoder reads q where the arm stands at q + planted(q): solved by iteration.
+    stands = poses[f"q{JOINT}"].to_numpy()
+    reads = stands.copy()
+    for _ in range(20):
+        reads = stands - planted(reads)
+    poses[f"q{JOINT}"] = reads
+    return diagnose(hostile(replace(dataset, poses=poses)))
+
+
+@pytest.fixture(scope="module")
+def nothing() -> Diagnosis:
+    """Return the diagnosis of a cell in which nothing was planted."""
+    return diagnose(make_scene(seed=4, poses_per_plane=30, points_per_scan=20).dataset)
+
+
+@pytest.fixture(scope="module")
+def page(found: Diagnosis) -> str:
+    return render_report(found)
+
+
+class Structure(HTMLParser):
+    """Collects tags and attributes, and whether every tag that opens is closed in its turn."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.open: list[str] = []
+        self.balanced = True
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        self.balanced &= bool(self.open) and self.open.pop() == tag
+
+
+def structure(text: str) -> Structure:
+    parser = Structure()
+    parser.feed(text)
+    parser.close()
+    return parser
+
+
+def view_of(diagnosis: Diagnosis) -> View:
+    after = diagnosis.calibration_after
+    return View.of(diagnosis.after, after.free, after.covariance)
+
+
+def test_the_planted_effect_is_named(found: Diagnosis) -> None:
+    """What the other tests look at is there: the joint and its order are found."""
+    assert [f.effect.target for f in found.findings if isinstance(f.effect, JointHarmonic)] == [
+        {"joint": JOINT, "order": ORDER}
+    ]
+
+
+def test_page_opens_offline(page: str) -> None:
+    """Nothing is fetched and nothing runs: no links, no sources, no imports, no scripts, no handlers."""
+    parser = structure(page)
+    assert not {tag for tag, _ in parser.tags} & {
+        "script",
+        "link",
+        "img",
+        "iframe",
+        "object",
+        "embed",
+        "a",
+        "use",
+    }
+    for _, attributes in parser.tags:
+        assert not {name for name in attributes if name.startswith("on")}
+        assert not {"src", "href", "xlink:href", "srcset"} & set(attributes)
+    style = re.search(r"<style>(.*?)</style>", page, re.DOTALL)
+    assert style and "url(" not in style.group(1) and "@import" not in style.group(1)
+
+
+def test_page_is_well_formed(page: str) -> None:
+    """Every tag that opens is closed in its turn; every picture is XML and says in words what it shows."""
+    parser = structure(page)
+    assert parser.balanced and not parser.open
+    pictures = re.findall(r'<svg viewBox="0 0 \d{3} .*?</svg>', page, re.DOTALL)
+    assert len(pictures) >= 4
+    for picture in pictures:
+        root = ElementTree.fromstring(picture)
+        assert root.get("role") == "img"
+        assert len(root.get("aria-label", "")) > 20
+
+
+def test_hostile_names_stay_text(found: Diagnosis, page: str) -> None:
+    """A name that holds markup is shown as it is and opens no tag."""
+    assert found.dataset.planes[0].name == HOSTILE_PLANE
+    assert "<script" not in page and "<img" not in page
+    assert "&lt;script&gt;" in page and "onerror" in page  # as letters, in the legend
+
+
+def test_same_diagnosis_same_bytes(found: Diagnosis, page: str) -> None:
+    """Nothing in the page depends on when or how often it is made."""
+    assert render_report(found) == page
+
+
+def test_numbers_in_the_page_are_those_of_the_diagnosis(found: Diagnosis, page: str) -> None:
+    """The errors before and after stand in the page as in diagnosis.json, to three digits."""
+    residual = found.to_mapping()["residual"]
+    for when in ("before", "after"):
+        assert f"{words.number(residual[when]['held_out_rms_mm'])} mm" in page
+
+
+def test_nothing_found_is_said(nothing: Diagnosis) -> None:
+    """Without an effect there is one picture of the residual and no claim."""
+    text = render_report(nothing)
+    if nothing.verdict == "no_effect":
+        assert "show nothing that the model lacks" in text
+        assert "What was found" not in text
+        assert len(re.findall(r'role="img"', text)) == 1
+
+
+def test_curve_is_the_planted_one(found: Diagnosis) -> None:
+    """The fitted curve of the picture is the planted error of the joint within five of its own standard
+    errors."""
+    course = courses(view_of(found), 0)[0]
+    assert isinstance(course, Course) and course.curve is not None
+    x, curve, std = course.curve
+    assert np.all(np.abs(curve - planted(x)) < 5 * std + 1e-6)
+    assert np.ptp(curve) > 1.5 * AMPLITUDE
+
+
+def test_dots_scatter_about_the_planted_curve_as_their_errors_say(found: Diagnosis) -> None:
+    """What each pose asks for, less what was planted there, has the standard error that the picture takes
+    it to have."""
+    course = courses(view_of(found), 0)[0]
+    assert isinstance(course, Course)
+    z = (course.y - planted(found.after.residuals.poses.q[:, JOINT - 1])) / course.std
+    np.testing.assert_allclose(course.y - course.rest, course.fitted, rtol=0, atol=1e-15)
+    assert 0.7 < 1.4826 * np.median(np.abs(z)) < 1.4
+
+
+def test_added_variable_plot_has_slope_one(found: Diagnosis) -> None:
+    """Measured against predicted shift, beside everything else: the residual is orthogonal, so the slope
+    is near one."""
+    course = beside_everything(view_of(found), 0)
+    slope = np.sum(course.x * course.y / course.std**2) / np.sum(course.x**2 / course.std**2)
+    assert slope == pytest.approx(1.0, abs=0.1)
+
+
+def test_seen_share_is_the_projection(found: Diagnosis) -> None:
+    """The share from the Gram matrix is that of the signal with its least-squares fit by all other
+    columns removed."""
+    state = found.after
+    jacobian = state.linearised()[1]
+    effect = state.effects[0]
+    start = int(state.free[: state.model.blocks["effects"].start].sum())
+    mine = np.zeros(jacobian.shape[1], dtype=bool)
+    mine[start : start + len(effect.coefficients)] = True
+    signal = jacobian[:, mine] @ effect.coefficients
+    scale = np.linalg.norm(jacobian, axis=0)
+    others = (jacobian / scale)[:, ~mine]
+    left = signal - others @ np.linalg.lstsq(others, signal, rcond=None)[0]
+    expected = np.linalg.norm(left) / np.linalg.norm(signal)
+    assert seen_share(view_of(found), 0) == pytest.approx(expected, rel=1e-4)
+
+
+def test_an_effect_is_not_told_from_itself(found: Diagnosis) -> None:
+    """Against the same effect no poses help: both explanations put the sensor in the same place."""
+    same = replace(found.after.effects[0], coefficients=np.zeros(2))
+    result = separation(found.after, 0, same)
+    assert result is not None
+    assert result.here < 1e-9 and result.there < 1e-9
+
+
+def test_another_effect_is_told_apart_within_the_limits(found: Diagnosis) -> None:
+    """Against another order the region that is named lies within the joint's limits, and there the two
+    differ."""
+    result = separation(found.after, 0, JointHarmonic(JOINT, (ORDER + 1,)))
+    assert result is not None
+    low, high = found.after.model.nominal.limits[result.joint - 1]
+    assert low - 1e-9 <= result.low < result.high <= high + 1e-9
+    assert result.there > 0
+
+
+def test_terminal_summary_is_short_and_plain(found: Diagnosis, nothing: Diagnosis) -> None:
+    """About ten lines, in letters that any terminal has (names apart)."""
+    for diagnosis in (found, nothing):
+        text = describe_diagnosis(diagnosis)
+        assert len(text.splitlines()) <= 14
+        assert text.isascii()
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6), st.integers(3, 8), st.booleans())
+def test_ticks_are_even_and_inside(low: float, span: float, count: int, angle: bool) -> None:
+    """Ticks are multiples of one step within the range, about as many as asked, and no two have the same
+    label."""
+    span = max(span, abs(low) * 1e-6)
+    ticks = nice_ticks(low, low + span, count, angle)
+    assert np.all(ticks >= low - 1e-6 * span) and np.all(ticks <= low + span * (1 + 1e-6))
+    if len(ticks) > 1:
+        np.testing.assert_allclose(np.diff(ticks), ticks[1] - ticks[0], rtol=1e-5)
+        assert len(set(tick_labels(ticks))) == len(ticks)
+    assert angle or count / 2.5 - 1 <= len(ticks) <= 2.5 * count + 1
+
+
+@given(st.floats(-1e12, 1e12, allow_nan=False), st.integers(2, 6))
+def test_numbers_read_back(value: float, digits: int) -> None:
+    """A number that is written for people is the number, to the digits that are shown."""
+    text = words.number(value, digits).replace("−", "-")
+    if "×" in text:
+        mantissa, power = text.split(" × 10")
+        ordinary = power.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
+        back = float(mantissa) * 10.0 ** int(ordinary)
+    else:
+        back = float(text)
+    assert back == pytest.approx(value, rel=0.6 * 10.0 ** (1 - digits))
+
+
+@given(st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=30))
+def test_range_holds_what_it_is_of(values: list[float]) -> None:
+    """A range of all values holds each of them strictly, even where all are the same."""
+    low, high = range_of([np.array(values)])
+    assert low < min(values) and max(values) < high
+
+
+def test_panel_draws_only_what_lies_inside_and_escapes_words() -> None:
+    """Dots beyond the axes or not finite are left out and counted; labels cannot open a tag."""
+    panel = Panel((0.0, 1.0), (0.0, 1.0), title=HOSTILE, x_label=HOSTILE_PLANE, y_label="<b>")
+    assert panel.dots(np.array([0.5, 2.0, np.nan]), np.array([0.5, 0.5, 0.5]), "dot") == 2
+    root = ElementTree.fromstring(panel.markup(HOSTILE_PLANE))
+    assert root.get("aria-label") == HOSTILE_PLANE
+    assert not root.findall(".//script") and not root.findall(".//b")

@@ -1,0 +1,62 @@
+"""The figure of orders shows every way and case by name, from tables alone, also where a case has one pass only."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from study.plots.sequential import draw_sequential
+from study.plots.style import save_figure
+from study.sequential import AT_ONCE, ORDERS, SEQUENTIAL_COLUMNS
+from study.sequential_summary import summarise_sequential
+from study.summary import QUANTITIES
+
+
+def table(most: int) -> pd.DataFrame:
+    """Return errors of four seeds and two cases, up to `most` passes in the first of them."""
+    rng = np.random.default_rng(3)
+    rows = []
+    for case, last in (("first", most), ("second", 1)):
+        noise = 0.1 if case == "first" else 0.7
+        common = {
+            "case": case,
+            "poses": 60,
+            "noise_mm": noise,
+            "length_error_mm": 2.0,
+            "angle_error_deg": 1.0,
+        }
+        for seed in range(4):
+            walk = [("initial", 0), (AT_ONCE, 0), *((way, i + 1) for way in ORDERS for i in range(last))]
+            for way, done in walk:
+                key = {"seed": seed, "way": way, "passes": done, "last": done in (0, last), "status": ""}
+                rows.append(
+                    common | key | {"alignment": "raw"} | dict.fromkeys(QUANTITIES, rng.random() + 0.01)
+                )
+    return pd.DataFrame(rows).reindex(columns=list(SEQUENTIAL_COLUMNS))
+
+
+@pytest.mark.parametrize("most", [1, 5])
+def test_every_way_and_case_has_its_name(most):
+    """Legend and rows name all that is drawn, with units."""
+    errors = table(most)
+    figure = draw_sequential(errors, summarise_sequential(errors))
+    figure.draw_without_rendering()
+    text = " ".join(found.get_text() for found in figure.findobj(lambda a: hasattr(a, "get_text")))
+    for word in (
+        "at once",
+        "scanner first",
+        "as declared",
+        "linear guess",
+        "noise 0.1 mm",
+        "noise 0.7 mm",
+        "[mm]",
+    ):
+        assert word in text
+
+
+def test_the_same_table_gives_the_same_bytes(tmp_path):
+    """No date, no version, no random id in a file."""
+    errors = table(3)
+    for name in ("one", "two"):
+        figure = draw_sequential(errors, summarise_sequential(errors))
+        save_figure(figure, [tmp_path / f"{name}.png", tmp_path / f"{name}.svg"])
+    for suffix in ("png", "svg"):
+        assert (tmp_path / f"one.{suffix}").read_bytes() == (tmp_path / f"two.{suffix}").read_bytes()

@@ -1,0 +1,52 @@
+"""Gross errors that measured sets have: stray points, poses with the joint angles of another moment, wrong labels.
+
+None of them is an effect; a diagnosis is to set them aside and to name nothing because of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scalar.units import MM
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+STRAY = (2 * MM, 30 * MM)  # how far a stray point is off, either way
+TORN_RAD = (0.05, 0.5)  # how far each joint of a torn pose is off, either way
+
+
+def spoiled(
+    dataset: Dataset, dirt: Mapping[str, float], rng: np.random.Generator
+) -> tuple[Dataset, list[int]]:
+    """Return a dataset with gross errors, and the ids of the poses that are wrong as a whole.
+
+    Args:
+        dataset: Of a line laser; stays as it is.
+        dirt: Shares of ``points``, ``poses`` and ``labels``.
+        rng: Chooses.
+    """
+    N = dataset.n_poses
+    n_torn, n_labels = (round(dirt.get(key, 0.0) * N) for key in ("poses", "labels"))
+    torn, mislabelled = np.split(rng.permutation(N)[: n_torn + n_labels], [n_torn])
+    points, poses = dataset.points.copy(), dataset.poses.copy()
+    stray = np.flatnonzero(rng.random(len(points)) < dirt.get("points", 0.0))
+    away = rng.uniform(*STRAY, len(stray)) * rng.choice([-1.0, 1.0], len(stray))
+    points[stray] *= (1.0 + away / np.linalg.norm(points[stray], axis=1))[:, None]
+    names = [f"q{j + 1}" for j in range(dataset.robot.n_joints)]
+    q = poses[names].to_numpy(copy=True)
+    q[torn] += rng.uniform(*TORN_RAD, (len(torn), q.shape[1])) * rng.choice(
+        [-1.0, 1.0], (len(torn), q.shape[1])
+    )
+    poses[names] = q
+    planes = [plane.name for plane in dataset.planes]
+    labels = poses["plane"].to_numpy(dtype=object).copy()
+    for i in mislabelled:
+        labels[i] = rng.choice([name for name in planes if name != labels[i]])
+    poses["plane"] = labels
+    wrong = sorted(int(i) for i in dataset.pose_ids[np.r_[torn, mislabelled].astype(int)])
+    return replace(dataset, points=points, poses=poses), wrong

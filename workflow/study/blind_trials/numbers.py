@@ -1,0 +1,137 @@
+"""The figures of a closed loop in one mapping, for the paper and for whoever asks in one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from study.blind_trials import benefit, summaries
+from study.blind_trials.cases import Study
+from study.blind_trials.provenance import code_version
+from study.blind_trials.score import NOISES, OUTCOMES, findings, judged
+from study.blind_trials.summaries import NATURAL, Frame, of_kind, share
+
+FORMAT = "scalar-closed-loop/1"
+SILENT = ("range_scale",)  # leaves no residual, whatever the poses: left out of rates of right names
+
+
+def summarise(sets: Frame, study: Study) -> tuple[dict[str, Any], dict[str, Frame]]:
+    """Return the content of ``numbers.json`` and the tables by name.
+
+    Args:
+        sets: All of them, as ``run.run_sets`` gives them.
+        study: What was run.
+    """
+    every, found = judged(sets), findings(sets)
+    tables = {
+        "confusion": summaries.confusion(every),
+        "power": summaries.power(every, study),
+        "thresholds": summaries.thresholds(every, study),
+        "by_cell": summaries.by_cell(every),
+        "nulls": summaries.nulls(every),
+        "pairs": summaries.pairs(every),
+        "unknown": summaries.unknown(every),
+        "errors": benefit.position_errors(every),
+        "reliability": benefit.reliability(found),
+        "silent": benefit.silent(every),
+        "wrong_answers": benefit.wrong_answers(every),
+    }
+    return numbers(every, found, tables, study, code_version()), tables
+
+
+def numbers(
+    every: Frame,
+    found: Frame,
+    tables: Mapping[str, Frame],
+    study: Study,
+    code: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Return the content of ``numbers.json``.
+
+    Args:
+        every: All sets, judged. found: ``score.findings`` of them.
+        tables: ``nulls`` as ``summaries`` gives it.
+        study: What was run. code: ``provenance.code_version()``.
+    """
+    single = of_kind(every, "single")
+    natural = single[single["size"] == NATURAL]
+    audible = natural[~natural["case"].isin(SILENT)]
+    shifts = audible[~audible["case"].isin(NOISES)]
+    pairs, unknown, null = (of_kind(every, kind) for kind in ("pair", "unknown", "null"))
+    strange = unknown[unknown["size"] == NATURAL]
+    right = every[(every["outcome"] == "right") & (every["kind"] == "single")]
+    helped = right[~right["case"].isin(NOISES)]
+    sure = audible[audible["outcome"].isin(["wrong", "elsewhere"])]
+    names = found[found["name"] != "unattributed"]
+    return {
+        "format": FORMAT,
+        "code": dict(code),
+        "seeds": {case.name: _seeds(every, case.name) for case in study.cases.values()},
+        "cells": list(study.cells),
+        "sets": {
+            "planned": sum(len(list(study.sets(*job))) for job in study.jobs()),
+            "run": len(every),
+            "not_simulated": int((every["status"] == "not_simulated").sum()),
+            "failed": int((~every["status"].isin(["diagnosed", "not_simulated"])).sum()),
+            "crashed": int((every["status"] == "crashed").sum()),
+        },
+        "natural_size": {
+            "right": share(audible["outcome"] == "right"),
+            "right_shifts_only": share(shifts["outcome"] == "right"),
+            "outcomes": {outcome: int((audible["outcome"] == outcome).sum()) for outcome in OUTCOMES},
+            "right_or_listed": share(audible["outcome"].isin(["right", "listed"])),
+            "wrong_and_nothing_listed": len(sure),
+            "right_by_case": {
+                str(case): share(group["outcome"] == "right")
+                for case, group in natural.groupby("case", sort=False)
+            },
+        },
+        "all_sizes": {
+            "sets": len(single),
+            "outcomes": {outcome: int((single["outcome"] == outcome).sum()) for outcome in OUTCOMES},
+        },
+        "false_alarms": share(null["alarm"]),
+        "pairs": {
+            "both_named": share(pairs["matched"] == 2),
+            "one_named": int((pairs["matched"] == 1).sum()),
+            "none_named": int((pairs["matched"] == 0).sum()),
+            "with_more": int((pairs["extra"] > 0).sum()),
+        },
+        "unknown": {
+            "unattributed": share(strange["verdict"] == "unattributed"),
+            "given_a_wrong_name": share(strange["alarm"] & (strange["verdict"] != "unattributed")),
+            "a_name_among_the_answers": share(strange["alarm"]),
+            "nothing_found": int((strange["named"] == "none").sum()),
+        },
+        "after_over_floor": {
+            "median_named": _ratio(right, 0.5),
+            "median_named_shifts": _ratio(helped, 0.5),
+            "p95_named_shifts": _ratio(helped, 0.95),
+            "median_natural_size": _ratio(helped[helped["size"] == NATURAL], 0.5),
+        },
+        "before_over_after": {"median_natural_size": _gain(helped[helped["size"] == NATURAL])},
+        "named_effects": {
+            "answers": share(names["right"]),
+            "alone": share(names["right"][names["alternatives"] == 0]),
+            "with_alternatives": share(names["right"][names["alternatives"] > 0]),
+        },
+        "nulls": tables["nulls"].to_dict("records"),
+    }
+
+
+def _seeds(sets: Frame, case: str) -> list[int]:
+    """Return the first and the last seed of a case."""
+    seeds = sets["seed"][sets["case"] == case]
+    return [int(seeds.min()), int(seeds.max())] if len(seeds) else []
+
+
+def _ratio(sets: Frame, q: float) -> float | None:
+    ratio = (sets["position_after_mm"] / sets["position_floor_mm"]).to_numpy(dtype=float)
+    return float(np.nanquantile(ratio, q)) if np.isfinite(ratio).any() else None
+
+
+def _gain(sets: Frame) -> float | None:
+    gain = (sets["position_before_mm"] / sets["position_after_mm"]).to_numpy(dtype=float)
+    return float(np.nanmedian(gain)) if np.isfinite(gain).any() else None

@@ -1,0 +1,202 @@
+"""The tables of a closed loop: what was named for what, how large an effect must be, and what an answer is worth.
+
+Small enough to be committed. Each function takes the judged sets (``score.judged``) and gives one table.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from study.blind_trials.cases import Study
+from study.blind_trials.score import NOISES, OUTCOMES
+from study.blind_trials.statistics import half_point, half_point_interval, wilson
+
+Frame = Any  # a pandas.DataFrame: its stubs know too little of what columns hold
+NATURAL = 1.0  # the size that real arms have, as a multiple of itself
+
+
+def share(hits: Any, prefix: str = "") -> dict[str, Any]:
+    """Return number, count, share and its interval of a column of booleans."""
+    n, k = len(hits), int(np.sum(hits))
+    low, high = wilson(k, n)
+    return {
+        f"{prefix}sets": n,
+        f"{prefix}count": k,
+        f"{prefix}share": k / n if n else None,
+        f"{prefix}low": low,
+        f"{prefix}high": high,
+    }
+
+
+def of_kind(judged: Frame, kind: str) -> Any:
+    """Return the sets of one kind that could be simulated."""
+    return judged[(judged["kind"] == kind) & (judged["status"] != "not_simulated")]
+
+
+def confusion(judged: Frame) -> pd.DataFrame:
+    """Return ``case, planted, size, named, count``: the first name that was given, of single and unknown effects."""
+    rows: Any = judged[judged["kind"].isin(["single", "unknown"]) & (judged["status"] != "not_simulated")]
+    rows = rows.assign(planted=[_only(cell) for cell in rows["planted"]])
+    table = rows.groupby(["case", "planted", "size", "named"], sort=False).size()
+    return table.rename("count").reset_index()
+
+
+def _only(planted: str) -> str:
+    return json.loads(planted)[0]["name"]
+
+
+def power(judged: Frame, study: Study) -> pd.DataFrame:
+    """Return a row a case and size of the single effects: how often each outcome, and how large the effect is."""
+    rows = []
+    by: Any = ["case", "size"]
+    for (case, size), group in of_kind(judged, "single").groupby(by, sort=False):
+        natural = study.cases[case].choices[0].natural
+        signal = group["signal_over_noise"].to_numpy(dtype=float)
+        rows.append(
+            {
+                "case": case,
+                "size": size,
+                "size_in_unit": size * natural,
+                "unit": study.units[case],
+                "signal_over_noise": median(signal),
+                **share(group["outcome"] == "right", "right_"),
+                **{name: int((group["outcome"] == name).sum()) for name in OUTCOMES},
+                "found_later": int(((group["outcome"] != "right") & (group["matched"] > 0)).sum()),
+                "with_more": int(((group["outcome"] == "right") & (group["extra"] > 0)).sum()),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def thresholds(judged: Frame, study: Study) -> pd.DataFrame:
+    """Return where each effect begins to be named right: the size and the signal at which half of the sets are.
+
+    0 stands for less than the smallest that was tried, an empty cell for more than the largest.
+    """
+    rows = []
+    for case, group in of_kind(judged, "single").groupby("case", sort=False):
+        natural = study.cases[case].choices[0].natural
+        right = (group["outcome"] == "right").to_numpy(dtype=float)
+        seeds = [f"{cell} {seed}" for cell, seed in zip(group["cell"], group["seed"], strict=True)]
+        row: dict[str, Any] = {
+            "case": case,
+            "unit": study.units[case],
+            "seeds": len(set(seeds)),
+            "sets": len(group),
+        }
+        for name, x, scale in (
+            ("size", group["size"].to_numpy(dtype=float), natural),
+            ("signal", group["signal_over_noise"].to_numpy(dtype=float), 1.0),
+        ):
+            seen = np.isfinite(x) & (x > 0)
+            low, high = half_point_interval(
+                x[seen], right[seen], [s for s, ok in zip(seeds, seen, strict=True) if ok]
+            )
+            row |= {
+                f"half_{name}": half_point(x[seen], right[seen]) * scale,
+                f"half_{name}_low": low * scale,
+                f"half_{name}_high": high * scale,
+            }
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def nulls(judged: Frame) -> pd.DataFrame:
+    """Return the false alarms, a row a kind of dirt and one for all: a shift named where there is none."""
+    rows = []
+    sets = of_kind(judged, "null")
+    for case, group in [*sets.groupby("case", sort=False), ("all", sets)]:
+        spoiled = group["wrong_poses"].sum()
+        rows.append(
+            {
+                "case": case,
+                **share(group["alarm"]),
+                "failed": int((group["status"] != "diagnosed").sum()),
+                "wrong_poses": int(spoiled),
+                "wrong_poses_set_aside": int(group["wrong_poses_found"].sum()),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def pairs(judged: Frame) -> pd.DataFrame:
+    """Return a row a set of two effects: what was planted, how many were named, and what was named besides."""
+    rows = []
+    for row in of_kind(judged, "pair").to_dict("records"):
+        first, second = (
+            f"{entry['name']} {in_words(entry['target'])}".strip() for entry in json.loads(row["planted"])
+        )
+        answers = [
+            f"{entry['name']} {in_words(entry['target'])}".strip() for entry in json.loads(row["found"])
+        ]
+        rows.append(
+            {key: row[key] for key in ("cell", "seed", "size")}
+            | {"first": first, "second": second, "matched": row["matched"], "extra": row["extra"]}
+            | {"found": "; ".join(answers)}
+        )
+    return pd.DataFrame(rows)
+
+
+def in_words(target: Mapping[str, Any] | None) -> str:
+    """Return a target in words, short."""
+    if not target:
+        return ""
+    parts = []
+    for key, value in target.items():
+        if key == "at":
+            parts.append(f"at {value['order']:g}")
+        elif isinstance(value, list):
+            parts.append(f"{key} {' '.join(map(str, value))}")
+        else:
+            parts.append(f"{key} {value}")
+    return ", ".join(parts)
+
+
+def unknown(judged: Frame) -> pd.DataFrame:
+    """Return a row a kind and size of structure without a name: how often it was left without one."""
+    rows = []
+    by: Any = ["case", "size"]
+    for (case, size), group in of_kind(judged, "unknown").groupby(by, sort=False):
+        verdict = group["verdict"] == "unattributed"
+        wrong = ~group["named"].isin(["unattributed", "none", "failed", *NOISES])
+        rows.append(
+            {
+                "case": case,
+                "size": size,
+                "signal_over_noise": median(group["signal_over_noise"].to_numpy(dtype=float)),
+                **share(verdict, "unattributed_"),
+                "first_is_a_name": int(wrong.sum()),
+                "taken_for_noise": int(group["named"].isin(NOISES).sum()),
+                "nothing_found": int((group["named"] == "none").sum()),
+                "failed": int((group["status"] != "diagnosed").sum()),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def by_cell(judged: Frame) -> pd.DataFrame:
+    """Return how many sets of the natural size are named right, a row a case and cell."""
+    rows = []
+    natural = of_kind(judged, "single")
+    natural = natural[natural["size"] == NATURAL]
+    by: Any = ["case", "cell"]
+    for (case, cell), group in natural.groupby(by, sort=False):
+        right = int((group["outcome"] == "right").sum())
+        rows.append({"case": case, "cell": cell, "sets": len(group), "right": right})
+    return pd.DataFrame(rows, columns=["case", "cell", "sets", "right"])
+
+
+def median(values: Any) -> float | None:
+    """Return the median of what is finite, or None."""
+    return quantile(values, 0.5)
+
+
+def quantile(values: Any, q: float) -> float | None:
+    """Return a quantile of what is finite, or None."""
+    finite = values[np.isfinite(values)]
+    return float(np.quantile(finite, q)) if len(finite) else None

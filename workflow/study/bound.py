@@ -1,0 +1,93 @@
+"""The Cramér-Rao bound as pose errors: what an estimator would show whose parameters scatter as little as they may.
+
+At the truth the covariance of every unbiased estimate of the free parameters is at least ``C = (J' J)^-1``, J the
+whitened Jacobian. Errors drawn from N(0, C) and carried to the poses by ``de = v + w x p`` have mean and maximum
+errors that are comparable, number by number, with those of a calibration. (The root of the trace of a pose's
+covariance is not: it is the root of the mean square of the error's length, some 8 % above its mean where the
+error is alike in all directions.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.dataset import Dataset
+from scalar.data.poses import Poses
+from scalar.estimation.least_squares import covariance_and_step
+from scalar.estimation.model import EffectBases, Kinematics, Model
+from scalar.estimation.prepare import candidate_mask
+from scalar.estimation.residuals import Residuals
+from scalar.estimation.sufficiency import count_equations
+from scalar.evaluate import PoseErrors
+from scalar.geometry.planes import Planes
+from scalar.geometry.robot import GEOMETRY
+from scalar.geometry.se3 import Array, transform_from_rotation_vector
+
+DRAWS = 64  # of parameter errors: the mean of them is sure to about 2 %
+POSES = 2000  # the first of the evaluation poses; the maximum over 10,000 lies about 1 % higher
+DRAWS_SEED = 0
+_LEAST_SINGULAR_VALUE = 1e-6  # of the scaled Jacobian: with less a direction is not seen, and no bound exists
+
+
+def bound_errors(
+    dataset: Dataset, truth: Mapping[str, Any], held: Sequence[str], truth_poses: pd.DataFrame
+) -> tuple[dict[str, float], dict[str, float]] | None:
+    """Return the errors at the bound, expected and with this noise, as ``PoseErrors.to_mapping``; None where there is none.
+
+    There is none where the sensor has no noise, and where some direction of the parameters is not seen.
+
+    Args:
+        dataset: What was measured; its points only set the incidence of each ray.
+        truth: Content of ``truth.json``.
+        held: Names of the parameters that are not estimated, beside Hayati's beta.
+        truth_poses: As in ``truth_poses.csv``.
+    """
+    if dataset.sensor.noise is None:
+        return None
+    model = true_model(dataset, truth)
+    free = candidate_mask(model, held)
+    residuals = Residuals.of(dataset, model).reweighted(model)
+    if count_equations(dataset, residuals.measurement) < int(free.sum()):
+        return None  # beyond two rows a scan the Jacobian holds the noise of the points, which is no equation
+    residual, J = residuals.linearise(model)
+    J = J[:, free]
+    scale = np.linalg.norm(J, axis=0)
+    if not scale.all():
+        return None
+    singular_values = np.linalg.svd(np.linalg.qr(J / scale, mode="r"), compute_uv=False)
+    if singular_values[-1] < _LEAST_SINGULAR_VALUE * singular_values[0]:
+        return None
+    covariance = covariance_and_step(J, np.zeros(len(J)))[0]
+    target = model.blocks["target"]
+    columns = np.flatnonzero(free)
+    moves = (columns < target.start) | (columns >= target.stop)
+    values, vectors = np.linalg.eigh(covariance[np.ix_(moves, moves)])
+    draws = np.random.default_rng(DRAWS_SEED).standard_normal((int(moves.sum()), DRAWS))
+    drawn = (vectors * np.sqrt(np.maximum(values, 0.0))) @ draws
+    efficient = -(covariance @ (J.T @ residual))[moves]
+    errors = np.column_stack([drawn, efficient])
+    at = Poses.from_frame(truth_poses.head(POSES), model.robot.n_joints, order_is_row=False)
+    kinematics = Kinematics.of(model, at, EffectBases.of(model.nominal, at, model.effects))
+    screws = kinematics.screws()[:, :, columns[moves]] @ errors
+    turn, moved = screws[:, :3], screws[:, 3:]
+    moved = moved + np.cross(turn, kinematics.T_base_sensor[:, :3, 3, None], axis=1)
+    each = [PoseErrors(p, o).to_mapping() for p, o in zip(_lengths(moved), _lengths(turn), strict=True)]
+    efficient_errors = each.pop()
+    return {name: float(np.mean([one[name] for one in each])) for name in each[0]}, efficient_errors
+
+
+def true_model(dataset: Dataset, truth: Mapping[str, Any]) -> Model:
+    """Return the model at the truth."""
+    parameters, planes = truth["parameters"], truth["planes"]
+    robot = dataset.robot.with_geometry(np.array([parameters[kind] for kind in GEOMETRY]))
+    target = Planes.at(planes["names"], np.array(planes["normals"]), planes["distances"])
+    return Model.at(robot, transform_from_rotation_vector(parameters["t"], parameters["r"]), target)
+
+
+def _lengths(vectors: Array) -> Array:
+    """Return the lengths ``(S, N)`` of vectors ``(N, 3, S)``."""
+    return np.sqrt(np.einsum("nis,nis->sn", vectors, vectors))

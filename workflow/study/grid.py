@@ -1,0 +1,145 @@
+"""A grid of cases: a CSV whose rows are scenes with some keys replaced. One more point is one more line.
+
+The column ``case`` names the row; every other column is the path of a key of the scene config, with dots
+(``noise.range_noise_std_m``), or ``scene``, the file to start from. An empty cell leaves the key as the scene
+has it. Columns and values are checked against the scene's own schema when the grid is read: a misspelt key is
+refused before anything runs.
+"""
+
+from __future__ import annotations
+
+import copy
+import csv
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+
+from scalar.data.io.plain_yaml import resolve
+from scalar.data.located_table import did_you_mean
+from scalar.errors import Fault, InvalidInput
+
+CASE = "case"
+SCENE = "scene"
+CASE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One row of a grid.
+
+    Attributes:
+        name: of the case, fit for a path.
+        scene: file to start from, or None for the study's.
+        overrides: ``{dotted key: value}``, in the order of the columns.
+    """
+
+    name: str
+    scene: str | None
+    overrides: dict[str, Any]
+
+
+def read_grid(path: str | Path) -> tuple[Case, ...]:
+    """Return the cases of a grid file.
+
+    Raises:
+        InvalidInput: With every fault found, its row and column.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InvalidInput([Fault(str(path), f"cannot be read: {error}")]) from None
+    reader = csv.DictReader(text.splitlines())
+    columns = list(reader.fieldnames or ())
+    faults = _column_faults(path.name, columns)
+    if faults:
+        raise InvalidInput(faults)
+    cases: list[Case] = []
+    for row in reader:
+        cases.append(_case(path.name, reader.line_num, row, cases, faults))
+    if not cases:
+        faults.append(Fault(path.name, "holds no case; write a row below the header"))
+    if faults:
+        raise InvalidInput(faults)
+    return tuple(cases)
+
+
+def with_overrides(config: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a copy of a scene config with some keys replaced, given by their paths with dots."""
+    changed = copy.deepcopy(dict(config))
+    for key, value in overrides.items():
+        *parents, last = key.split(".")
+        block = changed
+        for parent in parents:
+            block = block.setdefault(parent, {})
+        block[last] = copy.deepcopy(value)
+    return changed
+
+
+@cache
+def _schema() -> dict[str, Any]:
+    # By its path, not by its package: importing scalar.simulation would need pybullet.
+    text = resources.files("scalar").joinpath("simulation/schemas/scene.schema.json").read_text("utf-8")
+    return json.loads(text)
+
+
+def _resolved(schema: dict[str, Any]) -> dict[str, Any]:
+    return _schema()["$defs"][schema["$ref"].removeprefix("#/$defs/")] if "$ref" in schema else schema
+
+
+def _schema_of(key: str) -> dict[str, Any] | str:
+    """Return the schema of a key by its path with dots, or a sentence that says what is wrong with it."""
+    schema = _schema()
+    done: list[str] = []
+    for part in key.split("."):
+        known = _resolved(schema).get("properties", {})
+        if part not in known:
+            hint = did_you_mean(part, list(known))
+            where = f"under {'.'.join(done)}" if done else "of a scene"
+            return f"unknown key {part!r} {where}; {hint}known: {', '.join(known) or 'none'}"
+        done.append(part)
+        schema = known[part]
+    return schema
+
+
+def _column_faults(file: str, columns: list[str]) -> list[Fault]:
+    faults = []
+    if CASE not in columns:
+        faults.append(Fault(file, "the column is missing; it names each row", 1, CASE))
+    for column in dict.fromkeys(columns):
+        if columns.count(column) > 1:
+            faults.append(Fault(file, "two columns have this name", 1, column))
+        problem = _schema_of(column) if column not in (CASE, SCENE) else {}
+        if isinstance(problem, str):
+            faults.append(Fault(file, problem, 1, column))
+    return faults
+
+
+def _case(file: str, line: int, row: Mapping[str, Any], before: list[Case], faults: list[Fault]) -> Case:
+    """Return the case of a row; add what is wrong with it to `faults`."""
+    if None in row or None in row.values():
+        faults.append(Fault(file, "has more or fewer cells than the header", line))
+    name = (row.get(CASE) or "").strip()
+    if not CASE_NAME.fullmatch(name):
+        faults.append(
+            Fault(file, f"{name!r} is no name for a case: letters, digits, '_', '.' and '-'", line, CASE)
+        )
+    if name in [case.name for case in before]:
+        faults.append(Fault(file, f"{name!r} is the name of another row too", line, CASE))
+    overrides: dict[str, Any] = {}
+    for column, cell in row.items():
+        if column in (CASE, SCENE, None) or not isinstance(cell, str) or not cell.strip():
+            continue
+        value = resolve(cell.strip())
+        schema = {"$defs": _schema()["$defs"], **_schema_of(column)}  # type: ignore[dict-item]
+        for error in jsonschema.Draft202012Validator(schema).iter_errors(value):
+            faults.append(Fault(file, error.message.splitlines()[0], line, column))
+        overrides[column] = value
+    return Case(name, (row.get(SCENE) or "").strip() or None, overrides)

@@ -1,0 +1,44 @@
+"""What the poses of one dataset can show, as tables: singular values, and every null direction in words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.dataset import read_dataset
+from scalar.estimation.identifiability import NULL_TOLERANCE
+from scalar.estimation.prepare import prepare
+
+
+def observe(dataset_dir: str | Path) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return the singular values and the null directions of a dataset.
+
+    Returns:
+        ``index, singular_value, null, tolerance``: of the Jacobian with columns of unit length, the largest
+        being 1, and whether it counts as zero. ``held, cause, moves_with, reason``: a row a null direction,
+        named by the parameter that is held because of it.
+    """
+    found = prepare(read_dataset(dataset_dir)).identifiability
+    values = pd.DataFrame(
+        {
+            "index": np.arange(1, len(found.singular_values) + 1),
+            "singular_value": found.singular_values,
+            "null": found.singular_values < NULL_TOLERANCE,
+            "tolerance": NULL_TOLERANCE,
+        }
+    )
+    directions = pd.DataFrame(
+        [
+            {
+                "held": held.name,
+                "cause": held.cause,
+                "moves_with": " ".join(held.moves_with),
+                "reason": held.reason,
+            }
+            for held in found.held
+        ],
+        columns=["held", "cause", "moves_with", "reason"],
+    )
+    return values, directions

@@ -1,0 +1,92 @@
+"""Postures and true scans found once for each seed and shared by all cases of all sweeps: most of a simulation's work.
+
+The first postures of a longer plan are those of a shorter one, and fewer points a scan are a subset of more, so
+a case takes from the plan what it needs. Noise and the model declared come on top.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scalar.data.io.atomic import atomic_write
+
+if TYPE_CHECKING:
+    from scalar.simulation.plan import PosePlan
+    from scalar.simulation.scans import Scans
+
+_TABLES = ("T_base_sensor", "angles", "ranges")  # of Scans, a table a plane
+
+
+@dataclass(frozen=True, eq=False)
+class Shared:
+    """What all cases of a seed share: postures, and what the scanner truly saw from them."""
+
+    plan: PosePlan
+    scans: Scans
+
+
+def write_plans(scene: str | Path, poses_per_plane: int, seeds: Sequence[int], path: str | Path) -> None:
+    """Write the postures and true scans of a scene for every seed.
+
+    Args:
+        scene: Config file of the scene.
+        poses_per_plane: At least so many for each plane; more where the scene itself asks for more.
+        seeds: Each a plan of its own.
+        path: NumPy archive, arrays by seed and plane.
+
+    Raises:
+        InvalidInput: The scene is at fault.
+        SimulationError: Too few postures see a plate.
+    """
+    # The simulator is an extra; a study of one's own data does without.
+    from scalar.simulation.config import load_config, poses_wanted
+    from scalar.simulation.plan import plan_poses
+    from scalar.simulation.scene import simulate
+
+    folder = Path(scene).parent
+    config = load_config(Path(scene))
+    wanted = max(poses_per_plane, *poses_wanted(config))
+    content: dict[str, Any] = {}
+    for seed in seeds:
+        of_seed = config | {"seed": seed, "poses_per_plane": wanted}
+        plan = plan_poses(of_seed, base_dir=folder)
+        scans = simulate(of_seed, base_dir=folder, plan=plan).true_scans()
+        content[f"{seed}/cell"] = np.array(plan.cell)
+        for k, q in enumerate(plan.q):
+            content[f"{seed}/q/{k}"] = q
+            content |= {f"{seed}/{name}/{k}": getattr(scans, name)[k] for name in _TABLES}
+        print(f"seed {seed}: {wanted} postures a plane", flush=True)
+    with atomic_write(path) as temporary, temporary.open("wb") as file:
+        np.savez(file, **content)
+
+
+def read_plans(path: str | Path) -> dict[int, Shared]:
+    """Return what ``write_plans`` wrote, by seed."""
+    from scalar.simulation.plan import PosePlan
+    from scalar.simulation.scans import Scans
+
+    shared: dict[int, Shared] = {}
+    with np.load(path) as content:
+        seeds = [int(name.split("/")[0]) for name in content.files if name.endswith("/cell")]
+        for seed in seeds:
+            planes = range(sum(name.startswith(f"{seed}/q/") for name in content.files))
+            cell = str(content[f"{seed}/cell"])
+            q = tuple(content[f"{seed}/q/{k}"] for k in planes)
+            tables = (tuple(content[f"{seed}/{name}/{k}"] for k in planes) for name in _TABLES)
+            shared[seed] = Shared(PosePlan(q, (), cell), Scans(cell, *tables))
+    return shared
+
+
+def serves(plan: PosePlan, config: Mapping[str, Any]) -> bool:
+    """Return whether a plan holds the postures that a config asks for: same cell, enough of them."""
+    from scalar.simulation.config import complete_config, poses_wanted
+    from scalar.simulation.plan import cell_text
+
+    complete = complete_config(config)
+    enough = all(len(q) >= k for q, k in zip(plan.q, poses_wanted(complete), strict=True))
+    return enough and plan.cell == cell_text(complete)

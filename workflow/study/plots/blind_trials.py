@@ -1,0 +1,208 @@
+"""The closed loop: what was named for what, how large an effect has to be, errors after, and what answers are worth."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from study.plots.style import LOOKS, new_figure, numeral, styled
+
+WORDS = {"none": "nothing", "unattributed": "unattributed", "failed": "no answer"}
+KINDS = (  # column of power.csv, words, colour, hatch: told apart in grey as well
+    ("right", "named right, target included", "#0072b2", ""),
+    ("listed", "another name, the right one listed beside it", "#56b4e9", "///"),
+    ("elsewhere", "right name, wrong target", "#e69f00", "..."),
+    ("wrong", "wrong name", "#d55e00", "xxx"),
+    ("unattributed", "unattributed", "#cc79a7", "\\\\\\"),
+    ("silent", "declared silent", "#999999", ""),
+    ("missed", "nothing found", "#eeeeee", ""),
+)
+_GREYS = LinearSegmentedColormap.from_list("shares", ["#ffffff", "#9ecae1", "#08306b"])
+_DARK = 0.55  # of the colour scale: text on darker cells is white
+_OURS = LOOKS["manifold"].colour
+
+
+def words(case: str) -> str:
+    """Return a case or a name as a label."""
+    name, _, variant = case.partition("-")
+    text = WORDS.get(name, name.replace("_", " "))
+    return f"{text}, {variant.replace('-', ' ').replace('_', ' ')}" if variant else text
+
+
+def draw_confusion(confusion: pd.DataFrame, least_size: float = 1.0) -> Figure:
+    """Return the confusion matrix: rows what was planted, columns the first name given, shares of a row in a cell.
+
+    Args:
+        confusion: confusion.csv. least_size: Sizes below it are left out; multiples of the natural size.
+    """
+    table: Any = confusion[confusion["size"] >= least_size]
+    cases = list(dict.fromkeys(table["case"]))
+    names = list(dict.fromkeys([*(case.split("-")[0] for case in cases), *table["named"]]))
+    last = ["unattributed", "none", "failed"]
+    names = [n for n in names if n not in last and n != "unknown"] + [
+        n for n in last if n in set(table["named"])
+    ]
+    counts = np.zeros((len(cases), len(names)))
+    for row in table.to_dict("records"):
+        counts[cases.index(row["case"]), names.index(row["named"])] += row["count"]
+    share = counts / counts.sum(axis=1, keepdims=True)
+    with styled():
+        figure = new_figure(10.2, 1.9 + 0.31 * len(cases))
+        ax = figure.subplots()
+        ax.imshow(share, cmap=_GREYS, vmin=0, vmax=1, aspect="auto")
+        for i, j in np.argwhere(counts > 0):
+            colour = "white" if share[i, j] > _DARK else "black"
+            ax.text(j, i, f"{counts[i, j]:.0f}", ha="center", va="center", fontsize=7.5, color=colour)
+        for i, case in enumerate(cases):
+            wanted = "unattributed" if case.startswith("unknown") else case.split("-")[0]
+            if wanted in names:
+                ax.add_patch(_frame(names.index(wanted), i))
+        ax.set_xticks(
+            range(len(names)), [words(n) for n in names], rotation=45, ha="left", rotation_mode="anchor"
+        )
+        ax.xaxis.tick_top()
+        ax.set_yticks(
+            range(len(cases)), [f"{words(c)}  ({int(n)})" for c, n in zip(cases, counts.sum(1), strict=True)]
+        )
+        ax.tick_params(length=0, labelsize=8)
+        ax.set_ylabel("planted (number of sets)")
+        ax.set_xlabel("named first")
+        ax.xaxis.set_label_position("top")
+        ax.grid(visible=False)
+        for side in ax.spines.values():
+            side.set_visible(False)
+    return figure
+
+
+def _frame(x: float, y: float) -> Any:
+    from matplotlib.patches import Rectangle
+
+    return Rectangle((x - 0.5, y - 0.5), 1, 1, fill=False, edgecolor="black", linewidth=1.3)
+
+
+def draw_power(power: pd.DataFrame, thresholds: pd.DataFrame) -> Figure:
+    """Return a panel a case: how often it is named right over its size, and what is said instead.
+
+    Args:
+        power: power.csv. thresholds: thresholds.csv.
+    """
+    cases = list(dict.fromkeys(power["case"]))
+    columns = 4
+    rows = -(-len(cases) // columns)
+    with styled():
+        figure = new_figure(10.4, 0.9 + 1.75 * rows)
+        axes = np.atleast_2d(figure.subplots(rows, columns, sharey=True))
+        for ax in axes.ravel()[len(cases) :]:
+            ax.set_axis_off()
+        for ax, case in zip(axes.ravel(), cases, strict=False):
+            half: Any = thresholds[thresholds["case"] == case].iloc[0]
+            _power_panel(ax, power[power["case"] == case], half)
+        for ax in axes[:, 0]:
+            ax.set_ylabel("share of sets")
+        handles: list[Any] = [
+            Patch(facecolor=colour, hatch=hatch, edgecolor="#444444", linewidth=0.4, label=label)
+            for _, label, colour, hatch in KINDS
+        ]
+        handles.append(
+            Line2D([], [], color="black", marker="|", markersize=9, label="half named right, 95 % interval")
+        )
+        figure.legend(handles=handles, loc="outside upper center", ncols=4, fontsize=8)
+    return figure
+
+
+def _power_panel(ax: Axes, rows: Any, half: Any) -> None:
+    """Draw one case: a stack of outcomes a size, the half point above."""
+    sizes = rows["size_in_unit"].to_numpy(dtype=float)
+    place = np.log10(sizes)
+    width = 0.72 * np.min(np.diff(place)) if len(place) > 1 else 0.3
+    below = np.zeros(len(rows))
+    total = rows["right_sets"].to_numpy(dtype=float)
+    for name, _, colour, hatch in KINDS:
+        part = rows[name].to_numpy(dtype=float) / total
+        style: Any = {"color": colour, "hatch": hatch, "edgecolor": "#444444", "linewidth": 0.4}
+        ax.bar(place, part, width, bottom=below, **style)
+        below += part
+    if half["half_size"] > 0:
+        low, high = half["half_size_low"], half["half_size_high"]
+        left = np.log10(low) if low > 0 else place[0] - 0.4
+        right = np.log10(high) if np.isfinite(high) else place[-1] + 0.4
+        ax.plot([left, right], [1.07, 1.07], color="black", linewidth=1.4, clip_on=False)
+        ax.plot([np.log10(half["half_size"])], [1.07], "|", color="black", markersize=9, clip_on=False)
+    labels = []
+    for size, signal in zip(sizes, rows["signal_over_noise"], strict=True):
+        labels.append(f"{numeral(size, 1)}\n{numeral(float(signal), 1) if np.isfinite(signal) else '–'}")
+    ax.set_xticks(place, labels, fontsize=6.5)
+    ax.set_ylim(0, 1.13)
+    ax.set_yticks([0, 0.5, 1])
+    ax.grid(visible=False, axis="x")
+    ax.set_title(f"{words(rows['case'].iloc[0])} [{rows['unit'].iloc[0]}]", fontsize=8.5, pad=7)
+
+
+def draw_errors_after(errors: pd.DataFrame, size: float = 1.0) -> Figure:
+    """Return the position error before, after and at the floor, a row a case, medians over the sets named right.
+
+    Args:
+        errors: errors.csv. size: Which size is shown; a multiple of the natural one.
+    """
+    rows: Any = errors[(errors["size"] == size) & (errors["sets"] > 0) & errors["mean_after_mm"].notna()]
+    rows = rows[~rows["case"].str.startswith("null")]
+    place = -np.arange(len(rows))
+    with styled():
+        figure = new_figure(8.6, 1.2 + 0.29 * len(rows))
+        ax = figure.subplots()
+        columns = [rows[f"mean_{when}_mm"].to_numpy(dtype=float) for when in ("before", "after", "floor")]
+        before, after, floor = columns
+        ax.hlines(place, np.min(columns, axis=0), np.max(columns, axis=0), color="#bbbbbb", linewidth=1.2)
+        look: Any = {"linestyle": "none", "markersize": 7, "markeredgecolor": "black", "markeredgewidth": 0.7}
+        ax.plot(before, place, "D", color="#bbbbbb", label="before: no effect in the model", **look)
+        ax.plot(after, place, "o", color=_OURS, label="after: the effects found in the model", **look)
+        bar: Any = {"color": "black", "markersize": 13, "markeredgewidth": 1.8, "linestyle": "none"}
+        ax.plot(floor, place, "|", label="floor: the same scene without the effect", **bar)
+        ax.set_xscale("log")
+        ax.set_xlabel("mean position error over 10,000 poses, base aligned [mm]")
+        ratio = rows["after_over_floor"].to_numpy(dtype=float)
+        right = ax.secondary_yaxis("right")
+        right.set_yticks(place, [f"{numeral(r, 3)}" for r in ratio], fontsize=7.5)
+        right.set_ylabel("after / floor, median", fontsize=8)
+        right.tick_params(length=0)
+        ax.set_yticks(
+            place, [f"{words(c)}  ({n})" for c, n in zip(rows["case"], rows["sets"], strict=True)], fontsize=8
+        )
+        ax.tick_params(axis="y", length=0)
+        figure.legend(loc="outside upper center", ncols=3, fontsize=8)
+    return figure
+
+
+def draw_reliability(reliability: pd.DataFrame) -> Figure:
+    """Return the share of named effects that are planted, against how sure the diagnosis said it was.
+
+    Args:
+        reliability: reliability.csv.
+    """
+    stated: Any = reliability[reliability["by"] == "confidence"]
+    with styled():
+        figure = new_figure(5.4, 4.6)
+        ax = figure.subplots()
+        ax.plot([0, 1], [0, 1], "--", color="#777777", linewidth=1.2, label="as stated")
+        x = stated["mean_stated"].to_numpy(dtype=float)
+        y = stated["right_share"].to_numpy(dtype=float)
+        low, high = (stated[f"right_{side}"].to_numpy(dtype=float) for side in ("low", "high"))
+        ax.errorbar(
+            x, y, [y - low, high - y], fmt="o", color=_OURS, capsize=3, label="measured, 95 % interval"
+        )
+        for at, share, n in zip(x, y, stated["answers"], strict=True):
+            note: Any = {"xytext": (6, -10), "textcoords": "offset points", "fontsize": 7.5}
+            ax.annotate(str(int(n)), (at, share), **note)
+        ax.set_xlabel("confidence stated with an effect")
+        ax.set_ylabel("share of those effects that were planted")
+        ax.set_xlim(0, 1.02)
+        ax.set_ylim(0, 1.03)
+        ax.legend(loc="upper left")
+    return figure

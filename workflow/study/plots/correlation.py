@@ -1,0 +1,68 @@
+"""The correlations of the estimated parameters as a matrix, grouped by what they belong to."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from study.plots.style import new_figure, styled
+
+_GROUPS = (
+    ("lengths of the arm", r"[ad]_\d+"),
+    ("angles of the arm", r"(alpha|theta|beta)_\d+"),
+    ("scanner", r"sensor_"),
+    ("planes", r"(normal|distance)_"),
+    ("other", ""),
+)
+_SHOWN = 0.7  # correlations beyond it get a number
+
+
+def grouped(names: list[str]) -> tuple[list[str], dict[str, int]]:
+    """Return the names group by group, and ``{group: how many}``; what fits in none comes last, as ``other``."""
+    order: list[str] = []
+    sizes: dict[str, int] = {}
+    for group, pattern in _GROUPS:
+        found = [name for name in names if name not in order and re.match(pattern, name)]
+        if found:
+            order += found
+            sizes[group] = len(found)
+    return order, sizes
+
+
+def draw_correlation(correlation: pd.DataFrame) -> Figure:
+    """Return the matrix: colour is sign and size, numbers where two parameters can hardly be told apart.
+
+    Args:
+        correlation: As ``study.workspace.correlation`` gives it.
+    """
+    table = correlation.set_index("parameter")
+    names, sizes = grouped([str(name) for name in table.index])
+    matrix = table.loc[names, names].to_numpy(dtype=float)
+    count = len(names)
+    with styled():
+        figure = new_figure(8.6, 7.8)
+        ax = figure.subplots()
+        shown = ax.imshow(matrix, cmap="RdBu_r", vmin=-1, vmax=1)
+        bar = figure.colorbar(shown, ax=ax, shrink=0.7, pad=0.02)
+        bar.set_label("correlation of the estimates")
+        ax.grid(visible=False)
+        for spine in ax.spines.values():
+            spine.set_visible(False)
+        ax.set_xticks(range(count), names, rotation=90, fontsize=7.5)
+        ax.set_yticks(range(count), names, fontsize=7.5)
+        ax.tick_params(length=0)
+        edge = 0
+        for group, size in sizes.items():
+            middle = edge + (size - 1) / 2
+            ax.text(middle, -1.1, group, ha="center", va="bottom", fontsize=9, fontweight="bold")
+            edge += size
+            if edge < count:
+                ax.axhline(edge - 0.5, color="black", linewidth=1.0)
+                ax.axvline(edge - 0.5, color="black", linewidth=1.0)
+        for i, j in zip(*np.nonzero(np.abs(np.tril(matrix, -1)) > _SHOWN), strict=True):
+            text = f"{matrix[i, j]:.2f}".replace("0.", ".").replace("-", "−")
+            ax.text(float(j), float(i), text, ha="center", va="center", fontsize=5.2, color="white")
+    return figure

@@ -1,0 +1,127 @@
+"""Pose errors before and after calibration, over the seeds, beside the published values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from study.plots.style import LOOKS, PUBLISHED_COLOUR, QUANTITY_LABELS, new_figure, numeral, styled
+
+_SPREAD = 0.11  # half the width over which the dots of one column stand
+_CROSS, _RAW, _ALIGNED = -0.5, -0.17, 0.19  # where things stand beside the tick
+_PANELS = (("position_mean_mm", "position_max_mm"), ("orientation_mean_deg", "orientation_max_deg"))
+
+
+def draw_errors(errors: pd.DataFrame, summary: pd.DataFrame, published: pd.DataFrame) -> Figure:
+    """Return a panel a quantity, a column a method: a dot a seed, a band, the median, the paper's values.
+
+    Args:
+        errors: errors.csv. summary: summary.csv. published: published_headline.csv, one row a state.
+    """
+    methods = list(dict.fromkeys(errors["method"]))
+    stated: Any = published.set_index("state")
+    with styled():
+        figure = new_figure(10.4, 7.2)
+        axes = figure.subplots(2, 2, sharex=True)
+        for row, names in zip(axes, _PANELS, strict=True):
+            for ax, quantity in zip(row, names, strict=True):
+                for i, method in enumerate(methods):
+                    for alignment, offset in (("raw", _RAW), ("aligned", _ALIGNED)):
+                        _column(ax, i + offset, errors, summary, (method, alignment, quantity))
+                _published(ax, methods, stated[quantity])
+                ax.set_yscale("log")
+                ax.set_ylabel(QUANTITY_LABELS[quantity])
+                ax.set_xticks(range(len(methods)), [_tick(method, summary) for method in methods])
+                ax.tick_params(axis="x", length=0, labelsize=8)
+                ax.grid(visible=False, axis="x")
+                ax.set_xlim(-1.15, len(methods) - 0.4)
+        figure.legend(handles=_legend(len(errors["seed"].unique())), loc="outside upper center", ncols=3)
+    return figure
+
+
+def _column(
+    ax: Axes, x: float, errors: pd.DataFrame, summary: pd.DataFrame, key: tuple[str, str, str]
+) -> None:
+    """Draw one method and alignment: band, median, a dot a seed, a cross where it did not converge."""
+    method, alignment, quantity = key
+    look, raw = LOOKS[method], alignment == "raw"
+    rows: Any = errors[(errors["method"] == method) & (errors["alignment"] == alignment)]
+    band: Any = summary[
+        (summary["method"] == method)
+        & (summary["alignment"] == alignment)
+        & (summary["quantity"] == quantity)
+    ].iloc[0]
+    if rows[quantity].isna().all():
+        return
+    width = 2.6 * _SPREAD
+    height = band["p95"] - band["p05"]
+    ax.bar(x, height, width, bottom=band["p05"], color=look.colour, alpha=0.22, linewidth=0)
+    at = x + np.linspace(-_SPREAD, _SPREAD, len(rows))
+    ended = rows["status"].isin(["converged", "initial"]).to_numpy(dtype=bool)
+    for which, marker in ((ended, look.marker), (~ended, "x")):
+        ax.plot(
+            at[which],
+            rows[quantity][which],
+            marker,
+            markersize=3.2,
+            markerfacecolor=look.colour if raw else "white",
+            markeredgecolor=look.colour,
+            markeredgewidth=0.6 if marker != "x" else 1.0,
+            linestyle="none",
+        )
+    middle = [x - width / 2, x + width / 2]
+    ax.plot(middle, [band["median"]] * 2, color="black", linewidth=1.4, solid_capstyle="butt")
+    if raw:
+        place = {"xytext": (0, 4), "textcoords": "offset points", "ha": "center", "fontsize": 7.5}
+        ax.annotate(numeral(band["mean"], 2), (x, band["max"]), **place)
+
+
+def _published(ax: Axes, methods: list[str], stated: Any) -> None:
+    """Draw what the paper states: a cross beside the initial models, a line across the calibrated ones."""
+    place = {"textcoords": "offset points", "ha": "right", "va": "center", "fontsize": 7.5}
+    if "initial" in methods:
+        x = methods.index("initial") + _CROSS
+        ax.plot([x], [stated["initial"]], "x", color=PUBLISHED_COLOUR, markersize=8, markeredgewidth=2.2)
+        ax.annotate(numeral(stated["initial"], 4), (x, stated["initial"]), xytext=(-7, 0), **place)
+    ax.plot(
+        [0.5, len(methods) - 0.45], [stated["calibrated"]] * 2, "--", color=PUBLISHED_COLOUR, linewidth=1.2
+    )
+    ax.annotate(
+        f"paper {numeral(stated['calibrated'])}", (0.5, stated["calibrated"]), xytext=(-3, 0), **place
+    )
+
+
+def _tick(method: str, summary: pd.DataFrame) -> str:
+    """Return a method's name, and how many of its fits did not converge."""
+    row: Any = summary[summary["method"] == method].iloc[0]
+    name = LOOKS[method].label.replace(" model", "\nmodel").replace(" (", "\n(").replace(", ", "\n", 1)
+    return f"{name}\n({row['not_converged']} of {row['seeds']} failed)" if row["not_converged"] else name
+
+
+def _legend(n_seeds: int) -> list[Line2D | Patch]:
+    grey = {"color": "#555555", "linestyle": "none", "marker": "o", "markersize": 4}
+    return [
+        Line2D([], [], **grey, label="raw, a dot a seed (held parameters at their truth)"),
+        Line2D([], [], **grey, markerfacecolor="white", label="aligned (best rigid move of the base)"),
+        Patch(facecolor="#555555", alpha=0.22, label=f"5 to 95 % of {n_seeds} seeds"),
+        Line2D([], [], color="black", linewidth=1.4, label="median; number: mean over the seeds, raw"),
+        Line2D(
+            [],
+            [],
+            color="black",
+            linestyle="none",
+            marker="x",
+            markersize=8,
+            markeredgewidth=2,
+            label="paper, initial model (one run, raw)",
+        ),
+        Line2D(
+            [], [], color="black", linestyle="--", linewidth=1.2, label="paper, calibrated (one run, raw)"
+        ),
+    ]

@@ -1,0 +1,48 @@
+"""Our initial models as a distribution, and where the published one falls in it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from study.plots.style import LOOKS, PUBLISHED_COLOUR, QUANTITY_LABELS, new_figure, styled, with_unit
+
+
+def draw_initial(errors: pd.DataFrame, placed: pd.DataFrame) -> Figure:
+    """Return a panel a quantity: the share of our initial models below each value, and the paper's model.
+
+    Args:
+        errors: errors.csv. placed: published_among_ours.csv.
+    """
+    look = LOOKS["initial"]
+    ours = errors[(errors["method"] == "initial") & (errors["alignment"] == "raw")]
+    rows: Any = placed[placed["method"] == "initial"].set_index("quantity")
+    with styled():
+        figure = new_figure(9.6, 2.9)
+        for ax, (quantity, label) in zip(
+            figure.subplots(1, 4, sharey=True), QUANTITY_LABELS.items(), strict=True
+        ):
+            row = rows.loc[quantity]
+            ax.ecdf(ours[quantity], color=look.colour, linewidth=1.8)
+            ax.plot(
+                ours[quantity], [-4.0e-2] * len(ours), "|", color=look.colour, markersize=6, clip_on=False
+            )
+            ax.axvline(row["published"], color=PUBLISHED_COLOUR, linestyle="--", linewidth=1.4)
+            ax.set_title(_place(row, quantity), fontsize=8.5)
+            ax.set_xlabel(label)
+            ax.set_xlim(left=0)
+            ax.set_ylim(-0.08, 1.02)
+            if quantity == "position_mean_mm":
+                ax.set_ylabel(f"share of our {int(row['seeds'])} initial models")
+    return figure
+
+
+def _place(row: Any, quantity: str) -> str:
+    value = f"paper {with_unit(row['published'], quantity, 4)}:"
+    if row["percentile"] >= 100:
+        return f"{value}\nabove all of ours"
+    if row["percentile"] <= 0:
+        return f"{value}\nbelow all of ours"
+    return f"{value}\nabove {row['percentile']:.0f} % of ours"

@@ -1,0 +1,92 @@
+"""Measured robots: errors from the bare model upwards, and the errors of the gears over their angles."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from study.plots.style import new_figure, numeral, styled
+
+MODELS = (  # model in errors.csv, words, colour, hatch
+    ("base_and_tool", "base and tool only", "#999999", ""),
+    ("geometry", "and the geometry", "#56b4e9", "///"),
+    ("geometry_and_effects", "and the effects found", "#0072b2", ""),
+    ("effects_of", "another campaign's effects, held", "#009e73", "..."),
+    ("effects_on_shuffled_angles", "control: angles of other poses", "#d55e00", "xxx"),
+)
+CAMPAIGNS = (("#0072b2", "-"), ("#d55e00", "--"), ("#009e73", ":"))
+_FAINT = 0.25
+
+
+def set_words(name: str) -> str:
+    """Return a set's name as a label."""
+    return name.replace("_", " ").replace("ur10", "UR10").replace("motoman", "Motoman")
+
+
+def draw_errors(errors: pd.DataFrame) -> Figure:
+    """Return bars of the held-out error of every set and model.
+
+    Args:
+        errors: errors.csv of the measured summaries.
+    """
+    sets = list(dict.fromkeys(errors["set"]))
+    with styled():
+        figure = new_figure(7.4, 3.3)
+        ax = figure.subplots()
+        width = 0.8 / len(MODELS)
+        for k, (model, label, colour, hatch) in enumerate(MODELS):
+            mine: Any = errors[
+                errors["model"].str.startswith(model) & (errors["model"].eq(model) | (model == "effects_of"))
+            ]
+            where = np.array([sets.index(name) for name in mine["set"]], dtype=float) + (k - 2) * width
+            heights = mine["held_out_rms_mm"].to_numpy(dtype=float)
+            ax.bar(where, heights, width, label=label, color=colour, hatch=hatch, edgecolor="white")
+            for x, height in zip(where, heights, strict=True):
+                ax.annotate(numeral(height, 2), (x, height), ha="center", va="bottom", fontsize=7)
+        ax.set_xticks(range(len(sets)), [set_words(name) for name in sets])
+        ax.set_ylabel("error of poses held out, RMS [mm]")
+        ax.grid(axis="x", visible=False)
+        ax.legend(fontsize=7.5)
+    return figure
+
+
+def draw_gears(gears: pd.DataFrame) -> Figure:
+    """Return the error of every joint's gear over its angle, a panel a joint, as each campaign with several erring joints found it.
+
+    Faint where a campaign had no poses; bands of twice the standard error where it had.
+
+    Args:
+        gears: gears.csv of the measured summaries.
+    """
+    campaigns = [str(name) for name, rows in gears.groupby("set", sort=False) if len(set(rows["joint"])) > 1]
+    shown: Any = gears[gears["set"].isin(campaigns)]
+    joints = sorted(shown["joint"].unique())
+    with styled():
+        figure = new_figure(7.4, 0.9 + 1.35 * max(len(joints), 1))
+        axes = figure.subplots(max(len(joints), 1), 1, sharex=True, squeeze=False)[:, 0]
+        for ax, joint in zip(axes, joints, strict=False):
+            for name, (colour, line) in zip(campaigns, CAMPAIGNS, strict=False):
+                rows = shown[(shown["set"] == name) & (shown["joint"] == joint)]
+                if not len(rows):
+                    continue
+                x, seen = rows["angle_deg"].to_numpy(), rows["seen"].to_numpy(dtype=bool)
+                y = rows["error_mrad"].to_numpy()
+                y = y - (y[seen].mean() if seen.any() else 0.0)
+                std = 2 * rows["std_mrad"].to_numpy()
+                ax.plot(x, y, line, color=colour, alpha=_FAINT, linewidth=0.8)
+                ax.plot(
+                    x, np.where(seen, y, np.nan), line, color=colour, linewidth=1.3, label=set_words(name)
+                )
+                ax.fill_between(x, y - std, y + std, where=seen, color=colour, alpha=_FAINT, linewidth=0)
+                top = np.abs(y[seen]).max(initial=0.0)
+                low, high = ax.get_ylim()
+                ax.set_ylim(min(low, -1.2 * top), max(high, 1.2 * top))
+            ax.set_ylabel(f"joint {joint}\n[mrad]")
+        if len(joints):
+            axes[0].legend(loc="upper left", ncols=3, fontsize=7.5)
+        axes[-1].set_xlabel("joint angle [°]")
+        axes[-1].set_xlim(-180, 180)
+    return figure

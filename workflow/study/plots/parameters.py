@@ -1,0 +1,100 @@
+"""The error of each parameter beside the standard error claimed for it (the paper's section IV-D)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from study.plots.style import LOOKS, new_figure, styled
+
+_LIMIT = 5.0  # standard errors: what lies farther is drawn at the edge
+
+
+def draw_parameters(parameters: pd.DataFrame, summary: pd.DataFrame, method: str) -> Figure:
+    """Return lengths, angles, and normalised errors, a column a parameter.
+
+    Args:
+        parameters: parameters.csv. summary: parameter_summary.csv. method: which to draw.
+    """
+    look = LOOKS[method]
+    rows: Any = summary[summary["method"] == method]
+    every: Any = parameters[(parameters["method"] == method) & parameters["std"].notna()]
+    with styled():
+        figure = new_figure(9.6, 6.2)
+        if rows.empty:
+            figure.text(0.5, 0.5, f"{look.label}: no fit gave standard errors", ha="center")
+            return figure
+        parts = figure.subplot_mosaic([["mm", "deg"], ["normalized", "normalized"]], height_ratios=[1, 1.1])
+        for unit, title in (("mm", "lengths"), ("deg", "angles")):
+            _sizes(parts[unit], rows[rows["unit"] == unit], unit, title, look.colour)
+        ax = parts["normalized"]
+        names = list(rows["parameter"])
+        ax.axhspan(-2, 2, color="#eeeeee", label="±2 standard errors: 95 % should lie inside")
+        ax.axhline(0, color="black", linewidth=0.8)
+        shown = every["normalized_error"].clip(-_LIMIT, _LIMIT)
+        seeds = every["seed"].rank(method="dense", pct=True) - 0.5
+        x = every["parameter"].map({name: i for i, name in enumerate(names)}) + 0.6 * seeds
+        ax.plot(
+            x,
+            shown,
+            look.marker,
+            color=look.colour,
+            markersize=3,
+            alpha=0.55,
+            linestyle="none",
+            label=f"a seed (at ±{_LIMIT:g} if beyond)",
+        )
+        for side in (-1, 1):
+            edge = (side * rows["normalized_rms"]).clip(-_LIMIT, _LIMIT)
+            label = "± their root mean square (should be 1)" if side > 0 else None
+            ax.plot(
+                range(len(names)),
+                edge,
+                "_",
+                color="black",
+                markersize=11,
+                markeredgewidth=2,
+                label=label,
+            )
+        ax.set_ylim(-_LIMIT - 0.3, _LIMIT + 1.7)  # room for the legend
+        ax.set_ylabel("error / standard error")
+        _name_columns(ax, names)
+        ax.set_title(f"{look.label}: errors over the seeds in standard errors", fontsize=9)
+        ax.legend(loc="upper center", ncols=3)
+    return figure
+
+
+def _sizes(ax: Axes, rows: pd.DataFrame, unit: str, title: str, colour: str) -> None:
+    x = np.arange(len(rows))
+    ax.bar(
+        x,
+        rows["std_mean"],
+        0.75,
+        color=colour,
+        alpha=0.3,
+        label="standard error claimed, mean over the seeds",
+    )
+    ax.plot(
+        x,
+        rows["error_rms"],
+        "_",
+        color="black",
+        markersize=9,
+        markeredgewidth=2,
+        label="error found, root mean square",
+    )
+    ax.set_ylabel(f"{title} [{'°' if unit == 'deg' else unit}]")
+    ax.set_ylim(bottom=0)
+    ax.margins(y=0.25)
+    _name_columns(ax, list(rows["parameter"]))
+    ax.legend(loc="upper left", fontsize=7.5)
+
+
+def _name_columns(ax: Axes, names: list[str]) -> None:
+    ax.set_xticks(range(len(names)), names, rotation=90, fontsize=7.5)
+    ax.set_xlim(-0.7, len(names) - 0.3)
+    ax.grid(visible=False, axis="x")

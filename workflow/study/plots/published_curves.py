@@ -1,0 +1,179 @@
+"""The first loop: published points with what candidates predict, the support of each, and what the method can tell."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import NullLocator
+
+from study.plots.style import PUBLISHED_COLOUR, QUANTITY_LABELS, new_figure, numeral, styled
+
+_SWEEPS = {
+    "noise": "noise of a point [mm]",
+    "poses": "poses on three planes",
+    "points": "points a scan",
+    "plane_offset": "rough planes off by [mm]",
+    "plane_tilt": "rough planes tilted by [°]",
+}
+_STATED = "stated"
+_SHOWN = 3  # explanations beside the stated noise: more bands than this hide one another
+_LOOKS = (("#0072b2", "-"), ("#d55e00", "--"), ("#009e73", "-."))
+_VERDICTS = {"supported": "#0072b2", "disfavoured": "#e69f00", "excluded": "#999999"}
+_MARKS = {"supported": "o", "disfavoured": "D", "excluded": "X"}
+_FARTHEST = 300.0  # of the axis of support: beyond it a candidate stands at the edge
+
+
+def draw_curves(candidates: pd.DataFrame, predictions: pd.DataFrame) -> Figure:
+    """Return the published points and the predictions of the stated noise and of the best explanations.
+
+    Args:
+        candidates: Of candidates.csv. predictions: Of predictions.csv.
+    """
+    tested: Any = candidates[candidates["verdict"] != "not_tested"]
+    ranked = tested.sort_values("behind")
+    names = [name for name in ranked["candidate"] if name != _STATED][:_SHOWN]
+    labels = dict(zip(ranked["candidate"], ranked["label"], strict=True))
+    table: Any = predictions
+    sweeps = [name for name in _SWEEPS if name in set(table["sweep"])]
+    looks: Any = _LOOKS
+    with styled():
+        figure = new_figure(2.5 * max(len(sweeps), 2), 9.6)
+        axes = np.atleast_2d(figure.subplots(len(QUANTITY_LABELS), len(sweeps), sharey="row", squeeze=False))
+        for row, quantity in zip(axes, QUANTITY_LABELS, strict=True):
+            for ax, sweep in zip(row, sweeps, strict=True):
+                here = table[(table["sweep"] == sweep) & (table["quantity"] == quantity)]
+                _panel(ax, here, names, sweep)
+            row[0].set_ylabel(QUANTITY_LABELS[quantity])
+        for ax, sweep in zip(axes[-1], sweeps, strict=True):
+            ax.set_xlabel(_SWEEPS[sweep])
+        handles: list[Any] = [
+            Line2D(
+                [], [], marker="o", linestyle="", color=PUBLISHED_COLOUR, label="published, one run a point"
+            )
+        ]
+        handles.append(Line2D([], [], color="#666666", linestyle=":", label="stated noise alone, our cell"))
+        for name, (colour, line) in zip(names, looks, strict=False):
+            handles.append(Line2D([], [], color=colour, linestyle=line, linewidth=1.8, label=labels[name]))
+        figure.legend(handles=handles, loc="outside upper center", ncols=3)
+    return figure
+
+
+def _panel(ax: Axes, table: Any, names: list[str], sweep: str) -> None:
+    """Draw one sweep and quantity."""
+    stated = table[table["candidate"] == _STATED].sort_values("value")
+    x = stated["value"].to_numpy(dtype=float)
+    ax.plot(x, stated["without_offset"], ":", color="#666666", linewidth=1.8)
+    for name, (colour, line) in zip(names, _LOOKS, strict=False):
+        mine = table[table["candidate"] == name].sort_values("value")
+        ax.fill_between(x, mine["p05"], mine["p95"], color=colour, alpha=0.12, linewidth=0)
+        ax.plot(x, mine["median"], line, color=colour, linewidth=1.6)
+    ax.plot(x, stated["published"], "o", color=PUBLISHED_COLOUR, markersize=4.5, markeredgecolor="white")
+    ax.set_yscale("log")
+    ax.set_xscale("linear" if sweep == "plane_tilt" else "log")
+    ticks = x if len(x) <= 6 else x[:: 2 if len(x) <= 9 else 3]
+    ax.set_xticks(ticks, [numeral(value) for value in ticks], fontsize=8)
+    ax.xaxis.set_minor_locator(NullLocator())
+
+
+def draw_support(candidates: pd.DataFrame) -> Figure:
+    """Return how far each candidate lies behind the best, under every way of weighing, with magnitudes and misfit."""
+    table: Any = candidates[candidates["verdict"] != "not_tested"]
+    table = table.sort_values("behind", ascending=False)
+    rows = table.to_dict("records")
+    ways = [
+        name
+        for name in table.columns
+        if name.startswith("behind_") and name not in ("behind_least", "behind_most")
+    ]
+    with styled():
+        figure = new_figure(11.4, 0.34 * len(rows) + 1.8)
+        ax, words = figure.subplots(1, 2, sharey=True, width_ratios=[5.0, 5.2])
+        words.axis("off")
+        top = len(rows) - 0.35
+        for x, text in ((0.0, "magnitudes (95 %)"), (0.89, "misfit: plain, with offset")):
+            words.text(x, top, text, fontsize=8, fontweight="bold", ha="left" if x == 0 else "center")
+        for at, row in enumerate(rows):
+            colour, mark = _VERDICTS[row["verdict"]], _MARKS[row["verdict"]]
+            others = np.minimum([row[way] for way in ways], _FARTHEST)
+            ax.plot([others.min(), others.max()], [at, at], color=colour, linewidth=1.2, alpha=0.7)
+            ax.plot(others, np.full(len(ways), at), "|", color=colour, markersize=8)
+            ax.plot(
+                min(row["behind"], _FARTHEST), at, mark, color=colour, markersize=8, markeredgecolor="white"
+            )
+            words.text(0.0, at, _magnitudes(row), va="center", fontsize=8)
+            for x, name in ((0.84, "misfit_factor"), (0.94, "misfit_factor_with_offset")):
+                words.text(x, at, f"{row[name]:.2f}", va="center", ha="center", fontsize=8)
+        words.set_xlim(0.0, 1.0)
+        for limit, text, side in ((3.0, "alike ", "right"), (np.log(1000.0), " factor 1000", "left")):
+            ax.axvline(limit, color="black", linestyle="--", linewidth=0.9)
+            ax.text(limit, top, text, fontsize=7.5, ha=side)
+        ax.set_xscale("symlog", linthresh=3.0)
+        ax.set_xlim(-0.4, _FARTHEST * 1.15)
+        ax.set_xticks([0, 1, 3, 10, 30, 100, 300], ["0", "1", "3", "10", "30", "100", "≥ 300"])
+        ax.xaxis.set_minor_locator(NullLocator())
+        ax.set_ylim(-0.7, len(rows) + 0.1)
+        ax.set_yticks(range(len(rows)), [row["label"] for row in rows])
+        ax.set_xlabel("behind the best: difference of the logarithm of the evidence")
+        handles = [
+            Line2D([], [], marker=_MARKS[name], linestyle="", color=colour, label=name)
+            for name, colour in _VERDICTS.items()
+        ]
+        handles.append(
+            Line2D([], [], marker="|", linestyle="", color="#444444", label="under another way of weighing")
+        )
+        figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    return figure
+
+
+def _magnitudes(row: dict[str, Any]) -> str:
+    """Return the fitted magnitudes of a candidate with their intervals, in words."""
+    words = []
+    for k in (1, 2):
+        if isinstance(row.get(f"magnitude_{k}"), str):
+            value, low, high = (numeral(row[f"{name}_{k}"], 2) for name in ("value", "low", "high"))
+            unit = {"factor": "× σ", "share": "σ", "relative": "tolerance", "count": "iterations"}.get(
+                row[f"unit_{k}"], row[f"unit_{k}"]
+            )
+            words.append(f"{value} {unit}".strip() + f" ({low}–{high})")
+    return ", ".join(words)
+
+
+def draw_recovery(candidates: pd.DataFrame, recovery: pd.DataFrame) -> Figure:
+    """Return the confusion: how often each tried candidate is not told apart from the best, by what was planted."""
+    table: Any = recovery
+    names = list(dict.fromkeys(table["planted"]))
+    labels = dict(zip(candidates["candidate"], candidates["label"], strict=True))
+    shares = (
+        table.pivot(index="planted", columns="tried", values="not_told_apart").loc[names, names].to_numpy()
+    )
+    with styled():
+        figure = new_figure(9.2, 0.38 * len(names) + 3.4)
+        ax = figure.subplots()
+        ax.imshow(shares, cmap="Greys", vmin=0.0, vmax=1.3, aspect="auto")
+        for i in range(len(names)):
+            for k in range(len(names)):
+                share = shares[i, k]
+                if share > 0:
+                    weight: Any = {"fontweight": "bold" if i == k else "normal"}
+                    colour = "white" if share > 0.7 else "black"
+                    ax.text(
+                        k,
+                        i,
+                        f"{100 * share:.0f}",
+                        ha="center",
+                        va="center",
+                        fontsize=8,
+                        color=colour,
+                        **weight,
+                    )
+        ax.set_xticks(range(len(names)), names, rotation=55, ha="right", rotation_mode="anchor")
+        ax.set_yticks(range(len(names)), [labels[name] for name in names])
+        ax.grid(visible=False)
+        ax.set_xlabel("tried: not told apart from the best, in per cent of the sets")
+        ax.set_ylabel("planted")
+    return figure

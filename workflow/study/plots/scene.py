@@ -1,0 +1,61 @@
+"""The setup in 3D: the renderer's picture, with names on its parts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+from matplotlib.patheffects import withStroke
+
+from study.plots.style import new_figure, styled
+
+_WIDTH = 7.2  # in
+_MARGIN = 12  # pixels that stay around what is not background
+_BACKGROUND = 0.995
+
+
+def draw_scene(picture: str | Path, places: Mapping[str, Sequence[float]]) -> Figure:
+    """Return the picture, cropped to what it shows, plates and scanner named.
+
+    Args:
+        picture: PNG. places: ``{name: (x, y)}`` in pixels from the upper left; ``base`` and ``scanner``, the rest are plates.
+    """
+    image: Any = imread(picture)[..., :3]
+    rows, columns = np.nonzero((image < _BACKGROUND).any(axis=2))
+    top, left = max(rows.min() - _MARGIN, 0), max(columns.min() - _MARGIN, 0)
+    image = image[top : rows.max() + _MARGIN, left : columns.max() + _MARGIN]
+    height, width = image.shape[:2]
+    with styled():
+        figure = new_figure(_WIDTH, _WIDTH * height / width)
+        figure.set_layout_engine("none")
+        ax = figure.add_axes((0, 0, 1, 1))
+        ax.imshow(image, interpolation="antialiased", aspect="auto")
+        ax.set_axis_off()
+        halo = [withStroke(linewidth=3, foreground="white", alpha=0.8)]
+        for name, (x, y) in places.items():
+            at = (x - left, y - top)
+            if name == "scanner":
+                arrow = {"arrowstyle": "-", "color": "black", "linewidth": 0.8, "shrinkB": 6}
+                ax.annotate(
+                    "scanner and its fan", at, xytext=(at[0] - 0.02 * width, at[1] + 0.2 * height),
+                    ha="center", fontsize=9, arrowprops=arrow, path_effects=halo,
+                )  # fmt: skip
+            elif name == "base":
+                ax.annotate(
+                    "base",
+                    at,
+                    xytext=(0, -20),
+                    textcoords="offset points",
+                    ha="center",
+                    fontsize=9,
+                    path_effects=halo,
+                )
+            else:
+                ax.annotate(
+                    name.replace("_", " "), at, ha="center", va="center", fontsize=10, fontweight="bold"
+                )
+    return figure

@@ -1,0 +1,114 @@
+"""Errors after every pass of a sequential calibration, and what a single pass costs in each case, beside all at once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from study.plots.style import Look, new_figure, numeral, styled
+
+_AT_ONCE = Look("all at once", "#0072b2", "o")
+_WAYS = {
+    "scanner_first": Look("scanner first, then arm", "#d55e00", "^"),
+    "robot_first": Look("arm first, scanner as declared", "#009e73", "s"),
+    "robot_first_linear": Look("arm first, scanner at linear guess", "#7f7f7f", "D"),
+}
+_QUANTITY = "position_mean_mm"
+_BAND = (0.05, 0.95)
+_SPREAD = 0.26  # of a row's height: where its ways stand
+
+
+def draw_sequential(errors: pd.DataFrame, summary: pd.DataFrame) -> Figure:
+    """Return errors by passes of the case that alternates, and single passes of every case over all at once.
+
+    Args:
+        errors, summary: As ``study.sequential`` and ``study.sequential_summary`` give them.
+    """
+    raw: Any = errors[(errors["alignment"] == "raw") & errors[_QUANTITY].notna()]
+    with styled():
+        figure = new_figure(10.4, 4.6)
+        left, right = figure.subplots(1, 2, width_ratios=[1, 1.15])
+        alternating: Any = summary[summary["stage"] == "alternating"]
+        case = alternating["case"].iloc[0] if len(alternating) else raw["case"].iloc[0]
+        _by_passes(left, raw[raw["case"] == case])
+        left.set_title(f"{_words(summary, case)}", fontsize=9)
+        _single_passes(right, raw, summary)
+        handles, labels = left.get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=3)
+    return figure
+
+
+def _by_passes(ax: Axes, rows: Any) -> None:
+    """Draw median and band over the seeds after each pass; a seed that has settled stays where it is."""
+    at_once = rows[rows["way"] == "at_once"][_QUANTITY]
+    before = rows[rows["way"] == "initial"][_QUANTITY]
+    most = max(int(rows["passes"].max()), 1)
+    low, middle, high = at_once.quantile([_BAND[0], 0.5, _BAND[1]])
+    ax.axhspan(low, high, color=_AT_ONCE.colour, alpha=0.25, linewidth=0)
+    ax.axhline(middle, color=_AT_ONCE.colour, linewidth=1.8, label=f"{_AT_ONCE.label}: {numeral(middle)} mm")
+    for way, look in _WAYS.items():
+        own = rows[rows["way"] == way]
+        table = own.pivot(index="seed", columns="passes", values=_QUANTITY)
+        table = table.reindex(columns=range(1, most + 1)).ffill(axis=1)
+        bands = table.quantile([_BAND[0], 0.5, _BAND[1]]).to_numpy()
+        x = np.arange(1, most + 1)
+        ax.fill_between(x, bands[0], bands[2], color=look.colour, alpha=0.15, linewidth=0)
+        ax.plot(x, bands[1], color=look.colour, marker=look.marker, markersize=5, label=look.label)
+    ax.plot(
+        [0], [before.median()], "X", color="black", markersize=7, linestyle="none", label="initial model (median)"
+    )  # fmt: skip
+    ax.set_yscale("log")
+    ax.yaxis.set_major_formatter("{x:g}")
+    ax.set_xlim(-0.3, most + 0.3)
+    ax.set_xticks(range(0, most + 1, max(1, most // 6)))
+    ax.set_xlabel("passes (each block fitted once a pass)")
+    ax.set_ylabel("mean position error [mm]")
+
+
+def _single_passes(ax: Axes, raw: Any, summary: pd.DataFrame) -> None:
+    """Draw a dot a seed: the error after one pass over that of all at once, a row a case."""
+    cases = list(dict.fromkeys(raw["case"]))
+    places = dict(zip(_WAYS, np.linspace(_SPREAD, -_SPREAD, len(_WAYS)), strict=True))
+    for i, case in enumerate(cases):
+        own = raw[raw["case"] == case]
+        at_once = own[own["way"] == "at_once"].set_index("seed")[_QUANTITY]
+        for way, look in _WAYS.items():
+            one = own[(own["way"] == way) & (own["passes"] == 1)].set_index("seed")[_QUANTITY]
+            times = (one / at_once).dropna().sort_index()
+            y = -i + places[way] + np.linspace(-0.07, 0.07, len(times))
+            ax.plot(
+                times, y, look.marker, color=look.colour, markersize=3.4, alpha=0.6, linestyle="none", markeredgewidth=0
+            )  # fmt: skip
+            ax.plot(
+                [times.median()] * 2, -i + places[way] + np.array([-0.11, 0.11]), color="black", linewidth=1.6
+            )
+        before = own[own["way"] == "initial"].set_index("seed")[_QUANTITY]
+        ax.plot(
+            [(before / at_once).median()], [-i - 0.4], "X", color="black", markersize=6, markeredgewidth=0
+        )
+    ax.axvline(1, color=_AT_ONCE.colour, linewidth=1.8)
+    ax.set_xscale("log")
+    ax.set_yticks(
+        [-i for i in range(len(cases))], [_words(summary, case, "\n") for case in cases], fontsize=8
+    )
+    ax.set_ylim(-len(cases) + 0.42, 0.45)
+    ax.grid(visible=False, axis="y")
+    ax.tick_params(axis="y", length=0)
+    ax.xaxis.set_major_formatter("{x:g}")
+    for i in range(1, len(cases)):
+        ax.axhline(0.45 - i, color="#dddddd", linewidth=0.6)
+    ax.set_xlabel("error after one pass / error of all at once (mean position)")
+    ax.set_title("left of the line a single pass is better", fontsize=9)
+
+
+def _words(summary: pd.DataFrame, case: str, separator: str = ", ") -> str:
+    row: Any = summary[summary["case"] == case].iloc[0]
+    lengths, angles = numeral(row["length_error_mm"]), numeral(row["angle_error_deg"])
+    return (
+        f"{row['poses']} poses, noise {numeral(row['noise_mm'])} mm{separator}"
+        f"initial model off by {lengths} mm, {angles}°"
+    )

@@ -1,0 +1,75 @@
+"""All sweeps at a glance: the mean position error of each, for one kind of walls, on one page of a paper."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from study.plots.style import LOOKS, new_figure, styled
+from study.plots.sweep import (
+    BOUND_ROWS,
+    draw_panel,
+    legend_entries,
+    place_values,
+    set_x_axis,
+    write_failures,
+)
+
+COLUMNS = 3
+QUANTITY = "position_mean_mm"
+
+
+def draw_overview(
+    summaries: Mapping[str, pd.DataFrame], published: pd.DataFrame, axes: Mapping[str, Mapping[str, Any]]
+) -> Figure:
+    """Return a panel a sweep, what failed below each.
+
+    Args:
+        summaries: ``{sweep: rows of its summary.csv of these walls}``.
+        published: published_curves.csv.
+        axes: ``{sweep: its label, scale and the name of the published curve, as in the config}``.
+    """
+    rows = -(-len(summaries) // COLUMNS)
+    columns = min(COLUMNS, len(summaries))
+    seeds, methods = 0, []
+    with styled():
+        figure = new_figure(3.6 * columns, 0.7 + 3.5 * rows)
+        grid = figure.subplots(2 * rows, columns, squeeze=False, height_ratios=[3.0, 0.75] * rows)
+        for ax in grid.ravel()[2 * columns * (rows - 1) :]:
+            ax.set_axis_off()
+        for k, (name, summary) in enumerate(summaries.items()):
+            raw: Any = summary[summary["alignment"] == "raw"]
+            methods = [m for m in LOOKS if m != "initial" and m in set(raw["method"])]
+            values = np.unique(raw["value"].to_numpy(dtype=float))
+            scale = axes[name].get("scale", "log")
+            curve = published[published["sweep"] == axes[name].get("published")]
+            above, below = grid[2 * (k // COLUMNS) : 2 * (k // COLUMNS) + 2, k % COLUMNS]
+            above.set_axis_on()
+            below.set_axis_on()
+            draw_panel(above, raw, curve, methods, QUANTITY, scale)
+            set_x_axis(below, values, axes[name]["label"].replace(" [", "\n["), scale)
+            above.set_xscale(scale)
+            above.set_xlim(*_range(values, scale))
+            above.tick_params(axis="x", which="both", length=0, labelbottom=False)
+            write_failures(below, raw, methods, values, scale)
+            below.set_xlim(*_range(values, scale))
+            if k % COLUMNS:
+                above.set_ylabel("")
+                below.set_ylabel("")
+            seeds = max(seeds, int(raw.loc[raw["method"] != BOUND_ROWS, "seeds"].max()))
+        figure.legend(handles=legend_entries(methods, seeds, True), loc="outside upper center", ncols=4)
+    return figure
+
+
+def _range(values: np.ndarray, scale: str) -> tuple[float, float]:
+    """Return the ends of an axis, a little beyond its values."""
+    at = place_values(values, values, scale)
+    if scale != "log":
+        margin = 0.05 * float(np.ptp(at))
+        return float(at.min()) - margin, float(at.max()) + margin
+    margin = (at.max() / at.min()) ** 0.05
+    return float(at.min() / margin), float(at.max() * margin)

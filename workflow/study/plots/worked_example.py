@@ -1,0 +1,133 @@
+"""A diagnosis to follow by eye: residual, candidates, what the poses ask of the joint, what is left, errors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from study.plots.style import LOOKS, new_figure, numeral, styled
+
+_MARKERS = ("^", "s", "v", "D", "P", "X")
+_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
+_OURS = LOOKS["manifold"].colour
+_SURE = 3.0  # times the median standard error: poses that hardly see the joint are left out of that panel
+_SHOWN = 0.995  # of the dots lie within the axes
+
+
+def draw_worked_example(
+    poses: pd.DataFrame,
+    curve: pd.DataFrame,
+    ranking: pd.DataFrame,
+    errors: pd.DataFrame,
+    numbers: dict[str, Any],
+) -> Figure:
+    """Return the figure in five panels, to be read from the upper left.
+
+    Args:
+        poses, curve, ranking: As ``study.worked_example.tell`` gives them.
+        errors, numbers: errors.csv and numbers.json of the example.
+    """
+    joint = numbers["found"]["joint"]
+    with styled():
+        figure = new_figure(10.4, 6.6)
+        grid = figure.add_gridspec(2, 6)
+        top = [figure.add_subplot(grid[0, 2 * k : 2 * k + 2]) for k in range(3)]
+        candidates, bars = figure.add_subplot(grid[1, :3]), figure.add_subplot(grid[1, 3:])
+        limit = float(np.quantile(np.abs(poses["residual_before_mm"]), _SHOWN))
+        for ax, when in ((top[0], "before"), (top[2], "after")):
+            _residuals(ax, poses, when, limit)
+            ax.set_xlabel(f"angle of joint {joint} [°]")
+        top[0].set_title("1. the residual without an effect")
+        top[0].legend(loc="lower left", fontsize=7, ncols=3, columnspacing=0.8, handletextpad=0.2)
+        _asked(top[1], poses, curve)
+        top[1].set_xlabel(f"angle of joint {joint} [°]")
+        top[1].set_ylabel(f"error of joint {joint} [°]")
+        top[1].set_title(f"3. what each pose asks of joint {joint}")
+        top[2].set_title("4. the residual with the effect")
+        _candidates(candidates, ranking)
+        _errors(bars, errors, numbers)
+    return figure
+
+
+def _residuals(ax: Axes, poses: pd.DataFrame, when: str, limit: float) -> None:
+    """Draw the mean height of every scan over its plate."""
+    for k, (plane, group) in enumerate(poses.groupby("plane", sort=True)):
+        style: Any = {"markersize": 3.4, "linestyle": "none", "alpha": 0.8, "markeredgewidth": 0}
+        look = {"marker": _MARKERS[k % len(_MARKERS)], "color": _COLOURS[k % len(_COLOURS)]}
+        ax.plot(group["angle_deg"], group[f"residual_{when}_mm"], label=str(plane), **look, **style)
+    ax.axhline(0.0, color="black", linewidth=0.7)
+    ax.set_ylim(-1.25 * limit, 1.1 * limit)
+    ax.set_ylabel("mean height of a scan over its plate [mm]")
+
+
+def _asked(ax: Axes, poses: pd.DataFrame, curve: pd.DataFrame) -> None:
+    """Draw what each pose asks of the joint, and the effect that was fitted."""
+    std = poses["asked_std_deg"].to_numpy(dtype=float)
+    sure: Any = poses[std <= _SURE * np.nanmedian(std)]
+    ax.plot(
+        sure["angle_deg"],
+        sure["asked_deg"],
+        "o",
+        color="#777777",
+        markersize=3,
+        markeredgewidth=0,
+        alpha=0.75,
+    )
+    x, y = curve["angle_deg"].to_numpy(dtype=float), curve["effect_deg"].to_numpy(dtype=float)
+    ax.plot(x, y, color=_OURS, linewidth=2.0)
+    limit = float(np.quantile(np.abs(sure["asked_deg"]), _SHOWN))
+    ax.set_ylim(-1.3 * limit, 1.3 * limit)
+    ax.annotate(
+        "dots: a pose each; line: the effect found", (0.03, 0.03), xycoords="axes fraction", fontsize=7.5
+    )
+
+
+def _candidates(ax: Axes, ranking: pd.DataFrame) -> None:
+    """Draw the evidence of the best candidates on the residual before."""
+    place = -np.arange(len(ranking))
+    evidence = np.maximum(ranking["evidence_nats"].to_numpy(dtype=float), 0.0)
+    found = ranking["found"].to_numpy(dtype=bool)
+    colours = [_OURS if own else "#cccccc" for own in found]
+    ax.barh(place, evidence, color=colours, edgecolor="#444444", linewidth=0.5, height=0.7)
+    for y, value, share in zip(place, evidence, ranking["share_of_residual"], strict=True):
+        ax.annotate(f" {value:.0f}  ({100 * share:.0f} %)", (value, y), va="center", fontsize=7.5)
+    names = [name[0].upper() + name[1:] for name in ranking["candidate"]]
+    ax.set_yticks(place, names, fontsize=7.5)
+    ax.set_xlim(0, 1.22 * max(float(evidence.max()), 1.0))
+    ax.grid(visible=False, axis="y")
+    ax.set_xlabel("evidence [nats] (share of the residual that it explains)")
+    ax.set_title("2. every candidate scored on that residual: the best eight")
+
+
+def _errors(ax: Axes, errors: pd.DataFrame, numbers: dict[str, Any]) -> None:
+    """Draw held-out residuals and true errors, before, after, and what noise alone leaves."""
+    by_when: Any = errors.set_index("when")
+    held = numbers["held_out_rms_mm"]
+    groups = [
+        ("poses held out from the fit,\nrms residual", [held["before"], held["after"], held["noise"]]),
+        (
+            f"{numbers['errors_over']:,} random poses,\nmean position error".replace(",", "\u202f"),
+            [by_when.loc[when, "position_mean_mm"] for when in ("before", "after", "floor")],
+        ),
+    ]
+    labels = ("before", "after", "floor: noise; the scene without it")
+    for k, (label, colour, hatch) in enumerate(
+        zip(labels, ("#cccccc", _OURS, "white"), ("", "", "///"), strict=True)
+    ):
+        x = np.arange(len(groups)) + 0.26 * (k - 1)
+        y = [values[k] for _, values in groups]
+        ax.bar(x, y, 0.24, color=colour, edgecolor="#333333", linewidth=0.6, hatch=hatch, label=label)
+        for at, value in zip(x, y, strict=True):
+            note: Any = {"xytext": (0, 2), "textcoords": "offset points", "ha": "center", "fontsize": 7.5}
+            ax.annotate(numeral(float(value), 2), (at, value), **note)
+    ax.set_xticks(range(len(groups)), [label for label, _ in groups])
+    ax.set_ylabel("[mm]")
+    top = max(max(values) for _, values in groups)
+    ax.set_ylim(0, 1.25 * top)
+    ax.grid(visible=False, axis="x")
+    ax.legend(loc="upper left", fontsize=7.5)
+    ax.set_title("5. errors on poses that nobody fitted")

@@ -1,0 +1,83 @@
+"""Position errors over the workspace, from the side and from above: before, after, and as the calibration claims."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from study.plots.style import new_figure, numeral, styled
+
+_VIEWS = (("side", "distance from the base's axis [m]", "height [m]"), ("above", "x [m]", "y [m]"))
+_STATES = (
+    ("before_mm", "before"),
+    ("after_mm", "after, found"),
+    ("claimed_mm", "after, claimed by the covariance"),
+)
+_FEWEST = 3  # poses in a cell that is shown
+_PER_MM = 1000.0  # micrometres
+
+
+def draw_workspace(errors: pd.DataFrame, seeds: int) -> Figure:
+    """Return a map a state and view; the two after calibration share one scale.
+
+    Args:
+        errors: As ``study.workspace.map_errors`` gives them. seeds: Of which they are.
+    """
+    enough: Any = errors[errors["poses"] >= _FEWEST]
+    with styled():
+        figure = new_figure(9.6, 7.6)
+        if enough.empty:
+            figure.text(0.5, 0.5, "no fit gave a calibration", ha="center")
+            return figure
+        axes = figure.subplots(2, 3, height_ratios=[1.1, 1])
+        after = _range(enough, ["after_mm", "claimed_mm"])
+        for column, (state, title) in zip(axes.T, _STATES, strict=True):
+            low, high = _range(enough, [state]) if state == "before_mm" else after
+            factor, unit = (1.0, "mm") if state == "before_mm" else (_PER_MM, "µm")
+            for ax, (view, across, up) in zip(column, _VIEWS, strict=True):
+                rows = enough[enough["view"] == view]
+                x, y, grid = _grid(rows, state)
+                shown = ax.pcolormesh(
+                    x,
+                    y,
+                    grid * factor,
+                    cmap="viridis",
+                    vmin=low * factor,
+                    vmax=high * factor,
+                    rasterized=True,
+                )
+                ax.set_aspect("equal")
+                ax.set_xlabel(across)
+                if ax in axes[:, 0]:
+                    ax.set_ylabel(up)
+                ax.plot([0], [0], "+", color="black", markersize=9, markeredgewidth=1.6, clip_on=False)
+            whole = np.sqrt(np.average(rows[state] ** 2, weights=rows["poses"])) * factor
+            column[0].set_title(f"{title}: {numeral(whole)} {unit}", fontsize=9.5)
+            bar = figure.colorbar(
+                shown, ax=list(column), location="bottom", aspect=28, extend="both", pad=0.02
+            )
+            bar.set_label(f"position error, root mean square [{unit}]")
+        figure.suptitle(f"root mean square over {seeds} simulated cells; + is the robot's base", fontsize=9)
+    return figure
+
+
+def _range(errors: Any, states: list[str]) -> tuple[float, float]:
+    """Return between what [mm] the colours lie: the cells' values but for the last per cents."""
+    values = errors[states].to_numpy()
+    return float(np.quantile(values, 0.02)), float(np.quantile(values, 0.98))
+
+
+def _grid(rows: Any, state: str) -> tuple[Any, Any, Any]:
+    """Return the edges of the cells [m] and their values, blank where there is none."""
+    u, v = np.unique(rows["u_m"]), np.unique(rows["v_m"])
+    size = min(np.diff(u).min(initial=np.inf), np.diff(v).min(initial=np.inf))
+    i = np.rint((rows["u_m"] - u[0]) / size).astype(int)
+    j = np.rint((rows["v_m"] - v[0]) / size).astype(int)
+    grid = np.full((j.max() + 1, i.max() + 1), np.nan)
+    grid[j, i] = rows[state]
+    x = u[0] + size * (np.arange(grid.shape[1] + 1) - 0.5)
+    y = v[0] + size * (np.arange(grid.shape[0] + 1) - 0.5)
+    return x, y, np.ma.masked_invalid(grid)

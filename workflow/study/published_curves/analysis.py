@@ -1,0 +1,122 @@
+"""What the curves say of each candidate, how sure that is, and what the method can tell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.geometry.se3 import Array
+from study.published_curves.candidates import CANDIDATES, STATED, predict_from_fits
+from study.published_curves.curves import Curves
+from study.published_curves.ensemble import build_ensemble
+from study.published_curves.findings import candidate_table, prediction_table, summary_numbers
+from study.published_curves.predict import Foretold, runs_to_weigh
+from study.published_curves.recovery import plant, plant_from_fits, recover
+from study.published_curves.support import Fine, Weighed, refine, weigh
+
+WANTED = 2.0  # of the logarithm of the likelihood, by which a magnitude must help to count as found
+FRESH = 1000  # seeds of planted curves count up from here
+
+
+@dataclass(frozen=True)
+class Findings:
+    """All outputs: a row a candidate; a row a candidate, run and quantity; confusion; coverage; numbers."""
+
+    candidates: pd.DataFrame
+    predictions: pd.DataFrame
+    recovery: pd.DataFrame
+    coverage: pd.DataFrame
+    numbers: dict[str, Any]
+
+
+def close_first_loop(
+    scene: str | Path,
+    published: pd.DataFrame,
+    sweeps: Mapping[str, pd.DataFrame],
+    foretold: Foretold,
+    options: Mapping[str, Any],
+) -> Findings:
+    """Return what the published curves say of every candidate.
+
+    Args:
+        scene: Config file of the paper's cell. published: Of published_curves.csv. sweeps: errors.csv by sweep.
+        foretold: As ``foretell`` returns it. options: The config's block ``first_loop``; keys in its schema.
+
+    Raises:
+        InvalidInput: The scene is at fault.
+        SimulationError: Too few postures see a plate.
+    """
+    from scalar.simulation.config import load_config
+
+    scene = Path(scene)
+    config = load_config(scene)
+    curves = runs_to_weigh(config, published, options)
+    predictions, offset = dict(foretold.predictions), foretold.offset
+    for candidate in CANDIDATES:
+        if candidate.method:
+            found = predict_from_fits(candidate, curves, sweeps, options["walls"])
+            if found is not None:
+                predictions[candidate.name] = found
+    predictions = {c.name: predictions[c.name] for c in CANDIDATES if c.name in predictions}
+    fines = {name: refine(prediction) for name, prediction in predictions.items()}
+    verdicts = {name: weigh(fine, curves.log_errors[None], offset)[0] for name, fine in fines.items()}
+    candidates = candidate_table(curves, predictions, fines, verdicts, offset)
+    print("recovery", flush=True)
+    confusion, coverage = _recovery(config, scene.parent, curves, fines, verdicts, offset, options)
+    return Findings(
+        candidates=candidates,
+        predictions=prediction_table(curves, fines, verdicts, offset),
+        recovery=confusion,
+        coverage=coverage,
+        numbers=summary_numbers(curves, candidates, confusion, coverage, foretold, options),
+    )
+
+
+def _recovery(
+    config: Mapping[str, Any],
+    base_dir: Path,
+    curves: Curves,
+    fines: Mapping[str, Fine],
+    verdicts: Mapping[str, Weighed],
+    offset: Array,
+    options: Mapping[str, Any],
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return confusion and coverage, every candidate planted as large as the curves would have it."""
+    values = {name: verdicts[name].best for name in fines}
+    for name, fine in fines.items():
+        # Where the curves want nothing of it there is nothing to plant: the middle of its range instead.
+        idle = verdicts[name].log_peak < verdicts[STATED].log_peak + WANTED
+        if idle or verdicts[name].at_edge.any():
+            axes = fine.prediction.candidate.axes
+            values[name] = np.array([axis.values[len(axis.values) // 2] for axis in axes])
+    steps = {
+        float(v)
+        for name, fine in fines.items()
+        for axis, v in zip(fine.prediction.candidate.axes, values[name], strict=True)
+        if axis.name == "step"
+    }
+    count = options["recovery_seeds"]
+    fresh = build_ensemble(
+        config,
+        base_dir,
+        range(FRESH, FRESH + count),
+        options["draws"],
+        curves.settings,
+        sorted(steps),
+        min(count, options["followed_seeds"]),
+    )
+    rng = np.random.default_rng(FRESH)
+    planted = {}
+    for name, fine in fines.items():
+        candidate, sets = fine.prediction.candidate, options["recovery_sets"]
+        if candidate.method:
+            y = plant_from_fits(fine, sets, rng)
+        else:
+            y = plant(fresh, candidate, values[name].tolist(), curves.settings, sets, rng)
+        planted[name] = y, values[name]
+    return recover(planted, fines, offset)

@@ -1,0 +1,196 @@
+"""The candidates: which effects, with which magnitudes free and over what range, and what each predicts.
+
+A magnitude runs over a logarithmic grid; its prior is even on that axis. A pair has two. Predictions are tabulated
+over the grid once; every question afterwards is a look-up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.geometry.se3 import Array
+from study.methods import CONVERGED
+from study.published_curves.curves import Curves, Setting
+from study.published_curves.ensemble import Ensemble, Sizes
+from study.summary import QUANTITIES
+
+
+@dataclass(frozen=True)
+class Magnitude:
+    """What is fitted of an effect: a field of ``Sizes`` over a grid.
+
+    Attributes:
+        name: of the field. unit: of ``shown`` values, in column names. factor: from SI to that unit.
+        values: The grid, ascending [SI].
+    """
+
+    name: str
+    unit: str
+    factor: float
+    values: tuple[float, ...]
+
+
+def _doubling(low: float, count: int) -> tuple[float, ...]:
+    return tuple(low * 2.0**k for k in range(count))
+
+
+STEPS = _doubling(1e-4, 7)
+"""Of rounded ranges [m]; each costs the rounding of every point."""
+
+MAGNITUDES = {
+    "noise": Magnitude("noise", "factor", 1.0, _doubling(0.5, 6)),
+    "shared": Magnitude("shared", "share", 1.0, _doubling(0.03125, 7)),
+    "scan": Magnitude("scan", "mm", 1e3, _doubling(5e-6, 8)),
+    "joint": Magnitude("joint", "mrad", 1e3, _doubling(5e-6, 8)),
+    "step": Magnitude("step", "mm", 1e3, STEPS),
+    "tolerance": Magnitude("tolerance", "relative", 1.0, tuple(0.9 * 4.0**k for k in range(-10, 1))),
+    "iterations": Magnitude("iterations", "count", 1.0, tuple(float(k) for k in range(2, 16))),
+}
+"""By name. Grids double: between two nodes the logarithm of an error is all but linear."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An explanation: the effects it has, or the method of a sweep that it is.
+
+    Attributes:
+        name: In tables. label: In figures. magnitudes: Fitted; none, one or two.
+        method: Of a sweep's fits, where the explanation is a way to calibrate; else "".
+    """
+
+    name: str
+    label: str
+    magnitudes: tuple[str, ...] = ()
+    method: str = ""
+
+    @property
+    def axes(self) -> tuple[Magnitude, ...]:
+        """Return its magnitudes."""
+        return tuple(MAGNITUDES[name] for name in self.magnitudes)
+
+    def nodes(self) -> Array:
+        """Return the grid ``(n, k)`` [SI], the last magnitude fastest."""
+        return np.array(list(product(*(axis.values for axis in self.axes))), dtype=float)
+
+    def sizes(self, node: Sequence[float]) -> Sizes:
+        """Return the effects at a node."""
+        values: dict[str, Any] = dict(zip(self.magnitudes, map(float, node), strict=True))
+        if "iterations" in values:
+            values["iterations"] = int(values["iterations"])
+        return Sizes(**values)
+
+
+STATED = "stated"
+CANDIDATES = (
+    Candidate(STATED, "stated noise alone"),
+    Candidate("noise", "more noise a point", ("noise",)),
+    Candidate("shared", "noise partly common to a scan", ("shared",)),
+    Candidate("scan", "error common to a scan", ("scan",)),
+    Candidate("joint", "joints repeat to a spread", ("joint",)),
+    Candidate("step", "ranges rounded", ("step",)),
+    Candidate("tolerance", "stopped by a loose tolerance", ("tolerance",)),
+    Candidate("iterations", "stopped after some iterations", ("iterations",)),
+    Candidate("abs", "root read as √|·|", method="published-abs"),
+    Candidate("abs-2018", "root read as √|·|, solver of 2018", method="published-abs-2018"),
+    Candidate("clip", "root read as √max(0, ·)", method="published-clip"),
+    Candidate("noise+scan", "more noise, error common to a scan", ("noise", "scan")),
+    Candidate("noise+joint", "more noise, joints' spread", ("noise", "joint")),
+    Candidate("noise+step", "more noise, ranges rounded", ("noise", "step")),
+    Candidate("noise+shared", "more noise, partly common to a scan", ("noise", "shared")),
+    Candidate("shared+iterations", "noise partly common, stopped early", ("shared", "iterations")),
+    Candidate("shared+scan", "noise partly common, error common to a scan", ("shared", "scan")),
+    Candidate("shared+joint", "noise partly common, joints' spread", ("shared", "joint")),
+    Candidate("shared+step", "noise partly common, ranges rounded", ("shared", "step")),
+    Candidate("scan+joint", "error common to a scan, joints' spread", ("scan", "joint")),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What a candidate says of every published run: log errors ~ N(mean, covariance), at every node of its grid.
+
+    Attributes:
+        candidate: Whose. nodes: ``(n, k)`` [SI]. mean: ``(n, R, 4)``. covariance: ``(n, R, 4, 4)``.
+        shares: ``(n, R, 3)`` of the squared error by errors of points, scans and joints.
+    """
+
+    candidate: Candidate
+    nodes: Array
+    mean: Array
+    covariance: Array
+    shares: Array
+
+
+JITTER = 4e-4  # added to variances of log errors (2 %): our evaluation poses are some hundreds, theirs others
+
+
+def predict(
+    ensemble: Ensemble, candidates: Sequence[Candidate], settings: Sequence[Setting]
+) -> dict[str, Prediction]:
+    """Return the predictions of candidates that are effects, by name."""
+    chosen = [c for c in candidates if not c.method]
+    nodes = {c.name: c.nodes() for c in chosen}
+    mean = {c.name: np.zeros((len(nodes[c.name]), len(settings), 4)) for c in chosen}
+    cov = {c.name: np.zeros((len(nodes[c.name]), len(settings), 4, 4)) for c in chosen}
+    shares = {c.name: np.zeros((len(nodes[c.name]), len(settings), 3)) for c in chosen}
+    served: dict[tuple[tuple[int, int], float], int] = {}
+    for i in sorted(range(len(settings)), key=lambda i: (settings[i].design, settings[i].sigma)):
+        setting = settings[i]
+        first = served.setdefault((setting.design, setting.sigma), i)
+        ensemble.forget_others(setting)
+        for candidate in chosen:
+            tables = mean[candidate.name], cov[candidate.name], shares[candidate.name]
+            if first != i and not {"tolerance", "iterations"} & set(candidate.magnitudes):
+                for table in tables:  # rough planes matter to the solver's path alone
+                    table[:, i] = table[:, first]
+                continue
+            for k, node in enumerate(nodes[candidate.name]):
+                sizes = candidate.sizes(node)
+                tables[0][k, i], tables[1][k, i] = moments(ensemble.log_errors(setting, sizes))
+                tables[2][k, i] = ensemble.shares(setting, sizes)
+    return {c.name: Prediction(c, nodes[c.name], mean[c.name], cov[c.name], shares[c.name]) for c in chosen}
+
+
+def moments(samples: Array) -> tuple[Array, Array]:
+    """Return mean ``(4,)`` and covariance ``(4, 4)`` of samples ``(S, 4)``."""
+    return samples.mean(axis=0), np.cov(samples.T) + JITTER * np.eye(samples.shape[1])
+
+
+def predict_from_fits(
+    candidate: Candidate, curves: Curves, sweeps: Mapping[str, pd.DataFrame], walls: str
+) -> Prediction | None:
+    """Return what a sweep's own fits say, or None where a run has none.
+
+    Args:
+        candidate: With a method. curves: The runs. sweeps: errors.csv by sweep. walls: To take.
+    """
+    mean, cov = [], []
+    for row in curves.table.to_dict("records"):
+        table: Any = sweeps.get(str(row["sweep"]))
+        if table is None:
+            return None
+        here = table[
+            (table["walls"] == walls)
+            & (table["method"] == candidate.method)
+            & (table["alignment"] == "raw")
+            & (table["status"] == CONVERGED)
+            & (abs(table["value"] - row["value"]) <= 1e-6 * abs(row["value"]))
+        ]
+        samples = np.log(here[list(QUANTITIES)].to_numpy(dtype=float))
+        if len(samples) < MIN_FITS:
+            return None
+        m, c = moments(samples)
+        mean.append(m)
+        cov.append(c)
+    shares = np.tile([1.0, 0.0, 0.0], (1, len(mean), 1))
+    return Prediction(candidate, np.zeros((1, 0)), np.array([mean]), np.array([cov]), shares)
+
+
+MIN_FITS = 8
+"""Converged fits of a published point that a covariance of four numbers is taken from."""

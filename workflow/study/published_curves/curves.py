@@ -1,0 +1,96 @@
+"""The published curves as runs: a setting each, and the logarithms of its four errors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from scalar.geometry.se3 import Array
+from scalar.units import MM
+from study.summary import QUANTITIES
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a run was made with.
+
+    Attributes:
+        poses: On all planes. points: A scan. sigma: Stated noise of a point [m].
+        offset: Of the rough planes [m]. tilt: Of the rough planes [deg].
+    """
+
+    poses: int
+    points: int
+    sigma: float
+    offset: float
+    tilt: float
+
+    @property
+    def design(self) -> tuple[int, int]:
+        """Return poses and points: what the derivatives depend on."""
+        return self.poses, self.points
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """The runs that are weighed, and those that are not.
+
+    Attributes:
+        table: Rows of published_curves.csv that are used, in its order. left_out: The others, with a ``reason``.
+        settings: Of each row used. log_errors: ``(R, 4)``, natural logarithm of mm and degrees, by ``QUANTITIES``.
+    """
+
+    table: pd.DataFrame
+    left_out: pd.DataFrame
+    settings: tuple[Setting, ...]
+    log_errors: Array
+
+
+# Column of Setting that each published sweep varies, and what its unit is in SI (degrees stay).
+_VARIED: dict[str, tuple[str, float]] = {
+    "noise": ("sigma", MM),
+    "poses": ("poses", 1.0),
+    "points": ("points", 1.0),
+    "plane_offset": ("offset", MM),
+    "plane_tilt": ("tilt", 1.0),
+}
+
+
+def read_curves(
+    table: pd.DataFrame, base: Setting, leave_out: Mapping[str, Sequence[float]], least_poses: int
+) -> Curves:
+    """Return the published runs about a base setting.
+
+    Args:
+        table: Of published_curves.csv.
+        base: What a sweep leaves alone.
+        leave_out: ``{sweep: values}`` that are not weighed.
+        least_poses: With fewer the equations are fewer than the unknowns.
+    """
+    settings, used, dropped, reasons = [], [], [], []
+    seen: set[tuple[float, ...]] = set()
+    for row in table.to_dict("records"):
+        name, unit = _VARIED[str(row["sweep"])]
+        value = float(row["value"]) * unit
+        fields = {**base.__dict__, name: int(value) if name in ("poses", "points") else value}
+        setting = Setting(**fields)
+        errors = tuple(float(row[name]) for name in QUANTITIES)
+        if setting.poses < least_poses:
+            reason = "fewer equations than unknowns"
+        elif float(row["value"]) in map(float, leave_out.get(str(row["sweep"]), ())):
+            reason = "left out by the config"
+        elif errors in seen:
+            reason = "the same run as in another sweep"
+        else:
+            seen.add(errors)
+            used.append(row)
+            settings.append(setting)
+            continue
+        dropped.append(row)
+        reasons.append(reason)
+    left_out = pd.DataFrame(dropped, columns=table.columns).assign(reason=reasons)
+    kept = pd.DataFrame(used, columns=table.columns)
+    return Curves(kept, left_out, tuple(settings), np.log(kept[list(QUANTITIES)].to_numpy(dtype=float)))

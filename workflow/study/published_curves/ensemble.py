@@ -1,0 +1,216 @@
+"""Many cells together: samples of the four errors for any effects of any sizes, at any setting.
+
+Shifts of the poses add up before they become errors, so effects are combined where they are linear, and the
+errors' scatter and their correlation come out by themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scalar.geometry.planes import Planes
+from scalar.geometry.se3 import Array
+from scalar.units import DEG, MM
+from study.published_curves.cell import Cell, Shifts, shifts, simulate_cell
+from study.published_curves.curves import Setting
+from study.published_curves.stops import ITERATIONS, SolverPath, follow, stops_at
+
+POOL = 2000  # evaluation poses among which those of the largest errors are looked for
+FOR_MEAN = 250  # poses: the mean over them is sure to about 2 %
+FOR_MAX = 60  # of the pool, those that most often have the largest error
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How large each effect is; nothing but the stated noise by default.
+
+    Attributes:
+        noise: Factor on the stated noise of a point. shared: Noise common to a scan, as a share of the stated.
+        scan: Error common to a scan [m]. joint: Spread of every joint [rad].
+        step: Of rounded ranges [m]; one of those the ensemble was made with, or 0.
+        tolerance: At which the solver stops (relative, on the sum of squares); 0: it does not.
+        iterations: After which the solver stops; 0: it does not.
+    """
+
+    noise: float = 1.0
+    shared: float = 0.0
+    scan: float = 0.0
+    joint: float = 0.0
+    step: float = 0.0
+    tolerance: float = 0.0
+    iterations: int = 0
+
+
+@dataclass(eq=False)
+class Ensemble:
+    """Cells over seeds, and R draws of every unit error for each.
+
+    Attributes:
+        seeds: Of the cells. D: ``(P, 6, F)`` of the evaluation poses kept, those for the mean first.
+        units: ``{design: one Shifts a seed}``. incidence: mean square of n . u a seed.
+        paths: ``{(poses, offset, tilt): one path a seed, of the first seeds}``.
+    """
+
+    seeds: tuple[int, ...]
+    draws: int
+    D: Array
+    units: dict[tuple[int, int], list[Shifts]]
+    incidence: Array
+    paths: dict[tuple[int, float, float], list[SolverPath]]
+    _fields: dict[Any, Array] = field(default_factory=dict, repr=False)
+    _squares: dict[Any, float] = field(default_factory=dict, repr=False)
+
+    def log_errors(self, setting: Setting, sizes: Sizes) -> Array:
+        """Return samples ``(S, 4)`` of the logarithms of the errors [mm, deg], those of a seed together."""
+        point, scan, joint = (self._moved(setting.design, kind) for kind in ("point", "scan", "joint"))
+        common = np.hypot(sizes.scan, sizes.shared * setting.sigma)
+        total = point * np.float32(sizes.noise * setting.sigma)
+        if common > 0:
+            total += scan * np.float32(common)
+        if sizes.joint > 0:
+            total += joint * np.float32(sizes.joint)
+        if sizes.step > 0:
+            total += self._moved(setting.design, (setting.sigma, sizes.step))
+        if sizes.tolerance > 0 or sizes.iterations > 0:
+            total = self._stopped(setting, sizes, common, total)
+        return log_errors(total)
+
+    def shares(self, setting: Setting, sizes: Sizes) -> Array:
+        """Return which part of the squared position error is by errors of points, of scans and of joints, ``(3,)``."""
+        parts = [
+            (sizes.noise * setting.sigma) ** 2 * self._square(setting.design, "point"),
+            (sizes.scan**2 + (sizes.shared * setting.sigma) ** 2) * self._square(setting.design, "scan"),
+            sizes.joint**2 * self._square(setting.design, "joint"),
+        ]
+        if sizes.step > 0:
+            parts[0] += self._square(setting.design, (setting.sigma, sizes.step))
+        return np.array(parts) / (sum(parts) or 1.0)
+
+    def _square(self, design: tuple[int, int], kind: Any) -> float:
+        key = design, kind
+        if key not in self._squares:
+            self._squares[key] = float(np.exp(2.0 * log_errors(self._moved(design, kind))[:, 0].mean()))
+        return self._squares[key]
+
+    def forget_others(self, setting: Setting) -> None:
+        """Drop what was computed for other settings: all of it at once is some hundred megabytes."""
+        for key in list(self._fields):
+            design, kind = key
+            if design != setting.design or (isinstance(kind, tuple) and kind[0] != setting.sigma):
+                del self._fields[key]
+
+    def _moved(self, design: tuple[int, int], kind: Any) -> Array:
+        """Return ``(S, P, 6)`` float32 by a unit error, computed once."""
+        key = design, kind
+        if key not in self._fields:
+            units = self.units[design]
+            x = np.concatenate(
+                [u.rounded[kind] if isinstance(kind, tuple) else getattr(u, kind) for u in units]
+            )
+            flat = self.D.reshape(-1, self.D.shape[-1])
+            self._fields[key] = (x @ flat.T).reshape(len(x), *self.D.shape[:2]).astype(np.float32)
+        return self._fields[key]
+
+    def _stopped(self, setting: Setting, sizes: Sizes, common: float, total: Array) -> Array:
+        paths = self.paths[setting.poses, setting.offset, setting.tilt]
+        total = total[: len(paths) * self.draws]
+        left = []
+        for path, incidence in zip(paths, self.incidence, strict=False):
+            if sizes.iterations > 0:
+                at = min(sizes.iterations, ITERATIONS - 1)
+            else:
+                variance = (sizes.noise * setting.sigma) ** 2 + common**2 + sizes.step**2 / 12
+                share = setting.points / path.points
+                scaled = SolverPath(path.left, path.excess * share, setting.points)
+                at = stops_at(scaled, setting.poses * setting.points * incidence * variance, sizes.tolerance)
+            left.append(path.left[at])
+        return total + np.repeat(np.array(left, dtype=np.float32), self.draws, axis=0)
+
+
+def log_errors(moved: Array) -> Array:
+    """Return the logarithms ``(S, 4)`` of mean and maximum, position [mm] and orientation [deg], of ``(S, P, 6)``."""
+    squares = moved * moved
+    turn, move = (np.sqrt(squares[..., k : k + 3].sum(axis=-1)) for k in (0, 3))
+    errors = [move[:, :FOR_MEAN].mean(axis=1) / MM, move.max(axis=1) / MM]
+    errors += [turn[:, :FOR_MEAN].mean(axis=1) / DEG, turn.max(axis=1) / DEG]
+    return np.log(np.stack(errors, axis=1).astype(float))
+
+
+def build_ensemble(
+    config: Mapping[str, Any],
+    base_dir: Path,
+    seeds: Sequence[int],
+    draws: int,
+    settings: Sequence[Setting],
+    steps: Sequence[float],
+    followed: int,
+    kept: Array | None = None,
+) -> Ensemble:
+    """Return cells over seeds, at the designs of all settings.
+
+    Args:
+        config: Of the scene; its points a scan and poses are set to the most that any setting asks for.
+        base_dir: Where its robot's path starts. seeds: Of the cells. draws: Of noise a cell.
+        settings: To be served. steps: Of rounding [m].
+        followed: Seeds for which the solver's path is recorded.
+        kept: Indices of the evaluation poses; None: chosen here.
+    """
+    designs = sorted({setting.design for setting in settings})
+    sigmas = {d: sorted({s.sigma for s in settings if s.design == d}) for d in designs}
+    starts = sorted({(s.poses, s.offset, s.tilt) for s in settings})
+    most = max(s.poses for s in settings) // len(config["planes"])
+    sensor = {**config["sensor"], "points_per_scan": max(s.points for s in settings)}
+    config = {**config, "poses_per_plane": most, "sensor": sensor}
+    units: dict[tuple[int, int], list[Shifts]] = {d: [] for d in designs}
+    paths: dict[tuple[int, float, float], list[SolverPath]] = {s: [] for s in starts} if followed else {}
+    incidence, D = [], np.zeros(0)
+    for number, seed in enumerate(seeds):
+        cell = simulate_cell({**config, "seed": seed}, base_dir, POOL)
+        rng = np.random.default_rng([seed, 20181001])
+        for design in designs:
+            units[design].append(shifts(cell, design, sigmas[design], steps, draws, rng))
+        incidence.append(float(np.mean(cell.incidence**2)))
+        if kept is None:
+            kept = _poses_to_keep(cell.D, units[designs[-1]][0])
+        if number == 0:
+            D = cell.D[kept]
+        if number < followed:
+            for start in starts:
+                rng = np.random.default_rng([seed, 7])  # the same directions for every start
+                paths[start].append(follow(cell, start[0], rough_planes(cell, start[1], start[2], rng), kept))
+        print(
+            f"seed {seed}: {len(designs)} designs, {len(starts) if number < followed else 0} paths",
+            flush=True,
+        )
+    return Ensemble(tuple(seeds), draws, D, units, np.array(incidence), paths)
+
+
+def _poses_to_keep(D: Array, units: Shifts) -> Array:
+    """Return the indices of the poses to evaluate on: the first for means, and those of the largest errors."""
+    often = np.zeros(len(D))
+    for x in (units.point, units.scan, units.joint):
+        moved = np.einsum("pif,rf->rpi", D, x)
+        for k in (0, 3):
+            size = np.linalg.norm(moved[..., k : k + 3], axis=-1)
+            often += (size / size.max(axis=1, keepdims=True)).max(axis=0)
+    order = np.argsort(-often, kind="stable")
+    extreme = order[order >= FOR_MEAN][:FOR_MAX]
+    return np.concatenate([np.arange(FOR_MEAN), np.sort(extreme)])
+
+
+def rough_planes(cell: Cell, offset: float, tilt: float, rng: np.random.Generator) -> Planes:
+    """Return the true planes off by ``offset`` [m] with drawn signs and tilted by ``tilt`` [deg] in drawn directions."""
+    target = cell.planes
+    signs = rng.choice([-1.0, 1.0], len(target.normals))
+    ways = rng.uniform(0.0, 2.0 * np.pi, len(target.normals))
+    tangents = np.einsum(
+        "kit,kt->ki", target.normal_derivatives, np.stack([np.cos(ways), np.sin(ways)], axis=1)
+    )
+    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+    normals = np.cos(tilt * DEG) * target.normals + np.sin(tilt * DEG) * tangents
+    return Planes.at(target.names, normals, target.distances + signs * offset)

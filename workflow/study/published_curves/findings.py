@@ -1,0 +1,235 @@
+"""What was found, as tables and as the numbers that a paper quotes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.special import logsumexp
+
+from scalar.geometry.se3 import Array
+from study.published_curves.candidates import CANDIDATES, STATED, Prediction
+from study.published_curves.curves import Curves
+from study.published_curves.predict import Foretold
+from study.published_curves.recovery import ALIKE, EXCLUDED
+from study.published_curves.support import ALL, Fine, Weighed, held_out, offsets_found, refine, weigh
+from study.summary import QUANTITIES
+
+MEANS = (0, 2)  # of QUANTITIES
+FEW_POSES = 25  # with fewer, the weakest directions of the parameters decide
+Z95 = 1.645  # a band of 5 to 95 % of a normal law
+
+
+def _variants(curves: Curves, offset: Array) -> dict[str, tuple[tuple[int, ...], Array, Array | None]]:
+    """Return other ways to weigh that are as good: ``{name: (quantities, offset, runs)}``."""
+    enough = np.array([setting.poses >= FEW_POSES for setting in curves.settings])
+    several = np.array([setting.points > 1 for setting in curves.settings])
+    return {
+        "cells_twice_as_different": (ALL, 4.0 * offset, None),
+        "cells_half_as_different": (ALL, 0.25 * offset, None),
+        "mean_errors_only": (MEANS, offset, None),
+        "without_few_poses": (ALL, offset, enough),
+        "without_single_points": (ALL, offset, several),
+    }
+
+
+def candidate_table(
+    curves: Curves,
+    predictions: Mapping[str, Prediction],
+    fines: Mapping[str, Fine],
+    verdicts: Mapping[str, Weighed],
+    offset: Array,
+) -> pd.DataFrame:
+    """Return a row a candidate: magnitudes, misfit, evidence, held-out curves, verdict."""
+    y, groups = curves.log_errors, curves.table["sweep"].to_numpy()
+    evidence = {"all": {name: one.log_evidence for name, one in verdicts.items()}}
+    for name, (quantities, spread, runs) in _variants(curves, offset).items():
+        finer = fines if quantities == ALL else {n: refine(p, quantities) for n, p in predictions.items()}
+        evidence[name] = {n: weigh(f, y[None], spread, runs)[0].log_evidence for n, f in finer.items()}
+    behind = {
+        way: {name: max(values.values()) - value for name, value in values.items()}
+        for way, values in evidence.items()
+    }
+    total = logsumexp(list(evidence["all"].values()))
+    rows = []
+    for candidate in CANDIDATES:
+        row: dict[str, Any] = {
+            "candidate": candidate.name,
+            "label": candidate.label,
+            "magnitudes": len(candidate.magnitudes),
+        }
+        if candidate.name not in fines:
+            rows.append(row | {"verdict": "not_tested"})
+            continue
+        fine, one = fines[candidate.name], verdicts[candidate.name]
+        for number, axis in enumerate(candidate.axes, start=1):
+            row |= {
+                f"magnitude_{number}": axis.name,
+                f"unit_{number}": axis.unit,
+                f"value_{number}": one.median[number - 1] * axis.factor,
+                f"low_{number}": one.intervals[0.95][number - 1, 0] * axis.factor,
+                f"high_{number}": one.intervals[0.95][number - 1, 1] * axis.factor,
+                f"at_edge_{number}": bool(one.at_edge[number - 1]),
+            }
+        residual = y - fine.mean[one.node]
+        delta = offsets_found(fine, one.node, one.kappa, y, offset)
+        ways = [behind[way][candidate.name] for way in behind]
+        row |= {
+            "scatter_factor": one.kappa,
+            "misfit_factor": _factor(residual),
+            "misfit_factor_with_offset": _factor(residual - delta),
+            "offset_size": float(np.exp(np.abs(delta).max())),
+            "log_likelihood": one.log_peak,
+            "aic": 2.0 * (len(candidate.magnitudes) + 1) - 2.0 * one.log_peak,
+            "log_evidence": one.log_evidence,
+            "behind": behind["all"][candidate.name],
+            "posterior": float(np.exp(one.log_evidence - total)),
+            "behind_least": min(ways),
+            "behind_most": max(ways),
+            "verdict": _verdict(behind["all"][candidate.name], ways),
+        }
+        row |= {f"behind_{way}": behind[way][candidate.name] for way in behind if way != "all"}
+        apart = held_out(fine, y, offset, groups)
+        row |= {f"held_out_{name}": value for name, value in apart.items()} | {
+            "held_out": sum(apart.values())
+        }
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def _verdict(behind: float, ways: Sequence[float]) -> str:
+    """Return ``supported`` where a candidate is not told apart from the best, ``excluded`` where all ways put it far behind."""
+    if behind < ALIKE:
+        return "supported"
+    return "excluded" if min(ways) > EXCLUDED else "disfavoured"
+
+
+def _factor(log_ratio: Array) -> float:
+    """Return the root mean square of logarithms as a factor, 1 being perfect."""
+    return float(np.exp(np.sqrt(np.mean(log_ratio**2))))
+
+
+def prediction_table(
+    curves: Curves, fines: Mapping[str, Fine], verdicts: Mapping[str, Weighed], offset: Array
+) -> pd.DataFrame:
+    """Return for every candidate, run and quantity what is predicted at the best magnitudes, with 5 and 95 %."""
+    rows = []
+    for name, fine in fines.items():
+        one = verdicts[name]
+        delta = offsets_found(fine, one.node, one.kappa, curves.log_errors, offset)
+        std = one.kappa * np.sqrt(np.diagonal(fine.covariance[one.node], axis1=-2, axis2=-1))
+        for r, run in enumerate(_records(curves.table)):
+            for q, quantity in enumerate(QUANTITIES):
+                plain = fine.mean[one.node, r, q]
+                middle = plain + delta[r, q]
+                rows.append(
+                    {
+                        "candidate": name,
+                        "sweep": run["sweep"],
+                        "value": run["value"],
+                        "quantity": quantity,
+                        "published": float(run[quantity]),
+                        "without_offset": float(np.exp(plain)),
+                        "median": float(np.exp(middle)),
+                        "p05": float(np.exp(middle - Z95 * std[r, q])),
+                        "p95": float(np.exp(middle + Z95 * std[r, q])),
+                    }
+                )
+    return pd.DataFrame(rows)
+
+
+def summary_numbers(
+    curves: Curves,
+    candidates: pd.DataFrame,
+    confusion: pd.DataFrame,
+    coverage: pd.DataFrame,
+    foretold: Foretold,
+    options: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Return what the paper quotes."""
+    records = {str(row["candidate"]): row for row in _records(candidates)}
+    tested = {name: row for name, row in records.items() if row["verdict"] != "not_tested"}
+    ranked = sorted(tested, key=lambda name: -tested[name]["log_evidence"])
+    own: Any = confusion[confusion["planted"] == confusion["tried"]]
+    wrong: Any = confusion[confusion["planted"] != confusion["tried"]]
+    verdicts = {
+        verdict: [name for name in ranked if tested[name]["verdict"] == verdict]
+        for verdict in ("supported", "disfavoured", "excluded")
+    }
+    with_effect = {
+        effect: float(sum(row["posterior"] for name, row in tested.items() if effect in name.split("+")))
+        for effect in (
+            "noise",
+            "shared",
+            "scan",
+            "joint",
+            "step",
+            "iterations",
+            "tolerance",
+            "abs",
+            "abs-2018",
+            "clip",
+        )
+    }
+    return {
+        "runs": len(curves.settings),
+        "values": int(curves.log_errors.size),
+        "left_out": [
+            {"sweep": row["sweep"], "value": float(row["value"]), "reason": row["reason"]}
+            for row in _records(curves.left_out)
+        ],
+        "seeds": options["seeds"],
+        "candidates_tested": len(tested),
+        "not_tested": [name for name, row in records.items() if row["verdict"] == "not_tested"],
+        "best": ranked[0],
+        "best_single": next(name for name in ranked if tested[name]["magnitudes"] < 2),
+        "ranked": ranked,
+        **verdicts,
+        "posterior_with_effect": with_effect,
+        "misfit_factor_stated": tested[STATED]["misfit_factor"],
+        "misfit_factor_stated_with_offset": tested[STATED]["misfit_factor_with_offset"],
+        "misfit_factor_best": tested[ranked[0]]["misfit_factor"],
+        "misfit_factor_best_with_offset": tested[ranked[0]]["misfit_factor_with_offset"],
+        "alike_below": ALIKE,
+        "excluded_above": EXCLUDED,
+        "offset_std": {
+            group: dict(zip(QUANTITIES, row, strict=True))
+            for group, row in zip(
+                ("point", "scan", "joint"),
+                np.sqrt(np.diag(foretold.offset)).reshape(3, -1).tolist(),
+                strict=True,
+            )
+        },
+        "other_cells": {
+            name: dict(zip(QUANTITIES, row, strict=True)) for name, row in foretold.others.items()
+        },
+        "candidates": {name: _plain(row) for name, row in tested.items()},
+        "recovery": {
+            "sets": options["recovery_sets"],
+            "true_one_best": _mean(own, "best"),
+            "true_one_not_told_apart": _mean(own, "not_told_apart"),
+            "true_one_excluded": _mean(own, "excluded"),
+            "wrong_one_excluded": _mean(wrong, "excluded"),
+            "coverage_68": _mean(coverage, "coverage_68"),
+            "coverage_95": _mean(coverage, "coverage_95"),
+            "by_candidate": {
+                row["planted"]: {key: row[key] for key in ("best", "not_told_apart", "excluded")}
+                for row in _records(own)
+            },
+        },
+    }
+
+
+def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a row's numbers and texts without those that are missing."""
+    return {key: value for key, value in row.items() if isinstance(value, (str, bool)) or np.isfinite(value)}
+
+
+def _records(table: Any) -> list[dict[str, Any]]:
+    return table.to_dict("records")
+
+
+def _mean(table: Any, column: str) -> float:
+    return float(table[column].mean())

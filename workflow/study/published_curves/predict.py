@@ -1,0 +1,100 @@
+"""What every candidate foretells, before any published error is looked at; kept in a file, for it is most of the work."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.io.atomic import atomic_write
+from scalar.geometry.se3 import Array
+from study.published_curves.candidates import CANDIDATES, STEPS, Prediction, predict
+from study.published_curves.cells import offset_covariance
+from study.published_curves.curves import Curves, Setting, read_curves
+from study.published_curves.ensemble import build_ensemble
+
+_TABLES = ("nodes", "mean", "covariance", "shares")
+
+
+@dataclass(frozen=True, eq=False)
+class Foretold:
+    """Predictions, and how far all may be off together.
+
+    Attributes:
+        predictions: Of the candidates that are effects, by name.
+        offset: ``(12, 12)``, as ``offset_covariance`` returns it. others: ``{cell: mean offsets}``.
+    """
+
+    predictions: dict[str, Prediction]
+    offset: Array
+    others: dict[str, list[float]]
+
+    def save(self, path: str | Path) -> None:
+        """Write to an .npz file, whole or not at all."""
+        content: dict[str, Any] = {"offset": self.offset, "others": np.array(json.dumps(self.others))}
+        for name, prediction in self.predictions.items():
+            content |= {f"{name}/{table}": getattr(prediction, table) for table in _TABLES}
+        with atomic_write(path) as temporary, open(temporary, "wb") as file:
+            np.savez(file, **content)
+
+
+def load_foretold(path: str | Path) -> Foretold:
+    """Return what ``Foretold.save`` wrote."""
+    with np.load(path, allow_pickle=False) as content:
+        predictions = {
+            c.name: Prediction(c, *(content[f"{c.name}/{table}"] for table in _TABLES))
+            for c in CANDIDATES
+            if f"{c.name}/mean" in content
+        }
+        return Foretold(predictions, content["offset"], json.loads(str(content["others"])))
+
+
+def foretell(scene: str | Path, published: pd.DataFrame, options: Mapping[str, Any]) -> Foretold:
+    """Return what the candidates predict for the settings of the published runs.
+
+    Args:
+        scene: Config file of the paper's cell. published: Of published_curves.csv; only its settings matter.
+        options: The config's block ``first_loop`` and ``first_seed``; keys in its schema.
+
+    Raises:
+        InvalidInput: The scene is at fault.
+        SimulationError: Too few postures see a plate.
+    """
+    from scalar.simulation.config import load_config
+
+    scene = Path(scene)
+    config = load_config(scene)
+    curves = runs_to_weigh(config, published, options)
+    first, draws = options["first_seed"], options["draws"]
+    seeds = range(first, first + options["seeds"])
+    ensemble = build_ensemble(
+        config, scene.parent, seeds, draws, curves.settings, STEPS, options["followed_seeds"]
+    )
+    predictions = predict(ensemble, CANDIDATES, curves.settings)
+    few = range(first, first + options["other_cell_seeds"])
+    offset, others = offset_covariance(
+        config, scene.parent, options["other_cells"], _base(config), few, draws
+    )
+    return Foretold(predictions, offset, others)
+
+
+def runs_to_weigh(config: Mapping[str, Any], published: pd.DataFrame, options: Mapping[str, Any]) -> Curves:
+    """Return the published runs; a scan of a plane gives two equations, and the unknowns ask for so many poses."""
+    joints, held = len(config["robot"]["joints"]), config.get("initial_model", {}).get("exact", ())
+    unknowns = 4 * joints + 6 + 3 * len(config["planes"]) - len(held)
+    return read_curves(published, _base(config), options["leave_out"], -(-unknowns // 2))
+
+
+def _base(config: Mapping[str, Any]) -> Setting:
+    return Setting(
+        poses=config["poses_per_plane"] * len(config["planes"]),
+        points=config["sensor"]["points_per_scan"],
+        sigma=config["noise"]["range_noise_std_m"],
+        offset=config["plane_guess"]["offset_m"],
+        tilt=config["plane_guess"]["tilt_deg"],
+    )

@@ -1,0 +1,95 @@
+"""Can the method tell? Plant each candidate, make curves as the published ones, and weigh them the same way.
+
+The curves come from cells that the predictions have not seen (other seeds, other draws), each run a cell of its
+own, with the size that the published curves give the candidate. Two rates matter: how often the planted candidate is
+not excluded, and how often a wrong one is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+
+from scalar.geometry.se3 import Array
+from study.published_curves.candidates import Candidate
+from study.published_curves.curves import Setting
+from study.published_curves.ensemble import Ensemble
+from study.published_curves.support import LEVELS, Fine, weigh
+
+ALIKE = 3.0  # difference of log evidence (a factor of 20) below which two candidates are not told apart
+EXCLUDED = float(np.log(1000.0))  # above which the worse of two is excluded
+
+
+def plant(
+    ensemble: Ensemble,
+    candidate: Candidate,
+    values: Sequence[float],
+    settings: Sequence[Setting],
+    sets: int,
+    rng: np.random.Generator,
+) -> Array:
+    """Return log errors ``(sets, R, 4)`` of curves in which a candidate acts; every run is another cell.
+
+    Args:
+        ensemble: Of fresh seeds. candidate: To plant, an effect. values: Its magnitudes [SI].
+        settings: Of the R runs. sets: Of curves. rng: Chooses cells.
+    """
+    y = np.empty((sets, len(settings), 4))
+    for i in sorted(range(len(settings)), key=lambda i: (settings[i].design, settings[i].sigma)):
+        ensemble.forget_others(settings[i])
+        samples = ensemble.log_errors(settings[i], candidate.sizes(values))
+        y[:, i] = samples[rng.integers(len(samples), size=sets)]
+    return y
+
+
+def plant_from_fits(fine: Fine, sets: int, rng: np.random.Generator) -> Array:
+    """Return log errors ``(sets, R, 4)`` drawn from what a sweep's fits say; for candidates that are methods."""
+    factor = np.linalg.cholesky(fine.covariance[0])
+    return fine.mean[0] + np.einsum("rij,srj->sri", factor, rng.standard_normal((sets, *fine.mean[0].shape)))
+
+
+def recover(
+    planted: Mapping[str, tuple[Array, Array]], fines: Mapping[str, Fine], offset: Array
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return the confusion, a row a planted and a tried candidate, and the coverage, a row a planted magnitude.
+
+    Args:
+        planted: ``{name: (curves (S, R, 4), magnitudes (k,))}``. fines: All candidates tried. offset: As in ``weigh``.
+    """
+    confusion, coverage = [], []
+    for name, (curves, values) in planted.items():
+        verdicts = {tried: weigh(fine, curves, offset) for tried, fine in fines.items()}
+        evidence = np.array([[one.log_evidence for one in verdicts[tried]] for tried in fines])
+        behind = evidence.max(axis=0) - evidence
+        best = evidence.argmax(axis=0)
+        for k, tried in enumerate(fines):
+            confusion.append(
+                {
+                    "planted": name,
+                    "tried": tried,
+                    "sets": curves.shape[0],
+                    "best": float((best == k).mean()),
+                    "not_told_apart": float((behind[k] < ALIKE).mean()),
+                    "excluded": float((behind[k] > EXCLUDED).mean()),
+                    "median_behind": float(np.median(behind[k])),
+                }
+            )
+        for axis, magnitude in enumerate(fines[name].prediction.candidate.axes):
+            truth, found = float(values[axis]), verdicts[name]
+            ratio = np.array([one.median[axis] for one in found]) / truth
+            row = {
+                "planted": name,
+                "magnitude": magnitude.name,
+                "unit": magnitude.unit,
+                "truth": truth * magnitude.factor,
+                "median_found": float(np.median(ratio)) * truth * magnitude.factor,
+                "spread_factor": float(np.exp(np.std(np.log(ratio)))),
+            }
+            for level in LEVELS:
+                ends = np.array([one.intervals[level][axis] for one in found])
+                inside = (ends[:, 0] <= truth) & (truth <= ends[:, 1])
+                row[f"coverage_{round(100 * level)}"] = float(inside.mean())
+            coverage.append(row)
+    return pd.DataFrame(confusion), pd.DataFrame(coverage)

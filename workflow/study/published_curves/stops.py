@@ -1,0 +1,112 @@
+"""The path of the published solver to the optimum, recorded once without noise: where would an early stop leave it?
+
+MINPACK's Levenberg-Marquardt (as lmfit calls it) from the rough model. How far the path is from its end matters long
+before the noise does, so one noise-free path serves every noise; the end is then moved by the noise's own shift.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import leastsq
+
+from scalar.data.poses import Poses
+from scalar.errors import Undetermined
+from scalar.estimation.model import EffectBases, Kinematics, Model
+from scalar.estimation.residuals import Residuals
+from scalar.estimation.start import linear_guess
+from scalar.geometry.planes import Planes
+from scalar.geometry.se3 import Array, log_so3
+from scalar.sensors.line_laser import LineLaser
+from study.published_curves.cell import Cell, first_poses
+
+ITERATIONS = 40
+"""Beyond which a path is not followed: all have ended."""
+
+
+@dataclass(frozen=True, eq=False)
+class SolverPath:
+    """Iterates of one run.
+
+    Attributes:
+        left: ``(I, P, 6)``, the start first, turn [rad] and move [m] by which the evaluation poses are still wrong.
+        excess: ``(I,)`` [m^2], the sum of squared distances above that of the optimum. points: a scan, there.
+    """
+
+    left: Array
+    excess: Array
+    points: int
+
+
+def follow(cell: Cell, poses: int, guess: Planes, kept: Array) -> SolverPath:
+    """Return the path from rough planes, the last iterate repeated to ``ITERATIONS``.
+
+    Args:
+        cell: Noise-free. poses: To use, the first of every plane. guess: The rough planes.
+        kept: Indices of the evaluation poses.
+    """
+    rows = first_poses(cell, poses)
+    dataset = cell.dataset.subset(rows) if len(rows) < cell.dataset.n_poses else cell.dataset
+    at = Poses.from_frame(cell.evaluated.iloc[kept], dataset.robot.n_joints, order_is_row=False)
+    T_true = cell.T_true[kept]
+    measurement = LineLaser.of(dataset)
+    T_flange = dataset.robot.flange(dataset.q)
+    level = int(np.argmax(np.abs(guess.normals @ dataset.robot.gravity)))
+    try:
+        T_sensor = linear_guess(measurement, T_flange, guess, measurement.target_index == level)
+    except Undetermined:
+        if dataset.sensor.T_flange_sensor is None:
+            raise
+        T_sensor = dataset.sensor.T_flange_sensor
+    start = Model.at(dataset.robot, T_sensor, guess)
+    residuals = Residuals.of(dataset, start, measurement)
+    unit = measurement.sigma
+    x_start = start.vector
+    where = np.flatnonzero(cell.free)
+    path: list[tuple[Model, float]] = []
+
+    def model_at(x: Array) -> Model:
+        vector = x_start.copy()
+        vector[where] = x
+        return start.with_vector(vector)
+
+    def by_x(x: Array) -> Array:
+        model = model_at(x)
+        residual, J = residuals.linearise(model)
+        if not path or not np.array_equal(model.vector, path[-1][0].vector):  # SciPy asks twice at the start
+            path.append((model, float(residual @ residual) * unit**2))
+        return J[:, where]
+
+    end: Any = leastsq(
+        lambda x: residuals.residual(model_at(x)), x_start[where], Dfun=by_x, maxfev=ITERATIONS + 20
+    )
+    by_x(end[0])
+    path = path[:ITERATIONS]
+    bases = EffectBases.of(cell.model.nominal, at, ())
+    left = [_away(Kinematics.of(model, at, bases).T_base_sensor, T_true) for model, _ in path]
+    left, excess = np.array(left), np.array([excess for _, excess in path])
+    pad = ITERATIONS - len(path)
+    return SolverPath(
+        np.concatenate([left, np.repeat(left[-1:], pad, axis=0)]),
+        np.concatenate([excess, np.repeat(excess[-1:], pad)]),
+        cell.ranges.shape[1],
+    )
+
+
+def _away(T: Array, T_true: Array) -> Array:
+    turn = log_so3(T[:, :3, :3] @ np.swapaxes(T_true[:, :3, :3], 1, 2))
+    return np.concatenate([turn, T[:, :3, 3] - T_true[:, :3, 3]], axis=1)
+
+
+def stops_at(path: SolverPath, floor: float, tolerance: float) -> int:
+    """Return the first iterate after a step that lowered the sum of squares by less than a share ``tolerance``.
+
+    Args:
+        path: The iterates. floor: What noise adds to the sum of squares [m^2]. tolerance: lmfit's ftol.
+    """
+    cost = path.excess + floor
+    share = 1.0 - cost[1:] / cost[:-1]
+    below = np.flatnonzero(share <= tolerance)
+    return int(below[0]) + 1 if len(below) else len(cost) - 1

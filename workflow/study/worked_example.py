@@ -1,0 +1,164 @@
+"""One diagnosis told step by step: the residual, the candidates, the effect, the errors, as tables to draw and to quote.
+
+The diagnosis itself is made by the command line from the dataset's folder; here the same data are diagnosed again for
+the numbers behind the pictures, which no file holds.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.dataset import read_dataset
+from scalar.diagnosis import Diagnosis, diagnose
+from scalar.diagnosis.partial_residuals import courses
+from scalar.diagnosis.scan_residuals import signed_residual
+from scalar.diagnosis.traces import Course, View
+from scalar.effects.joints import JointHarmonic
+from scalar.estimation.frame_tables import read_truth
+from scalar.estimation.result import load_calibration
+from scalar.evaluate import Evaluation, evaluate
+from scalar.report.words import effect_title
+from scalar.units import DEG, MM
+from study.blind_trials.score import same
+
+RANKED = 8  # candidates that are shown
+
+
+def write_floor(config: Path, out_dir: Path) -> None:
+    """Write the scene of a config without what it plants, as ``scalar simulate`` does: same poses, same draws of noise.
+
+    Raises:
+        InvalidInput: The config is at fault.
+    """
+    # The simulator is an extra; a diagnosis of one's own data does without.
+    from scalar.simulation import load_config, simulate, write_scene
+
+    write_scene(simulate({**load_config(config), "planted": []}, base_dir=config.parent), out_dir)
+
+
+def tell(dataset_dir: str | Path) -> dict[str, pd.DataFrame]:
+    """Return the tables of a diagnosis whose first effect is a gear's.
+
+    Returns:
+        ``poses``: of each pose the joint's angle, the residual before and after, and what it asks of the joint beside all
+        else. ``curve``: the effect over the angle, with its standard error. ``ranking``: the candidates on the residual before.
+    """
+    diagnosis = diagnose(read_dataset(dataset_dir))
+    effect = diagnosis.after.model.effects[0]
+    assert isinstance(effect, JointHarmonic), effect.name
+    view = View.of(diagnosis.after, diagnosis.calibration_after.free, diagnosis.calibration_after.covariance)
+    course = courses(view, 0)[0]
+    assert isinstance(course, Course) and course.curve is not None
+    data = diagnosis.after.dataset
+    poses = pd.DataFrame(
+        {
+            "pose": data.pose_ids,
+            "plane": [data.planes[k].name for k in data.plane_index],
+            "angle_deg": course.x / DEG,
+            "residual_before_mm": signed_residual(diagnosis.before) / MM,
+            "residual_after_mm": signed_residual(diagnosis.after) / MM,
+            "asked_deg": course.y / DEG,
+            "asked_std_deg": course.std / DEG,
+            "left_deg": course.rest / DEG,
+        }
+    )
+    names = ("angle_deg", "effect_deg", "effect_std_deg")
+    curve = pd.DataFrame(dict(zip(names, course.curve / DEG, strict=True)))
+    return {"poses": poses, "curve": curve, "ranking": _ranking(diagnosis)}
+
+
+def _ranking(diagnosis: Diagnosis) -> pd.DataFrame:
+    squared = diagnosis.before.background().squared
+    found = {finding.effect.key for finding in diagnosis.findings}
+    rows = [
+        {
+            "candidate": effect_title(entry.effect),
+            "evidence_nats": entry.evidence,
+            "share_of_residual": min(entry.gain / squared, 1.0),
+            "p_value": entry.p_value,
+            "found": entry.effect.key in found,
+        }
+        for entry in diagnosis.ranking
+    ]
+    # A gear is tried order by order and with several at once, which may come to the same.
+    return pd.DataFrame(rows).drop_duplicates("candidate").head(RANKED)
+
+
+def errors(diagnosis_dir: Path, floor: Path, truth: Path, floor_truth: Path) -> pd.DataFrame:
+    """Return ``when, position_mean_mm, ...``: before, after, and the floor, each against its own scene's truth, base aligned.
+
+    Args:
+        diagnosis_dir: With before.json and after.json. floor: Calibration of the scene without the effect.
+        truth, floor_truth: Folders of the truth of either scene.
+    """
+    rows = []
+    for when, path, place in (
+        ("before", diagnosis_dir / "before.json", truth),
+        ("after", diagnosis_dir / "after.json", truth),
+        ("floor", floor, floor_truth),
+    ):
+        calibration = load_calibration(path)
+        robot = calibration.model.robot
+        found: Evaluation = evaluate(calibration, read_truth(place, robot.n_joints, robot.limits)[0])
+        rows.append({"when": when, "poses": len(found.aligned.position)} | found.aligned.to_mapping())
+    return pd.DataFrame(rows)
+
+
+def numbers(
+    diagnosis: Mapping[str, Any],
+    truth: Mapping[str, Any],
+    found: pd.DataFrame,
+    tables: Mapping[str, pd.DataFrame],
+) -> dict[str, Any]:
+    """Return what the paper quotes.
+
+    Args:
+        diagnosis: diagnosis.json. truth: truth.json.
+        found: ``errors`` as above. tables: ``tell`` as above.
+    """
+    planted, first = truth["effects"][0], diagnosis["effects"][0]
+    sin, cos = (first["coefficients"][f"{name}_rad"]["value"] for name in ("sin", "cos"))
+    ranking = tables["ranking"]
+    by_when = found.set_index("when").to_dict("index")
+    return {
+        "planted": {
+            "joint": planted["target"]["joint"],
+            "order": planted["target"]["order"],
+            "amplitude_mrad": planted["size"] / MM,
+            "poses": len(tables["poses"]),
+        },
+        "found": {
+            "verdict": diagnosis["verdict"],
+            "effects": len(diagnosis["effects"]),
+            "joint": first["target"]["joint"],
+            "order": first["target"]["order"],
+            "right": same(first, planted),
+            "amplitude_mrad": float(np.hypot(sin, cos)) / MM,
+            "amplitude_std_mrad": first["coefficients"]["sin_rad"]["std"] / MM,
+            "p_value": first["p_value"],
+        },
+        "held_out_rms_mm": {
+            "before": diagnosis["residual"]["before"]["held_out_rms_mm"],
+            "after": diagnosis["residual"]["after"]["held_out_rms_mm"],
+            "noise": diagnosis["residual"]["floor_mm"],
+        },
+        "errors": {when: {k: v for k, v in row.items() if k != "poses"} for when, row in by_when.items()},
+        "errors_over": int(found["poses"].iloc[0]),
+        "after_over_floor": by_when["after"]["position_mean_mm"] / by_when["floor"]["position_mean_mm"],
+        "before_over_after": by_when["before"]["position_mean_mm"] / by_when["after"]["position_mean_mm"],
+        "best_evidence_nats": float(ranking["evidence_nats"].iloc[0]),
+        "lead_nats": float(
+            ranking["evidence_nats"].iloc[0] - ranking["evidence_nats"][~ranking["found"]].max()
+        ),
+    }
+
+
+def read(path: str | Path) -> Any:
+    """Return what a JSON file holds."""
+    return json.loads(Path(path).read_text(encoding="utf-8"))
