@@ -165,18 +165,26 @@ def test_figures_are_redrawn_from_tables_alone(built):
 @pytest.mark.parametrize(
     ("module", "reruns", "spares"),
     [
-        ("plots/errors.py", {"draw_errors"}, {"simulate", "calibrate", "evaluate", "draw_planes"}),
-        ("published.py", {"calibrate", "evaluate", "collect", "draw_errors"}, {"simulate", "observe"}),
-        ("se3.py", {"calibrate", "observe", "evaluate"}, set()),
-        ("simulation/noise.py", {"simulate", "calibrate", "evaluate", "draw_errors"}, set()),
-        ("simulation/schemas/scene.schema.json", {"simulate"}, set()),
+        (
+            "workflow/study/plots/errors.py",
+            {"draw_errors"},
+            {"simulate", "calibrate", "evaluate", "draw_planes"},
+        ),
+        (
+            "scalar/baseline/fit.py",
+            {"calibrate", "evaluate", "collect", "draw_errors"},
+            {"simulate", "observe"},
+        ),
+        ("scalar/geometry/se3.py", {"calibrate", "observe", "evaluate"}, set()),
+        ("scalar/simulation/noise.py", {"simulate", "calibrate", "evaluate", "draw_errors"}, set()),
+        ("scalar/simulation/schemas/scene.schema.json", {"simulate"}, set()),
     ],
 )
 def test_editing_a_module_reruns_what_depends_on_it(built, module, reruns, spares):
     """However deep the import, and nothing that does not need it."""
     folder, _ = built
     old, new = ("\n}", "\n\n}") if module.endswith(".json") else ('"""', '"""Edited. ')
-    with edited(folder / "scalar" / module, old, new):
+    with edited(folder / module, old, new):
         started = set(planned(folder))
     assert reruns <= started
     assert not spares & started

@@ -82,7 +82,7 @@ def test_a_run_that_is_cut_short_is_not_converged(monkeypatch):
     monkeypatch.setattr(least_squares, "MAX_EVALUATIONS", 3)
     assert not fit(Misra1a(), Curve(np.array([500.0, 1e-4])), np.array([True, True])).converged
     monkeypatch.setattr(least_squares, "MAX_EVALUATIONS", 1)
-    monkeypatch.setattr(sys.modules["scalar.estimation.calibrate"], "MAX_REWEIGHTINGS", 1)
+    monkeypatch.setattr(sys.modules["scalar.estimation.joint_fit"], "MAX_REWEIGHTINGS", 1)
     scene = helpers.make_scene(
         points_per_scan=10, plane_tilt=0.3, length_error=0.01, angle_error=np.deg2rad(5.0)
     )

@@ -197,10 +197,10 @@ def test_same_bytes_whatever_the_machine(tmp_path):
     numbers, figures = invented(tmp_path)
     (document,) = typeset(PAPER, numbers, figures)
     script = f"""
-import sys; sys.path.insert(0, {str(ROOT)!r})
+import sys; sys.path[:0] = [{str(ROOT)!r}, {str(ROOT / "workflow")!r}]
 import hashlib
 from pathlib import Path
-from tests.test_paper import PAPER, invented
+from tests.study.test_paper import PAPER, invented
 from study.paper import typeset
 print(hashlib.sha256(typeset(PAPER, *invented(Path({str(tmp_path)!r})))[0]).hexdigest())
 """
