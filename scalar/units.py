@@ -12,3 +12,6 @@ MM = 1e-3
 
 DEG = math.pi / 180.0
 """One degree [rad]."""
+
+MRAD = 1e-3
+"""One milliradian [rad]. The same number as a millimetre, but another unit."""

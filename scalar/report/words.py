@@ -13,7 +13,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.links import AxisNonparallel, ThermalDrift
 from scalar.effects.sensor import SensorSlip
 from scalar.effects.unattributed import Unattributed
-from scalar.units import DEG, MM
+from scalar.units import DEG, MM, MRAD
 
 _ORDERS_IN_TITLE, _ORDERS_IN_SENTENCE = 12, 3
 
@@ -130,9 +130,9 @@ def chance(p: float | None) -> str:
 
 
 def coefficient(name: str, value: float, std: float | None) -> tuple[str, str, str, str]:
-    """Return a coefficient's name, value, standard error and unit for a table, in millimetres and degrees."""
+    """Return a coefficient's name, value, standard error and unit for a table, in millimetres, degrees and milliradians."""
     for ending, scale, unit in (
-        ("_rad_per_rad", MM, "mrad/rad"),
+        ("_rad_per_rad", MRAD, "mrad/rad"),
         ("_m_per_m", MM, "mm/m"),
         ("_per_m", MM, "mm/m²"),
         ("_rad", DEG, "°"),

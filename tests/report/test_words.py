@@ -1,0 +1,32 @@
+"""The words of the report: each number in the unit that stands beside it."""
+
+from __future__ import annotations
+
+import pytest
+
+from scalar.report import words
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "written", "unit"),
+    [
+        ("gain_rad_per_rad", 2.5e-3, "2.50", "mrad/rad"),
+        ("gain_m_per_m", 2.5e-3, "2.50", "mm/m"),
+        ("offset_m", 2.5e-3, "2.50", "mm"),
+        ("beta_rad", 0.017453292519943295, "1.00", "°"),
+    ],
+)
+def test_a_coefficient_stands_in_the_unit_beside_it(name: str, value: float, written: str, unit: str) -> None:
+    """A coefficient in SI units is written in the unit of the table's last column."""
+    row = words.coefficient(name, value, None)
+    assert (row[1], row[3]) == (written, unit)
+
+
+def test_milliradians_do_not_follow_the_millimetre(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Were lengths written in inches, a ratio of angles would still be written in milliradians."""
+    before = words.coefficient("gain_rad_per_rad", 2.5e-3, 1e-4)
+    monkeypatch.setattr(words, "MM", 25.4e-3)
+    assert words.coefficient("gain_rad_per_rad", 2.5e-3, 1e-4) == before
+    assert words.coefficient("gain_m_per_m", 2.5e-3, 1e-4) != words.coefficient(
+        "gain_rad_per_rad", 2.5e-3, 1e-4
+    )
