@@ -153,7 +153,7 @@ def _flexible(view: View, effect: UnattributedJoint) -> Course | Map:
     good = course.std < 3.0 * np.nanmedian(course.std)
     u, v = course.x[good], second.values(view.poses)[good]
     y, rest = course.y[good], course.rest[good]
-    return Map(course.x_axis, variable_axis(second.name), course.y_axis, u, v, y, rest)
+    return Map(course.x_axis, variable_axis(second.name), course.y_axis, u, v, y, rest, np.flatnonzero(good))
 
 
 def _growth(view: View, effect: ThermalDrift) -> Course:

@@ -145,7 +145,8 @@ def over_plate(view: View, effect: PlaneBow) -> Map:
     y_axis = Axis("height over the plane", "m")
     without = height - found.of_effect[mine]
     note = f"Each scan is cut in {PIECES} pieces." if len(found.pose) > view.state.dataset.n_poses else ""
-    return Map(u_axis, v_axis, y_axis, position[:, a], position[:, b], without, height, note)
+    pose = found.pose[mine]
+    return Map(u_axis, v_axis, y_axis, position[:, a], position[:, b], without, height, pose, note)
 
 
 def moved_plate(view: View, effect: PlaneMoved) -> Course:
@@ -165,14 +166,14 @@ def moved_plate(view: View, effect: PlaneMoved) -> Course:
     axis = Axis("height over the plane as it stood first", "m")
     note = "A tilted plate rises at some poses and falls at others." if effect.coefficients[1:].any() else ""
     x_axis, mark = variable_axis("order"), effect.order
-    return Course(x_axis, axis, order, fitted + rest, rest, std, fitted, mark=mark, note=note)
+    return Course(x_axis, axis, order, fitted + rest, rest, std, fitted, mark=mark, pose=touched, note=note)
 
 
 def over_range(view: View, effect: PointEffect) -> Course:
     """Return what has to be added to the measured range, against the range."""
     found = pieces(view.state, effect)
     steep = np.abs(found.incidence) > 0.05
-    reach, incidence = found.reach[steep], found.incidence[steep]
+    reach, incidence, pose = found.reach[steep], found.incidence[steep], found.pose[steep]
     rest, fitted = -found.height[steep] / incidence, found.of_effect[steep] / incidence
     names = effect.coefficient_names
     x = np.linspace(reach.min(), reach.max(), 61)
@@ -191,4 +192,4 @@ def over_range(view: View, effect: PointEffect) -> Course:
         fitted = fitted - line(reach)
         note += " A straight line is taken off: gain and zero cannot be told from the geometry."
     x_axis, y_axis = Axis("measured range", "m"), Axis("correction of the range", "m")
-    return Course(x_axis, y_axis, reach, fitted + rest, rest, std, fitted, curve, note=note)
+    return Course(x_axis, y_axis, reach, fitted + rest, rest, std, fitted, curve, pose=pose, note=note)

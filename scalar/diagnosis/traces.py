@@ -37,6 +37,8 @@ class Course:
         curve: ``(3, G)``, x, the effect and its standard error, or None where it is no function of x alone.
         side: ``(N,)``, -1 or 1, or None: two kinds of pose.
         mark: A value of x to be marked: a moment of change.
+        pose: ``(N,)``, which pose of the dataset each value belongs to, counted from 0; None: one value
+            a pose, in the order of the dataset.
         note: A sentence on what is shown.
     """
 
@@ -50,6 +52,7 @@ class Course:
     curve: Array | None = None
     side: Array | None = None
     mark: float | None = None
+    pose: Array | None = None
     note: str = ""
 
 
@@ -61,6 +64,7 @@ class Map:
         u_axis, v_axis, y_axis: What u, v and y are.
         u, v: ``(K,)``.
         y, rest: ``(K,)``, without and with the effect.
+        pose: ``(K,)``, which pose of the dataset each value belongs to, counted from 0.
         note: A sentence on what is shown.
     """
 
@@ -71,6 +75,7 @@ class Map:
     v: Array
     y: Array
     rest: Array
+    pose: Array
     note: str = ""
 
 
