@@ -124,7 +124,7 @@ def test_the_datasets_are_such_as_a_user_has(built):
 
 def test_tables_hold_a_row_for_every_seed_method_and_alignment(built):
     """Nothing is lost between batches, and every column is explained."""
-    from study.evaluate import ERROR_COLUMNS, PARAMETER_COLUMNS, PLANE_COLUMNS
+    from study.headline.evaluate import ERROR_COLUMNS, PARAMETER_COLUMNS, PLANE_COLUMNS
 
     folder, _ = built
     headline = folder / RESULTS / "headline"
@@ -171,6 +171,12 @@ def test_figures_are_redrawn_from_tables_alone(built):
             {"simulate", "calibrate", "evaluate", "draw_planes"},
         ),
         (
+            "workflow/study/headline/evaluate.py",
+            {"evaluate", "collect", "draw_errors"},
+            {"simulate", "calibrate", "sweep"},
+        ),
+        ("workflow/study/common/bound.py", {"sweep", "collect_sweep"}, {"simulate", "calibrate", "evaluate"}),
+        (
             "scalar/baseline/fit.py",
             {"calibrate", "evaluate", "collect", "draw_errors"},
             {"simulate", "observe"},
@@ -197,10 +203,17 @@ def test_the_modules_listed_are_those_that_are_imported(built):
     ran = snakemake(folder, "--detailed-summary", *SMOKE)
     rows = [line.split("\t") for line in ran.stdout.splitlines() if line.count("\t") == 7]
     listed = {row[2]: set(row[4].split(",")) for row in rows}
-    for rule in ("simulate", "calibrate", "evaluate", "observe", "sweep"):
+    modules = {
+        "simulate": "headline.simulate",
+        "calibrate": "headline.calibrate",
+        "evaluate": "headline.evaluate",
+        "observe": "headline.observe",
+        "sweep": "sweeps.run",
+    }
+    for rule, module in modules.items():
         code = (
-            f"import sys, study.{rule};"
-            "print(*(m.__file__ for n, m in sorted(sys.modules.items()) if n.split('.')[0] == 'scalar'))"
+            f"import sys, study.{module};"
+            "print(*(m.__file__ for n, m in sorted(sys.modules.items()) if n.split('.')[0] in ('scalar', 'study')))"
         )
         loaded = subprocess.run(
             [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True

@@ -1,7 +1,7 @@
 rule calibrate:
     input:
         data=rules.simulate.output[0],
-        modules=modules("study.calibrate"),
+        modules=modules("study.headline.calibrate"),
     output:
         directory(f"{RESULTS}/{{study}}/calibrations/{{case}}/{{method}}/{{batch}}"),
     log:
@@ -20,7 +20,7 @@ rule calibrate:
 rule observe:
     input:
         data=lambda w: f"{RESULTS}/{w.study}/data/{w.case}/{batches(w.study)[0]}",
-        modules=modules("study.observe", "study.tables"),
+        modules=modules("study.headline.observe", "study.common.tables"),
     output:
         values=f"{RESULTS}/{{study}}/identifiability/{{case}}/singular_values.csv",
         directions=report(

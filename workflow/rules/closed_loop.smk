@@ -46,7 +46,7 @@ def loop_scene(wildcards):
 rule run_closed_loop:
     input:
         scene=loop_scene,
-        modules=modules("study.blind_trials.run", "study.tables"),
+        modules=modules("study.blind_trials.run", "study.common.tables"),
     output:
         f"{LOOP_DIR}/sets/{{case}}/{{cell}}/{{repetitions}}.csv",
     log:
@@ -70,7 +70,7 @@ rule summarise_closed_loop:
             "study.blind_trials.summaries",
             "study.blind_trials.benefit",
             "study.blind_trials.numbers",
-            "study.tables",
+            "study.common.tables",
         ),
     output:
         **{name: f"{LOOP_DIR}/summaries/{name}.csv" for name in LOOP_TABLES},
@@ -89,7 +89,7 @@ rule summarise_closed_loop:
 rule draw_closed_loop:
     input:
         summaries=[f"{LOOP_DIR}/summaries/{name}.csv" for name in LOOP_TABLES],
-        modules=modules("study.plots.blind_trials", "study.tables"),
+        modules=modules("study.plots.blind_trials", "study.common.tables"),
     output:
         **{
             f"{name}_{suffix}": path

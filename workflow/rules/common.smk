@@ -17,8 +17,8 @@ for library in ("OMP", "OPENBLAS", "MKL", "NUMEXPR"):
     os.environ[f"{library}_NUM_THREADS"] = "1"
 
 from scalar.errors import InvalidInput
-from study.grid import read_grid
-from study.seeds import batch_names, batch_seeds
+from study.common.grid import read_grid
+from study.common.seeds import batch_names, batch_seeds
 from scalar.data.io.plain_yaml import load_yaml, resolve
 
 

@@ -5,7 +5,7 @@ rule evaluate:
             f"{RESULTS}/{w.study}/calibrations/{w.case}/{{method}}/{w.batch}",
             method=STUDIES[w.study]["methods"],
         ),
-        modules=modules("study.evaluate", "study.tables"),
+        modules=modules("study.headline.evaluate", "study.common.tables"),
     output:
         errors=f"{RESULTS}/{{study}}/evaluations/{{case}}/{{batch}}/errors.csv",
         planes=f"{RESULTS}/{{study}}/evaluations/{{case}}/{{batch}}/planes.csv",
@@ -30,7 +30,7 @@ rule collect:
         planes=evaluations("planes"),
         parameters=evaluations("parameters"),
         published_planes=resource("published_plane_errors.csv"),
-        modules=modules("study.summary", "study.tables"),
+        modules=modules("study.headline.summary", "study.common.tables"),
     output:
         errors=report(
             f"{RESULTS}/{{study}}/errors.csv",
@@ -71,7 +71,7 @@ rule summarise_headline:
         values=f"{HEADLINE}/identifiability/{next(iter(CASES['headline']))}/singular_values.csv",
         directions=f"{HEADLINE}/identifiability/{next(iter(CASES['headline']))}/null_directions.csv",
         published=resource("published_headline.csv"),
-        modules=modules("study.summary", "study.tables"),
+        modules=modules("study.headline.summary", "study.common.tables"),
     output:
         numbers=f"{HEADLINE}/numbers.json",
         placed=report(

@@ -5,7 +5,7 @@ rule draw_errors:
         errors=f"{HEADLINE}/errors.csv",
         summary=f"{HEADLINE}/summary.csv",
         published=resource("published_headline.csv"),
-        modules=modules("study.plots.errors", "study.tables"),
+        modules=modules("study.plots.errors", "study.common.tables"),
     output:
         **figure(f"{HEADLINE}/figures/errors", "figure_errors", "Headline", shows="errors before and after"),
     log:
@@ -19,7 +19,7 @@ rule draw_initial:
     input:
         errors=f"{HEADLINE}/errors.csv",
         placed=f"{HEADLINE}/published_among_ours.csv",
-        modules=modules("study.plots.initial", "study.tables"),
+        modules=modules("study.plots.initial", "study.common.tables"),
     output:
         **figure(f"{HEADLINE}/figures/initial", "figure_initial", "Headline", shows="initial models"),
     log:
@@ -33,7 +33,7 @@ rule draw_planes:
     input:
         planes=f"{HEADLINE}/planes.csv",
         published=resource("published_plane_errors.csv"),
-        modules=modules("study.plots.planes", "study.tables"),
+        modules=modules("study.plots.planes", "study.common.tables"),
     output:
         **figure(f"{HEADLINE}/figures/planes", "figure_planes", "Headline", shows="planes against the truth"),
     log:
@@ -47,7 +47,7 @@ rule draw_parameters:
     input:
         parameters=f"{HEADLINE}/parameters.csv",
         summary=f"{HEADLINE}/parameter_summary.csv",
-        modules=modules("study.plots.parameters", "study.tables"),
+        modules=modules("study.plots.parameters", "study.common.tables"),
     output:
         **figure(
             f"{HEADLINE}/figures/parameters_{{method}}",
@@ -68,7 +68,7 @@ rule draw_singular_values:
     input:
         values=f"{RESULTS}/{{study}}/identifiability/{{case}}/singular_values.csv",
         directions=f"{RESULTS}/{{study}}/identifiability/{{case}}/null_directions.csv",
-        modules=modules("study.plots.identifiability", "study.tables"),
+        modules=modules("study.plots.identifiability", "study.common.tables"),
     output:
         **figure(
             f"{RESULTS}/{{study}}/figures/singular_values_{{case}}",
@@ -89,7 +89,7 @@ rule draw_sweep:
     input:
         summary=f"{SWEEP_DIR}/{{sweep}}/summary.csv",
         published=resource("published_curves.csv"),
-        modules=modules("study.plots.sweep", "study.tables"),
+        modules=modules("study.plots.sweep", "study.common.tables"),
     output:
         **figure(
             f"{SWEEP_DIR}/{{sweep}}/figures/{{walls}}",

@@ -27,7 +27,7 @@ rule foretell_first_loop:
         scene=local(FIRST_LOOP_SCENE),
         robot=first_loop_robot,
         published=resource("published_curves.csv"),
-        modules=modules("study.published_curves.predict", "study.tables"),
+        modules=modules("study.published_curves.predict", "study.common.tables"),
     output:
         f"{FIRST_LOOP_DIR}/foretold.npz",
     log:
@@ -50,7 +50,7 @@ rule close_first_loop:
         published=resource("published_curves.csv"),
         foretold=rules.foretell_first_loop.output[0],
         sweeps=[f"{SWEEP_DIR}/{name}/errors.csv" for name in FIRST_LOOP_SWEEPS.values()],
-        modules=modules("study.published_curves.analysis", "study.tables"),
+        modules=modules("study.published_curves.analysis", "study.common.tables"),
     output:
         candidates=report(
             f"{FIRST_LOOP_DIR}/candidates.csv",
@@ -81,7 +81,7 @@ rule draw_first_loop:
         candidates=rules.close_first_loop.output.candidates,
         predictions=rules.close_first_loop.output.predictions,
         recovery=rules.close_first_loop.output.recovery,
-        modules=modules("study.plots.published_curves", "study.tables"),
+        modules=modules("study.plots.published_curves", "study.common.tables"),
     output:
         **{
             f"{name}_{suffix}": path

@@ -5,7 +5,7 @@ from functools import cache
 
 from snakemake.logging import logger
 
-from study.originals import answers, read_originals
+from study.measured.originals import answers, read_originals
 
 MEASURED = f"{RESULTS}/measured"
 ORIGINALS = read_originals(ROOT / "workflow/resources/measured.csv")
@@ -111,7 +111,7 @@ rule diagnose_measured:
 rule compare_measured:
     input:
         dataset=rules.import_measured.output[0],
-        modules=modules("study.measured"),
+        modules=modules("study.measured.models"),
     output:
         f"{MEASURED}/{{set}}/models.json",
     log:
@@ -127,7 +127,7 @@ rule transfer_measured:
     input:
         dataset=rules.import_measured.output[0],
         effects=lambda w: f"{MEASURED}/{TRANSFERS[w.set]}/after.json",
-        modules=modules("study.measured", "scalar.estimation.calibrate"),
+        modules=modules("study.measured.models", "scalar.estimation.calibrate"),
     output:
         calibration=f"{MEASURED}/{{set}}/transferred/calibration.json",
         errors=f"{MEASURED}/{{set}}/transferred/models.json",
@@ -146,7 +146,7 @@ rule check_measured:
     input:
         dataset=rules.import_measured.output[0],
         found=rules.diagnose_measured.output.after,
-        modules=modules("study.measured", "study.gears"),
+        modules=modules("study.measured.models", "study.measured.gears"),
     output:
         checks=f"{MEASURED}/{{set}}/checks.json",
         gears=f"{MEASURED}/{{set}}/gears.csv",
@@ -167,7 +167,7 @@ rule summarise_measured:
         transfers=lambda w: expand(rules.transfer_measured.output.errors, set=transfers_at_hand()),
         checks=lambda w: expand(rules.check_measured.output.checks, set=sets_at_hand()),
         gears=lambda w: expand(rules.check_measured.output.gears, set=sets_at_hand()),
-        modules=modules("study.measured", "study.originals", "study.gears"),
+        modules=modules("study.measured.models", "study.measured.originals", "study.measured.gears"),
     output:
         summary=f"{MEASURED}/summaries/numbers.json",
         table=report(
@@ -193,7 +193,7 @@ rule draw_measured:
     input:
         errors=rules.summarise_measured.output.table,
         gears=rules.summarise_measured.output.gears,
-        modules=modules("study.plots.measured", "study.tables"),
+        modules=modules("study.plots.measured", "study.common.tables"),
     output:
         **{
             f"{name}_{suffix}": path

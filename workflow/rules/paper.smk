@@ -45,7 +45,7 @@ use rule draw_measured as draw_committed_measured with:
     input:
         errors=local(MEASURED_SUMMARIES / "errors.csv"),
         gears=local(MEASURED_SUMMARIES / "gears.csv"),
-        modules=modules("study.plots.measured", "study.tables"),
+        modules=modules("study.plots.measured", "study.common.tables"),
     output:
         **{
             f"{name}_{suffix}": f"{RESULTS}/paper/measured/{name}.{suffix}"
@@ -61,7 +61,7 @@ use rule draw_measured as draw_committed_measured with:
 use rule draw_closed_loop as draw_committed_closed_loop with:
     input:
         summaries=[local(LOOP_SUMMARIES / f"{name}.csv") for name in LOOP_TABLES],
-        modules=modules("study.plots.blind_trials", "study.tables"),
+        modules=modules("study.plots.blind_trials", "study.common.tables"),
     output:
         **{
             f"{name}_{suffix}": f"{RESULTS}/paper/closed_loop/{name}.{suffix}"
@@ -78,7 +78,7 @@ rule draw_sweep_overview:
     input:
         summaries=expand(f"{SWEEP_DIR}/{{sweep}}/summary.csv", sweep=AXES),
         published=resource("published_curves.csv"),
-        modules=modules("study.plots.sweep_overview", "study.tables"),
+        modules=modules("study.plots.sweep_overview", "study.common.tables"),
     output:
         **figure(
             f"{SWEEP_DIR}/figures/overview_{{walls}}",
@@ -112,7 +112,7 @@ rule gather_numbers:
         planes=resource("published_plane_errors.csv"),
         curves=resource("published_curves.csv"),
         claims=resource("published_claims.csv"),
-        modules=modules("study.paper_numbers", "study.paper_parts", "study.tables"),
+        modules=modules("study.paper.numbers", "study.paper.parts", "study.common.tables"),
     output:
         f"{RESULTS}/paper/numbers.json",
     log:
@@ -133,7 +133,7 @@ rule paper:
         numbers=rules.gather_numbers.output[0],
         text=[local(path) for path in sorted(PAPER.rglob("*")) if path.suffix in (".typ", ".bib")],
         figures=list(PAPER_FIGURES.values()),
-        modules=modules("study.paper"),
+        modules=modules("study.paper.typeset"),
     output:
         report(
             f"{RESULTS}/paper.pdf",

@@ -16,7 +16,7 @@ rule render_scene:
     input:
         scene=scene_file(OF_FIRST_CASE),
         robot=robot_file(OF_FIRST_CASE),
-        modules=modules("study.picture"),
+        modules=modules("study.headline.picture"),
     output:
         picture=f"{HEADLINE}/scene/picture.png",
         places=f"{HEADLINE}/scene/places.json",
@@ -35,7 +35,7 @@ rule render_scene:
 rule correlate:
     input:
         calibrations=f"{HEADLINE}/calibrations/{FIRST_CASE.name}/{OURS}/{FIRST_BATCH}",
-        modules=modules("study.workspace", "study.tables"),
+        modules=modules("study.headline.workspace", "study.common.tables"),
     output:
         report(
             f"{HEADLINE}/correlation.csv",
@@ -58,7 +58,7 @@ rule map_workspace:
         calibrations=expand(
             f"{HEADLINE}/calibrations/{FIRST_CASE.name}/{OURS}/{{batch}}", batch=batches("headline")
         ),
-        modules=modules("study.workspace", "study.tables"),
+        modules=modules("study.headline.workspace", "study.common.tables"),
     output:
         errors=f"{HEADLINE}/workspace.csv",
         seeds=f"{HEADLINE}/workspace.json",
@@ -88,7 +88,7 @@ rule draw_scene:
 rule draw_correlation:
     input:
         correlation=rules.correlate.output[0],
-        modules=modules("study.plots.correlation", "study.tables"),
+        modules=modules("study.plots.correlation", "study.common.tables"),
     output:
         **figure(
             f"{HEADLINE}/figures/correlation",
@@ -107,7 +107,7 @@ rule draw_workspace:
     input:
         errors=rules.map_workspace.output.errors,
         seeds=rules.map_workspace.output.seeds,
-        modules=modules("study.plots.workspace", "study.tables"),
+        modules=modules("study.plots.workspace", "study.common.tables"),
     output:
         **figure(
             f"{HEADLINE}/figures/workspace",

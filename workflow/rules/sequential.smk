@@ -23,7 +23,7 @@ rule compare_sequential:
     input:
         scene=local(ROOT / SEQUENTIAL["scene"]),
         robot=sequential_robot,
-        modules=modules("study.sequential", "study.tables"),
+        modules=modules("study.sequential.compare", "study.common.tables"),
     output:
         f"{SEQUENTIAL_DIR}/batches/{{batch}}.csv",
     log:
@@ -47,7 +47,7 @@ rule collect_sequential:
             rules.compare_sequential.output[0],
             batch=batch_names(config["first_seed"], SEQUENTIAL["seeds"], SEQUENTIAL["seeds_per_job"]),
         ),
-        modules=modules("study.sequential_summary", "study.tables"),
+        modules=modules("study.sequential.summary", "study.common.tables"),
     output:
         errors=f"{SEQUENTIAL_DIR}/errors.csv",
         summary=report(
@@ -70,7 +70,7 @@ rule draw_sequential:
     input:
         errors=rules.collect_sequential.output.errors,
         summary=rules.collect_sequential.output.summary,
-        modules=modules("study.plots.sequential", "study.tables"),
+        modules=modules("study.plots.sequential", "study.common.tables"),
     output:
         **figure(
             f"{SEQUENTIAL_DIR}/figures/sequential",

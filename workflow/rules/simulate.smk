@@ -2,7 +2,7 @@ rule simulate:
     input:
         scene=scene_file,
         robot=robot_file,
-        modules=modules("study.simulate"),
+        modules=modules("study.headline.simulate"),
     output:
         directory(f"{RESULTS}/{{study}}/data/{{case}}/{{batch}}"),
     log:

@@ -64,7 +64,7 @@ rule plan_sweeps:
     input:
         scene=lambda w: scene_of_walls(w.walls),
         robot=lambda w: robot_of_walls(w.walls),
-        modules=modules("study.plans"),
+        modules=modules("study.sweeps.plans"),
     output:
         f"{SWEEP_DIR}/plans/{{walls}}/{{batch}}.npz",
     log:
@@ -84,7 +84,7 @@ rule sweep:
         scenes=[scene_of_walls(walls) for walls in WALLS],
         robots=sorted({path for walls in WALLS for path in robot_of_walls(walls)}),
         plans=[f"{SWEEP_DIR}/plans/{walls}/{{batch}}.npz" for walls in WALLS],
-        modules=modules("study.sweep", "study.tables"),
+        modules=modules("study.sweeps.run", "study.common.tables"),
     output:
         f"{SWEEP_DIR}/{{sweep}}/cases/{{case}}/{{batch}}.csv",
     log:
@@ -108,7 +108,7 @@ rule collect_sweep:
     input:
         tables=cases_of_sweep,
         published=resource("published_curves.csv"),
-        modules=modules("study.sweeps", "study.tables"),
+        modules=modules("study.sweeps.summary", "study.common.tables"),
     output:
         errors=f"{SWEEP_DIR}/{{sweep}}/errors.csv",
         summary=report(
@@ -134,7 +134,7 @@ rule summarise_sweeps:
     input:
         errors=expand(f"{SWEEP_DIR}/{{sweep}}/errors.csv", sweep=AXES),
         placed=expand(f"{SWEEP_DIR}/{{sweep}}/published_among_ours.csv", sweep=AXES),
-        modules=modules("study.sweep_numbers", "study.tables"),
+        modules=modules("study.sweeps.numbers", "study.common.tables"),
     output:
         numbers=report(
             f"{SWEEP_DIR}/numbers.json",

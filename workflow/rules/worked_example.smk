@@ -48,7 +48,7 @@ rule example_floor:
     input:
         scene=local(ROOT / EXAMPLE_SCENE),
         robot=rules.simulate_example.input.robot,
-        modules=modules("study.worked_example", "scalar.simulation"),
+        modules=modules("study.worked_example.tell", "scalar.simulation"),
     output:
         cell=directory(f"{EXAMPLE}/floor"),
         calibration=f"{EXAMPLE}/floor.json",
@@ -67,7 +67,7 @@ rule tell_example:
         after=rules.diagnose_example.output.after,
         floor=rules.example_floor.output.calibration,
         floor_cell=rules.example_floor.output.cell,
-        modules=modules("study.worked_example", "study.tables"),
+        modules=modules("study.worked_example.tell", "study.common.tables"),
     output:
         poses=f"{EXAMPLE}/poses.csv",
         curve=f"{EXAMPLE}/curve.csv",
@@ -90,7 +90,7 @@ rule draw_example:
         ranking=rules.tell_example.output.ranking,
         errors=rules.tell_example.output.errors,
         numbers=rules.tell_example.output.numbers,
-        modules=modules("study.plots.worked_example", "study.tables"),
+        modules=modules("study.plots.worked_example", "study.common.tables"),
     output:
         **figure(
             f"{EXAMPLE}/figures/worked_example",

@@ -6,7 +6,7 @@ with logged(snakemake.log):
     import json
     from pathlib import Path
 
-    from study.paper import write_paper
+    from study.paper.typeset import write_paper
 
     numbers = json.loads(Path(snakemake.input.numbers).read_text(encoding="utf-8"))
     figures = {place: Path(source) for place, source in snakemake.params.figures.items()}

@@ -3,6 +3,6 @@
 from job import logged
 
 with logged(snakemake.log):
-    from study.calibrate import calibrate_seeds
+    from study.headline.calibrate import calibrate_seeds
 
     calibrate_seeds(snakemake.input.data, snakemake.params.method, snakemake.output[0])

@@ -6,9 +6,9 @@ with logged(snakemake.log):
     from scalar.data.dataset import read_dataset
     from scalar.data.io.atomic import write_json
     from scalar.estimation.result import load_calibration
-    from study.gears import gear_errors
-    from study.measured import on_a_fresh_split, on_shuffled_angles
-    from study.tables import write_table
+    from study.common.tables import write_table
+    from study.measured.gears import gear_errors
+    from study.measured.models import on_a_fresh_split, on_shuffled_angles
 
     data, found = read_dataset(snakemake.input.dataset), load_calibration(snakemake.input.found)
     checks = {"fresh_split": on_a_fresh_split(data, found), "shuffled": on_shuffled_angles(data, found)}

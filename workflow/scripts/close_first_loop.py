@@ -4,9 +4,9 @@ from job import logged
 
 with logged(snakemake.log):
     from scalar.data.io.atomic import write_json
+    from study.common.tables import read_table, write_table
     from study.published_curves.analysis import close_first_loop
     from study.published_curves.predict import load_foretold
-    from study.tables import read_table, write_table
 
     given, params, output = snakemake.input, snakemake.params, snakemake.output
     sweeps = {name: read_table(path) for name, path in zip(params.sweeps, given.sweeps, strict=True)}

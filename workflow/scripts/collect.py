@@ -3,8 +3,8 @@
 from job import logged
 
 with logged(snakemake.log):
-    from study.summary import summarise_errors, summarise_parameters, summarise_planes
-    from study.tables import read_table, read_tables, write_table
+    from study.common.tables import read_table, read_tables, write_table
+    from study.headline.summary import summarise_errors, summarise_parameters, summarise_planes
 
     errors = read_tables(snakemake.input.errors)
     planes = read_tables(snakemake.input.planes)

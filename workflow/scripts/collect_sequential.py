@@ -4,8 +4,8 @@ from job import logged
 
 with logged(snakemake.log):
     from scalar.data.io.atomic import write_json
-    from study.sequential_summary import sequential_numbers, summarise_sequential
-    from study.tables import read_tables, write_table
+    from study.common.tables import read_tables, write_table
+    from study.sequential.summary import sequential_numbers, summarise_sequential
 
     wanted = snakemake.output
     errors = read_tables(snakemake.input.tables)

@@ -3,8 +3,8 @@
 from job import logged
 
 with logged(snakemake.log):
-    from study.sweeps import join_cases, place_published_curve, summarise_sweep
-    from study.tables import read_table, write_table
+    from study.common.tables import read_table, write_table
+    from study.sweeps.summary import join_cases, place_published_curve, summarise_sweep
 
     given, params = snakemake.input, snakemake.params
     errors = join_cases([read_table(path) for path in given.tables], params.values)

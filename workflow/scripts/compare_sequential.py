@@ -3,8 +3,8 @@
 from job import logged
 
 with logged(snakemake.log):
-    from study.sequential import DIGITS, compare_sequential
-    from study.tables import write_table
+    from study.common.tables import write_table
+    from study.sequential.compare import DIGITS, compare_sequential
 
     params = snakemake.params
     table = compare_sequential(snakemake.input.scene, params.cases, params.seeds, params.alternate)

@@ -4,9 +4,9 @@ from job import logged
 
 with logged(snakemake.log):
     from scalar.estimation.result import load_calibration
-    from study.seeds import found_seeds
-    from study.tables import write_table
-    from study.workspace import correlation
+    from study.common.seeds import found_seeds
+    from study.common.tables import write_table
+    from study.headline.workspace import correlation
 
     _, path = found_seeds(snakemake.input.calibrations)[0]
     write_table(snakemake.output[0], correlation(load_calibration(path)), 6)

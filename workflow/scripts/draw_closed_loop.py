@@ -5,9 +5,9 @@ from job import logged
 with logged(snakemake.log):
     from pathlib import Path
 
+    from study.common.tables import read_table
     from study.plots import blind_trials
     from study.plots.style import save_figure
-    from study.tables import read_table
 
     tables = {Path(path).stem: read_table(path) for path in snakemake.input.summaries}
     figures = {

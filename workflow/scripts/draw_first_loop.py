@@ -3,9 +3,9 @@
 from job import logged
 
 with logged(snakemake.log):
+    from study.common.tables import read_table
     from study.plots.published_curves import draw_curves, draw_recovery, draw_support
     from study.plots.style import save_figure
-    from study.tables import read_table
 
     given = snakemake.input
     candidates = read_table(given.candidates)

@@ -3,9 +3,9 @@
 from job import logged
 
 with logged(snakemake.log):
+    from study.common.tables import read_table
     from study.plots.initial import draw_initial
     from study.plots.style import save_figure
-    from study.tables import read_table
 
     given = snakemake.input
     figure = draw_initial(read_table(given.errors), read_table(given.placed))

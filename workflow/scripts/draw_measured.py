@@ -3,9 +3,9 @@
 from job import logged
 
 with logged(snakemake.log):
+    from study.common.tables import read_table
     from study.plots.measured import draw_errors, draw_gears
     from study.plots.style import save_figure
-    from study.tables import read_table
 
     figures = {
         "errors": draw_errors(read_table(snakemake.input.errors)),

@@ -3,9 +3,9 @@
 from job import logged
 
 with logged(snakemake.log):
+    from study.common.tables import read_table
     from study.plots.parameters import draw_parameters
     from study.plots.style import save_figure
-    from study.tables import read_table
 
     given = snakemake.input
     figure = draw_parameters(read_table(given.parameters), read_table(given.summary), snakemake.params.method)

@@ -3,9 +3,9 @@
 from job import logged
 
 with logged(snakemake.log):
+    from study.common.tables import read_table
     from study.plots.sequential import draw_sequential
     from study.plots.style import save_figure
-    from study.tables import read_table
 
     given, wanted = snakemake.input, snakemake.output
     figure = draw_sequential(read_table(given.errors), read_table(given.summary))

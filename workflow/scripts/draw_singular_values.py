@@ -3,9 +3,9 @@
 from job import logged
 
 with logged(snakemake.log):
+    from study.common.tables import read_table
     from study.plots.identifiability import draw_singular_values
     from study.plots.style import save_figure
-    from study.tables import read_table
 
     given = snakemake.input
     figure = draw_singular_values(read_table(given.values), read_table(given.directions))

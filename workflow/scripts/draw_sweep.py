@@ -3,9 +3,9 @@
 from job import logged
 
 with logged(snakemake.log):
+    from study.common.tables import read_table
     from study.plots.style import save_figure
     from study.plots.sweep import draw_sweep
-    from study.tables import read_table
 
     given, axis = snakemake.input, snakemake.params.axis
     summary, curves = read_table(given.summary), read_table(given.published)

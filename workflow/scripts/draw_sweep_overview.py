@@ -3,9 +3,9 @@
 from job import logged
 
 with logged(snakemake.log):
+    from study.common.tables import read_table
     from study.plots.style import save_figure
     from study.plots.sweep_overview import draw_overview
-    from study.tables import read_table
 
     given, params = snakemake.input, snakemake.params
     tables = {name: read_table(path) for name, path in zip(params.axes, given.summaries, strict=True)}

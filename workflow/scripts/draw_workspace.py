@@ -6,9 +6,9 @@ with logged(snakemake.log):
     import json
     from pathlib import Path
 
+    from study.common.tables import read_table
     from study.plots.style import save_figure
     from study.plots.workspace import draw_workspace
-    from study.tables import read_table
 
     given, wanted = snakemake.input, snakemake.output
     seeds = json.loads(Path(given.seeds).read_text(encoding="utf-8"))["seeds"]

@@ -3,8 +3,8 @@
 from job import logged
 
 with logged(snakemake.log):
-    from study.evaluate import evaluate_seeds
-    from study.tables import write_table
+    from study.common.tables import write_table
+    from study.headline.evaluate import evaluate_seeds
 
     calibrations = dict(zip(snakemake.params.methods, snakemake.input.calibrations, strict=True))
     found = evaluate_seeds(snakemake.params.case, snakemake.input.data, calibrations)

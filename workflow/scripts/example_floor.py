@@ -7,7 +7,7 @@ with logged(snakemake.log):
 
     from scalar.data.dataset import read_dataset
     from scalar.estimation.calibrate import calibrate
-    from study.worked_example import write_floor
+    from study.worked_example.tell import write_floor
 
     cell = Path(snakemake.output.cell)
     write_floor(Path(snakemake.input.scene), cell)

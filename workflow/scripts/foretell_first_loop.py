@@ -3,8 +3,8 @@
 from job import logged
 
 with logged(snakemake.log):
+    from study.common.tables import read_table
     from study.published_curves.predict import foretell
-    from study.tables import read_table
 
     given = snakemake.input
     foretell(given.scene, read_table(given.published), snakemake.params.options).save(snakemake.output[0])

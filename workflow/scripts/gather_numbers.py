@@ -7,9 +7,9 @@ with logged(snakemake.log):
     from pathlib import Path
 
     from scalar.data.io.atomic import write_json
-    from study.paper_numbers import gather
-    from study.paper_parts import compared, settings, setup, stated
-    from study.tables import read_table
+    from study.common.tables import read_table
+    from study.paper.numbers import gather
+    from study.paper.parts import compared, settings, setup, stated
 
     given = snakemake.input
     parts = {

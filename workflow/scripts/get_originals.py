@@ -3,7 +3,7 @@
 from job import logged
 
 with logged(snakemake.log):
-    from study.originals import get_originals, read_originals
+    from study.measured.originals import get_originals, read_originals
 
     originals = read_originals(snakemake.params.listed)[snakemake.wildcards.set]
     get_originals(originals, snakemake.resources.folder, snakemake.params.addresses, snakemake.output[0])

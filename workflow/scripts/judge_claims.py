@@ -7,8 +7,8 @@ with logged(snakemake.log):
 
     import pandas as pd
     from scalar.data.io.atomic import write_json
-    from study.claims import Results, claim_numbers, judge_claims
-    from study.tables import read_table, write_table
+    from study.claims.judge import Results, claim_numbers, judge_claims
+    from study.common.tables import read_table, write_table
 
     given, wanted, params = snakemake.input, snakemake.output, snakemake.params
     seconds = {  # a job's whole time, imports and all, over its seeds: more than a fit takes

@@ -4,8 +4,8 @@ from job import logged
 
 with logged(snakemake.log):
     from scalar.data.io.atomic import write_json
-    from study.tables import write_table
-    from study.workspace import map_errors
+    from study.common.tables import write_table
+    from study.headline.workspace import map_errors
 
     given, wanted = snakemake.input, snakemake.output
     errors, seeds = map_errors(given.data, given.calibrations)

@@ -3,9 +3,9 @@
 from job import logged
 
 with logged(snakemake.log):
-    from study.observe import observe
-    from study.seeds import found_seeds
-    from study.tables import write_table
+    from study.common.seeds import found_seeds
+    from study.common.tables import write_table
+    from study.headline.observe import observe
 
     _, folder = found_seeds(snakemake.input.data)[0]
     values, directions = observe(folder / "dataset")

@@ -3,7 +3,7 @@
 from job import logged
 
 with logged(snakemake.log):
-    from study.plans import write_plans
+    from study.sweeps.plans import write_plans
 
     params = snakemake.params
     write_plans(snakemake.input.scene, params.poses, params.seeds, snakemake.output[0])

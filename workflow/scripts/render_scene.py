@@ -3,7 +3,7 @@
 from job import logged
 
 with logged(snakemake.log):
-    from study.picture import write_picture
+    from study.headline.picture import write_picture
 
     given, wanted, params = snakemake.input, snakemake.output, snakemake.params
     write_picture(given.scene, params.overrides, params.seed, wanted.picture, wanted.places)

@@ -7,7 +7,7 @@ with logged(snakemake.log):
 
     from study.blind_trials.cases import load_study
     from study.blind_trials.run import run_sets
-    from study.tables import write_table
+    from study.common.tables import write_table
 
     study, at, params = load_study(snakemake.params.config), snakemake.wildcards, snakemake.params
     write_table(snakemake.output[0], run_sets(study, at.case, at.cell, at.repetitions, Path(params.root)))

@@ -3,7 +3,7 @@
 from job import logged
 
 with logged(snakemake.log):
-    from study.simulate import simulate_seeds
+    from study.headline.simulate import simulate_seeds
 
     simulate_seeds(
         snakemake.input.scene, snakemake.params.overrides, snakemake.params.seeds, snakemake.output[0]

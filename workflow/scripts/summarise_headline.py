@@ -4,8 +4,8 @@ from job import logged
 
 with logged(snakemake.log):
     from scalar.data.io.atomic import write_json
-    from study.summary import headline_numbers, place_published
-    from study.tables import read_table, write_table
+    from study.common.tables import read_table, write_table
+    from study.headline.summary import headline_numbers, place_published
 
     given = snakemake.input
     placed = place_published(read_table(given.errors), read_table(given.published))

@@ -7,10 +7,10 @@ with logged(snakemake.log):
     from pathlib import Path
 
     from scalar.data.io.atomic import write_json
-    from study.gears import agreement
-    from study.measured import summarise
-    from study.originals import checksums
-    from study.tables import read_table, write_table
+    from study.common.tables import read_table, write_table
+    from study.measured.gears import agreement
+    from study.measured.models import summarise
+    from study.measured.originals import checksums
 
     def read(path):
         return json.loads(Path(path).read_text(encoding="utf-8"))

@@ -4,8 +4,8 @@ from job import logged
 
 with logged(snakemake.log):
     from scalar.data.io.atomic import write_json
-    from study.sweep_numbers import join_placed, sweep_numbers
-    from study.tables import read_table, write_table
+    from study.common.tables import read_table, write_table
+    from study.sweeps.numbers import join_placed, sweep_numbers
 
     given, labels = snakemake.input, snakemake.params.labels
     errors = {name: read_table(path) for name, path in zip(labels, given.errors, strict=True)}

@@ -3,8 +3,8 @@
 from job import logged
 
 with logged(snakemake.log):
-    from study.sweep import DIGITS, sweep_case
-    from study.tables import write_table
+    from study.common.tables import write_table
+    from study.sweeps.run import DIGITS, sweep_case
 
     given, params = snakemake.input, snakemake.params
     scenes, plans = (dict(zip(params.walls, paths, strict=True)) for paths in (given.scenes, given.plans))

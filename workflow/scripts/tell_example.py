@@ -6,8 +6,8 @@ with logged(snakemake.log):
     from pathlib import Path
 
     from scalar.data.io.atomic import write_json
-    from study.tables import write_table
-    from study.worked_example import errors, numbers, read, tell
+    from study.common.tables import write_table
+    from study.worked_example.tell import errors, numbers, read, tell
 
     given = snakemake.input
     truth, floor_truth = Path(given.cell) / "truth", Path(given.floor_cell) / "truth"

@@ -8,7 +8,7 @@ with logged(snakemake.log):
     from scalar.effects.transfer import carried
     from scalar.estimation.calibrate import calibrate
     from scalar.estimation.result import load_calibration
-    from study.measured import transferred
+    from study.measured.models import transferred
 
     data = read_dataset(snakemake.input.dataset)
     given = carried(load_calibration(snakemake.input.effects).model, data)

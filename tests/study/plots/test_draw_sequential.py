@@ -3,11 +3,11 @@
 import numpy as np
 import pandas as pd
 import pytest
+from study.common.statistics import QUANTITIES
 from study.plots.sequential import draw_sequential
 from study.plots.style import save_figure
-from study.sequential import AT_ONCE, ORDERS, SEQUENTIAL_COLUMNS
-from study.sequential_summary import summarise_sequential
-from study.summary import QUANTITIES
+from study.sequential.compare import AT_ONCE, ORDERS, SEQUENTIAL_COLUMNS
+from study.sequential.summary import summarise_sequential
 
 
 def table(most: int) -> pd.DataFrame:

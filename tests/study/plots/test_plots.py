@@ -8,14 +8,15 @@ import pandas as pd
 import pytest
 import study.plots
 from matplotlib.figure import Figure
-from study.methods import INITIAL, METHODS
+from study.common.methods import INITIAL, METHODS
+from study.common.statistics import QUANTITIES
+from study.headline.summary import place_published, summarise_errors, summarise_parameters
 from study.plots.errors import draw_errors
 from study.plots.identifiability import draw_singular_values
 from study.plots.initial import draw_initial
 from study.plots.parameters import draw_parameters
 from study.plots.planes import draw_planes
 from study.plots.style import LOOKS, numeral, save_figure, with_unit
-from study.summary import QUANTITIES, place_published, summarise_errors, summarise_parameters
 
 PLANES = ("floor", "wall_x")
 PARAMETERS = (("a_2", "mm"), ("sensor_x", "mm"), ("alpha_3", "deg"))

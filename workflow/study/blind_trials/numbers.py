@@ -9,9 +9,9 @@ import numpy as np
 
 from study.blind_trials import benefit, summaries
 from study.blind_trials.cases import Study
-from study.blind_trials.provenance import code_version
 from study.blind_trials.score import NOISES, OUTCOMES, findings, judged
 from study.blind_trials.summaries import NATURAL, Frame, of_kind, share
+from study.common.provenance import code_version
 
 FORMAT = "scalar-closed-loop/1"
 SILENT = ("range_scale",)  # leaves no residual, whatever the poses: left out of rates of right names

@@ -25,8 +25,8 @@ from scalar.evaluate import aligned_to, pose_errors, true_frames
 from scalar.units import MM
 from study.blind_trials.cases import Set, Study
 from study.blind_trials.gross_errors import spoiled
-from study.grid import with_overrides
-from study.memory import dataset_in_memory
+from study.common.grid import with_overrides
+from study.common.memory import dataset_in_memory
 
 if TYPE_CHECKING:
     from scalar.simulation.plan import PosePlan

@@ -36,7 +36,7 @@ def draw_correlation(correlation: pd.DataFrame) -> Figure:
     """Return the matrix: colour is sign and size, numbers where two parameters can hardly be told apart.
 
     Args:
-        correlation: As ``study.workspace.correlation`` gives it.
+        correlation: As ``study.headline.workspace.correlation`` gives it.
     """
     table = correlation.set_index("parameter")
     names, sizes = grouped([str(name) for name in table.index])

@@ -26,7 +26,7 @@ def draw_sequential(errors: pd.DataFrame, summary: pd.DataFrame) -> Figure:
     """Return errors by passes of the case that alternates, and single passes of every case over all at once.
 
     Args:
-        errors, summary: As ``study.sequential`` and ``study.sequential_summary`` give them.
+        errors, summary: As ``study.sequential.compare`` and ``study.sequential.summary`` give them.
     """
     raw: Any = errors[(errors["alignment"] == "raw") & errors[_QUANTITY].notna()]
     with styled():

@@ -28,7 +28,7 @@ def draw_worked_example(
     """Return the figure in five panels, to be read from the upper left.
 
     Args:
-        poses, curve, ranking: As ``study.worked_example.tell`` gives them.
+        poses, curve, ranking: As ``study.worked_example.tell.tell`` gives them.
         errors, numbers: errors.csv and numbers.json of the example.
     """
     joint = numbers["found"]["joint"]

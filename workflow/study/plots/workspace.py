@@ -24,7 +24,7 @@ def draw_workspace(errors: pd.DataFrame, seeds: int) -> Figure:
     """Return a map a state and view; the two after calibration share one scale.
 
     Args:
-        errors: As ``study.workspace.map_errors`` gives them. seeds: Of which they are.
+        errors: As ``study.headline.workspace.map_errors`` gives them. seeds: Of which they are.
     """
     enough: Any = errors[errors["poses"] >= _FEWEST]
     with styled():

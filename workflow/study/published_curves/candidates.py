@@ -15,10 +15,10 @@ import numpy as np
 import pandas as pd
 
 from scalar.geometry.se3 import Array
-from study.methods import CONVERGED
+from study.common.methods import CONVERGED
+from study.common.statistics import QUANTITIES
 from study.published_curves.curves import Curves, Setting
 from study.published_curves.ensemble import Ensemble, Sizes
-from study.summary import QUANTITIES
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import pandas as pd
 
 from scalar.geometry.se3 import Array
 from scalar.units import MM
-from study.summary import QUANTITIES
+from study.common.statistics import QUANTITIES
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ import numpy as np
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 from scalar.units import DEG, MM
-from study.published_curves.cell import Cell, Shifts, shifts, simulate_cell
 from study.published_curves.curves import Setting
 from study.published_curves.stops import ITERATIONS, SolverPath, follow, stops_at
+from study.published_curves.workcell import Cell, Shifts, shifts, simulate_cell
 
 POOL = 2000  # evaluation poses among which those of the largest errors are looked for
 FOR_MEAN = 250  # poses: the mean over them is sure to about 2 %

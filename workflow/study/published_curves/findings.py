@@ -10,12 +10,12 @@ import pandas as pd
 from scipy.special import logsumexp
 
 from scalar.geometry.se3 import Array
+from study.common.statistics import QUANTITIES
 from study.published_curves.candidates import CANDIDATES, STATED, Prediction
 from study.published_curves.curves import Curves
 from study.published_curves.predict import Foretold
 from study.published_curves.recovery import ALIKE, EXCLUDED
 from study.published_curves.support import ALL, Fine, Weighed, held_out, offsets_found, refine, weigh
-from study.summary import QUANTITIES
 
 MEANS = (0, 2)  # of QUANTITIES
 FEW_POSES = 25  # with fewer, the weakest directions of the parameters decide

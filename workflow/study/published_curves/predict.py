@@ -14,9 +14,9 @@ import pandas as pd
 from scalar.data.io.atomic import atomic_write
 from scalar.geometry.se3 import Array
 from study.published_curves.candidates import CANDIDATES, STEPS, Prediction, predict
-from study.published_curves.cells import offset_covariance
 from study.published_curves.curves import Curves, Setting, read_curves
 from study.published_curves.ensemble import build_ensemble
+from study.published_curves.other_workcells import offset_covariance
 
 _TABLES = ("nodes", "mean", "covariance", "shares")
 

@@ -20,7 +20,7 @@ from scalar.estimation.start import linear_guess
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array, log_so3
 from scalar.sensors.line_laser import LineLaser
-from study.published_curves.cell import Cell, first_poses
+from study.published_curves.workcell import Cell, first_poses
 
 ITERATIONS = 40
 """Beyond which a path is not followed: all have ended."""

@@ -1,0 +1,238 @@
+"""The closed loop: seeds that stay, a blind dataset, judgements and statistics by second opinion, the committed summaries."""
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import binomtest
+from study.blind_trials.cases import load_study
+from study.blind_trials.numbers import FORMAT, summarise
+from study.blind_trials.run import SET_COLUMNS, make_twin, planted_config, run_sets
+from study.blind_trials.score import outcome, same_target
+from study.blind_trials.statistics import half_point, half_point_interval, wilson
+
+from scalar.effects.joints import JointRipple
+from scalar.errors import InvalidInput
+
+ROOT = Path(__file__).parents[3]
+CONFIG = ROOT / "configs/closed_loop.yaml"
+SMOKE = ROOT / "configs/closed_loop_smoke.yaml"
+COMMITTED = ROOT / "paper/summaries/closed_loop"
+SCHEMA = json.loads((ROOT / "tests/diagnosis/diagnosis.schema.json").read_text(encoding="utf-8"))
+NAMES = set(SCHEMA["$defs"]["name"]["enum"]) - {"unattributed", JointRipple.name}
+"""All that can be planted alone: a ripple is named only beside all lower orders of its joint (tests/diagnosis/test_spectrum.py)."""
+
+
+@pytest.mark.parametrize(("k", "n"), [(0, 200), (3, 10), (19, 20), (20, 20)])
+def test_an_interval_of_a_share_is_scipys(k, n):
+    """Wilson's, by another implementation."""
+    other = binomtest(k, n).proportion_ci(method="wilson")
+    assert wilson(k, n) == pytest.approx((other.low, other.high), abs=1e-12)
+
+
+def test_half_is_found_where_half_are():
+    """Of sets that are found with a chance that passes one half at 0.2, the half point is near 0.2 on average, and at least
+    eight intervals of ten hold it.
+    """
+    x = np.repeat(np.geomspace(0.01, 3.0, 9), 40)
+    chance = 1.0 / (1.0 + (0.2 / x) ** 2)
+    points, held = [], 0
+    for seed in range(10):
+        found = (np.random.default_rng(seed).random(len(x)) < chance).astype(float)
+        low, high = half_point_interval(x, found, np.tile(np.arange(40), 9).tolist())
+        points.append(half_point(x, found))
+        held += low <= 0.2 <= high
+    assert np.exp(np.mean(np.log(points))) == pytest.approx(0.2, rel=0.15)
+    assert held >= 8
+
+
+def test_half_is_nowhere_where_nothing_is_found():
+    """And below everything that was tried where all is found."""
+    x = np.array([0.1, 0.1, 1.0, 1.0])
+    assert np.isnan(half_point(x, np.zeros(4)))
+    assert half_point(x, np.ones(4)) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("name", "found", "planted", "right"),
+    [
+        ("joint_scale", {"joint": 2}, {"joint": 2}, True),
+        ("joint_scale", {"joint": 2}, {"joint": 3}, False),
+        ("joint_harmonic", {"joint": 2, "order": 3}, {"joint": 2, "order": 3}, True),
+        ("joint_harmonic", {"joint": 2, "orders": [3, 4]}, {"joint": 2, "order": 3}, False),
+        ("joint_harmonic", {"joint": 2, "orders": [3, 4]}, {"joint": 2, "orders": [4, 3]}, True),
+        ("joint_compliance", {"joints": [2, 3]}, {"joints": [2, 3, 4]}, True),
+        ("joint_compliance", {"joints": [2, 5]}, {"joints": [2, 3, 4]}, False),
+        ("plane_moved", {"plane": "a", "at": {"order": 95.0}}, {"plane": "a", "at": {"order": 100}}, True),
+        ("plane_moved", {"plane": "a", "at": {"order": 80.0}}, {"plane": "a", "at": {"order": 100}}, False),
+        ("plane_moved", {"plane": "b", "at": {"order": 100.0}}, {"plane": "a", "at": {"order": 100}}, False),
+    ],
+)
+def test_a_target_is_right_or_not(name, found, planted, right):
+    """Joint, order, plate and moment all count."""
+    assert same_target({"name": name, "target": found}, {"name": name, "target": planted}) is right
+
+
+def test_an_answer_is_judged_by_its_first_effect():
+    """Right, listed beside another name, declared silent, missed, wrong, unattributed: each is what its name says."""
+    planted = {"name": "joint_scale", "target": {"joint": 2}}
+    right = planted | {"confounded_with": []}
+    other = {"name": "plane_bow", "target": {"plane": "floor"}, "confounded_with": []}
+    assert outcome(planted, [right, other], []) == "right"
+    assert outcome(planted, [other | {"confounded_with": [planted]}], []) == "listed"
+    assert outcome(planted, [other, right], []) == "wrong"
+    assert outcome(planted, [right | {"target": {"joint": 3}}], []) == "elsewhere"
+    assert outcome(planted, [{"name": "unattributed", "target": {}}], []) == "unattributed"
+    assert outcome(planted, [], [planted]) == "silent"
+    assert outcome(planted, [], [planted | {"target": {"joint": 3}}]) == "missed"
+
+
+def test_more_seeds_leave_those_that_are_there():
+    """No two cells share a seed, and asking for more repetitions changes none of the first sets."""
+    study = load_study(CONFIG)
+    case = study.cases["joint_scale"]
+    longer = replace(study, cases={**study.cases, "joint_scale": replace(case, seeds=case.seeds + 3)})
+    seeds = []
+    for cell in study.cells:
+        first = [s for s in study.sets("joint_scale", cell, "001-002")]
+        assert first == [s for s in longer.sets("joint_scale", cell, "001-002")]
+        seeds += [s.seed for s in longer.sets("joint_scale", cell, f"001-{case.seeds + 3:03d}")]
+    assert len(set(seeds)) == len(seeds) // len(case.sizes)
+
+
+def test_the_config_tries_every_effect_often_enough():
+    """Every name that a diagnosis may give, at least 20 seeds each but for what some robots cannot have; 200 sets
+    with nothing planted, 60 pairs, 40 without a name.
+    """
+    study = load_study(CONFIG)
+    planted = {case.choices[0].entry["effect"] for case in study.cases.values() if case.kind == "single"}
+    assert planted >= NAMES
+    counts = dict.fromkeys(("single", "null", "pair", "unknown"), 0)
+    for job in study.jobs():
+        counts[study.cases[job[0]].kind] += len(list(study.sets(*job)))
+    assert counts["null"] >= 200 and counts["pair"] >= 60 and counts["unknown"] >= 40
+    for case in study.cases.values():
+        if case.kind == "single":
+            assert case.seeds * len(case.choices[0].cells) >= (20 if len(case.choices[0].cells) > 4 else 16)
+
+
+def test_a_misspelt_config_is_refused_by_name(tmp_path):
+    """Key and place are named."""
+    path = tmp_path / "loop.yaml"
+    path.write_text(SMOKE.read_text(encoding="utf-8").replace("natural: 1.0e-3", "naturel: 1.0e-3"))
+    with pytest.raises(InvalidInput, match="naturel"):
+        load_study(path)
+    path.write_text(
+        SMOKE.read_text(encoding="utf-8").replace("[joint_scale, plane_moved]", "[joint_scael, plane_moved]")
+    )
+    with pytest.raises(InvalidInput, match="joint_scael"):
+        load_study(path)
+
+
+def test_the_diagnosis_is_blind(tmp_path):
+    """What is diagnosed is what a reader of the dataset's folder gets, and but for the measured points it is what the same
+    scene gives with nothing planted.
+    """
+    from study.common.memory import dataset_in_memory
+
+    from scalar.data.dataset import read_dataset
+    from scalar.simulation import simulate, write_scene
+
+    study = load_study(SMOKE)
+    (wanted,) = study.sets("joint_scale", "ur10e", "001-001")
+    twin = make_twin(study, "ur10e", wanted.seed, ROOT)
+    scene = simulate(planted_config(wanted, twin), base_dir=twin.base_dir, plan=twin.plan)
+    plain = simulate(twin.config, base_dir=twin.base_dir, plan=twin.plan)
+    assert scene.truth["effects"] and not plain.truth["effects"]
+    given, without = dataset_in_memory(scene), dataset_in_memory(plain)
+    write_scene(scene, tmp_path)
+    read = read_dataset(tmp_path / "dataset")
+    assert {field.name for field in fields(given)} == {field.name for field in fields(read)}
+    np.testing.assert_allclose(given.points, read.points, atol=1e-9)
+    for other in (read, without):
+        assert (given.name, given.source) == (other.name, other.source)
+        pd.testing.assert_frame_equal(given.poses, other.poses, check_dtype=False, check_like=True)
+        assert given.robot.to_mapping() == other.robot.to_mapping()
+
+
+@pytest.fixture(scope="module")
+def sets():
+    """Return two sets of the small closed loop: a scale error, and dirt without an effect."""
+    study = load_study(SMOKE)
+    return study, pd.concat(
+        [run_sets(study, case, "ur10e", "001-001", ROOT) for case in ("joint_scale", "null-dirty")],
+        ignore_index=True,
+    )
+
+
+def test_a_set_is_planted_diagnosed_and_judged(sets):
+    """A gross scale error is named with its joint, the error after is nearer to the floor than to before, and dirt is no
+    effect; the tables say so.
+    """
+    study, table = sets
+    assert list(table.columns) == list(SET_COLUMNS)
+    row = table.iloc[0]
+    assert json.loads(row["found"])[0]["name"] == "joint_scale"
+    assert abs(row["position_after_mm"] - row["position_floor_mm"]) < abs(
+        row["position_before_mm"] - row["position_after_mm"]
+    )
+    assert row["signal_over_noise"] > 1.0
+    numbers, tables = summarise(table, study)
+    assert numbers["natural_size"]["right"]["count"] == numbers["natural_size"]["right"]["sets"] == 1
+    assert numbers["false_alarms"] | {"low": 0, "high": 0} == {
+        "sets": 1,
+        "count": 0,
+        "share": 0.0,
+        "low": 0,
+        "high": 0,
+    }
+    assert tables["confusion"]["count"].sum() == 1
+
+
+def test_the_committed_summaries_are_whole_and_small():
+    """Every table, with a row for every effect of the catalogue; seeds and code that made them; below 300 kB."""
+    files = {path.name for path in COMMITTED.iterdir()}
+    rules = (ROOT / "workflow/rules/closed_loop.smk").read_text(encoding="utf-8")
+    listed = re.search(r"LOOP_TABLES = \[(.*?)\]", rules, re.DOTALL)
+    assert listed is not None
+    assert files >= {f"{name}.csv" for name in re.findall(r'"(\w+)"', listed[1])} | {"numbers.json"}
+    assert sum(path.stat().st_size for path in COMMITTED.iterdir()) < 300_000
+    numbers = json.loads((COMMITTED / "numbers.json").read_text(encoding="utf-8"))
+    assert numbers["format"] == FORMAT
+    assert numbers["code"]["version"] and len(numbers["code"]["sources_sha256"]) == 64
+    cases = load_study(CONFIG).cases
+    assert set(numbers["seeds"]) == set(cases)
+    named = {case.split("-")[0] for case in pd.read_csv(COMMITTED / "power.csv")["case"]}
+    assert named >= NAMES
+    assert set(pd.read_csv(COMMITTED / "thresholds.csv")["case"]) == {
+        c.name for c in cases.values() if c.kind == "single"
+    }
+
+
+@pytest.mark.slow
+def test_the_rules_run_small(tmp_path):
+    """`snakemake closed_loop` on the small config: every table, every figure, and nothing to do a second time."""
+    for name in ("scalar", "workflow", "configs", "paper"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "Snakefile", tmp_path)
+    command = [sys.executable, "-m", "snakemake", "closed_loop", "--cores", "2", "--nocolor"]
+    command += ["--configfile", "configs/smoke.yaml"]
+    for words in ("steps (100%) done", "Nothing to be done"):
+        ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert ran.returncode == 0, ran.stdout + ran.stderr
+        assert words in ran.stdout + ran.stderr
+    made = tmp_path / "results/smoke/closed_loop"
+    assert {path.stem for path in (made / "figures").glob("*.png")} == {
+        "confusion",
+        "power",
+        "errors",
+        "reliability",
+    }
+    assert (made / "summaries/numbers.json").exists()

@@ -1,0 +1,118 @@
+"""Measured sets: what guards the diagnosis, and where two campaigns agree on a gear."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from study.measured.gears import agreement, gear_errors
+from study.measured.models import on_a_fresh_split, on_shuffled_angles
+from study.plots.measured import draw_errors, draw_gears
+
+from scalar.effects.joints import JointHarmonic
+from scalar.estimation.calibrate import calibrate
+from scalar.units import MM
+from tests.diagnosis.cases import TRACKER_NOISE, bumps, bumpy
+
+ORDERS = tuple(range(1, 33))
+ERRING = 3
+
+
+ROOT = Path(__file__).parents[3]
+
+
+def campaign(seed, landscape=5):
+    """Return a set of a tracked arm of which joint 3 errs, and its calibration with all orders of that joint."""
+    dataset = bumpy(seed, poses_per_plane=150, erring=(ERRING,), landscape=landscape)
+    belief = JointHarmonic(ERRING, ORDERS, believed=(1e-4,) * len(ORDERS))
+    return dataset, calibrate(dataset, effects=[belief])
+
+
+@pytest.fixture(scope="module")
+def one():
+    """One campaign."""
+    return campaign(1)
+
+
+def test_a_fresh_split_bears_a_true_effect_out(one):
+    """Poses drawn anew are predicted to nearly the tracker's noise with the effect, and not without."""
+    found = on_a_fresh_split(*one)
+    assert 0.2 * one[0].n_poses < found["poses"] < 0.4 * one[0].n_poses
+    assert found["after_rms_mm"] < 2 * np.sqrt(3) * TRACKER_NOISE / MM < 0.5 * found["before_rms_mm"]
+
+
+def test_told_the_angles_of_other_poses_an_effect_gains_nothing(one):
+    """The control: the same columns at shuffled angles predict poses held out no better than the geometry alone."""
+    geometry = on_a_fresh_split(*one)["before_rms_mm"]
+    assert on_shuffled_angles(*one)["held_out_rms_mm"] > 0.95 * geometry
+
+
+def test_the_error_of_a_gear_is_the_one_planted(one):
+    """Over the angles that were seen the curve is the planted one, but for a straight line, within its standard error."""
+    dataset, found = one
+    table = gear_errors(found, dataset)
+    assert set(table["joint"]) == {ERRING}
+    seen = table[table["seen"]]
+    x = np.deg2rad(seen["angle_deg"].to_numpy())
+    planted = bumps(500 + ERRING)(x) * 1e3
+    rest = seen["error_mrad"].to_numpy() - planted
+    rest -= np.polyval(np.polyfit(x, rest, 1), x)
+    assert np.std(rest) < 0.25 * np.std(planted)
+    q = dataset.q[:, ERRING - 1]
+    inside = (x > q.min() - 0.1) & (x < q.max() + 0.1)
+    assert inside.all() and len(seen) > 20
+
+
+def test_campaigns_of_one_arm_agree_and_of_two_do_not(one):
+    """The same landscape found twice correlates; that of another arm does not."""
+    again, other = campaign(2), campaign(3, landscape=9)
+    mine = gear_errors(one[1], one[0])
+    (same,) = agreement(mine, gear_errors(again[1], again[0]))
+    (different,) = agreement(mine, gear_errors(other[1], other[0]))
+    assert same["joint"] == ERRING and same["correlation"] > 0.9
+    assert same["apart_rms_mrad"] < 0.5 * same["one_rms_mrad"]
+    assert abs(different["correlation"]) < 0.5
+
+
+def test_no_gears_no_rows(one):
+    """A calibration without harmonics has no gears to show, and nothing to agree on."""
+    dataset, found = one
+    bare = replace(found, model=replace(found.model, effects=()))
+    table = gear_errors(bare, dataset)
+    assert len(table) == 0 and agreement(table, gear_errors(found, dataset)) == []
+
+
+def test_the_figures_show_every_set_and_joint(one):
+    """Bars for every set, a panel for every joint of a campaign with several."""
+    errors = pd.DataFrame(
+        [
+            {"set": name, "model": model, "held_out_rms_mm": 0.3}
+            for name in ("ur10_tracker_c", "motoman_plane_contact")
+            for model in ("base_and_tool", "geometry", "effects_of_ur10_tracker_c")
+        ]
+    )
+    (ax,) = draw_errors(errors).axes
+    assert len(ax.patches) == 6
+    curve = gear_errors(one[1], one[0])
+    gears = pd.concat([curve.assign(set="c", joint=2), curve.assign(set="c"), curve.assign(set="d", joint=5)])
+    assert len(draw_gears(gears).axes) == 2
+
+
+def test_the_readme_says_what_the_summaries_say():
+    """Every error in the README's table of measured robots is that of the committed summaries, to two places."""
+    numbers = json.loads((ROOT / "paper/summaries/measured/numbers.json").read_text(encoding="utf-8"))
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    models = ("base_and_tool", "geometry", "geometry_and_effects")
+    for found in numbers["sets"].values():
+        held_out = [found["models"][model]["held_out_rms_mm"] for model in models]
+        held_out.append(found["checks"]["shuffled"]["held_out_rms_mm"])
+        (row,) = [
+            line for line in readme.splitlines() if f", {found['models']['geometry']['poses']} " in line
+        ]
+        cells = [cell.split("(")[0].strip() for cell in row.split("|")[2:6]]
+        assert cells == [f"{error:.2f}" for error in held_out]
+        (transferred,) = [v for k, v in found["models"].items() if k.startswith("effects_of")] or [None]
+        assert transferred is None or f"({transferred['held_out_rms_mm']:.2f} with" in row
+        assert all(len(checksum) == 64 for checksum in found["files_sha256"].values())

@@ -1,0 +1,179 @@
+"""Sweeps: the dataset in memory is the one on disk, plans are nested, the bound is a bound, every fit is counted."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from study.common.bound import bound_errors
+from study.common.grid import with_overrides
+from study.common.memory import dataset_in_memory
+from study.sweeps.plans import read_plans, serves, write_plans
+from study.sweeps.run import SWEEP_COLUMNS, sweep_case
+from study.sweeps.summary import join_cases, place_published_curve, summarise_sweep
+
+from scalar.data.dataset import read_dataset
+from scalar.simulation.config import load_config
+from scalar.simulation.export import write_scene
+from scalar.simulation.scene import simulate
+
+SCENE = "configs/scenes/paper.yaml"
+SMALL = {"poses_per_plane": 12, "sensor.points_per_scan": 20, "truth_poses": 200}
+
+
+@pytest.fixture(scope="module")
+def plans(tmp_path_factory, repository):
+    """Return a file of the postures of two seeds, more than a small case asks for."""
+    path = tmp_path_factory.mktemp("plans") / "plans.npz"
+    write_plans(repository / SCENE, 14, [1, 2], path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def repository(request):
+    """Return the checkout."""
+    return request.config.rootpath
+
+
+def small_scene(repository, **overrides):
+    """Return a small scene of the paper's cell."""
+    config = with_overrides(load_config(repository / SCENE), SMALL | overrides)
+    return config, simulate(config, base_dir=(repository / SCENE).parent)
+
+
+def test_the_dataset_in_memory_is_the_one_that_is_read_back(tmp_path, repository):
+    """All that a calibration sees is the same, with and without the folder."""
+    _, scene = small_scene(repository)
+    write_scene(scene, tmp_path, table_format="parquet")
+    there, here = read_dataset(tmp_path / "dataset"), dataset_in_memory(scene)
+    assert np.array_equal(there.points, here.points)
+    assert np.array_equal(there.starts, here.starts)
+    assert np.allclose(there.q, here.q, rtol=0, atol=1e-12)
+    assert np.array_equal(there.plane_index, here.plane_index)
+    assert np.allclose(there.robot.geometry, here.robot.geometry, rtol=0, atol=1e-15)
+    assert np.allclose(there.sensor.T_flange_sensor, here.sensor.T_flange_sensor, rtol=0, atol=1e-15)
+    assert (there.sensor.noise, there.sensor.error_axis) == (here.sensor.noise, here.sensor.error_axis)
+    for a, b in zip(there.planes, here.planes, strict=True):
+        assert a.name == b.name
+        assert np.allclose([*a.normal, a.distance], [*b.normal, b.distance], rtol=0, atol=1e-15)
+
+
+def test_a_shared_plan_gives_the_poses_that_the_case_would_find_itself(plans, repository):
+    """A longer plan begins with the shorter one, so sharing changes nothing."""
+    config, alone = small_scene(repository)
+    plan = read_plans(plans)[config["seed"]].plan
+    assert serves(plan, config)
+    shared = simulate(config, base_dir=(repository / SCENE).parent, plan=plan)
+    assert np.array_equal(alone.points, shared.points)
+    assert not serves(plan, config | {"poses_per_plane": 41})
+    assert not serves(plan, config | {"edge_margin_m": 0.02})
+
+
+@pytest.mark.parametrize(
+    ("overrides", "cast_anew"),
+    [
+        ({}, False),
+        ({"poses_per_plane": 6, "sensor.points_per_scan": 1}, False),
+        ({"noise.range_noise_std_m": 1e-3, "plane_guess.tilt_deg": 20}, False),
+        ({"sensor.points_per_scan": 150}, True),
+        ({"sensor.rays": 100, "sensor.points_per_scan": 100}, True),
+        ({"noise.joint_noise_std_rad": 1e-4}, True),
+    ],
+)
+def test_shared_scans_change_no_bit(plans, repository, monkeypatch, overrides, cast_anew):
+    """Taken from the plan or cast anew, the points are the same; what the plan does not hold is cast."""
+    from scalar.simulation import scene
+
+    config, alone = small_scene(repository, **overrides)
+    shared, calls, cast = read_plans(plans)[config["seed"]], [], scene.cast_fan
+    monkeypatch.setattr(scene, "cast_fan", lambda *args: calls.append(1) or cast(*args))
+    again = simulate(config, base_dir=(repository / SCENE).parent, plan=shared.plan, cast=shared.scans)
+    assert bool(calls) == cast_anew
+    assert np.array_equal(alone.points, again.points)
+    assert np.array_equal(alone.T_base_sensor, again.T_base_sensor)
+
+
+def test_the_bound_is_proportional_to_the_noise(repository):
+    """It is the noise carried through the derivatives: linear, zero noise having none."""
+    held = load_config(repository / SCENE)["initial_model"]["exact"]
+    found = []
+    for noise in (1e-6, 1e-5):
+        _, scene = small_scene(repository, **{"noise.range_noise_std_m": noise})
+        found.append(bound_errors(dataset_in_memory(scene), scene.truth, held, scene.truth_poses))
+    for fine, coarse in zip(*found, strict=True):  # expected, and with this noise, whose pattern is the same
+        assert np.allclose([coarse[name] / fine[name] for name in fine], 10.0, rtol=0.01)
+    _, silent = small_scene(repository, **{"noise.range_noise_std_m": 0})
+    assert bound_errors(dataset_in_memory(silent), silent.truth, held, silent.truth_poses) is None
+
+
+def test_a_calibration_at_the_bound_has_the_error_of_the_efficient_estimate(plans, repository):
+    """Seed by seed, with small noise: ours is efficient. And over seeds that estimate scatters as the bound says."""
+    overrides = SMALL | {"noise.range_noise_std_m": 1e-6}
+    table = sweep_case(
+        "fine", {"upright": repository / SCENE}, overrides, [1, 2], ["manifold"], {"upright": plans}
+    )
+    raw = table[table["alignment"] == "raw"].set_index(["method", "seed"])[["position_mean_mm"]]
+    ratio = raw.loc["manifold"] / raw.loc["efficient"]
+    assert np.allclose(ratio, 1.0, rtol=2e-3)
+    assert (raw.loc["efficient"] / raw.loc["cramer-rao"]).to_numpy() == pytest.approx(1.0, abs=0.9)
+
+
+def test_there_is_no_bound_with_fewer_equations_than_unknowns(repository):
+    """Fifteen poses give thirty equations for thirty-two unknowns."""
+    held = load_config(repository / SCENE)["initial_model"]["exact"]
+    _, scene = small_scene(repository, poses_per_plane=5)
+    assert bound_errors(dataset_in_memory(scene), scene.truth, held, scene.truth_poses) is None
+
+
+def test_a_fit_that_fails_is_a_row_and_is_counted(plans, repository):
+    """Refused and raised fits stay in the table, and the summary counts each once."""
+    methods = ["published-raise", "manifold"]
+    scenes, shared = {"upright": repository / SCENE}, {"upright": plans}
+    table = sweep_case("few", scenes, SMALL | {"poses_per_plane": 5}, [1, 2], methods, shared)
+    assert list(table.columns) == list(SWEEP_COLUMNS)
+    assert len(table) == 2 * 3 * 2  # seeds, initial model and methods, alignments; no bound
+    errors = join_cases([table], {"few": 15.0})
+    summary = summarise_sweep(errors).set_index(["method", "alignment", "quantity"])
+    refused = summary.loc[("manifold", "raw", "position_mean_mm")]
+    assert (refused["seeds"], refused["failed"], refused["refused"]) == (2, 2, 2)
+    assert np.isnan(refused["median"])
+    raised = summary.loc[("published-raise", "raw", "position_mean_mm")]
+    assert (raised["failed"], raised["raised"], raised["refused"]) == (2, 2, 0)
+
+
+def test_a_published_point_is_placed_among_the_seeds_of_its_own_case():
+    """Inside means within our range; points without a case of ours have no row."""
+    names = ("position_mean_mm", "position_max_mm", "orientation_mean_deg", "orientation_max_deg")
+    ours = [
+        {
+            "walls": "upright",
+            "value": 0.1 * k,
+            "method": "manifold",
+            "status": "converged",
+            "alignment": "raw",
+        }
+        | dict.fromkeys(names, error)
+        for k in (1, 2)
+        for error in (1.0, 2.0, 3.0, 4.0)
+    ]
+    curve = pd.DataFrame(
+        [{"value": 0.1, **dict.fromkeys(names, 2.5)}, {"value": 0.3, **dict.fromkeys(names, 2.5)}]
+    )
+    placed = place_published_curve(pd.DataFrame(ours), curve)
+    assert len(placed) == len(names)
+    assert placed["inside_band"].all()
+    assert placed["inside_range"].all()
+    assert (placed["percentile"] == 50.0).all()
+
+
+def test_readings_of_the_root_agree_where_it_is_never_negative(tmp_path, repository):
+    """On tilted walls a reading that is taken over from another is the one that it would have found itself."""
+    scene, own = "configs/scenes/paper_tilted.yaml", tmp_path / "plans.npz"
+    write_plans(repository / scene, 12, [1], own)
+    tables = [
+        sweep_case(
+            "tilted", {"leaning": repository / scene}, SMALL, [1], methods, {"leaning": own}
+        ).set_index(["method", "alignment"])
+        for methods in (["published-clip", "published-raise"], ["published-clip"])
+    ]
+    shared, alone = (table.loc["published-clip"] for table in tables)
+    assert shared.loc["raw", "status"] == "converged"
+    pd.testing.assert_frame_equal(shared, alone, check_exact=True)

@@ -1,0 +1,54 @@
+"""What only the paper needs lives in rooms: one idea a file, and imports without a circle."""
+
+import ast
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+STUDY = Path(__file__).parents[2] / "workflow/study"
+MODULES = {
+    ".".join(path.relative_to(STUDY.parent).with_suffix("").parts).removesuffix(".__init__"): path
+    for path in sorted(STUDY.rglob("*.py"))
+}
+
+
+def imported(path):
+    """Return the names of the study's modules that a file imports anywhere, in functions and for types too."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return found & set(MODULES)
+
+
+def test_imports_have_no_circle():
+    """There is an order in which every module comes after all that it imports, imports inside functions counted."""
+    order = list(TopologicalSorter({name: imported(path) for name, path in MODULES.items()}).static_order())
+    assert set(order) == set(MODULES)
+    assert order.index("study.common.grid") < order.index("study.sweeps.run")
+
+
+def test_pictures_are_drawn_for_the_studies_and_import_none_that_computes():
+    """No room imports the plots, and what the studies share imports no single study."""
+    for name, path in MODULES.items():
+        rooms = {module.split(".")[1] for module in imported(path) if "." in module}
+        if not name.startswith("study.plots"):
+            assert "plots" not in rooms, name
+        if name.startswith("study.common"):
+            assert rooms <= {"common"}, name
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_a_file_has_one_idea(name):
+    """Below 300 lines, and its docstring says what the idea is."""
+    text = MODULES[name].read_text(encoding="utf-8")
+    assert len(text.splitlines()) < 300
+    assert ast.get_docstring(ast.parse(text))
+
+
+def test_every_module_stands_in_a_room():
+    """The top of the package holds rooms and nothing else."""
+    assert [path.name for path in STUDY.glob("*.py")] == ["__init__.py"]

@@ -1,0 +1,289 @@
+"""Every claim of the original paper beside what we find, judged by stated rules; no verdict is typed.
+
+A claim is a row of ``judged_claims.csv``: its number, where it is made, the table that answers it and the rule that judges. Found
+values are medians over the seeds with 5 and 95 % quantiles, raw errors, walls upright, a row a way to calibrate. The rules:
+
+- ``reached``: an accuracy. Confirmed where it lies in our band; *differs* where all of the band is better; else it does not hold.
+- ``draw``, ``value``: one run's figure. Confirmed where it lies within the range of our seeds; ``value`` does not hold where it is more than
+  ``FAR`` times off, and both differ otherwise.
+- ``enough``: more changes nothing. Confirmed where the error falls by at most ``SAME``; does not hold from ``CHANGED`` on; differs between.
+- ``unaffected``: as ``enough``, either way, and every fit succeeds; does not hold where fewer than ``MOST`` do.
+- ``within``, ``fails``, ``at_once``: a share of the seeds. Confirmed from ``MOST`` on, does not hold below one half, differs between; ``at_once``
+  also differs where it fails in another case than the headline.
+- ``count``: confirmed where equal, else it does not hold. ``duration``: confirmed where a fit takes less.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from study.common.methods import INITIAL
+
+CONFIRMED, DIFFERS, FAILS = "confirmed", "differs", "does not hold"
+ABSENT = "not in this run"
+OURS = "manifold"
+WALLS = "upright"
+SAME, CHANGED = 1.10, 1.25
+MOST = 0.95
+FAR = 2.0
+CLAIM_COLUMNS = {
+    "claim": "its name",
+    "statement": "in our words; the unit of the numbers stands in `unit`",
+    "where": "section of the paper",
+    "published": "the paper's number",
+    "unit": "of the numbers",
+    "way": "to calibrate; empty where the claim is about none",
+    "found": "median over the seeds, or the share or ratio that the statement names",
+    "low": "5 % quantile over the seeds",
+    "high": "95 % quantile",
+    "seeds": "repetitions",
+    "verdict": f"{CONFIRMED}, {DIFFERS}, {FAILS}, or {ABSENT}",
+    "why": "the rule's reason",
+}
+
+
+@dataclass(frozen=True)
+class Results:
+    """The tables that answer claims; one that a run lacks is None or missing.
+
+    Attributes:
+        headline: Its summary.csv. planes: planes.csv. singular_values: singular_values.csv. sequential: its summary.csv.
+        sweeps: ``{name: summary.csv}``.
+        seconds: ``{way: wall time of a fit with all around it [s]}``.
+    """
+
+    headline: Any = None
+    planes: Any = None
+    singular_values: Any = None
+    sequential: Any = None
+    sweeps: Mapping[str, Any] = field(default_factory=dict)
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Found:
+    """What one way found: a value, its band and range over the seeds, and the share of fits that succeeded."""
+
+    way: str
+    value: float
+    low: float = np.nan
+    high: float = np.nan
+    least: float = np.nan
+    most: float = np.nan
+    seeds: int = 0
+    succeeded: float = 1.0
+
+
+def judge(rule: str, published: float, found: Found) -> tuple[str, str]:
+    """Return the verdict of a rule on what one way found, and why."""
+    if rule == "count":
+        same = found.value == published
+        return (CONFIRMED, "the same count") if same else (FAILS, f"we count {found.value:g}")
+    if rule == "duration":  # no seconds are told: the table is the same on any machine that is fast enough
+        return (CONFIRMED, "a fit takes less") if found.value < published else (FAILS, "a fit takes longer")
+    if rule in ("within", "fails", "at_once"):
+        share = f"{_percent(found.value)} of the seeds"
+        return _by_share(found.value), share
+    if not np.isfinite(found.value):
+        return FAILS, "no fit converged"
+    if rule == "enough":
+        return _by_ratio(found.value, f"the error is {found.value:.2f} times that with more data")
+    if rule == "unaffected":
+        if found.succeeded < MOST:
+            return FAILS, f"{_percent(found.succeeded)} of the fits succeed"
+        verdict, why = _by_ratio(max(found.value, 1 / found.value), f"the error is {found.value:.2f} times")
+        return (DIFFERS if found.succeeded < 1 and verdict == CONFIRMED else verdict), why
+    times = found.value / published
+    if rule == "reached":
+        if found.low <= published <= found.high:
+            return CONFIRMED, "within 5 to 95 % of our seeds"
+        if found.high < published:
+            return DIFFERS, f"we come {1 / times:.2g} times nearer to the truth"
+        return FAILS, f"the error is {times:.2g} times as large"
+    if found.least <= published <= found.most:
+        return CONFIRMED, "within the range of our seeds"
+    far = rule == "value" and not 1 / FAR <= times <= FAR
+    return (
+        FAILS if far else DIFFERS
+    ), f"outside the range of our seeds, whose median is {times:.2g} times as large"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %"
+
+
+def _by_share(share: float) -> str:
+    return CONFIRMED if share >= MOST else DIFFERS if share >= 0.5 else FAILS
+
+
+def _by_ratio(ratio: float, why: str) -> tuple[str, str]:
+    return (CONFIRMED if ratio <= SAME else FAILS if ratio >= CHANGED else DIFFERS), why
+
+
+def judge_claims(published: pd.DataFrame, results: Results) -> pd.DataFrame:
+    """Return a row a claim and way, the columns of ``CLAIM_COLUMNS``.
+
+    Args:
+        published: judged_claims.csv.
+        results: To answer them.
+    """
+    rows: list[dict[str, Any]] = []
+    for claim in published.to_dict("records"):
+        stem = {name: claim[name] for name in ("claim", "statement", "where", "published")}
+        stem["unit"] = "" if pd.isna(claim["unit"]) else claim["unit"]
+        answers = answers_of(claim, results)
+        for found in answers:
+            verdict, why = judge(claim["rule"], float(claim["published"]), found)
+            if claim["rule"] == "at_once" and verdict == CONFIRMED and found.low < MOST:
+                verdict, why = DIFFERS, f"{why}, but {_percent(found.low)} in the case that suits it least"
+            value = np.nan if claim["rule"] == "duration" else found.value
+            rows.append(
+                stem
+                | {
+                    "way": found.way,
+                    "found": value,
+                    "low": found.low,
+                    "high": found.high,
+                    "seeds": found.seeds,
+                }
+                | {"verdict": verdict, "why": why}
+            )
+        if not answers:
+            rows.append(
+                stem | {"way": "", "seeds": 0, "verdict": ABSENT, "why": "no table of this run answers it"}
+            )
+    return pd.DataFrame(rows).reindex(columns=list(CLAIM_COLUMNS))
+
+
+def answers_of(claim: Mapping[str, Any], results: Results) -> list[Found]:
+    """Return what each way found of a claim; nothing where the run has no such table or point."""
+    source = str(claim["source"])
+    if source == "headline" and results.headline is not None:
+        return _of_headline(claim, results.headline)
+    if source == "planes" and results.planes is not None:
+        return _of_planes(claim, results.planes)
+    if source == "singular_values" and results.singular_values is not None:
+        null = results.singular_values["null"]
+        return [Found("", float(null.sum()) if claim["quantity"] == "zero" else float(len(null)), seeds=1)]
+    if source == "sequential" and results.sequential is not None:
+        return _of_sequential(claim, results.sequential)
+    if source == "benchmark":
+        return [Found(way, seconds) for way, seconds in results.seconds.items()]
+    name = source.removeprefix("sweep:")
+    return _of_sweep(claim, results.sweeps[name]) if name in results.sweeps else []
+
+
+def _of_headline(claim: Mapping[str, Any], summary: Any) -> list[Found]:
+    rows = summary[(summary["alignment"] == "raw") & (summary["quantity"] == claim["quantity"])]
+    rows = rows[(rows["method"] == INITIAL) == (claim["rule"] == "draw")]
+    return [
+        _spread("" if row["method"] == INITIAL else row["method"], row) for row in rows.to_dict("records")
+    ]
+
+
+def _spread(way: str, row: Mapping[str, Any]) -> Found:
+    return Found(way, row["median"], row["p05"], row["p95"], row["min"], row["max"], int(row["seeds"]))
+
+
+def _of_planes(claim: Mapping[str, Any], planes: Any) -> list[Found]:
+    """Return the share of seeds in which every plane lies within the claim."""
+    rows = planes[planes["method"] != INITIAL]
+    inside = rows[claim["quantity"]].abs() <= float(claim["published"])
+    found = []
+    for way, of_way in inside.groupby(rows["method"], sort=False):
+        whole = of_way.groupby(rows["seed"]).all()
+        found.append(Found(str(way), float(whole.mean()), seeds=len(whole)))
+    return found
+
+
+def _of_sweep(claim: Mapping[str, Any], summary: Any) -> list[Found]:
+    rows = summary[
+        (summary["walls"] == WALLS)
+        & (summary["alignment"] == "raw")
+        & (summary["quantity"] == claim["quantity"])
+        & summary["method"].str.match("manifold|published-")
+    ]
+    found = []
+    for way, of_way in rows.groupby("method", sort=False):
+        here = _at(of_way, claim["value"])
+        there = None if pd.isna(claim["of"]) else _at(of_way, claim["of"])
+        if here is None or (there is None and not pd.isna(claim["of"])):
+            continue
+        bad = (here["failed"] + here["lost"]) / here["seeds"]
+        if claim["rule"] == "fails":
+            found.append(Found(str(way), bad, seeds=int(here["seeds"])))
+        elif there is not None:
+            ratio = here["median"] / there["median"]
+            found.append(Found(str(way), ratio, seeds=int(here["seeds"]), succeeded=1 - bad))
+        else:
+            found.append(_spread(str(way), here))
+    return found
+
+
+def _at(rows: Any, value: Any) -> dict[str, Any] | None:
+    """Return the row at a value of the axis, or None."""
+    near = rows[np.isclose(rows["value"], float(value), rtol=1e-9, atol=0)]
+    return near.iloc[0].to_dict() if len(near) else None
+
+
+def _of_sequential(claim: Mapping[str, Any], summary: Any) -> list[Found]:
+    """Return the share of seeds in which one pass is worse, the headline's, with the least over all cases as ``low``."""
+    rows = summary[
+        (summary["stage"] == "one_pass")
+        & (summary["alignment"] == "raw")
+        & (summary["quantity"] == claim["quantity"])
+    ]
+    found = []
+    for way, of_way in rows.groupby("way", sort=False):
+        shares = of_way["worse_than_at_once"]
+        found.append(
+            Found(
+                str(way), float(shares.iloc[0]), low=float(shares.min()), seeds=int(of_way["seeds"].iloc[0])
+            )
+        )
+    return found
+
+
+def claim_numbers(table: pd.DataFrame) -> dict[str, Any]:
+    """Return ``{"claims": {claim: {published, ways}}, "counts": {verdict: n}}``; counts are of the verdicts on our way, or on the only one.
+
+    Units stand in the names: ``published_mm``. The verdict of a claim is that on our way; where ways are orders of steps, the least
+    favourable.
+    """
+    rank = [CONFIRMED, DIFFERS, FAILS]
+    claims: dict[str, Any] = {}
+    for name, rows in table.groupby("claim", sort=False):
+        first: Any = rows.iloc[0]
+        unit = f"_{first['unit']}" if first["unit"] else ""
+        ways = {
+            (row["way"] or "any"): {
+                f"found{unit}": _plain(row["found"]),
+                f"low{unit}": _plain(row["low"]),
+                f"high{unit}": _plain(row["high"]),
+                "seeds": int(row["seeds"]),
+                "verdict": row["verdict"],
+                "why": row["why"],
+            }
+            for row in rows.to_dict("records")
+        }
+        judged = [w["verdict"] for w in ways.values() if w["verdict"] in rank]
+        worst = max(judged, key=rank.index) if judged else ABSENT
+        claims[str(name)] = {
+            "statement": first["statement"],
+            "where": first["where"],
+            f"published{unit}": float(first["published"]),
+            "verdict": ways[OURS]["verdict"] if OURS in ways else worst,
+            "ways": ways,
+        }
+    verdicts = [claim["verdict"] for claim in claims.values()]
+    counts = {v.replace(" ", "_"): verdicts.count(v) for v in (CONFIRMED, DIFFERS, FAILS, ABSENT)}
+    return {"counts": counts | {"all": len(claims)}, "claims": claims}
+
+
+def _plain(value: Any) -> float | None:
+    return None if pd.isna(value) else float(value)

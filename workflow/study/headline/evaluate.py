@@ -1,0 +1,156 @@
+"""Errors of all calibrations of one case against the truth, as tables: poses, planes, parameters.
+
+Units stand in the columns' names, or in a column ``unit`` where a table mixes lengths and angles. A fit that
+failed keeps its row, with its status and without numbers.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.dataset import read_dataset
+from scalar.estimation.frame_tables import read_truth
+from scalar.estimation.result import Calibration, load_calibration
+from scalar.evaluate import Evaluation, evaluate
+from scalar.units import DEG, MM
+from study.common.methods import CONVERGED, INITIAL
+from study.common.seeds import found_seeds
+from study.headline.calibrate import FAILURE_FORMAT
+
+ERROR_COLUMNS = {
+    "case": "row of the grid",
+    "seed": "of all chance in the scene",
+    "method": "manifold (ours), published-READING (the paper's), or initial (the model before calibration)",
+    "status": "converged, or how the fit ended; a row without numbers has no calibration",
+    "alignment": "raw: poses as predicted; aligned: after the best rigid motion of the base",
+    "position_mean_mm": "over the evaluation poses (equation 18)",
+    "position_max_mm": "the largest of them",
+    "orientation_mean_deg": "angle of the error rotation over the evaluation poses",
+    "orientation_max_deg": "the largest of them",
+    "predicted_position_std_mean_mm": "the calibration's own standard error of the position",
+    "residual_rms_mm": "distance of points and planes after the fit",
+    "misfit": "the residual over what the noise explains; about 1 for a complete model",
+    "evaluations": "of the residual, by the solver",
+}
+PLANE_COLUMNS = {
+    "case": "row of the grid",
+    "seed": "of all chance in the scene",
+    "method": "as in errors.csv",
+    "status": "as in errors.csv",
+    "plane": "its name",
+    "normal_error_deg": "angle between the calibrated normal and the true one",
+    "distance_error_mm": "calibrated less true distance from the base's origin",
+}
+PARAMETER_COLUMNS = {
+    "case": "row of the grid",
+    "seed": "of all chance in the scene",
+    "method": "as in errors.csv",
+    "status": "as in errors.csv",
+    "parameter": "a alpha d theta beta by joint, and the sensor's pose on the flange",
+    "unit": "of the next four columns: mm or deg",
+    "value": "calibrated",
+    "truth": "planted",
+    "error": "value less truth",
+    "std": "the calibration's own standard error; empty where the parameter was held",
+    "normalized_error": "error / std, of unit spread where the standard errors are true",
+    "held": "True where the parameter was not estimated",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Tables:
+    """What an evaluation gives: a row a seed, method and alignment; a row a plane; a row a parameter."""
+
+    errors: pd.DataFrame
+    planes: pd.DataFrame
+    parameters: pd.DataFrame
+
+
+def evaluate_seeds(case: str, data_dir: str | Path, calibration_dirs: Mapping[str, str | Path]) -> Tables:
+    """Return the errors of every calibration of a batch, and of the initial model.
+
+    Args:
+        case: Name, for the tables.
+        data_dir: As ``simulate_seeds`` wrote it.
+        calibration_dirs: ``{method: folder}`` as ``calibrate_seeds`` wrote them.
+    """
+    errors: list[dict[str, Any]] = []
+    planes: list[pd.DataFrame] = []
+    parameters: list[pd.DataFrame] = []
+    for seed, folder in found_seeds(data_dir):
+        dataset = read_dataset(folder / "dataset")
+        truth_poses, truth = read_truth(folder / "truth", dataset.robot.n_joints)
+        for method in (INITIAL, *calibration_dirs):
+            key = {"case": case, "seed": seed, "method": method}
+            calibration, status = None, INITIAL
+            if method != INITIAL:
+                calibration, status = _load(Path(calibration_dirs[method]) / f"{folder.name}.json")
+            elif dataset.sensor.T_flange_sensor is not None:
+                calibration = Calibration.nominal(dataset)
+            if calibration is None:
+                errors += [
+                    key | {"status": status, "alignment": alignment} for alignment in ("raw", "aligned")
+                ]
+                continue
+            found = evaluate(calibration, truth_poses, truth)
+            key |= {"status": status}
+            errors += _error_rows(key, calibration, found)
+            planes.append(found.planes.assign(**key))
+            parameters.append(_parameter_rows(found.parameters).assign(**key))
+        print(f"seed {seed}: evaluated {len(calibration_dirs)} methods", flush=True)
+    return Tables(
+        pd.DataFrame(errors).reindex(columns=list(ERROR_COLUMNS)),
+        _joined(planes, list(PLANE_COLUMNS)),
+        _joined(parameters, list(PARAMETER_COLUMNS)),
+    )
+
+
+def _load(path: Path) -> tuple[Calibration | None, str]:
+    """Return a calibration and its status, or None and why there is none."""
+    content = json.loads(path.read_text(encoding="utf-8"))
+    if content.get("format") == FAILURE_FORMAT:
+        return None, content["status"]
+    return load_calibration(path), content["summary"].get("status", CONVERGED)
+
+
+def _error_rows(key: dict[str, Any], calibration: Calibration, found: Evaluation) -> list[dict[str, Any]]:
+    estimated = len(calibration.free) > 0
+    common = {
+        "predicted_position_std_mean_mm": found.predicted_position_std.mean() / MM if estimated else None,
+        "residual_rms_mm": calibration.residual_rms / MM if estimated else None,
+        "misfit": calibration.summary.get("misfit"),
+        "evaluations": calibration.summary.get("evaluations"),
+    }
+    return [
+        key | {"alignment": alignment} | errors.to_mapping() | common
+        for alignment, errors in (("raw", found.raw), ("aligned", found.aligned))
+    ]
+
+
+def _parameter_rows(found: pd.DataFrame) -> pd.DataFrame:
+    """Return the parameters in millimetres and degrees, with their errors in standard errors."""
+    rows = found.copy()
+    scale = np.where(rows["unit"] == "m", MM, DEG)
+    rows["unit"] = np.where(rows["unit"] == "m", "mm", "deg")
+    for column in ("value", "truth", "error", "std"):
+        rows[column] = pd.to_numeric(rows[column]) / scale
+    std = rows["std"].to_numpy(dtype=float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rows["normalized_error"] = np.where(std > 0, rows["error"] / std, np.nan)
+    return rows
+
+
+def _joined(tables: list[pd.DataFrame], columns: list[str]) -> pd.DataFrame:
+    whole = [table for table in tables if len(table)]
+    return (
+        pd.concat(whole, ignore_index=True).reindex(columns=columns)
+        if whole
+        else pd.DataFrame(columns=columns)
+    )

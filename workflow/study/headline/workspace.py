@@ -1,0 +1,83 @@
+"""What one calibration says of its own errors, and where in the workspace they lie: correlations, and a map over many seeds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.dataset import read_dataset
+from scalar.data.io.plain_yaml import load_yaml
+from scalar.estimation.frame_tables import read_truth
+from scalar.estimation.result import Calibration, load_calibration
+from scalar.evaluate import pose_errors, true_frames
+from scalar.geometry.se3 import Array
+from scalar.units import MM
+from study.common.seeds import found_seeds
+from study.headline.calibrate import FAILURE_FORMAT
+
+BIN = 0.06  # m: side of a cell of the map
+STATES = ("before_mm", "after_mm", "claimed_mm")
+
+
+def correlation(calibration: Calibration) -> pd.DataFrame:
+    """Return the correlations of the free parameters, ``parameter`` and a column each; what never moved has none (NaN)."""
+    std = np.sqrt(np.diag(calibration.covariance))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        matrix = calibration.covariance / std / std[:, None]
+    table = pd.DataFrame(matrix, columns=list(calibration.free))
+    table.insert(0, "parameter", list(calibration.free))
+    return table
+
+
+def map_errors(
+    data_dirs: Sequence[str | Path], calibration_dirs: Sequence[str | Path]
+) -> tuple[pd.DataFrame, int]:
+    """Return root mean square position errors over the seeds by place of the scanner, and how many seeds they are of.
+
+    Args:
+        data_dirs: As ``simulate_seeds`` wrote them, a folder a batch.
+        calibration_dirs: As ``calibrate_seeds`` wrote them, in the same order.
+
+    Returns:
+        ``view, u_m, v_m, poses, before_mm, after_mm, claimed_mm``, a row a cell of the map that any evaluation pose lies in. View ``side``:
+        distance from the base's axis and height; ``above``: x and y. ``u_m`` and ``v_m`` are the cell's middle. ``claimed_mm`` is the root
+        of the mean trace of the covariance that the calibration itself gives.
+    """
+    squares: list[Array] = []
+    points = np.zeros((0, 3))
+    for data, calibrations in zip(data_dirs, calibration_dirs, strict=True):
+        for _, folder in found_seeds(data):
+            path = Path(calibrations) / f"{folder.name}.json"
+            if load_yaml(path).get("format") == FAILURE_FORMAT:
+                continue
+            dataset = read_dataset(folder / "dataset")
+            truth_poses, _ = read_truth(folder / "truth", dataset.robot.n_joints)
+            T_true = true_frames(truth_poses)
+            calibration = load_calibration(path)
+            both = (Calibration.nominal(dataset), calibration)
+            errors = [pose_errors(T_true, model.predict(truth_poses)).position for model in both]
+            squares.append(np.stack([*errors, calibration.predict_std(truth_poses)[0]]) ** 2)
+            points = T_true[:, :3, 3]
+    if not squares:
+        return pd.DataFrame(columns=["view", "u_m", "v_m", "poses", *STATES]), 0
+    mean_square = np.mean(squares, axis=0)
+    side = np.column_stack([np.linalg.norm(points[:, :2], axis=1), points[:, 2]])
+    views = {"side": side, "above": points[:, :2]}
+    parts = [_binned(places, mean_square).assign(view=view) for view, places in views.items()]
+    whole = pd.concat(parts, ignore_index=True).reindex(columns=["view", "u_m", "v_m", "poses", *STATES])
+    return whole, len(squares)
+
+
+def _binned(places: Array, mean_square: Array) -> pd.DataFrame:
+    """Return the root of the mean of ``(3, N)`` squares [m^2] in each cell of places ``(N, 2)`` [m]."""
+    cells = np.floor(places / BIN).astype(int)
+    table = pd.DataFrame({"u": cells[:, 0], "v": cells[:, 1], **dict(zip(STATES, mean_square, strict=True))})
+    grouped: Any = table.groupby(["u", "v"], sort=True)
+    found = np.sqrt(grouped[list(STATES)].mean()) / MM
+    found["poses"] = grouped.size()
+    found = found.reset_index()
+    return found.assign(u_m=(found["u"] + 0.5) * BIN, v_m=(found["v"] + 0.5) * BIN)

@@ -1,0 +1,1 @@
+"""The paper: the numbers that it quotes, and its typesetting."""

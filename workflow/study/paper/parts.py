@@ -1,0 +1,166 @@
+"""Parts of the paper's numbers that no study writes: the setup, what the method is set to, what the original paper states, and ratios."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import asin, degrees, hypot
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from scalar.baseline import fit as published
+from scalar.diagnosis import forward_selection as hunt
+from scalar.diagnosis import unmodelled_structure as unnamed
+from scalar.diagnosis import variance_components as noise
+from scalar.diagnosis.hold_out import BLOCKS_PER_FOLD, FOLDS
+from scalar.effects.catalogue import CATALOGUE, MAX_ORDER, MAX_RIPPLE_ORDER
+from scalar.effects.unattributed import Unattributed
+from scalar.estimation import gross_errors as cleaning
+from scalar.estimation import identifiability
+from scalar.units import MM
+from study.common.methods import INITIAL
+from study.common.statistics import BAND, QUANTITIES
+
+EQUATIONS_PER_POSE = 2
+"""A scan of a plane is a straight line: an offset and a slope, however many points it has."""
+OURS = "manifold"
+NOISES = 2
+"""Effects that are noises: jitter of the poses, and an error common to a scan."""
+
+
+def setup(scene: Path, tilted: Path, seeds: int) -> dict[str, Any]:
+    """Return the headline's setup: counts, and sizes with their unit in the name.
+
+    Args:
+        scene: Config of its scene. tilted: The same with leaning walls. seeds: Repetitions.
+    """
+    # The simulator is an extra; a study of one's own data does without.
+    from scalar.simulation.config import load_config, poses_wanted
+
+    config = load_config(scene)
+    leaning = [plane["normal"] for plane in load_config(tilted)["planes"][1:]]
+    joints, planes = len(config["robot"]["joints"]), len(config["planes"])
+    poses = sum(poses_wanted(config))
+    points = config["sensor"]["points_per_scan"]
+    near, far = config["sensor"]["range_m"]
+    printed = len(published.DH_KINDS) * joints + len(published.SENSOR) + 4 * planes
+    constrained = 1 + planes  # unit vectors: the scanner's axis, and the normals
+    return {
+        "seeds": seeds,
+        "joints": joints,
+        "planes": planes,
+        "poses": poses,
+        "poses_per_plane": poses // planes,
+        "points": points,
+        "points_in_all": poses * points,
+        "equations_per_pose": EQUATIONS_PER_POSE,
+        "equations": EQUATIONS_PER_POSE * poses,
+        "parameters_dh": len(published.DH_KINDS) * joints,
+        "parameters_sensor": len(published.SENSOR),
+        "parameters_planes": 4 * planes,
+        "parameters_printed": printed,
+        "parameters_constrained": constrained,
+        "parameters_independent": printed - constrained,
+        "noise_mm": config["noise"]["range_noise_std_m"] / MM,
+        "fan_half_angle_deg": config["sensor"]["fan_half_angle_deg"],
+        "range_near_mm": near / MM,
+        "range_far_mm": far / MM,
+        "incidence_deg": config["sensor"]["incidence_max_deg"],
+        "wall_distance_m": config["planes"][1]["distance_m"],
+        "walls_lean_deg": max(degrees(asin(abs(n[2]) / hypot(*n))) for n in leaning),
+        "plane_offset_mm": config["plane_guess"]["offset_m"] / MM,
+        "plane_tilt_deg": config["plane_guess"]["tilt_deg"],
+        "length_error_mm": config["initial_model"]["length_std_m"] / MM,
+        "angle_error_deg": config["initial_model"]["angle_std_deg"],
+        "evaluation_poses": config["truth_poses"],
+    }
+
+
+def settings() -> dict[str, Any]:
+    """Return what the method is set to, as the code has it."""
+    return {
+        "null_tolerance": identifiability.NULL_TOLERANCE,
+        "near_parallel_rad": identifiability.NEAR_PARALLEL,
+        "max_evaluations": published.MAX_EVALUATIONS,
+        "band_low": BAND[0],
+        "band_high": BAND[1],
+        "effects": len(CATALOGUE) - (Unattributed.name in CATALOGUE) + NOISES,
+        "highest_order": MAX_ORDER,
+        "highest_ripple": MAX_RIPPLE_ORDER,
+        "alpha": hunt.ALPHA,
+        "least_improvement": hunt.LEAST_IMPROVEMENT,
+        "swap_margin": hunt.SWAP_MARGIN,
+        "confounded_margin": hunt.CONFOUNDED_MARGIN,
+        "noise_alpha": noise.P_VALUE,
+        "unnamed_alpha": unnamed.ALPHA,
+        "folds": FOLDS,
+        "blocks": FOLDS * BLOCKS_PER_FOLD,
+        "point_sigmas": cleaning.POINT_SIGMAS,
+        "pose_sigmas": cleaning.POSE_SIGMAS,
+        "least_pose_error_mm": cleaning.LEAST_POSE_ERROR / MM,
+    }
+
+
+def stated(
+    headline: pd.DataFrame, planes: pd.DataFrame, curves: pd.DataFrame, claims: pd.DataFrame
+) -> dict[str, Any]:
+    """Return what the original paper states: ``headline.initial``, ``planes``, ``curves.noise.0.01``, the columns below.
+
+    Args:
+        headline: published_headline.csv. planes: published_plane_errors.csv. curves: published_curves.csv.
+        claims: published_claims.csv.
+    """
+    columns = list(QUANTITIES)
+    states: Any = headline.set_index("state")[columns]
+    by_sweep: dict[str, Any] = {}
+    for row in curves.to_dict("records"):
+        by_sweep.setdefault(row["sweep"], {})[f"{row['value']:g}"] = {name: row[name] for name in columns}
+    first: Any = planes.iloc[0]
+    return {
+        "headline": states.to_dict("index"),
+        "planes": {
+            "distance_error_mm": first["distance_error_mm"],
+            "normal_error_deg": first["normal_error_deg"],
+        },
+        "curves": by_sweep,
+        "claims": {row["claim"]: int(row["value"]) for row in claims.to_dict("records")},
+        "points": len(curves),
+    }
+
+
+def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
+    """Return ratios between numbers of the parts, by part; units have gone from the names.
+
+    For the headline: how many times nearer to the truth we come than the original paper states, and than where we began.
+    For the comparison of orders: the share of seeds in which a single pass wins where little can be gained.
+    """
+    methods = parts["headline"]["methods"]
+    ours, initial = methods[OURS], methods[INITIAL]
+    found: dict[str, Any] = {
+        "published_over_ours": {
+            _unitless(name): ours["published"][name]["value"] / ours["raw"][name]["mean"]
+            for name in QUANTITIES
+        },
+        "initial_over_ours": {
+            _unitless(name): initial["raw"][name]["mean"] / ours["raw"][name]["mean"] for name in QUANTITIES
+        },
+    }
+    curve = sorted(map(float, parts["published"]["curves"]["noise"]))
+    setup = parts["setup"]
+    held = parts["headline"]["identifiability"]["zero_singular_values"]
+    found["published_noise"] = {"low_mm": curve[0], "next_mm": curve[1]}
+    few = min(map(int, parts["published"]["curves"]["poses"]))
+    found["poses"] = {
+        "equations_at_fewest": EQUATIONS_PER_POSE * few,
+        "unknowns": setup["parameters_independent"] - held,
+    }
+    case = parts.get("sequential", {}).get("cases", {}).get("good-arm-few-noisy")
+    if case:
+        worse = case["ways"]["robot_first"]["one_pass"]["worse_than_at_once"]["position_mean"]
+        found["sequential"] = {"one_pass_wins": 1.0 - worse}
+    return found
+
+
+def _unitless(quantity: str) -> str:
+    return quantity.rsplit("_", 1)[0]

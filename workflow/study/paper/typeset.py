@@ -1,0 +1,83 @@
+"""The paper from its text and the results: one compilation by Typst, in a folder of its own, the same bytes each time.
+
+The text and what it shows are laid out together under one root, since Typst reads nothing outside it: ``paper/`` as it is, ``results/``
+with the numbers and figures. Left out on purpose, so that only the inputs decide the bytes: the fonts of the machine, the date,
+the network.
+"""
+
+from __future__ import annotations
+
+import datetime
+import shutil
+import tempfile
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+from scalar.data.io.atomic import atomic_write, write_json
+from scalar.errors import Fault, InvalidInput
+
+MAIN = "paper/paper.typ"
+NUMBERS = "results/numbers.json"
+FILES = "results/files.json"
+CREATED = datetime.datetime(2018, 10, 1, tzinfo=datetime.UTC)
+"""What a PDF says of its making: a date of no meaning (the first day of IROS 2018), since a true one would change the bytes."""
+
+ARCHIVE = "a-2b"
+"""PDF/A: everything embedded, and a letter that no font has is an error instead of a box."""
+
+
+def typeset(
+    text: Path,
+    numbers: Mapping[str, Any],
+    figures: Mapping[str, Path],
+    output_format: Literal["pdf", "png"] = "pdf",
+    points_per_inch: float = 110.0,
+) -> list[bytes]:
+    """Return the paper: one document as PDF, or a picture a page as PNG.
+
+    Args:
+        text: Folder of the text, with ``paper.typ`` in it.
+        numbers: As ``study.paper.numbers.gather`` gives them.
+        figures: ``{place below results/: file}``.
+        points_per_inch: Of pictures.
+
+    Raises:
+        InvalidInput: The text does not compile; the first line says why, as for a number that is not there.
+    """
+    import typst  # of the workflow's extra: calibrating one's own data does not need it
+
+    with tempfile.TemporaryDirectory(prefix="paper-") as folder:
+        root = Path(folder)
+        shutil.copytree(text, root / "paper")
+        for place, source in figures.items():
+            target = root / "results" / place
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, target)
+        write_json(root / NUMBERS, numbers)
+        write_json(root / FILES, sorted(figures))
+        compiler = typst.Compiler(root / MAIN, root=root, ignore_system_fonts=True)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")  # a font that is missing is no paper
+                made = compiler.compile(
+                    format=output_format,
+                    ppi=points_per_inch,
+                    timestamp=CREATED,
+                    pdf_standards=ARCHIVE if output_format == "pdf" else [],
+                )
+        except (typst.TypstError, typst.TypstWarning) as error:
+            reason = str(error).replace(str(root), "").replace("\n", " ")
+            raise InvalidInput(Fault(str(text), f"cannot be typeset: {reason}")) from None
+    assert made is not None
+    return made if isinstance(made, list) else [made]
+
+
+def write_paper(
+    output: str | Path, text: Path, numbers: Mapping[str, Any], figures: Mapping[str, Path]
+) -> None:
+    """Write the paper to a PDF, whole or not at all; arguments as for ``typeset``."""
+    (document,) = typeset(text, numbers, figures)
+    with atomic_write(output) as temporary:
+        temporary.write_bytes(document)

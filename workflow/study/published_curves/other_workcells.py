@@ -1,0 +1,54 @@
+"""How far the errors of another cell lie from ours: the spread that an unknown cell lends to every prediction.
+
+The paper states neither ranges nor fan, nor where the plates stand. Whole curves shift by it, all runs alike, and a
+candidate must not win or lose by that shift.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scalar.geometry.se3 import Array
+from study.common.grid import with_overrides
+from study.published_curves.curves import Setting
+from study.published_curves.ensemble import Sizes, build_ensemble
+
+_ONE_EFFECT = (
+    Sizes(),
+    Sizes(noise=0.0, scan=1e-4),
+    Sizes(noise=0.0, joint=1e-4),
+)
+_LEAST = 0.05**2  # variance of a log error: cells differ in more ways than were tried
+
+
+def offset_covariance(
+    config: Mapping[str, Any],
+    base_dir: Path,
+    others: Mapping[str, Mapping[str, Any]],
+    base: Setting,
+    seeds: Sequence[int],
+    draws: int,
+) -> tuple[Array, dict[str, list[float]]]:
+    """Return the second moment ``(12, 12)`` of log errors of other cells about ours, and each cell's mean offset.
+
+    Errors of points, of scans and of joints, four quantities each: a narrow fan harms the one and not the others.
+
+    Args:
+        config: Of our scene. base_dir: Where its robot's path starts.
+        others: ``{name: {dotted key: value}}``, changes of the scene. base: The run that is compared.
+        seeds, draws: As for ``build_ensemble``; the same in all cells.
+    """
+
+    def means(scene: Mapping[str, Any]) -> Array:
+        ensemble = build_ensemble(scene, base_dir, seeds, draws, [base], (), 0)
+        return np.array([ensemble.log_errors(base, sizes).mean(axis=0) for sizes in _ONE_EFFECT])
+
+    ours = means(config)
+    differences = {name: means(with_overrides(config, changes)) - ours for name, changes in others.items()}
+    rows = np.array([d.ravel() for d in differences.values()]).reshape(-1, ours.size)
+    moment = rows.T @ rows / max(len(rows), 1) + _LEAST * np.eye(ours.size)
+    return moment, {name: [float(x) for x in d.mean(axis=0)] for name, d in differences.items()}

@@ -1,0 +1,184 @@
+"""One simulated cell, linearised at the truth: what errors of the points of a scan do to the calibrated poses.
+
+Near the optimum the fit is linear: errors e [m] of the distances from the planes shift the parameters by
+``K e``, ``K = (J' J)^-1 J'`` (every point with the same weight, as published), and the poses by ``D K e``. So an
+effect of any size is the same few numbers times its size, and needs no fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.dataset import Dataset
+from scalar.data.poses import Poses
+from scalar.estimation.model import EffectBases, Kinematics, Model
+from scalar.estimation.prepare import candidate_mask
+from scalar.geometry.planes import Planes
+from scalar.geometry.se3 import Array
+from study.common.bound import true_model
+from study.common.memory import dataset_in_memory
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """A cell of N poses with M points a scan, without noise.
+
+    Attributes:
+        dataset: As simulated. model: At the truth. planes: There. free: ``(C,)`` bool, which coordinates are estimated.
+        J: ``(N, M, F)`` of the distances [m] by the free coordinates. by_joint: ``(N, M, n)`` [m/rad], by the angles.
+        incidence: ``(N, M)``, n . u of each ray. ranges: ``(N, M)`` [m]. plane: ``(N,)``.
+        D: ``(P, 6, F)``, turn [rad] and move [m] of the evaluation poses by the free coordinates.
+        evaluated: the evaluation poses. T_true: ``(P, 4, 4)``, the sensor there.
+    """
+
+    dataset: Dataset
+    model: Model
+    planes: Planes
+    free: Array
+    J: Array
+    by_joint: Array
+    incidence: Array
+    ranges: Array
+    plane: Array
+    D: Array
+    evaluated: pd.DataFrame
+    T_true: Array
+
+
+def simulate_cell(config: Mapping[str, Any], base_dir: Path, poses: int) -> Cell:
+    """Return the cell that a scene describes, its noise off.
+
+    Args:
+        config: Of a scene, complete. base_dir: Where its robot's path starts. poses: To evaluate on.
+
+    Raises:
+        SimulationError: Too few postures see a plate.
+    """
+    # The simulator is an extra; a study of one's own data does without.
+    from scalar.simulation.scene import simulate
+
+    held = config.get("initial_model", {}).get("exact", ())
+    scene = simulate({**config, "noise": {}, "truth_poses": poses}, base_dir=base_dir)
+    dataset = dataset_in_memory(scene)
+    model = true_model(dataset, scene.truth)
+    free = candidate_mask(model, held)
+    own = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
+    kinematics = Kinematics.of(model, own, EffectBases.of(model.nominal, own, ()))
+    index = dataset.plane_index.astype(np.intp)
+    planes = model.target
+    if not isinstance(planes, Planes):
+        raise TypeError("scans of planes are needed")
+    J = _distance_derivatives(model, planes, kinematics, scene.points, index)
+    first = list(model.names).index("theta_1")
+    T = kinematics.T_base_sensor
+    rays = np.stack([np.sin(scene.angles), np.zeros_like(scene.angles), np.cos(scene.angles)], axis=-1)
+    at = Poses.from_frame(scene.truth_poses, dataset.robot.n_joints, order_is_row=False)
+    there = Kinematics.of(model, at, EffectBases.of(model.nominal, at, ()))
+    D = there.screws()
+    D[:, 3:] += np.cross(D[:, :3], there.T_base_sensor[:, :3, 3, None], axis=1)
+    return Cell(
+        dataset=dataset,
+        model=model,
+        planes=planes,
+        free=free,
+        J=J[..., free],
+        by_joint=J[..., first : first + dataset.robot.n_joints],
+        incidence=np.einsum("ni,nij,nmj->nm", planes.normals[index], T[:, :3, :3], rays),
+        ranges=scene.ranges,
+        plane=index,
+        D=D[..., free],
+        evaluated=scene.truth_poses,
+        T_true=there.T_base_sensor,
+    )
+
+
+def _distance_derivatives(
+    model: Model, planes: Planes, kinematics: Kinematics, points: Array, index: Array
+) -> Array:
+    """Return d(n . p - d) ``(N, M, C)`` of sensor points ``(N, M, 2)``: n . (w x p + v), and the planes' own."""
+    T, n = kinematics.T_base_sensor, planes.normals[index]
+    p = np.einsum("nij,nmj->nmi", T[:, :3, [0, 2]], points) + T[:, None, :3, 3]
+    screws = kinematics.screws()
+    J = np.cross(p, n[:, None, :]) @ screws[:, :3] + np.einsum("ni,nic->nc", n, screws[:, 3:])[:, None, :]
+    tangents, start = planes.normal_derivatives, model.blocks["target"].start
+    for row, plane in enumerate(index):
+        at = start + 3 * plane
+        J[row, :, at : at + 2] = p[row] @ tangents[plane]
+        J[row, :, at + 2] = -1.0
+    return J
+
+
+def first_poses(cell: Cell, poses: int) -> Array:
+    """Return the rows of the first poses of every plane, ``poses`` in all."""
+    planes = np.unique(cell.plane)
+    each = [np.flatnonzero(cell.plane == k)[: poses // len(planes)] for k in planes]
+    return np.sort(np.concatenate(each))
+
+
+@dataclass(frozen=True, eq=False)
+class Shifts:
+    """What errors of unit size do to the free coordinates, over R draws.
+
+    Attributes:
+        point: ``(R, F)`` for 1 m of independent error a point along its ray. scan: for 1 m common to a scan.
+        joint: for 1 rad of spread in every joint of every pose.
+        rounded: ``{(sigma, step): (R, F)}``, for ranges with noise sigma [m] rounded to a step [m], the noise set apart.
+    """
+
+    point: Array
+    scan: Array
+    joint: Array
+    rounded: dict[tuple[float, float], Array]
+
+
+def shifts(
+    cell: Cell,
+    design: tuple[int, int],
+    sigmas: Sequence[float],
+    steps: Sequence[float],
+    draws: int,
+    rng: np.random.Generator,
+) -> Shifts:
+    """Return unit shifts for a part of a cell: its first poses of every plane, points of each scan chosen at random.
+
+    Args:
+        cell: To take from. design: Poses on all planes, points a scan.
+        sigmas: Stated noises [m]. steps: Of rounding [m]. draws: R.
+        rng: Of choice and noise.
+    """
+    poses, M = design
+    rows = first_poses(cell, poses)
+    chosen = np.sort(np.argsort(rng.random((len(rows), cell.ranges.shape[1])), axis=1)[:, :M], axis=1)
+    J = np.take_along_axis(cell.J[rows], chosen[..., None], axis=1)
+    by_joint = np.take_along_axis(cell.by_joint[rows], chosen[..., None], axis=1)
+    w = np.take_along_axis(cell.incidence[rows], chosen, axis=1)
+    ranges = np.take_along_axis(cell.ranges[rows], chosen, axis=1)
+    A = J.reshape(-1, J.shape[-1])
+    scale = np.linalg.norm(A, axis=0)
+    Q, R = np.linalg.qr(A / scale)
+    K = np.linalg.solve(R, Q.T) / scale[:, None]
+
+    noise = rng.standard_normal((draws, *w.shape))
+    common = rng.standard_normal((draws, len(rows)))
+    spread = rng.standard_normal((draws, len(rows), by_joint.shape[-1]))
+
+    def carried(errors: Array) -> Array:
+        return errors.reshape(draws, -1) @ K.T
+
+    rounded = {}
+    for sigma in sigmas:
+        measured = ranges + sigma * noise
+        for step in steps:
+            rounded[sigma, step] = carried(w * (step * np.round(measured / step) - measured))
+    return Shifts(
+        point=carried(w * noise),
+        scan=carried(w * common[..., None]),
+        joint=carried(np.einsum("nmj,rnj->rnm", by_joint, spread)),
+        rounded=rounded,
+    )

@@ -1,0 +1,270 @@
+"""What a text quotes of the sweeps: slopes, ratios to the bound, how far guesses may be wrong, who failed, which published points lie inside.
+
+All from the tables of the sweeps, raw errors, over the fits that converged. A fit has *succeeded* where it converged
+and its mean position error is at most ``LOST_MM``. Questions about a sweep or a point that a run does not have
+are left out of the answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from study.common.methods import BOUND, CONVERGED, EFFICIENT, INITIAL
+from study.common.statistics import QUANTITIES, spread
+from study.sweeps.summary import LOST_MM
+
+MAIN = QUANTITIES[0]
+"""The error that ratios and slopes are about, where nothing else is said: the mean position error."""
+NEAR_BOUND = 0.10
+"""Of the bound: within so much an estimate counts as efficient."""
+EDGES = ("plane_tilt", "plane_offset", "initial_model")
+"""Sweeps of how wrong the start may be: up to where does every fit succeed?"""
+ENOUGH = {"poses": (60.0, 120.0), "points": (20.0, 100.0)}
+"""The paper's claims that so much is enough: the error at the first value over that at the second."""
+FEWEST = (15.0, 18.0, 21.0)
+"""Poses on three planes: fewer equations than unknowns, and the first two with more."""
+YARDSTICKS = (BOUND, EFFICIENT)
+
+
+def sweep_numbers(
+    errors: Mapping[str, pd.DataFrame], placed: Mapping[str, pd.DataFrame], labels: Mapping[str, str]
+) -> dict[str, Any]:
+    """Return the numbers of all sweeps; units in the names, values on an axis in the unit of its label.
+
+    Args:
+        errors: ``{sweep: its errors.csv}``.
+        placed: ``{sweep: its published_among_ours.csv}``.
+        labels: ``{sweep: label of its axis}``.
+    """
+    raw = {name: _judged(table) for name, table in errors.items()}
+    return {
+        "lost_beyond_mm": LOST_MM,
+        "sweeps": {
+            name: {"label": labels[name], "walls": _by_walls(table, _cases)} for name, table in raw.items()
+        },
+        "noise_slope": _by_walls(raw["noise"], _by_method(_slope)) if "noise" in raw else {},
+        "near_bound": _near_bound(raw),
+        "edges": {name: _by_walls(raw[name], _by_method(_edge)) for name in EDGES if name in raw},
+        "enough": {
+            name: {"value": few, "of": many, "walls": _by_walls(raw[name], _by_method(_ratio(few, many)))}
+            for name, (few, many) in ENOUGH.items()
+            if name in raw
+        },
+        "fewest_poses": _fewest(placed["poses"]) if "poses" in placed else {},
+        "failures": _failures(raw),
+        "published_inside": _inside(placed),
+    }
+
+
+def join_placed(placed: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Return the published points of all sweeps among ours, as one table."""
+    parts = [table.assign(sweep=name) for name, table in placed.items() if len(table)]
+    empty = pd.DataFrame(columns=["sweep", *next(iter(placed.values())).columns])
+    whole: Any = pd.concat(parts, ignore_index=True) if parts else empty
+    return whole[["sweep", *(name for name in whole.columns if name != "sweep")]]
+
+
+def _judged(table: Any) -> Any:
+    """Return the raw rows, with whether each fit converged and whether it succeeded."""
+    raw = table[table["alignment"] == "raw"]
+    converged = raw["status"] == CONVERGED
+    return raw.assign(converged=converged, succeeded=converged & (raw[MAIN] <= LOST_MM))
+
+
+def _by_walls(table: Any, ask: Any) -> dict[str, Any]:
+    return {str(walls): ask(rows) for walls, rows in table.groupby("walls", sort=False)}
+
+
+def _by_method(ask: Any) -> Any:
+    """Return a question asked of each way to calibrate; one without an answer (None) is left out."""
+
+    def asked(table: Any) -> dict[str, Any]:
+        answers = {method: ask(rows, table) for method, rows in _methods(table)}
+        return {method: answer for method, answer in answers.items() if answer is not None}
+
+    return asked
+
+
+def _methods(table: Any) -> list[tuple[str, Any]]:
+    known = (INITIAL, *YARDSTICKS)
+    return [(str(m), rows) for m, rows in table.groupby("method", sort=False) if m not in known]
+
+
+def _cases(table: Any) -> dict[str, Any]:
+    """Return ``{case: {value, bound, methods}}``: ends, errors, ratios to the bound."""
+    cases: dict[str, Any] = {}
+    for case, rows in table.groupby("case", sort=False):
+        bound = rows[rows["method"] == BOUND]
+        cases[str(case)] = {
+            "value": float(rows["value"].iloc[0]),
+            "bound": {q: float(bound[q].mean()) for q in QUANTITIES} if len(bound) else None,
+            "methods": {m: _ends(own) | _errors(own) | _over(own, rows) for m, own in _methods(rows)},
+        }
+    return cases
+
+
+def _ends(rows: Any) -> dict[str, int]:
+    """Return how the fits ended."""
+    status = rows["status"]
+    without = int(rows[MAIN].isna().sum())
+    return {
+        "seeds": len(rows),
+        "succeeded": int(rows["succeeded"].sum()),
+        "lost": int((rows["converged"] & ~rows["succeeded"]).sum()),
+        "failed": int((~rows["converged"]).sum()),
+        "refused": without,
+        "raised": int((status == "raised").sum()),
+        "capped": int((status == "capped").sum()),
+    }
+
+
+def _errors(rows: Any) -> dict[str, Any]:
+    """Return the spread over the seeds of the fits that converged, for each quantity."""
+    ended = rows[rows["converged"]]
+    names = ("mean", "median", "p05", "p95", "min", "max")
+    over = {q: spread(ended[q].to_numpy(dtype=float)) for q in QUANTITIES}
+    return {q: {name: values[name] for name in names} for q, values in over.items()}
+
+
+def _over(rows: Any, case: Any) -> dict[str, Any]:
+    """Return the mean error over the bound with its standard error, and over the efficient estimate from the same noise."""
+    ours = rows[rows["converged"]].set_index("seed")[MAIN]
+    bound = case[case["method"] == BOUND].set_index("seed")[MAIN]
+    efficient = case[case["method"] == EFFICIENT].set_index("seed")[MAIN]
+    if not len(ours) or not len(bound):
+        return {"over_bound": None, "over_efficient": None}
+    expected = float(bound[ours.index].mean())
+    std = float(ours.std() / np.sqrt(len(ours)) / expected) if len(ours) > 1 else float("nan")
+    return {
+        "over_bound": {"ratio": float(ours.mean()) / expected, "std": std},
+        "over_efficient": float(ours.mean() / efficient[ours.index].mean()),
+    }
+
+
+def _slope(rows: Any, _: Any) -> dict[str, float] | None:
+    """Return the slope of log error against log noise, over all noises above zero, and how even error over noise is."""
+    mean = rows[rows["converged"] & (rows["value"] > 0)].groupby("value")[MAIN].mean()
+    if len(mean) < 2:
+        return None
+    noise, error = mean.index.to_numpy(dtype=float), mean.to_numpy(dtype=float)
+    gain = error / noise
+    return {
+        "slope": float(np.polyfit(np.log(noise), np.log(error), 1)[0]),
+        "from_mm": float(noise.min()),
+        "to_mm": float(noise.max()),
+        "error_at_smallest_mm": float(error[0]),
+        "error_over_noise_min": float(gain.min()),
+        "error_over_noise_max": float(gain.max()),
+    }
+
+
+def _near_bound(raw: Mapping[str, Any]) -> dict[str, Any]:
+    """Return by method how many points of all sweeps and walls lie within 10 % of the bound, and of the efficient estimate."""
+    found: dict[str, list[dict[str, Any]]] = {}
+    for name, table in raw.items():
+        for (walls, case), rows in table.groupby(["walls", "case"], sort=False):
+            for method, own in _methods(rows):
+                over = _over(own, rows)
+                if over["over_bound"] is not None:
+                    all_converged = bool(own["converged"].all())
+                    point = {"point": f"{name}/{case}/{walls}", "all_converged": all_converged}
+                    found.setdefault(method, []).append(point | over)
+    answer: dict[str, Any] = {}
+    for method, points in found.items():
+        ratio = np.array([p["over_bound"]["ratio"] for p in points])
+        std = np.array([p["over_bound"]["std"] for p in points])
+        paired = np.array([p["over_efficient"] for p in points])
+        worst = int(np.argmax(np.abs(np.log(paired))))
+        answer[method] = {
+            "points": len(points),
+            "all_converged": sum(p["all_converged"] for p in points),
+            "within_10_percent_of_efficient": int((np.abs(paired - 1) <= NEAR_BOUND).sum()),
+            "within_10_percent_of_bound": int((np.abs(ratio - 1) <= NEAR_BOUND).sum()),
+            "within_10_percent_or_2_std_of_bound": int(
+                (np.abs(ratio - 1) <= np.maximum(NEAR_BOUND, 2 * std)).sum()
+            ),
+            "over_bound_median": float(np.median(ratio)),
+            "over_bound_min": float(ratio.min()),
+            "over_bound_max": float(ratio.max()),
+            "over_bound_std_median": float(np.median(std)),
+            "over_efficient_median": float(np.median(paired)),
+            "over_efficient_worst": float(paired[worst]),
+            "over_efficient_worst_at": points[worst]["point"],
+        }
+    return answer
+
+
+def _edge(rows: Any, _: Any) -> dict[str, Any]:
+    """Return up to which value every seed succeeds, and what happens beyond."""
+    by_value = rows.groupby("value", sort=True)
+    values = [float(value) for value, _ in by_value]
+    succeeded = [int(own["succeeded"].sum()) for _, own in by_value]
+    seeds = [len(own) for _, own in by_value]
+    good = [s == n for s, n in zip(succeeded, seeds, strict=True)]
+    first = good.index(False) if False in good else len(good)
+    none = [value for value, s in zip(values, succeeded, strict=True) if s == 0]
+    return {
+        "all_succeed_up_to": values[first - 1] if first else None,
+        "first_failure_at": values[first] if first < len(values) else None,
+        "none_succeeds_from": min(none, default=None),
+        "succeeded": dict(zip(map(_plain, values), succeeded, strict=True)),
+        "seeds": max(seeds),
+    }
+
+
+def _ratio(few: float, many: float) -> Any:
+    """Return a question: each quantity's mean error at a value over that at another."""
+
+    def ask(rows: Any, _: Any) -> dict[str, float] | None:
+        ended = rows[rows["converged"]]
+        at = [ended[ended["value"] == value] for value in (few, many)]
+        if not all(len(one) for one in at):
+            return None
+        return {q: float(at[0][q].mean() / at[1][q].mean()) for q in QUANTITIES}
+
+    return ask
+
+
+def _fewest(placed: Any) -> dict[str, Any]:
+    """Return by number of poses where the published mean position error falls among our fits that converged."""
+    names = ("ours_min", "ours_median", "ours_max", "percentile", "seeds", "inside_band", "inside_range")
+    answer: dict[str, Any] = {}
+    rows = placed[(placed["quantity"] == MAIN) & placed["value"].isin(FEWEST)]
+    for record in rows.to_dict("records"):
+        entry = answer.setdefault(_plain(record["value"]), {"published_mm": record["published"], "walls": {}})
+        of_walls = entry["walls"].setdefault(record["walls"], {})
+        of_walls[record["method"]] = {name: record[name] for name in names}
+    return answer
+
+
+def _failures(raw: Mapping[str, Any]) -> dict[str, Any]:
+    """Return by walls and method how all fits of all sweeps ended."""
+    whole = pd.concat(list(raw.values()), ignore_index=True)
+    return _by_walls(whole, _by_method(lambda rows, _: _ends(rows)))
+
+
+def _inside(placed: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
+    """Return how many published values lie inside our bands and ranges, by walls and method, whole and by sweep."""
+    whole: Any = join_placed(placed)
+    points = whole[["sweep", "value"]].drop_duplicates()
+    values = whole[["sweep", "value", "quantity"]].drop_duplicates()
+
+    def count(rows: Any) -> dict[str, int]:
+        counts = {name: int(rows[name].sum()) for name in ("inside_band", "inside_range")}
+        below = (rows["published"] < rows["ours_p05"]).sum()
+        above = (rows["published"] > rows["ours_p95"]).sum()
+        return {"values": len(rows)} | counts | {"below_band": int(below), "above_band": int(above)}
+
+    answer: dict[str, Any] = {"points": len(points), "values": len(values), "walls": {}}
+    for (walls, method), rows in whole.groupby(["walls", "method"], sort=False):
+        by_sweep = {str(name): count(own) for name, own in rows.groupby("sweep", sort=False)}
+        answer["walls"].setdefault(str(walls), {})[str(method)] = count(rows) | {"sweeps": by_sweep}
+    return answer
+
+
+def _plain(value: float) -> str:
+    return f"{value:g}"

@@ -1,0 +1,99 @@
+"""A sweep from its cases: all errors in one table, and over the seeds what each point of a figure needs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from study.common.methods import BOUND, CONVERGED, EFFICIENT, INITIAL
+from study.common.statistics import QUANTITIES, spread
+
+LOST_MM = 5.0
+"""Mean position error [mm] beyond which a fit that says it converged has found another solution."""
+
+PLACED_COLUMNS = [
+    *("walls", "method", "value", "quantity", "published"),
+    *("ours_min", "ours_p05", "ours_median", "ours_p95", "ours_max"),
+    *("inside_band", "inside_range", "percentile", "seeds"),
+]
+"""Of the table of published points among ours."""
+
+
+def join_cases(tables: Sequence[pd.DataFrame], values: Mapping[str, float]) -> pd.DataFrame:
+    """Return the tables of single cases as one, by walls, with the place on the axis of each.
+
+    Args:
+        tables: As ``sweep_case`` gives them.
+        values: ``{case: value on the axis, in the unit of its label}``.
+    """
+    parts = [table.dropna(axis=1, how="all") for table in tables]
+    whole = pd.concat(parts, ignore_index=True).reindex(columns=list(tables[0].columns))
+    whole.insert(1, "value", [values[case] for case in whole["case"]])
+    order = {name: k for k, name in enumerate(dict.fromkeys(whole["walls"]))}
+    return whole.sort_values("walls", kind="stable", key=lambda names: names.map(order), ignore_index=True)
+
+
+def summarise_sweep(errors: pd.DataFrame) -> pd.DataFrame:
+    """Return a row a walls, case, method, alignment and quantity: how the fits ended, and the spread of those that converged.
+
+    ``failed`` counts every fit that did not converge, of which ``refused`` have no model at all, ``raised`` met
+    a NaN and ``capped`` ran on; ``lost`` counts those that converged farther than ``LOST_MM`` from the truth,
+    which stay in the spread. The columns from ``mean`` on are in the unit in the quantity's name.
+    """
+    rows: list[dict[str, Any]] = []
+    by: Any = ["walls", "case", "value", "method", "alignment"]
+    table: Any = errors
+    for key, group in table.groupby(by, sort=False):
+        status = group["status"]
+        ended = group[status.isin([CONVERGED, INITIAL, BOUND, EFFICIENT])]
+        lost = (ended["position_mean_mm"] > LOST_MM) & (ended["status"] == CONVERGED)
+        counts = {
+            "seeds": len(group),
+            "failed": len(group) - len(ended),
+            "refused": int(group["position_mean_mm"].isna().sum()),
+            "raised": int((status == "raised").sum()),
+            "capped": int((status == "capped").sum()),
+            "lost": int(lost.sum()),
+        }
+        for quantity in QUANTITIES:
+            values = ended[quantity].to_numpy(dtype=float)
+            rows.append(dict(zip(by, key, strict=True)) | {"quantity": quantity} | counts | spread(values))
+    return pd.DataFrame(rows)
+
+
+def place_published_curve(errors: pd.DataFrame, published: pd.DataFrame) -> pd.DataFrame:
+    """Return for every published point, walls, method and quantity where it falls among our converged fits, raw.
+
+    ``inside_band`` says whether it lies between our 5 and 95 % quantiles over the seeds, ``inside_range`` whether
+    between our least and greatest; ``percentile`` is the share of our seeds below it, in per cent.
+
+    Args:
+        errors: A whole sweep. published: Rows of published_curves.csv of that sweep.
+    """
+    rows: list[dict[str, Any]] = []
+    ours: Any = errors[(errors["alignment"] == "raw") & (errors["status"] == CONVERGED)]
+    for (walls, method), group in ours.groupby(["walls", "method"], sort=False):
+        for point in published.to_dict("records"):
+            here = group[(group["value"] - point["value"]).abs() <= 1e-9 * abs(point["value"])]
+            for quantity in QUANTITIES:
+                values = here[quantity].to_numpy(dtype=float)
+                if not len(values):
+                    continue
+                value, over = float(point[quantity]), spread(values)
+                rows.append(
+                    {
+                        "walls": walls,
+                        "method": method,
+                        "value": point["value"],
+                        "quantity": quantity,
+                        "published": value,
+                        **{f"ours_{name}": over[name] for name in ("min", "p05", "median", "p95", "max")},
+                        "inside_band": bool(over["p05"] <= value <= over["p95"]),
+                        "inside_range": bool(over["min"] <= value <= over["max"]),
+                        "percentile": 100.0 * float((values < value).mean()),
+                        "seeds": len(values),
+                    }
+                )
+    return pd.DataFrame(rows, columns=PLACED_COLUMNS)

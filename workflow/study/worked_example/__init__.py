@@ -1,0 +1,1 @@
+"""One diagnosis followed step by step, from the residual to the effect."""
