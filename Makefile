@@ -40,8 +40,9 @@ $(found). Install it, or say: make PYTHON=/path/to/python3.11
 # or removed, has none. The lock rebuilds .venv from nothing, so that no package of an older lock stays behind.
 LOCKED := .venv/.locked
 INSTALLED := .venv/.installed
+COMPILED := .venv/.compiled
 
-env: $(INSTALLED)
+env: $(COMPILED)
 
 $(LOCKED): requirements/bootstrap.txt requirements/lock.txt
 	@$(if $(find_python),,$(error $(no_python)))echo "Building .venv from requirements/lock.txt"
@@ -49,7 +50,8 @@ $(LOCKED): requirements/bootstrap.txt requirements/lock.txt
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --only-binary :all: \
 		-r requirements/bootstrap.txt
 	@# uv is some seven times faster than pip here, but does not read pip's configuration (a mirror, a proxy).
-	@$(BIN)/uv pip install --quiet --python $(BIN)/python --require-hashes --no-deps --no-build-isolation \
+	@# --compile-bytecode: where Python may not write bytecode (many containers), each start would compile all imports anew.
+	@$(BIN)/uv pip install --quiet --compile-bytecode --python $(BIN)/python --require-hashes --no-deps --no-build-isolation \
 		-r requirements/lock.txt || \
 	{ echo "uv could not install the lock; once more with pip" && \
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps \
@@ -59,6 +61,13 @@ $(LOCKED): requirements/bootstrap.txt requirements/lock.txt
 $(INSTALLED): $(LOCKED) pyproject.toml scalar/__init__.py
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-index --no-deps --no-build-isolation \
 		--editable .
+	@touch $@
+
+# Our own modules, for the same reason: those that changed since the stamp. Checked by a hash of the source, not by its time,
+# so that no stale bytecode is ever run, whatever a checkout or an editor does to the times of files.
+SOURCES := $(shell find scalar workflow/study -name '*.py' 2>/dev/null)
+$(COMPILED): $(INSTALLED) $(SOURCES)
+	@$(if $(filter %.py,$?),$(BIN)/python -m compileall -q -f --invalidation-mode checked-hash $(filter %.py,$?))
 	@touch $@
 
 all: env

@@ -13,6 +13,7 @@ import numpy as np  # noqa: E402
 from benchmarks.contestants import Contest, Result  # noqa: E402
 from benchmarks.large import large  # noqa: E402
 from benchmarks.scenes import paper_scene, repeated  # noqa: E402
+from benchmarks.start_up import start_up  # noqa: E402
 from benchmarks.timing import Times, interleaved, ratio  # noqa: E402
 from scalar.estimation.calibrate import calibrate  # noqa: E402
 
@@ -97,6 +98,7 @@ def main() -> None:
     )
     arguments = parser.parse_args()
     print("processor time; other work on this machine moves the times, and the ratios little\n")
+    start_up(arguments.rounds)
     headline(arguments.rounds)
     points_a_scan(arguments.rounds)
     many_poses(arguments.all)

@@ -16,15 +16,20 @@ GUESS = {"tilt_std_deg": 3.0, "offset_std_m": 0.01}  # rough planes as a user kn
 
 def paper_scene(points_per_scan: int = 100, poses_per_plane: int = 40) -> Dataset:
     """Return the headline scene (3N = 120, M = 100, 0.1 mm along the ray), or the same with other numbers."""
+    with tempfile.TemporaryDirectory() as folder:
+        return read_dataset(write_paper_scene(Path(folder), points_per_scan, poses_per_plane))
+
+
+def write_paper_scene(folder: Path, points_per_scan: int = 100, poses_per_plane: int = 40) -> Path:
+    """Write the scene of `paper_scene` and return the folder of its dataset."""
     config = load_config(CONFIG)
     config["sensor"]["points_per_scan"] = points_per_scan
     config["sensor"]["rays"] = max(config["sensor"]["rays"], points_per_scan)
     config["poses_per_plane"] = poses_per_plane
     config["plane_guess"].update(GUESS)
     config["truth_poses"] = 1
-    with tempfile.TemporaryDirectory() as folder:
-        write_scene(simulate(config), Path(folder))
-        return read_dataset(Path(folder) / "dataset")
+    write_scene(simulate(config), folder)
+    return folder / "dataset"
 
 
 def repeated(dataset: Dataset, times: int) -> Dataset:

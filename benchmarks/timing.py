@@ -27,21 +27,24 @@ class Times:
         return float(np.min(self.seconds))
 
 
-def interleaved(contestants: dict[str, Callable[[], Any]], rounds: int) -> dict[str, Times]:
+def interleaved(
+    contestants: dict[str, Callable[[], Any]], rounds: int, clock: Callable[[], float] = time.process_time
+) -> dict[str, Times]:
     """Return the times of contestants that take turns, so that whatever slows the machine slows all of them.
 
     Args:
         contestants: By name; each is called once before the clock runs.
         rounds: How often each is timed.
+        clock: What a time is read from [s].
     """
     for call in contestants.values():
         call()
     seconds = {name: np.empty(rounds) for name in contestants}
     for i in range(rounds):
         for name, call in contestants.items():
-            start = time.process_time()
+            start = clock()
             call()
-            seconds[name][i] = time.process_time() - start
+            seconds[name][i] = clock() - start
     return {name: Times(each) for name, each in seconds.items()}
 
 

@@ -1,13 +1,17 @@
 """The set-up by `make env`: what it refuses, and what it takes for finished."""
 
+import importlib.util
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
+STAMPS = (".locked", ".installed", ".compiled")  # in the order in which `make env` sets them
+CHECKED_HASH = 0b11  # flags in bytecode that is checked against a hash of its source (PEP 552)
 
 
 @pytest.fixture
@@ -62,6 +66,37 @@ def test_half_built_environment_is_not_taken_for_complete(bare_clone: Path) -> N
     """An environment without its stamp is built again; with it, `make env` has nothing to do."""
     (bare_clone / ".venv" / "bin").mkdir(parents=True)
     assert make(bare_clone, "--question", "env").returncode == 1
-    for stamp in (".locked", ".installed"):
+    for stamp in STAMPS:
         (bare_clone / ".venv" / stamp).touch()
+    assert make(bare_clone, "--question", "env").returncode == 0
+
+
+def test_our_modules_are_compiled_and_never_stale(bare_clone: Path) -> None:
+    """`make env` compiles our modules, those that changed since; what runs is the source, whatever its time says."""
+    (bare_clone / ".venv" / "bin").mkdir(parents=True)
+    (bare_clone / ".venv" / "bin" / "python").symlink_to(sys.executable)
+    for stamp in STAMPS[:-1]:
+        (bare_clone / ".venv" / stamp).touch()
+    source = bare_clone / "scalar" / "answer.py"
+    source.write_text("ANSWER = 1\n", encoding="utf-8")
+    assert make(bare_clone, "env").returncode == 0
+    bytecode = Path(importlib.util.cache_from_source(str(source)))
+    compiled = bytecode.read_bytes()
+    assert int.from_bytes(compiled[4:8], "little") == CHECKED_HASH
+
+    times = source.stat()
+    source.write_text("ANSWER = 2\n", encoding="utf-8")
+    os.utime(source, ns=(times.st_atime_ns, times.st_mtime_ns))  # the same size and time, other content
+    run = subprocess.run(
+        [sys.executable, "-B", "-c", "from scalar.answer import ANSWER; print(ANSWER)"],
+        cwd=bare_clone,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert run.stdout.strip() == "2"
+
+    source.touch()
+    assert make(bare_clone, "env").returncode == 0
+    assert bytecode.read_bytes() != compiled
     assert make(bare_clone, "--question", "env").returncode == 0

@@ -4,25 +4,27 @@ A dataset is what calibration and diagnosis see, and all they see. Poses stand i
 points of one pose stand together, in the order of the file. The reader raises every fault it finds.
 """
 
+from __future__ import annotations
+
 import os
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from scalar.data.description import DESCRIPTION
-from scalar.data.folder import FILES, POINT_COLUMNS, POSES, Content, examine_folder
+from scalar.data.folder import FILES, POINT_COLUMNS, POSES, Content, examine_folder, read_folder
 from scalar.data.io.atomic import atomic_directory
 from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.data.located_table import Table
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import transform_from_rotation_vector
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FORMAT = "scalar-dataset/1"
 KNOWN_POSE_COLUMNS = ("pose", "plane", "order", "time", "temperature", "session")
@@ -118,6 +120,8 @@ class Dataset:
         """Return the session of each pose, ``(N,)`` int64 codes in order of first appearance, or None."""
         if "session" not in self.poses.columns:
             return None
+        import pandas as pd
+
         labels = self.poses["session"]
         try:  # 1 and 1.0 are one session, where all are numbers
             return pd.factorize(labels.astype(float))[0].astype(np.int64)
@@ -131,7 +135,7 @@ class Dataset:
         known = {*KNOWN_POSE_COLUMNS, *(f"{stem}{i + 1}" for stem in ("q", "approach") for i in range(n))}
         return tuple(str(name) for name in self.poses.columns if name not in known)
 
-    def subset(self, rows: np.ndarray) -> "Dataset":
+    def subset(self, rows: np.ndarray) -> Dataset:
         """Return the dataset of some of the poses, still in acquisition order.
 
         Args:
@@ -156,11 +160,7 @@ def read_dataset(path: str | os.PathLike[str]) -> Dataset:
     Raises:
         InvalidInput: with all the faults found, each with its file, row and column.
     """
-    faults: list[Fault] = []
-    content = examine_folder(Path(path), faults)
-    if content is None:
-        raise InvalidInput(faults)
-    return _build(content)
+    return _build(read_folder(Path(path)))
 
 
 def validate_dataset(path: str | os.PathLike[str]) -> list[Fault]:
@@ -172,6 +172,8 @@ def validate_dataset(path: str | os.PathLike[str]) -> list[Fault]:
 
 def _build(content: Content) -> Dataset:
     """Return the dataset of a folder that has no fault."""
+    import pandas as pd
+
     mapping = content.mapping
     frame = pd.DataFrame(content.poses.columns)
     frame["pose"] = frame["pose"].astype(np.int64)
@@ -278,6 +280,9 @@ def _write_table(table: pd.DataFrame, path: Path) -> None:
         raise ValueError(f"{path.name}: a number is not finite")
     table = table.astype({name: np.float64 for name in table.select_dtypes("floating").columns})
     if path.suffix == ".parquet":
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
         columns = {str(name): table[name].to_numpy() for name in table.columns}
         pq.write_table(pa.table(columns), path, compression="zstd")
     else:

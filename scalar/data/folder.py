@@ -71,6 +71,19 @@ def examine_folder(path: Path, faults: list[Fault]) -> Content | None:
     return Content(description.mapping, poses, points)
 
 
+def read_folder(path: Path) -> Content:
+    """Return the content of a dataset folder.
+
+    Raises:
+        InvalidInput: with all the faults found, each with its file, row and column.
+    """
+    faults: list[Fault] = []
+    content = examine_folder(path, faults)
+    if content is None:
+        raise InvalidInput(faults)
+    return content
+
+
 def _list_folder(path: Path, faults: list[Fault]) -> list[str] | None:
     """Return the names of the files in a folder, None if there is none to look at."""
     example = f"give the folder that holds {DESCRIPTION} and {POSES}"

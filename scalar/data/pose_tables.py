@@ -3,11 +3,13 @@
 They have the columns of poses.csv, without its plane, and are checked as strictly.
 """
 
+from __future__ import annotations
+
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from scalar.data.description import Description
 from scalar.data.io.csv_reader import read_csv
@@ -15,6 +17,9 @@ from scalar.data.located_table import Layout
 from scalar.data.table_consistency import check_poses, poses_layout
 from scalar.data.unit_suspicions import suspect_joint_angles
 from scalar.errors import Fault, InvalidInput
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 def read_pose_table(
@@ -51,6 +56,8 @@ def read_pose_table(
         suspect_joint_angles(table, description, faults)
     if faults or table is None:
         raise InvalidInput(faults)
+    import pandas as pd
+
     frame = pd.DataFrame(table.columns)
     frame["pose"] = frame["pose"].astype(np.int64)
     return frame

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 def is_joint(column: str) -> bool:

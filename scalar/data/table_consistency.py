@@ -10,7 +10,6 @@ import re
 from collections.abc import Sequence
 
 import numpy as np
-import pandas as pd
 
 from scalar.data.description import DESCRIPTION, MIN_PLANES, Description
 from scalar.data.located_table import Layout, Table, did_you_mean, shorten
@@ -71,16 +70,17 @@ def check_poses(
 def _check_unique(table: Table, column: str, faults: list[Fault]) -> None:
     if column not in table.columns:
         return
-    values = pd.Series(table.columns[column])
-    repeated = values.duplicated().to_numpy() & ~values.isna().to_numpy()
+    values = table.columns[column]
+    _, first, group = np.unique(values, return_index=True, return_inverse=True)
+    first = first[group]
+    repeated = (first != np.arange(len(values))) & ~np.isnan(values)
     if not repeated.any():
         return
     lines = table.line_numbers()
-    first = values.groupby(values).transform(lambda rows: rows.index[0])
 
     def message(i: int) -> str:
-        row = lines[int(first.iloc[i])]
-        return f"{column} {values.iloc[i]:.15g} stands already in row {row}; correct or remove one"
+        row = lines[first[i]]
+        return f"{column} {values[i]:.15g} stands already in row {row}; correct or remove one"
 
     table.report(faults, column, repeated, message)
 

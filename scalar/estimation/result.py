@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from scalar.data.io.atomic import write_json
 from scalar.data.poses import Poses
@@ -22,6 +21,8 @@ from scalar.geometry.se3 import Array, log_so3, transform_from_rotation_vector
 from scalar.sensors.tracker import TrackerFrames
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from scalar.data.dataset import Dataset
 
 FORMAT = "scalar-calibration/1"

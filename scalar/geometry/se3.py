@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 Array = NDArray[Any]
 """An array; float64 where nothing else is said, integers and booleans where a docstring says index, count or mask."""
@@ -43,6 +42,8 @@ def inverse(T: Array) -> Array:
 
 def exp_so3(rotation_vector: ArrayLike) -> Array:
     """Return the rotation ``(..., 3, 3)`` of a rotation vector ``(..., 3)`` [rad]."""
+    from scipy.spatial.transform import Rotation  # slow to import, and not needed to read a dataset
+
     rotation_vector = np.array(rotation_vector, dtype=float)  # a copy: SciPy refuses pandas' read-only views
     R = Rotation.from_rotvec(rotation_vector.reshape(-1, 3)).as_matrix()
     return R.reshape(*rotation_vector.shape[:-1], 3, 3)
@@ -50,6 +51,8 @@ def exp_so3(rotation_vector: ArrayLike) -> Array:
 
 def log_so3(R: Array) -> Array:
     """Return the rotation vector ``(..., 3)`` [rad], of length at most pi, of rotations ``(..., 3, 3)``."""
+    from scipy.spatial.transform import Rotation
+
     rotation_vector = Rotation.from_matrix(np.array(R, dtype=float).reshape(-1, 3, 3)).as_rotvec()
     return rotation_vector.reshape(*R.shape[:-2], 3)
 

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scalar.cli.terminal import describe_diagnosis
+from scalar.cli.diagnose import describe_diagnosis
 from scalar.data.dataset import Dataset
 from scalar.diagnosis import Diagnosis, diagnose
 from scalar.diagnosis.partial_residuals import beside_everything, courses, seen_share

@@ -9,8 +9,6 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.csv as pa_csv
 
 from scalar.data.located_table import NUMBER, Layout, Table, check_cells, did_you_mean, header_faults, shorten
 from scalar.errors import Fault
@@ -52,6 +50,9 @@ def _plain_header(raw: bytes) -> list[str] | None:
 
 def _parse_fast(raw: bytes, names: list[str], layout: Layout) -> dict[str, np.ndarray] | None:
     """Return the columns of a CSV file parsed in C, or None if any cell is not what it should be."""
+    import pyarrow as pa
+    import pyarrow.csv as pa_csv
+
     types = {name: pa.string() if name in layout.text else pa.float64() for name in names}
     try:
         table = pa_csv.read_csv(
@@ -64,7 +65,9 @@ def _parse_fast(raw: bytes, names: list[str], layout: Layout) -> dict[str, np.nd
     except pa.ArrowException:
         return None
     return {
-        name: _text(table[name].to_pylist()) if name in layout.text else table[name].to_numpy()
+        name: _text(table[name].to_pylist())
+        if name in layout.text
+        else np.array(np.from_dlpack(table[name].combine_chunks()))  # not to_numpy: that imports pandas
         for name in names
     }
 

@@ -3,8 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from scalar.data.located_table import Layout, Table, check_cells, header_faults
 from scalar.errors import Fault
@@ -12,6 +10,9 @@ from scalar.errors import Fault
 
 def read_parquet(path: Path, layout: Layout, faults: list[Fault]) -> Table | None:
     """Return the table of numbers in a Parquet file, None if nothing of it can be used; faults are added."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     file = path.name
     try:
         with pq.ParquetFile(path) as parquet:

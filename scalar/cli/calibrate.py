@@ -1,0 +1,126 @@
+"""``scalar calibrate``: estimate robot, sensor and planes together, and say how sure each parameter is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from scalar.cli.group import cli
+from scalar.cli.options import OUTPUT, PATH, listed, made
+from scalar.units import DEG, MM
+
+if TYPE_CHECKING:
+    from scalar.estimation.result import Calibration
+
+_MISFIT_WORTH_SAYING = 1.15
+
+
+@cli.command()
+@click.argument("dataset", type=PATH)
+@OUTPUT
+@click.option(
+    "--effects",
+    "effects",
+    metavar="NAME,...",
+    help="Free these effects as well, e.g. joint_compliance,joint_scale:2.",
+)
+@click.option(
+    "--effects-from",
+    type=PATH,
+    metavar="CALIBRATION",
+    help="Take the arm's effects from another calibration and hold them.",
+)
+@click.option(
+    "--hold", metavar="NAME,...", help="Hold these parameters at their nominal values, e.g. a_2,d_4."
+)
+def calibrate(
+    dataset: Path, output: Path, effects: str | None, effects_from: Path | None, hold: str | None
+) -> None:
+    """Calibrate robot, sensor and planes together: DIR/calibration.json and a summary.
+
+    \b
+    Examples:
+      scalar calibrate my-cell -o out
+      scalar calibrate my-cell -o out --effects joint_compliance
+      scalar calibrate later -o out2 --effects-from out/calibration.json
+    """
+    from scalar.cli.progress import progress
+    from scalar.data.dataset import read_dataset
+    from scalar.effects.catalogue import parse_effects
+    from scalar.effects.transfer import carried
+    from scalar.estimation.calibrate import calibrate
+    from scalar.estimation.result import load_calibration
+
+    data = read_dataset(dataset)
+    wanted = parse_effects(effects, data) if effects else ()
+    given = carried(load_calibration(effects_from).model, data) if effects_from else None
+    with progress("calibrating"):
+        result = calibrate(
+            data, effects=wanted, held_effects=given.effects if given else (), hold=listed(hold)
+        )
+    if given:
+        result = replace(result, summary={**result.summary, "effects_from": given.to_mapping()})
+    result.save(made(output) / "calibration.json")
+    click.echo(describe_calibration(result))
+    click.echo(f"written: {output / 'calibration.json'}")
+
+
+def describe_calibration(calibration: Calibration) -> str:
+    """Return what was found, how sure it is, and what could not be seen."""
+    from scalar.effects import transfer
+
+    summary = calibration.summary
+    model = calibration.model
+    lines = [
+        f"{model.robot.name}: {summary['poses']} poses, {summary['points']} points; "
+        f"residual {calibration.residual_rms / MM:.4g} mm RMS",
+    ]
+    misfit, p_value = summary.get("misfit"), summary.get("misfit_p_value")
+    if misfit is not None and p_value is not None:
+        if misfit > _MISFIT_WORTH_SAYING and p_value < 1e-3:
+            lines.append(
+                f"  the residual is {misfit:.1f} times what the noise explains: the model lacks something; "
+                "try 'scalar diagnose'"
+            )
+        else:
+            lines.append(f"  the residual is what the noise explains (ratio {misfit:.2f})")
+    std = calibration.std
+    lines.append("  parameter        nominal    calibrated        change     std")
+    for kind in ("a", "alpha", "d", "theta"):
+        for i in range(model.robot.n_joints):
+            name = f"{kind}_{i + 1}"
+            if name not in std:
+                continue
+            unit, text = (MM, "mm ") if kind in ("a", "d") else (DEG, "deg")
+            nominal = model.nominal.geometry[("a", "alpha", "d", "theta").index(kind), i] / unit
+            value = model.robot.geometry[("a", "alpha", "d", "theta").index(kind), i] / unit
+            lines.append(
+                f"    {name:<9} {nominal:12.4f}  {value:12.4f}  {value - nominal:12.4f}  {std[name] / unit:8.4f} {text}"
+            )
+    t, r = model.sensor[:3] / MM, model.sensor[3:] / DEG
+    lines.append(
+        f"  sensor on flange: [{t[0]:.3f} {t[1]:.3f} {t[2]:.3f}] mm, rotation vector [{r[0]:.4f} {r[1]:.4f} {r[2]:.4f}] deg"
+    )
+    for plane in calibration.to_mapping()["planes"]:
+        n = plane["normal"]
+        lines.append(
+            f"  plane {plane['name']}: normal [{n[0]:.5f} {n[1]:.5f} {n[2]:.5f}], distance {plane['distance'] / MM:.3f} mm"
+            + (f" +- {plane['distance_std_m'] / MM:.3f}" if plane["distance_std_m"] else "")
+        )
+    for effect in model.effects:
+        for name, unit, value in zip(
+            effect.parameter_names, effect.coefficient_units, effect.coefficients, strict=True
+        ):
+            spread = f" +- {std[name]:.2g}" if name in std else " (held)"
+            lines.append(f"  effect {name}: {value:.4g}{spread} {unit}")
+    lines += transfer.describe(summary.get("effects_from"))
+    near = summary.get("kept_near_data_sheet") or {}
+    if near:
+        lines.append(f"  kept near the data sheet, because these poses hardly see it: {', '.join(near)}")
+    if calibration.gauge:
+        lines.append(f"  held, because the data cannot see it ({len(calibration.gauge)}):")
+        lines += [f"    {entry['held']}: {entry['reason']}" for entry in calibration.gauge]
+    return "\n".join(lines)

@@ -1,0 +1,101 @@
+"""``scalar diagnose``: find what the model lacks, and say it in about ten lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from scalar.cli.group import cli
+from scalar.cli.options import OUTPUT, PATH, made
+
+if TYPE_CHECKING:
+    from scalar.diagnosis.diagnose import Diagnosis
+
+_SILENT_SHOWN = 4
+_EFFECTS_NAMED = 8
+_COEFFICIENTS_SHOWN = 3
+_PLAIN = str.maketrans(
+    {"−": "-", "±": "+-", "°": "deg", "²": "2", "×": "x"}
+)  # for terminals that know no more
+
+
+@cli.command()
+@click.argument("dataset", type=PATH)
+@OUTPUT
+def diagnose(dataset: Path, output: Path) -> None:
+    """Find what the model lacks, add it, and compare errors before and after on held-out poses.
+
+    Writes DIR/before.json and DIR/after.json (calibrations), DIR/diagnosis.json and DIR/report.html (one file, opens offline).
+
+    \b
+    Example:
+      scalar diagnose my-cell -o out
+      scalar predict out/after.json joints.csv -o frames.csv
+    """
+    from scalar.cli.progress import stages
+    from scalar.data.dataset import read_dataset
+    from scalar.diagnosis import diagnose, write_diagnosis
+
+    data = read_dataset(dataset)
+    with stages() as advance:
+        result = diagnose(data, progress=advance)
+        advance("writing the report")
+        write_diagnosis(result, made(output))
+    click.echo(describe_diagnosis(result))
+    click.echo(f"written: {output / 'report.html'}, diagnosis.json, before.json, after.json")
+
+
+def describe_diagnosis(diagnosis: Diagnosis) -> str:
+    """Return what was found, in about ten lines."""
+    from scalar.report import words
+
+    d = diagnosis.to_mapping()
+    before, after = d["residual"]["before"], d["residual"]["after"]
+    verdict = {
+        "no_effect": "nothing but noise: these data show nothing that the model lacks",
+        "effect": "found what the model lacks",
+        "unattributed": "the residual holds structure that no known effect explains",
+    }[d["verdict"]]
+    lines = [f"{diagnosis.dataset.name}: {verdict}"]
+    for entry in d["effects"][:_EFFECTS_NAMED]:
+        title = words.title(entry["name"], entry["target"], entry.get("depends_on", ()))
+        lines.append(f"  {title}{_sizes(entry)}")
+        if entry["confounded_with"]:
+            near = [words.title(c["name"], c["target"]) for c in entry["confounded_with"]]
+            more = [f"{len(near) - 3} more"] if len(near) > 3 else []
+            lines.append(f"    these data do not tell it from {words.listed(near[:3] + more, 'or')}")
+    if len(d["effects"]) > _EFFECTS_NAMED:
+        lines.append(f"  and {len(d['effects']) - _EFFECTS_NAMED} more")
+    lines.append(
+        f"  error on held-out poses {before['held_out_rms_mm']:.4f} -> {after['held_out_rms_mm']:.4f} mm RMS; "
+        f"noise alone would leave {d['residual']['floor_mm']:.4f} mm"
+    )
+    outliers = d["outliers"]
+    if outliers["poses"] or outliers["points"]:
+        lines.append(
+            f"  set aside: {len(outliers['poses'])} poses, {len(outliers['mislabelled'])} of them on another plane "
+            f"than said, and {outliers['points']} points"
+        )
+    if d["silent"]:
+        hidden = list(dict.fromkeys(words.title(s["name"], s["target"]) for s in d["silent"]))
+        more = len(hidden) - _SILENT_SHOWN
+        shown = hidden[:_SILENT_SHOWN] + ([f"{more} more (see the report)"] if more > 0 else [])
+        lines.append(f"  cannot be seen here: {words.listed(shown)}")
+    return "\n".join(lines).translate(_PLAIN)
+
+
+def _sizes(entry: Mapping[str, Any]) -> str:
+    """Return the coefficients of an effect for a line: all of few, or the most certain one of many."""
+    from scalar.report import words
+
+    shown = list(entry["coefficients"].items())
+    if len(shown) > _COEFFICIENTS_SHOWN:
+        shown = sorted(shown, key=lambda c: -abs(c[1]["value"]) / (c[1]["std"] or inf))[:1]
+    rows = [words.coefficient(name, c["value"], c["std"]) for name, c in shown]
+    texts = [f"{name} {value} ± {std} {unit}" for name, value, std, unit in rows]
+    rest = len(entry["coefficients"]) - len(shown)
+    return (": " + ", ".join(texts) if texts else "") + (f", and {rest} more coefficients" if rest else "")

@@ -1,0 +1,60 @@
+"""``scalar evaluate``: a calibration against the truth of a simulated set."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from scalar.cli.group import cli
+from scalar.cli.options import OUTPUT, PATH, made
+
+if TYPE_CHECKING:
+    from scalar.evaluate import Evaluation
+
+
+@cli.command()
+@click.argument("calibration", type=PATH)
+@click.argument("truth", type=PATH)
+@OUTPUT
+def evaluate(calibration: Path, truth: Path, output: Path) -> None:
+    """Compare a calibration with a simulated truth over its poses: DIR/evaluation.json and a summary.
+
+    \b
+    Example:
+      scalar evaluate out/calibration.json sim/truth -o out
+    """
+    from scalar.data.io.atomic import write_json
+    from scalar.estimation.frame_tables import read_truth
+    from scalar.estimation.result import load_calibration
+    from scalar.evaluate import evaluate
+
+    model = load_calibration(calibration)
+    robot = model.model.robot
+    truth_poses, content = read_truth(truth, robot.n_joints, robot.limits)
+    result = evaluate(model, truth_poses, content)
+    write_json(made(output) / "evaluation.json", result.to_mapping())
+    click.echo(describe_evaluation(result))
+    click.echo(f"written: {output / 'evaluation.json'}")
+
+
+def describe_evaluation(evaluation: Evaluation) -> str:
+    """Return the errors against the truth, raw and aligned."""
+    lines = [
+        f"errors over {len(evaluation.raw.position)} poses   position mean / max [mm]   orientation mean / max [deg]"
+    ]
+    for name, errors in (("raw", evaluation.raw), ("aligned", evaluation.aligned)):
+        e = errors.to_mapping()
+        lines.append(
+            f"  {name:<8} {e['position_mean_mm']:18.4f} / {e['position_max_mm']:.4f}"
+            f" {e['orientation_mean_deg']:18.5f} / {e['orientation_max_deg']:.5f}"
+        )
+    if not evaluation.planes.empty:
+        worst = evaluation.planes.loc[evaluation.planes["normal_error_deg"].idxmax()]
+        largest = evaluation.planes["distance_error_mm"].abs().max()
+        lines.append(
+            f"  planes (raw): distance within {largest:.4f} mm, "
+            f"normal within {worst['normal_error_deg']:.5f} deg"
+        )
+    return "\n".join(lines)

@@ -1,0 +1,34 @@
+"""Arguments and options that several commands share, and the folder that they write to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from scalar.errors import Fault, InvalidInput
+
+PATH = click.Path(path_type=Path)
+OUTPUT = click.option(
+    "-o", "--output", "output", type=PATH, required=True, help="Folder to write to; made if missing."
+)
+
+
+def made(folder: Path) -> Path:
+    """Return the folder, which is made if it is missing.
+
+    Raises:
+        InvalidInput: The folder cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        message = f"cannot be written ({error.strerror or error}); give another place for the output"
+        raise InvalidInput(Fault(str(folder), message)) from None
+    return folder
+
+
+def listed(names: str | None) -> Sequence[str]:
+    """Return the names of an option of the form ``NAME,...``."""
+    return [name.strip() for name in names.split(",") if name.strip()] if names else ()

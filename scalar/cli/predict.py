@@ -1,0 +1,34 @@
+"""``scalar predict``: the sensor's frame for every row of a table of joint angles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from scalar.cli.group import cli
+from scalar.cli.options import PATH
+
+
+@cli.command()
+@click.argument("calibration", type=PATH)
+@click.argument("joints", type=PATH)
+@click.option("-o", "--output", type=PATH, required=True, help="CSV file to write.")
+def predict(calibration: Path, joints: Path, output: Path) -> None:
+    """Predict the sensor's frame in the base frame for every row of JOINTS.csv, all calibrated effects applied.
+
+    JOINTS.csv has pose,q1..qn [rad] and the optional columns of poses.csv. Written: pose,x,y,z,rx,ry,rz [m, rotation vector rad].
+
+    \b
+    Example:
+      scalar predict out/calibration.json joints.csv -o frames.csv
+    """
+    from scalar.data.pose_tables import read_pose_table
+    from scalar.estimation.frame_tables import write_frames
+    from scalar.estimation.result import load_calibration
+
+    model = load_calibration(calibration)
+    robot = model.model.robot
+    table = read_pose_table(joints, robot.n_joints, limits=robot.limits)
+    write_frames(output, table["pose"].to_numpy(), model.predict(table))
+    click.echo(f"written: {output}, {len(table)} poses")

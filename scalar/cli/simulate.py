@@ -1,0 +1,44 @@
+"""``scalar simulate``: a dataset by the physics engine, and its truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from scalar.cli.group import cli
+from scalar.cli.options import OUTPUT, PATH
+
+
+@cli.command()
+@click.argument("config", type=PATH)
+@OUTPUT
+@click.option("--seed", type=click.IntRange(min=0), help="Instead of the seed in CONFIG.")
+def simulate(config: Path, output: Path, seed: int | None) -> None:
+    """Simulate a dataset with pybullet, as CONFIG says: DIR/dataset, and its truth in DIR/truth.
+
+    \b
+    Example:
+      scalar simulate configs/scenes/paper.yaml -o sim
+      scalar calibrate sim/dataset -o out
+      scalar evaluate out/calibration.json sim/truth -o out
+    """
+    from scalar.cli.progress import progress
+
+    try:
+        from scalar.simulation import load_config, simulate, write_scene
+    except ModuleNotFoundError as error:
+        if error.name != "pybullet":
+            raise
+        raise click.ClickException(
+            "simulating needs pybullet: pip install 'scalar-calibration[simulation]'"
+        ) from None
+    content = load_config(config)
+    if seed is not None:
+        content["seed"] = seed
+    with progress("placing the scanner") as advance:
+        scene = simulate(content, base_dir=config.parent, progress=advance)
+    write_scene(scene, output)
+    click.echo(
+        f"{output / 'dataset'}: {len(scene.poses)} poses, {len(scene.scans)} points; truth in {output / 'truth'}"
+    )

@@ -1,0 +1,52 @@
+"""``scalar validate``: check a dataset, and say what it holds."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from scalar.cli.group import cli
+from scalar.cli.options import PATH
+from scalar.units import MM
+
+if TYPE_CHECKING:
+    from scalar.data.folder import Content
+
+
+@cli.command()
+@click.argument("dataset", type=PATH)
+def validate(dataset: Path) -> None:
+    """Check a dataset: say what it holds, and every fault that is found, one a line.
+
+    \b
+    Example:
+      scalar validate my-cell
+    """
+    from scalar.data.folder import read_folder
+
+    click.echo(describe_content(read_folder(dataset)))
+
+
+def describe_content(content: Content) -> str:
+    """Return what a dataset holds, a few lines."""
+    mapping, poses, points = content.mapping, content.poses, content.points
+    robot, sensor = mapping["robot"], mapping["sensor"]
+    kind = sensor["kind"]
+    lines = [
+        f"{mapping['name']}: robot {robot['name']}, {len(robot['joints'])} joints; sensor {kind}",
+    ]
+    if kind == "tracker":
+        lines.append(f"  {poses.n_rows} poses tracked")
+    else:
+        counts = Counter(poses.columns["plane"])
+        per_plane = ", ".join(f"{plane['name']} {counts[plane['name']]}" for plane in mapping["planes"])
+        lines.append(f"  {poses.n_rows} poses: {per_plane}")
+    if kind == "line-laser" and points is not None:
+        sizes = Counter(points.columns["pose"].tolist()).values()
+        lines.append(f"  {points.n_rows} points, {min(sizes)} to {max(sizes)} a scan")
+    noise = sensor.get("noise")
+    lines.append(f"  noise {'not stated' if noise is None else f'{noise / MM:g} mm'}; no fault found")
+    return "\n".join(lines)

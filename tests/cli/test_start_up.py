@@ -1,0 +1,84 @@
+"""What a command imports: nothing that it does not use, since that is most of what a short command costs."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from scalar.data.dataset import read_dataset, write_dataset
+from scalar.estimation.result import Calibration
+from tests import small_datasets
+
+SLOW = (
+    "jinja2",
+    "jsonschema",
+    "lmfit",
+    "matplotlib",
+    "numpy",
+    "pandas",
+    "pyarrow",
+    "pybullet",
+    "rich",
+    "ruamel",
+    "scipy",
+)
+"""The libraries that take a noticeable time to import."""
+
+RUN = """
+import json, sys
+from scalar.cli import cli
+try:
+    cli(sys.argv[1:], prog_name="scalar")
+except SystemExit as end:
+    status = end.code
+print(json.dumps([status, sorted({name.partition(".")[0] for name in sys.modules})]))
+"""
+
+
+def imported_by(*arguments: str) -> set[str]:
+    """Return which slow libraries the process of a command has imported at its end."""
+    run = subprocess.run([sys.executable, "-c", RUN, *arguments], capture_output=True, text=True, check=True)
+    status, names = json.loads(run.stdout.splitlines()[-1])
+    assert status in (0, None), run.stderr
+    return set(names) & set(SLOW)
+
+
+@pytest.fixture
+def dataset(tmp_path: Path) -> Path:
+    """Return the folder of a small dataset."""
+    mapping = small_datasets.description("tracker")
+    write_dataset(tmp_path / "d", mapping=mapping, **small_datasets.tables("tracker"))
+    return tmp_path / "d"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("--help",),
+        ("--version",),
+        *(
+            (name, "--help")
+            for name in ("calibrate", "diagnose", "evaluate", "import", "predict", "simulate", "validate")
+        ),
+    ],
+    ids=" ".join,
+)
+def test_help_imports_no_library(arguments: tuple[str, ...]) -> None:
+    """Help and the version cost what click costs: none of the slow libraries is imported."""
+    assert imported_by(*arguments) == set()
+
+
+def test_validating_imports_the_readers_alone(dataset: Path) -> None:
+    """A check of a dataset imports what reads YAML and CSV, and no data frame, solver or picture."""
+    assert imported_by("validate", str(dataset)) <= {"jsonschema", "numpy", "pyarrow", "ruamel"}
+
+
+def test_predicting_imports_no_solver(dataset: Path, tmp_path: Path) -> None:
+    """Predicting imports neither the least-squares library, nor what draws and writes reports."""
+    Calibration.nominal(read_dataset(dataset)).save(tmp_path / "calibration.json")
+    arguments = ("predict", str(tmp_path / "calibration.json"), str(dataset / "poses.csv"))
+    found = imported_by(*arguments, "-o", str(tmp_path / "frames.csv"))
+    assert "pandas" in found  # the check can fail: what is used is seen
+    assert found.isdisjoint({"jinja2", "lmfit", "matplotlib", "pybullet", "rich"})
