@@ -13,7 +13,7 @@ from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, made
 
 if TYPE_CHECKING:
-    from scalar.diagnosis.diagnose import Diagnosis
+    from scalar.diagnosis.result import Diagnosis
 
 _SILENT_SHOWN = 4
 _EFFECTS_NAMED = 8
@@ -38,7 +38,8 @@ def diagnose(dataset: Path, output: Path) -> None:
     """
     from scalar.cli.progress import stages
     from scalar.data.dataset import read_dataset
-    from scalar.diagnosis import diagnose, write_diagnosis
+    from scalar.diagnosis import diagnose
+    from scalar.report.output import write_diagnosis
 
     data = read_dataset(dataset)
     with stages() as advance:
@@ -80,8 +81,8 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
             f"  set aside: {len(outliers['poses'])} poses, {len(outliers['mislabelled'])} of them on another plane "
             f"than said, and {outliers['points']} points"
         )
-    if d["silent"]:
-        hidden = list(dict.fromkeys(words.title(s["name"], s["target"]) for s in d["silent"]))
+    if d["unobservable"]:
+        hidden = list(dict.fromkeys(words.title(s["name"], s["target"]) for s in d["unobservable"]))
         more = len(hidden) - _SILENT_SHOWN
         shown = hidden[:_SILENT_SHOWN] + ([f"{more} more (see the report)"] if more > 0 else [])
         lines.append(f"  cannot be seen here: {words.listed(shown)}")

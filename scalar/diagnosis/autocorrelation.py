@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial import KDTree
 from scipy.stats import norm, rankdata
 
-from scalar.diagnosis.fitted_state import State
+from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.variance_components import directions
 from scalar.estimation.identifiability import STILL
 from scalar.geometry.planes import Planes
@@ -27,7 +27,7 @@ P_VALUE = 1e-4  # corrected for all orders that were tried
 LEAST_POSES = 12  # for neighbours to be near one another
 
 
-def depends_on(state: State) -> list[str]:
+def depends_on(state: FittedState) -> list[str]:
     """Return the columns in which neighbouring poses err alike beyond chance, those of the surest order: none where what is left is noise."""
     z = state.background().residual
     along = _along(state, z)
@@ -81,17 +81,17 @@ def _near(values: Array) -> Array:
     return np.unique(np.sort(pairs, axis=1), axis=0)
 
 
-def _along(state: State, z: Array) -> list[Array]:
+def _along(state: FittedState, z: Array) -> list[Array]:
     """Return what each pose asks of every joint's angle ``(N,)``, in standard errors."""
-    by_angle = dict(directions(state))["pose_jitter"]
-    if state.mix is not None:
-        by_angle = state.mix @ by_angle
+    by_angle = dict(directions(state.residuals, state.model))["pose_jitter"]
+    if state.whitening is not None:
+        by_angle = state.whitening @ by_angle
     lengths = np.linalg.norm(by_angle, axis=1)
     asked = np.einsum("nmk,nm->nk", by_angle, z) / np.maximum(lengths, 1e-300)
     return list(asked[:, lengths.any(axis=0)].T)
 
 
-def _courses(state: State) -> dict[str, Array]:
+def _courses(state: FittedState) -> dict[str, Array]:
     """Return the course of the acquisition and every column that goes with it."""
     dataset = state.dataset
     found = {"time" if "time" in dataset.poses else "order": state.residuals.poses.order}
@@ -101,7 +101,7 @@ def _courses(state: State) -> dict[str, Array]:
     return found
 
 
-def _places(state: State) -> dict[str, Array]:
+def _places(state: FittedState) -> dict[str, Array]:
     """Return where on its plate the sensor looked, along the plate's own two axes [m], ``(N,)`` each; nothing for a tracker, which has no plates."""
     target = state.model.target
     if not isinstance(target, Planes):

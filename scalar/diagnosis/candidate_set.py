@@ -60,7 +60,7 @@ WARM_UP_SHARES = (0.1, 0.3, 1.0)  # of the whole time: time constants of a warm-
 
 
 @dataclass(frozen=True)
-class Candidate:
+class CandidateEffect:
     """An effect to try, in one or several terms of which some may suffice.
 
     Attributes:
@@ -89,34 +89,36 @@ class Candidate:
         return BaseCompliance(tuple(self.effect.frames[i] for i in chosen), self.effect.alike)
 
 
-def candidates(dataset: Dataset) -> list[Candidate]:
+def candidates(dataset: Dataset) -> list[CandidateEffect]:
     """Return what can be tried on a dataset; change points are tried apart, at every moment (``scalar.diagnosis.score_test``)."""
     n = dataset.robot.n_joints
     moving = [j for j in range(1, n + 1) if np.ptp(dataset.q[:, j - 1]) > STILL]
     pairs = [(j, f) for j in moving for f in range(j, n + 1)]
-    found = [Candidate(JointCompliance(tuple(p for p in pairs if p[0] == j)), n + 1 - j) for j in moving]
-    found.append(Candidate(JointCompliance(tuple(pairs)), len(pairs)))
-    found += [Candidate(BaseCompliance(tuple(range(1, n + 1)), alike), n) for alike in (True, False)]
-    found += [Candidate(JointHarmonic(j, (k,))) for j in moving for k in HARMONIC_ORDERS]
-    found += [Candidate(JointHarmonic(j, tuple(HARMONIC_ORDERS)), len(HARMONIC_ORDERS)) for j in moving]
-    found += [Candidate(JointScale(j)) for j in moving]
-    found += [Candidate(JointCoupling(j, s)) for j in moving for s in moving if s != j]
-    found += [Candidate(effect) for effect in _backlashes(dataset, moving)]
-    found += [Candidate(AxisNonparallel(j)) for j in near_parallel_joints(dataset.robot)]
-    found += [Candidate(effect) for effect in _drifts(dataset)]
+    found = [
+        CandidateEffect(JointCompliance(tuple(p for p in pairs if p[0] == j)), n + 1 - j) for j in moving
+    ]
+    found.append(CandidateEffect(JointCompliance(tuple(pairs)), len(pairs)))
+    found += [CandidateEffect(BaseCompliance(tuple(range(1, n + 1)), alike), n) for alike in (True, False)]
+    found += [CandidateEffect(JointHarmonic(j, (k,))) for j in moving for k in HARMONIC_ORDERS]
+    found += [CandidateEffect(JointHarmonic(j, tuple(HARMONIC_ORDERS)), len(HARMONIC_ORDERS)) for j in moving]
+    found += [CandidateEffect(JointScale(j)) for j in moving]
+    found += [CandidateEffect(JointCoupling(j, s)) for j in moving for s in moving if s != j]
+    found += [CandidateEffect(effect) for effect in _backlashes(dataset, moving)]
+    found += [CandidateEffect(AxisNonparallel(j)) for j in near_parallel_joints(dataset.robot)]
+    found += [CandidateEffect(effect) for effect in _drifts(dataset)]
     if dataset.sensor.kind == "line-laser":
         found += [
-            Candidate(RangeScale()),
-            Candidate(RangeOffset()),
-            Candidate(RangeDistortion(range_middle(dataset))),
+            CandidateEffect(RangeScale()),
+            CandidateEffect(RangeOffset()),
+            CandidateEffect(RangeDistortion(range_middle(dataset))),
         ]
         used = {dataset.planes[k].name for k in dataset.plane_index}
         found += [
-            Candidate(PlaneBow(p.name, plane_centre(dataset, p.name)))
+            CandidateEffect(PlaneBow(p.name, plane_centre(dataset, p.name)))
             for p in dataset.planes
             if p.name in used
         ]
-    found += [Candidate(effect) for effect in _creeps(dataset)]
+    found += [CandidateEffect(effect) for effect in _creeps(dataset)]
     return found
 
 
@@ -207,19 +209,22 @@ def _shapes(joint: int, angle: Variable) -> list[Effect]:
     ]
 
 
-def curves(dataset: Dataset, joint: int) -> list[Candidate]:
+def curves(dataset: Dataset, joint: int) -> list[CandidateEffect]:
     """Return simple shapes of a joint's error along its own angle."""
-    return [Candidate(shape) for shape in _shapes(joint, Variable.seen(f"q{joint}", dataset.q[:, joint - 1]))]
+    return [
+        CandidateEffect(shape)
+        for shape in _shapes(joint, Variable.seen(f"q{joint}", dataset.q[:, joint - 1]))
+    ]
 
 
-def waves(dataset: Dataset, joint: int) -> list[Candidate]:
+def waves(dataset: Dataset, joint: int) -> list[CandidateEffect]:
     """Return periodic errors of a joint in its own angle that are not whole parts of its turn: rivals of its harmonics."""
     angle = Variable.seen(f"q{joint}", dataset.q[:, joint - 1])
     orders = np.arange(*WAVE_ORDERS, WAVE_STEP)
-    return [Candidate(UnattributedWave(joint, (angle,), float(order))) for order in orders]
+    return [CandidateEffect(UnattributedWave(joint, (angle,), float(order))) for order in orders]
 
 
-def flexible(dataset: Dataset) -> list[Candidate]:
+def flexible(dataset: Dataset) -> list[CandidateEffect]:
     """Return flexible terms that have no name: what is tried on structure that the named effects leave."""
     n = dataset.robot.n_joints
     moving = [j for j in range(1, n + 1) if np.ptp(dataset.q[:, j - 1]) > STILL]
@@ -260,4 +265,4 @@ def flexible(dataset: Dataset) -> list[Candidate]:
             UnattributedShape(j, (course,), "step", at, STEP_WIDTHS[0]) for at in _places(STEP_WIDTHS[0])
         ]
     found += [UnattributedSway(course, periods, turns) for periods in SWAY_PERIODS]
-    return [Candidate(effect) for effect in found]
+    return [CandidateEffect(effect) for effect in found]

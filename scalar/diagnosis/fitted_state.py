@@ -11,7 +11,7 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.diagnosis.score_test import Background
-from scalar.diagnosis.variance_components import Spread, spreads, whitening
+from scalar.diagnosis.variance_components import VarianceComponent, variance_components, whitening_for
 from scalar.effects.effect import Effect, JointEffect
 from scalar.estimation.joint_fit import unseen_effects
 from scalar.estimation.least_squares import fit
@@ -32,7 +32,7 @@ _PROMISED = 1e-8  # of the misfit's variance: a step of a ten thousandth of a st
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class FittedState:
     """A model fitted to a dataset on its profile rows.
 
     Attributes:
@@ -63,23 +63,35 @@ class State:
         """Return rows whitened for the noise within scans ``(N m + priors,)`` and the Jacobian by what is free."""
         return self._rows
 
-    @cached_property
-    def spreads(self) -> list[Spread]:
-        """Return the noises common to a pose that the residual's covariance would be explained by, the likeliest first."""
-        return spreads(self)
+    def background_within_scans(self) -> Background:
+        """Return the residual and what the model explains already, whitened for the noise within scans alone."""
+        return self._background_within_scans
 
     @cached_property
-    def mix(self) -> Array | None:
+    def _background_within_scans(self) -> Background:
+        return Background.of(
+            *self.linearised(), self.dataset.n_poses, self.residuals.measurement.rows_per_pose
+        )
+
+    @cached_property
+    def variance_components(self) -> list[VarianceComponent]:
+        """Return the noises common to a pose that the residual's covariance would be explained by, the likeliest first."""
+        return variance_components(self.background_within_scans(), self.residuals, self.model)
+
+    @cached_property
+    def whitening(self) -> Array | None:
         """Return ``(N, m, m)``, the whitening of what whole poses spread by beyond the noise of their points, or None.
 
         Whatever a model lacks looks like such a spread at first. To test with it costs little power where something is there, and keeps a few
         poses that spread more than others from posing as an effect where nothing is.
         """
-        return whitening(self.spreads[0]) if self.spreads else None
+        return whitening_for(self.variance_components[0]) if self.variance_components else None
 
     @cached_property
     def _background(self) -> Background:
-        residual, jacobian = (mixed(self.mix, rows) for rows in self.linearised())
+        if self.whitening is None:
+            return self.background_within_scans()
+        residual, jacobian = (whitened(self.whitening, rows) for rows in self.linearised())
         return Background.of(
             residual, jacobian, self.dataset.n_poses, self.residuals.measurement.rows_per_pose
         )
@@ -123,7 +135,7 @@ class State:
         n = self.model.robot.n_joints
         # A joint's angle moves the sensor as its theta does.
         rows = self.residuals.linearise_measured(self.model)[1][:, 3 * n : 4 * n]
-        return mixed(self.mix, rows).reshape(self.dataset.n_poses, -1, n), self.residuals.poses
+        return whitened(self.whitening, rows).reshape(self.dataset.n_poses, -1, n), self.residuals.poses
 
     def _columns_elsewhere(self, effects: Sequence[Effect]) -> Array:
         """Return the columns ``(N m, e)`` of effects on anything but joints."""
@@ -131,7 +143,7 @@ class State:
         names = extra_basis_of(model.effects)
         measurement = profile_measurement(self.dataset, self.model, self.residuals, names)
         residuals = Residuals.of(self.dataset, model, measurement)
-        return mixed(self.mix, residuals.linearise_measured(model)[1][:, len(self.model.vector) :])
+        return whitened(self.whitening, residuals.linearise_measured(model)[1][:, len(self.model.vector) :])
 
 
 def _batches(indices: Sequence[int], places: Sequence[slice], most: int) -> Iterator[list[int]]:
@@ -146,13 +158,13 @@ def _batches(indices: Sequence[int], places: Sequence[slice], most: int) -> Iter
         yield batch
 
 
-def mixed(mix: Array | None, rows: Array) -> Array:
-    """Return rows ``(N m + priors,)`` or ``(N m + priors, k)`` with every pose's own mixed by ``(N, m, m)``; priors as they are."""
-    if mix is None:
+def whitened(whitening: Array | None, rows: Array) -> Array:
+    """Return rows ``(N m + priors,)`` or ``(N m + priors, k)`` with every pose's own whitened by ``(N, m, m)``; priors as they are."""
+    if whitening is None:
         return rows
-    N, m, _ = mix.shape
+    N, m, _ = whitening.shape
     flat = rows.reshape(len(rows), -1)
-    result = np.concatenate([(mix @ flat[: N * m].reshape(N, m, -1)).reshape(N * m, -1), flat[N * m :]])
+    result = np.concatenate([(whitening @ flat[: N * m].reshape(N, m, -1)).reshape(N * m, -1), flat[N * m :]])
     return result.reshape(rows.shape)
 
 
@@ -168,7 +180,7 @@ def profile_measurement(
     return measurement
 
 
-def settle(dataset: Dataset, model: Model, geometry_free: Array, effects: Sequence[Effect]) -> State:
+def refit(dataset: Dataset, model: Model, geometry_free: Array, effects: Sequence[Effect]) -> FittedState:
     """Return the joint optimum of a model with the given effects, starting from where model and effects stand.
 
     Args:
@@ -191,7 +203,7 @@ def settle(dataset: Dataset, model: Model, geometry_free: Array, effects: Sequen
     again = residuals.reweighted(model)
     if again.measurement is not residuals.measurement:
         residuals, model = again, _optimum(again, model, free)
-    return State(dataset, model, geometry_free, free, residuals)
+    return FittedState(dataset, model, geometry_free, free, residuals)
 
 
 def _optimum(residuals: Residuals, model: Model, free: Array) -> Model:

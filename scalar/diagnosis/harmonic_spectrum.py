@@ -15,10 +15,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scalar.diagnosis.fitted_state import State, mixed, settle
-from scalar.diagnosis.forward_selection import ALPHA, LEAST_IMPROVEMENT, Bank, Columns, merged, rank, rivals
-from scalar.diagnosis.hold_out import held_out, improvement, no_worse
-from scalar.diagnosis.score_test import Background
+from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
+from scalar.diagnosis.conditional_scores import rivals
+from scalar.diagnosis.fitted_state import FittedState, refit, whitened
+from scalar.diagnosis.forward_selection import ALPHA, LEAST_IMPROVEMENT
+from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
+from scalar.diagnosis.merging import merged
+from scalar.diagnosis.ranking import rank
 from scalar.effects.catalogue import MAX_ORDER, MAX_RIPPLE_ORDER
 from scalar.effects.effect import Effect
 from scalar.effects.joints import JointHarmonic, JointRipple
@@ -40,7 +43,7 @@ _SETTLED = 1e-3  # relative change of the sizes
 _HARDLY_BOUNDED = 1e-8  # of a unit column: a part left out may take away all that is known of a parameter
 
 
-def with_spectrum(state: State, named: Bank) -> State:
+def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
     """Return a state in which joints that err in many orders have all of them, unless poses held out are then predicted worse.
 
     Args:
@@ -63,40 +66,40 @@ def with_spectrum(state: State, named: Bank) -> State:
     # Fits weigh rows by the noise that is stated: a belief is set against what they will miss by once all orders are there.
     misfit = np.sqrt(variance) * _excess(state)
     effects = tempered([*smooth, *kept], 1.0 / max(misfit, 1.0))
-    trial = settle(state.dataset, state.model, state.geometry_free, effects)
+    trial = refit(state.dataset, state.model, state.geometry_free, effects)
     trial = _with_more(_borne_out(trial, named), named)
-    return trial if improvement(held_out(state), held_out(trial)) > 0 else state
+    return trial if improvement(held_out_errors(state), held_out_errors(trial)) > 0 else state
 
 
-def _borne_out(state: State, named: Bank) -> State:
+def _borne_out(state: FittedState, named: CandidateSet) -> FittedState:
     """Return a state without the ranges of orders of single joints that chance explains as well."""
     scored = as_whitened(state)
-    cols = Columns(scored, named)
+    columns = CandidateColumns(scored, named)
     kept = [
         effect
         for i, effect in enumerate(state.effects)
-        if not is_shrunk(effect) or rivals(scored, i, cols)[0].p_value <= ALPHA
+        if not is_shrunk(effect) or rivals(scored, i, columns)[0].p_value <= ALPHA
     ]
     if len(kept) == len(state.effects):
         return state
-    return settle(state.dataset, state.model, state.geometry_free, kept)
+    return refit(state.dataset, state.model, state.geometry_free, kept)
 
 
-def _with_more(state: State, named: Bank) -> State:
+def _with_more(state: FittedState, named: CandidateSet) -> FittedState:
     """Return a state with what else has a name and shows only beside all orders, each borne out by poses held out.
 
     Low orders seen through part of a turn look like a weight on the joint: one by one they are taken first, and leave nothing to it.
     """
-    rest = Bank.of([c for c, _ in named.tried if not isinstance(c.effect, JointHarmonic)])
+    rest = CandidateSet.of([c for c, _ in named.tried if not isinstance(c.effect, JointHarmonic)])
     for _ in range(MOST_MORE):
         scored = as_whitened(state)
-        for entry in rank(scored, scored.background(), Columns(scored, rest))[:MOST_MORE]:
+        for entry in rank(scored, scored.background(), CandidateColumns(scored, rest))[:MOST_MORE]:
             if entry.p_value > ALPHA or entry.evidence <= 0:
                 return state
-            trial = settle(
+            trial = refit(
                 state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect)
             )
-            before, after = held_out(state), held_out(trial)
+            before, after = held_out_errors(state), held_out_errors(trial)
             if improvement(before, after) >= LEAST_IMPROVEMENT and no_worse(before, after):
                 state = trial
                 break
@@ -115,7 +118,7 @@ def tempered(effects: Sequence[Effect], factor: float) -> tuple[Effect, ...]:
     )
 
 
-def as_whitened(state: State) -> State:
+def as_whitened(state: FittedState) -> FittedState:
     """Return a state with its beliefs set against rows that are whitened for the spread of whole poses as well: for scores and final fits."""
     if not any(is_shrunk(effect) for effect in state.effects):
         return state
@@ -123,7 +126,7 @@ def as_whitened(state: State) -> State:
     return replace(state, model=replace(state.model, effects=effects))
 
 
-def has_all_orders(state: State, effect: Effect) -> bool:
+def has_all_orders(state: FittedState, effect: Effect) -> bool:
     """Return whether an effect is orders of a joint that has them all already, as large as they are believed to be."""
     return isinstance(effect, JointHarmonic) and any(
         isinstance(own, JointHarmonic) and own.believed and own.joint == effect.joint for own in state.effects
@@ -135,14 +138,13 @@ def is_shrunk(effect: Effect) -> bool:
     return isinstance(effect, JointHarmonic) and bool(effect.believed)
 
 
-def _excess(state: State) -> float:
+def _excess(state: FittedState) -> float:
     """Return by how much the rows that are whitened for the noise within scans alone spread more than those whitened for whole poses."""
-    m = state.residuals.measurement.rows_per_pose
-    plain = Background.of(*state.linearised(), state.dataset.n_poses, m)
+    plain = state.background_within_scans()
     return float(np.sqrt(plain.variance / state.background().variance))
 
 
-def _joints(state: State) -> list[int]:
+def _joints(state: FittedState) -> list[int]:
     """Return the joints with harmonics, if one of them has many orders."""
     found = [e for e in state.effects if isinstance(e, JointHarmonic)]
     orders = {joint: 0 for joint in sorted({effect.joint for effect in found})}
@@ -176,9 +178,9 @@ class _System:
     band: Array
 
     @classmethod
-    def of(cls, state: State, dense: Sequence[JointHarmonic]) -> _System:
+    def of(cls, state: FittedState, dense: Sequence[JointHarmonic]) -> _System:
         """Return the system of a state, whitened for the spread of whole poses."""
-        residual, J = (mixed(state.mix, rows) for rows in state.linearised())
+        residual, J = (whitened(state.whitening, rows) for rows in state.linearised())
         joints = [effect.joint for effect in dense]
         mine = np.zeros(len(state.free), dtype=bool)
         start = state.model.blocks["effects"].start
@@ -218,7 +220,7 @@ class _System:
                 break
         return sizes, variance
 
-    def unseen_error(self, sizes: Array, state: State, joints: Sequence[int]) -> float:
+    def unseen_error(self, sizes: Array, state: FittedState, joints: Sequence[int]) -> float:
         """Return the squared error of poses in parts of the joints' ranges that are left out, each joint's parts in turn."""
         X = np.concatenate([self.A, self.E * sizes[self.band]], axis=1)
         ridge = np.r_[np.full(self.A.shape[1], _HARDLY_BOUNDED), np.ones(self.E.shape[1])]

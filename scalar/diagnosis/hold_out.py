@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import KDTree
 
-from scalar.diagnosis.fitted_state import State, mixed
+from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 from scalar.sensors.line_laser import LineLaser
@@ -28,7 +28,7 @@ _ABOUT = 1.01  # the few poses with long levers decide a root mean square: they 
 
 
 @dataclass(frozen=True, eq=False)
-class HeldOut:
+class HeldOutErrors:
     """Errors of poses held out from the fit.
 
     Attributes:
@@ -78,19 +78,19 @@ def first_times(q: Array) -> Array:
     return first
 
 
-def held_out(state: State, mix: Array | None = None) -> HeldOut:
+def held_out_errors(state: FittedState, whitening: Array | None = None) -> HeldOutErrors:
     """Return the held-out errors of a state, every pose held out once.
 
     Args:
         state: To judge.
-        mix: ``(N, m, m)``, whitening of what whole poses spread by; the same for states that are compared.
+        whitening: ``(N, m, m)``, of what whole poses spread by; the same for states that are compared.
     """
-    residual, J = (mixed(mix, rows) for rows in state.linearised())
+    residual, J = (whitened(whitening, rows) for rows in state.linearised())
     N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
     r_metric, J_metric = _in_metres(state)
     m_metric = len(r_metric) // N
     block, fold = blocks(state.dataset.q)
-    whitened, squares = np.zeros(N), np.zeros(N)
+    whitened_squares, squares = np.zeros(N), np.zeros(N)
     scale = np.linalg.norm(J, axis=0)
     scale[scale == 0] = 1.0
     gram, projection = J.T @ J / np.outer(scale, scale), J.T @ residual / scale
@@ -108,12 +108,12 @@ def held_out(state: State, mix: Array | None = None) -> HeldOut:
             step = -np.linalg.lstsq(J[train] / scale, residual[train], rcond=1e-8)[0]
         step = step / scale
         rest = (residual[: N * m][test] + J_test @ step).reshape(-1, m)
-        whitened[out] = np.sum(rest**2, axis=1)
+        whitened_squares[out] = np.sum(rest**2, axis=1)
         test = np.repeat(out, m_metric)
         rest = (r_metric[test] + J_metric[test] @ step).reshape(-1, m_metric)
         squares[out] = np.sum(rest**2, axis=1)
     _, counts = state.residuals.squared_distances(state.model)
-    return HeldOut(whitened, squares / counts, counts, block)
+    return HeldOutErrors(whitened_squares, squares / counts, counts, block)
 
 
 def _step(gram: Array, projection: Array) -> Array | None:
@@ -124,7 +124,7 @@ def _step(gram: Array, projection: Array) -> Array | None:
     return None
 
 
-def _in_metres(state: State) -> tuple[Array, Array]:
+def _in_metres(state: FittedState) -> tuple[Array, Array]:
     """Return the rows of the poses in metres, every point with the same weight, and their Jacobian."""
     measurement = state.residuals.measurement
     N = state.dataset.n_poses
@@ -145,7 +145,7 @@ def metric(residuals: Residuals) -> Residuals:
     return Residuals(measurement, residuals.poses, residuals.bases, residuals.known)
 
 
-def improvement(before: HeldOut, after: HeldOut) -> float:
+def improvement(before: HeldOutErrors, after: HeldOutErrors) -> float:
     """Return how many standard errors the held-out error falls by, blocks being the independent samples.
 
     A block whose fit has hardly any hold without it may gain more than all others together, and only its scatter would then be seen: gains
@@ -160,11 +160,11 @@ def improvement(before: HeldOut, after: HeldOut) -> float:
 
 def _in_standard_errors(drops: Array) -> float:
     n = len(drops)
-    spread = float(np.std(drops, ddof=1)) * np.sqrt(n) if n > 1 else 0.0
+    error = float(np.std(drops, ddof=1)) * np.sqrt(n) if n > 1 else 0.0
     total = float(drops.sum())
-    return total / spread if spread > 0 else (np.inf if total > 0 else 0.0)
+    return total / error if error > 0 else (np.inf if total > 0 else 0.0)
 
 
-def no_worse(before: HeldOut, after: HeldOut) -> bool:
+def no_worse(before: HeldOutErrors, after: HeldOutErrors) -> bool:
     """Return whether poses held out are predicted about as well in metres: what only their weights bear out may run away elsewhere."""
     return after.rms <= _ABOUT * before.rms

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from scalar.diagnosis.candidate_set import Candidate
-from scalar.diagnosis.fitted_state import State, mixed
+from scalar.diagnosis.candidate_set import CandidateEffect
+from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.effects.effect import Effect, PointEffect
 from scalar.geometry.se3 import Array
 from scalar.units import DEG, MM
@@ -30,7 +30,7 @@ USUAL_SIZE = {
 
 
 @dataclass(frozen=True)
-class Silent:
+class Unobservable:
     """An effect that leaves no residual here.
 
     Attributes:
@@ -54,13 +54,13 @@ class Silent:
         }
 
 
-def silent(state: State, pool: Sequence[Candidate]) -> list[Silent]:
+def unobservable_effects(state: FittedState, pool: Sequence[CandidateEffect]) -> list[Unobservable]:
     """Return the candidates that the data cannot show beside the model, with what they would cost unseen."""
     found_names = {effect.name for effect in state.effects}
     wanted = [c.effect for c in pool if c.effect.name in USUAL_SIZE and c.terms == 1]
     E = state.columns_of(wanted)
     background = state.background()
-    J = mixed(state.mix, state.linearised()[1])[: len(E)]
+    J = whitened(state.whitening, state.linearised()[1])[: len(E)]
     left = E - background.Q @ (background.Q.T @ E)
     result = []
     start = 0
@@ -73,11 +73,11 @@ def silent(state: State, pool: Sequence[Candidate]) -> list[Silent]:
         share = float(np.max(np.linalg.norm(left[:, where], axis=0)[lengths > 0] / lengths[lengths > 0]))
         if share < UNOBSERVABLE:
             shift = _hidden_shift(state, effect, E[:, where], J)
-            result.append(Silent(effect.name, effect.target, share, _words(effect, shift)))
+            result.append(Unobservable(effect.name, effect.target, share, _words(effect, shift)))
     return result
 
 
-def _hidden_shift(state: State, effect: Effect, E: Array, J: Array) -> float:
+def _hidden_shift(state: FittedState, effect: Effect, E: Array, J: Array) -> float:
     """Return by how much predicted positions would be off [m] over these poses, the best rigid motion of the base removed."""
     size = USUAL_SIZE[effect.name] * np.eye(E.shape[1])[0]
     step = -np.linalg.lstsq(J, E @ size, rcond=1e-10)[0]

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from scalar.data.poses import Poses, is_joint
-from scalar.diagnosis.fitted_state import State
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.profiles import Axis, Map, Profile, View, angle_axis, variable_axis
 from scalar.diagnosis.scan_residuals import moved_plate, over_plate, over_range, shift_of_poses
-from scalar.diagnosis.traces import Axis, Course, Map, View, angle_axis, variable_axis
 from scalar.effects.base import BaseCompliance
 from scalar.effects.effect import JointEffect
 from scalar.effects.joints import JointBacklash, JointCompliance, JointCoupling, JointHarmonic, JointScale
@@ -32,7 +32,7 @@ HIGH_ORDER = (
 )
 
 
-def courses(view: View, index: int) -> list[Course | Map]:
+def profiles(view: View, index: int) -> list[Profile | Map]:
     """Return what the poses ask of effect ``index`` of a state: at least one course or map."""
     effect = view.state.effects[index]
     if isinstance(effect, JointCompliance):
@@ -67,10 +67,14 @@ def _joint_screw(view: View, joint: int) -> Array:
     return view.kinematics.screws()[:, :, 3 * n + joint - 1]
 
 
-def _joint_course(view: View, effect: JointEffect, joint: int, x_axis: Axis, x: Array, **more: Any) -> Course:
+def _joint_course(
+    view: View, effect: JointEffect, joint: int, x_axis: Axis, x: Array, **more: Any
+) -> Profile:
     fitted = (effect.joint_basis(view.state.model.nominal, view.poses) @ effect.coefficients)[:, joint - 1]
     rest, std = view.asked(_joint_screw(view, joint))
-    return Course(x_axis, Axis(f"error of joint {joint}", "rad"), x, fitted + rest, rest, std, fitted, **more)
+    return Profile(
+        x_axis, Axis(f"error of joint {joint}", "rad"), x, fitted + rest, rest, std, fitted, **more
+    )
 
 
 def _joint_curve(view: View, effect: JointEffect, joint: int, x: Array, poses: Poses) -> Array:
@@ -87,13 +91,13 @@ def _sweep(view: View, joint: int) -> tuple[Array, Poses]:
     return x, Poses(q, np.zeros(len(x)), {})
 
 
-def _along_joint(view: View, effect: JointEffect, joint: int, source: int) -> Course:
+def _along_joint(view: View, effect: JointEffect, joint: int, source: int) -> Profile:
     x, grid = _sweep(view, source)
     curve = _joint_curve(view, effect, joint, x, grid)
     return _joint_course(view, effect, joint, angle_axis(source), view.poses.q[:, source - 1], curve=curve)
 
 
-def _gear(view: View, effect: JointHarmonic) -> list[Course | Map]:
+def _gear(view: View, effect: JointHarmonic) -> list[Profile | Map]:
     whole = _along_joint(view, effect, effect.joint, effect.joint)
     sizes = np.hypot(effect.coefficients[0::2], effect.coefficients[1::2])
     strongest = int(np.argmax(sizes))
@@ -116,7 +120,7 @@ def _gear(view: View, effect: JointHarmonic) -> list[Course | Map]:
     return [whole, _joint_course(view, one, effect.joint, axis, folded, curve=curve, note=note)]
 
 
-def _under_torque(view: View, effect: JointCompliance, joint: int) -> Course:
+def _under_torque(view: View, effect: JointCompliance, joint: int) -> Profile:
     fitted = (effect.joint_basis(view.state.model.nominal, view.poses) @ effect.coefficients)[:, joint - 1]
     largest = max(float(np.max(np.abs(fitted))), 1e-300)
     # Torque and deflection are the same function but for the stiffness, which is not known apart.
@@ -127,7 +131,7 @@ def _under_torque(view: View, effect: JointCompliance, joint: int) -> Course:
     return _joint_course(view, effect, joint, axis, fitted / largest, curve=curve, note=note)
 
 
-def _play(view: View, effect: JointBacklash) -> Course:
+def _play(view: View, effect: JointBacklash) -> Profile:
     j = effect.joint
     if effect.by == "approach":
         side = np.sign(view.poses.column(f"approach{j}"))
@@ -138,7 +142,7 @@ def _play(view: View, effect: JointBacklash) -> Course:
     return _joint_course(view, effect, j, axis, x, side=np.sign(torque))
 
 
-def _flexible(view: View, effect: UnattributedJoint) -> Course | Map:
+def _flexible(view: View, effect: UnattributedJoint) -> Profile | Map:
     first = effect.variables[0]
     if len(effect.variables) == 1:
         values = first.values(view.poses)
@@ -156,7 +160,7 @@ def _flexible(view: View, effect: UnattributedJoint) -> Course | Map:
     return Map(course.x_axis, variable_axis(second.name), course.y_axis, u, v, y, rest, np.flatnonzero(good))
 
 
-def _growth(view: View, effect: ThermalDrift) -> Course:
+def _growth(view: View, effect: ThermalDrift) -> Profile:
     nominal, poses = view.state.model.nominal, view.poses
     driver = poses.order if effect.by == "order" else poses.column(effect.by)
     screws = view.kinematics.screws()[:, :, : nominal.geometry.size]
@@ -176,10 +180,10 @@ def _growth(view: View, effect: ThermalDrift) -> Course:
     curve = np.stack([x, basis @ effect.coefficients, view.error_of(effect, basis)])
     fitted = course_of(driver) * effect.coefficients[0]
     axis = Axis("growth of all lengths", "m/m")
-    return Course(variable_axis(effect.by), axis, driver, fitted + rest, rest, std, fitted, curve)
+    return Profile(variable_axis(effect.by), axis, driver, fitted + rest, rest, std, fitted, curve)
 
 
-def _tilt(view: View, effect: BaseCompliance) -> Course:
+def _tilt(view: View, effect: BaseCompliance) -> Profile:
     w = effect.base_screws(view.state.model.nominal, view.poses) @ effect.coefficients
     size = np.linalg.norm(w[:, :3], axis=1)
     largest = max(float(size.max()), 1e-300)
@@ -187,10 +191,10 @@ def _tilt(view: View, effect: BaseCompliance) -> Course:
     curve = np.array([[0.0, 1.0], [0.0, largest], [0.0, 0.0]])
     x_axis, y_axis = Axis("overturning moment, share of its largest", "1"), Axis("tilt of the base", "rad")
     note = "The moment's shape is fitted too, since the masses of the links are not known."
-    return Course(x_axis, y_axis, size / largest, size + rest, rest, std, size, curve, note=note)
+    return Profile(x_axis, y_axis, size / largest, size + rest, rest, std, size, curve, note=note)
 
 
-def _slip(view: View, effect: SensorSlip) -> Course:
+def _slip(view: View, effect: SensorSlip) -> Profile:
     order = view.poses.order
     after = order >= effect.order
     t = effect.coefficients[:3]
@@ -209,10 +213,10 @@ def _slip(view: View, effect: SensorSlip) -> Course:
     y_axis = Axis("slip of the sensor along the fitted motion", "m")
     note = "Where the sensor turned as well, the turn goes along in proportion." if effect.turns else ""
     x_axis, mark = variable_axis("order"), effect.order
-    return Course(x_axis, y_axis, order, fitted + rest, rest, std, fitted, curve, mark=mark, note=note)
+    return Profile(x_axis, y_axis, order, fitted + rest, rest, std, fitted, curve, mark=mark, note=note)
 
 
-def beside_everything(view: View, index: int) -> Course:
+def beside_everything(view: View, index: int) -> Profile:
     """Return what is measured against what an effect predicts, without what all other parameters would
     take up.
 
@@ -232,7 +236,7 @@ def beside_everything(view: View, index: int) -> Course:
     curve = np.stack([ends, ends, np.zeros(2)])
     note = "What the other parameters would take up is removed from both."
     x_axis, y_axis = Axis("shift that the effect predicts", "m"), Axis("shift that is measured", "m")
-    return Course(x_axis, y_axis, x, x - rest, -rest, std, x, curve, note=note)
+    return Profile(x_axis, y_axis, x, x - rest, -rest, std, x, curve, note=note)
 
 
 def seen_share(view: View, index: int) -> float:
@@ -251,7 +255,7 @@ def seen_share(view: View, index: int) -> float:
     return float(np.sqrt(np.clip((whole - taken) / whole, 0.0, 1.0))) if whole > 0 else 0.0
 
 
-def _free_part(state: State, index: int) -> tuple[Array, Array]:
+def _free_part(state: FittedState, index: int) -> tuple[Array, Array]:
     """Return which of the free columns are an effect's, and its coefficients that are free."""
     start = state.model.blocks["effects"].start + sum(len(e.coefficients) for e in state.effects[:index])
     own = np.zeros(len(state.free), dtype=bool)

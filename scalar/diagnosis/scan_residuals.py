@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from scalar.diagnosis.fitted_state import State
-from scalar.diagnosis.traces import Axis, Course, Map, View, variable_axis
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.profiles import Axis, Map, Profile, View, variable_axis
 from scalar.effects.effect import PointEffect
 from scalar.effects.sensor import RangeDistortion
 from scalar.effects.surface import PlaneBow, PlaneMoved
@@ -20,7 +20,7 @@ from scalar.sensors.tracker import Tracker
 PIECES = 4  # that each scan is averaged in: its ends and its middle tell a bent plate from a turned one
 
 
-def shift_of_poses(state: State, predicted: Array, residual: Array) -> tuple[Array, Array, Array]:
+def shift_of_poses(state: FittedState, predicted: Array, residual: Array) -> tuple[Array, Array, Array]:
     """Return each pose's shift by a prediction and by the residual [m], with the standard error, ``(N,)``
     each.
 
@@ -43,7 +43,7 @@ def shift_of_poses(state: State, predicted: Array, residual: Array) -> tuple[Arr
     return predicted[:, 0] * sigma, residual[:, 0] * sigma, sigma
 
 
-def signed_residual(state: State) -> Array:
+def signed_residual(state: FittedState) -> Array:
     """Return each pose's residual ``(N,)`` [m]: height over the plate; for a tracker the distance,
     without a sign."""
     rows = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
@@ -77,7 +77,7 @@ class Pieces:
     std: Array
 
 
-def pieces(state: State, effect: PointEffect) -> Pieces:
+def pieces(state: FittedState, effect: PointEffect) -> Pieces:
     """Return the scans in pieces, or a probe's contacts, with what one effect adds."""
     measurement: Any = state.residuals.measurement
     planes: Any = state.model.target
@@ -114,7 +114,7 @@ def pieces(state: State, effect: PointEffect) -> Pieces:
     )
 
 
-def _contacts(state: State, effect: PointEffect, T: Array) -> Pieces:
+def _contacts(state: FittedState, effect: PointEffect, T: Array) -> Pieces:
     measurement, planes = state.residuals.measurement, state.model.target
     N = len(T)
     whitened = measurement.rows(T, planes, state.residuals.point_effects(state.model)).residual[:, 0]
@@ -125,7 +125,7 @@ def _contacts(state: State, effect: PointEffect, T: Array) -> Pieces:
     return Pieces(np.arange(N), np.zeros(N), T[:, :3, 3], rows, G @ effect.coefficients, np.ones(N), sigma)
 
 
-def _on_plate(state: State, plane: str, pose: Array) -> Array:
+def _on_plate(state: FittedState, plane: str, pose: Array) -> Array:
     wanted = next(k for k, guess in enumerate(state.dataset.planes) if guess.name == plane)
     return state.dataset.plane_index[pose] == wanted
 
@@ -149,7 +149,7 @@ def over_plate(view: View, effect: PlaneBow) -> Map:
     return Map(u_axis, v_axis, y_axis, position[:, a], position[:, b], without, height, pose, note)
 
 
-def moved_plate(view: View, effect: PlaneMoved) -> Course:
+def moved_plate(view: View, effect: PlaneMoved) -> Profile:
     """Return the heights of a plate's scans over the plane where it stood first, in order of acquisition."""
     state = view.state
     found = pieces(state, effect)
@@ -166,10 +166,10 @@ def moved_plate(view: View, effect: PlaneMoved) -> Course:
     axis = Axis("height over the plane as it stood first", "m")
     note = "A tilted plate rises at some poses and falls at others." if effect.coefficients[1:].any() else ""
     x_axis, mark = variable_axis("order"), effect.order
-    return Course(x_axis, axis, order, fitted + rest, rest, std, fitted, mark=mark, pose=touched, note=note)
+    return Profile(x_axis, axis, order, fitted + rest, rest, std, fitted, mark=mark, pose=touched, note=note)
 
 
-def over_range(view: View, effect: PointEffect) -> Course:
+def over_range(view: View, effect: PointEffect) -> Profile:
     """Return what has to be added to the measured range, against the range."""
     found = pieces(view.state, effect)
     steep = np.abs(found.incidence) > 0.05
@@ -192,4 +192,4 @@ def over_range(view: View, effect: PointEffect) -> Course:
         fitted = fitted - line(reach)
         note += " A straight line is taken off: gain and zero cannot be told from the geometry."
     x_axis, y_axis = Axis("measured range", "m"), Axis("correction of the range", "m")
-    return Course(x_axis, y_axis, reach, fitted + rest, rest, std, fitted, curve, pose=pose, note=note)
+    return Profile(x_axis, y_axis, reach, fitted + rest, rest, std, fitted, curve, pose=pose, note=note)

@@ -20,7 +20,9 @@ from scipy.special import fdtrc
 
 from scalar.geometry.se3 import Array
 
-SILENT_SHARE = 1e-5  # of a column's squared length: with less left beside the model, a direction is silent
+UNOBSERVABLE_SHARE = (
+    1e-5  # of a column's squared length: with less left beside the model, a direction is silent
+)
 INDEPENDENT = 1e-10  # of a column's length: with less left beside those before it, it adds no direction
 _UNBOUNDED = 1e3  # standard errors: the size taken for a coefficient that is not bounded
 _LEAST_REMAINDER = 0.2  # of the noise: what a residual is taken to keep, so that no gain looks infinite
@@ -135,7 +137,7 @@ class Projected:
             own_gram: ``E^T E``, which does not depend on the background.
             sizes: ``(e,)``, plausible sizes of the coefficients.
         """
-        return cls.with_gram(background, E, beside(background, E, own_gram), np.diag(own_gram), sizes)
+        return cls.with_gram(background, E, gram_given(background, E, own_gram), np.diag(own_gram), sizes)
 
     @classmethod
     def with_gram(
@@ -146,7 +148,7 @@ class Projected:
             squared > 0, np.maximum(np.diag(gram), 0.0) / np.where(squared > 0, squared, 1.0), 0.0
         )
         scale = in_plausible_units(background.variance, squared, sizes)
-        scale[share <= SILENT_SHARE] = 0.0
+        scale[share <= UNOBSERVABLE_SHARE] = 0.0
         return cls(
             background.variance,
             gram * (scale[:, None] * scale[None, :]) / background.variance,
@@ -186,7 +188,7 @@ class Projected:
         return chosen
 
 
-def beside(background: Background, E: Array, own_gram: Array) -> Array:
+def gram_given(background: Background, E: Array, own_gram: Array) -> Array:
     """Return ``E'^T E'`` ``(e, e)`` of columns beside a background."""
     A = background.Q.T @ E
     gram = own_gram - A.T @ A

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.diagnosis.fitted_state import State
+from scalar.diagnosis.fitted_state import FittedState
 from scalar.effects.effect import BaseEffect, Effect, JointEffect, LinkEffect, SensorEffect
 from scalar.effects.links import ThermalDrift
 from scalar.effects.sensor import SensorSlip
@@ -41,7 +41,7 @@ class Separation:
     here: float
 
 
-def separation(state: State, index: int, other: Effect) -> Separation | None:
+def separation(state: FittedState, index: int, other: Effect) -> Separation | None:
     """Return where effect ``index`` of a state and another would be told apart; None where that is no
     matter of joint angles."""
     effect = state.effects[index]
@@ -73,14 +73,14 @@ def separation(state: State, index: int, other: Effect) -> Separation | None:
     return Separation(best[1], best[2], best[3], float(np.sqrt(best[0])), rms)
 
 
-def _limits(state: State) -> Array:
+def _limits(state: FittedState) -> Array:
     limits = np.array(state.model.nominal.limits, dtype=float)
     q = state.residuals.poses.q
     bounded = np.isfinite(limits) & (np.abs(limits) < 4 * np.pi)
     return np.where(bounded, limits, np.column_stack([q.min(axis=0), q.max(axis=0)]))
 
 
-def _steps(state: State, index: int, other: Effect) -> Array | None:
+def _steps(state: FittedState, index: int, other: Effect) -> Array | None:
     """Return how much the parameters differ between the two explanations, ``(P + k,)``: the other's
     coefficients come last."""
     J = state.residuals.linearise(state.model)[1]
@@ -104,7 +104,7 @@ def _steps(state: State, index: int, other: Effect) -> Array | None:
     return steps
 
 
-def _disagreement(state: State, other: Effect, steps: Array, poses: Poses) -> Array:
+def _disagreement(state: FittedState, other: Effect, steps: Array, poses: Poses) -> Array:
     """Return by how far the two predictions of the sensor's place differ ``(N,)`` [m], the best motion of
     the base removed."""
     model = replace(state.model, effects=(*state.model.effects, other))

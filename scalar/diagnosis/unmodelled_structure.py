@@ -10,23 +10,19 @@ from collections.abc import Iterator, Sequence
 
 from scalar.data.poses import is_joint
 from scalar.diagnosis.autocorrelation import depends_on
-from scalar.diagnosis.candidate_set import Candidate, curves, flexible, waves
-from scalar.diagnosis.fitted_state import State, settle
-from scalar.diagnosis.forward_selection import (
-    Bank,
-    Columns,
-    Scored,
+from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
+from scalar.diagnosis.candidate_set import CandidateEffect, curves, flexible, waves
+from scalar.diagnosis.conditional_scores import (
     background_without,
     columns_of_effects,
-    hunt,
-    merged,
-    rank,
-    reconsidered,
-    refined,
     together,
     without_columns,
 )
-from scalar.diagnosis.hold_out import held_out, improvement, no_worse
+from scalar.diagnosis.fitted_state import FittedState, refit
+from scalar.diagnosis.forward_selection import reconsidered, select_forward
+from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
+from scalar.diagnosis.merging import merged
+from scalar.diagnosis.ranking import Scored, rank, refined
 from scalar.diagnosis.score_test import Background
 from scalar.effects.effect import Effect
 from scalar.effects.joints import JointBacklash, JointCoupling, JointHarmonic, JointScale
@@ -48,7 +44,7 @@ LOOKED_AT = 4  # terms of those that score best
 COLUMNS_AT_ONCE = 512
 
 
-def with_unnamed(state: State, named: Bank) -> State:
+def with_flexible_terms(state: FittedState, named: CandidateSet) -> FittedState:
     """Return a state with flexible terms for what its named effects leave, the names judged again beside them.
 
     Args:
@@ -60,13 +56,13 @@ def with_unnamed(state: State, named: Bank) -> State:
         trial = _unseated(state, pools) or _with_best(state, pools)
         if trial is None:
             break
-        state = _own_names_dropped(hunt(reconsidered(trial, named)[0], named))
+        state = _own_names_dropped(select_forward(reconsidered(trial, named)[0], named))
     return _minor_names_dropped(_own_names_dropped(reconsidered(state, named)[0]))
 
 
-def _banks(pool: Sequence[Candidate]) -> list[Bank]:
+def _banks(pool: Sequence[CandidateEffect]) -> list[CandidateSet]:
     """Return a pool in parts: what is between terms is never asked for, and many poses with all columns at once are more than memory likes."""
-    parts: list[list[Candidate]] = [[]]
+    parts: list[list[CandidateEffect]] = [[]]
     width = 0
     for candidate in pool:
         width += len(candidate.effect.coefficients)
@@ -74,34 +70,36 @@ def _banks(pool: Sequence[Candidate]) -> list[Bank]:
             parts.append([])
             width = len(candidate.effect.coefficients)
         parts[-1].append(candidate)
-    return [Bank.of(part, elsewhere=len(pool) - len(part)) for part in parts]
+    return [CandidateSet.of(part, elsewhere=len(pool) - len(part)) for part in parts]
 
 
-def _ranked(state: State, backgrounds: Sequence[Background], pools: Sequence[Bank]) -> list[list[Scored]]:
+def _ranked(
+    state: FittedState, backgrounds: Sequence[Background], pools: Sequence[CandidateSet]
+) -> list[list[Scored]]:
     """Return for each background the best few of all flexible terms, best first."""
     found: list[list[Scored]] = [[] for _ in backgrounds]
     for pool in pools:
-        cols = Columns(state, pool)
+        columns = CandidateColumns(state, pool)
         for entries, background in zip(found, backgrounds, strict=True):
-            entries += rank(state, background, cols)[:LOOKED_AT]
+            entries += rank(state, background, columns)[:LOOKED_AT]
     return [sorted(entries, key=lambda entry: -entry.evidence)[:LOOKED_AT] for entries in found]
 
 
-def _with_best(state: State, pools: Sequence[Bank]) -> State | None:
+def _with_best(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState | None:
     """Return the state with the flexible term that the residual bears out best, or None."""
     background = state.background()
     for entry in _ranked(state, [background], pools)[0]:
         if entry.p_value > ALPHA or entry.evidence <= 0:
             return None
         effect = refined(state, background, entry).effect
-        trial = settle(state.dataset, state.model, state.geometry_free, merged(state.effects, effect))
-        gain = improvement(held_out(state, state.mix), held_out(trial, state.mix))
-        if gain >= LEAST_IMPROVEMENT and no_worse(held_out(state), held_out(trial)):
+        trial = refit(state.dataset, state.model, state.geometry_free, merged(state.effects, effect))
+        gain = improvement(held_out_errors(state, state.whitening), held_out_errors(trial, state.whitening))
+        if gain >= LEAST_IMPROVEMENT and no_worse(held_out_errors(state), held_out_errors(trial)):
             return trial
     return None
 
 
-def _unseated(state: State, pools: Sequence[Bank]) -> State | None:
+def _unseated(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState | None:
     """Return the state with flexible terms in the place of names that explain their share far worse, or None."""
     groups = list(_groups(state.effects))
     if not groups:
@@ -118,19 +116,21 @@ def _unseated(state: State, pools: Sequence[Bank]) -> State | None:
             if entry.evidence < HOPELESS * own.evidence:
                 continue
             best = refined(state, without, entry)
-            trial = settle(state.dataset, state.model, state.geometry_free, merged(others, best.effect))
+            trial = refit(state.dataset, state.model, state.geometry_free, merged(others, best.effect))
             better = best.evidence - own.evidence
             if gears and better <= BETTER_THAN_A_NAME:
                 trial, more = _with_more_shapes(trial, gears[0].joint)
                 better += more
             # Fewer coefficients may fit a little worse, but must not predict worse.
-            worse = improvement(held_out(trial, state.mix), held_out(state, state.mix))
+            worse = improvement(
+                held_out_errors(trial, state.whitening), held_out_errors(state, state.whitening)
+            )
             if better > BETTER_THAN_A_NAME and worse < LEAST_IMPROVEMENT:
                 return trial
     return None
 
 
-def _with_more_shapes(state: State, joint: int) -> tuple[State, float]:
+def _with_more_shapes(state: FittedState, joint: int) -> tuple[FittedState, float]:
     """Return a state with up to two more shapes of a joint's error along its own angle, and their evidence [nats]."""
     pools = _banks(curves(state.dataset, joint))
     evidence = 0.0
@@ -140,7 +140,7 @@ def _with_more_shapes(state: State, joint: int) -> tuple[State, float]:
         if best.evidence <= 0:
             break
         evidence += best.evidence
-        state = settle(state.dataset, state.model, state.geometry_free, merged(state.effects, best.effect))
+        state = refit(state.dataset, state.model, state.geometry_free, merged(state.effects, best.effect))
     return state, evidence
 
 
@@ -157,7 +157,7 @@ def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
     yield from ([i] for i, effect in enumerate(effects) if not isinstance(effect, Unattributed))
 
 
-def _own_names_dropped(state: State) -> State:
+def _own_names_dropped(state: FittedState) -> FittedState:
     """Return a state without names for what a joint's flexible term along its own angle leaves: they are the rest of the same curve."""
     curves = {
         effect.joint
@@ -171,38 +171,36 @@ def _own_names_dropped(state: State) -> State:
     )
     if len(kept) == len(state.effects):
         return state
-    return settle(state.dataset, state.model, state.geometry_free, kept)
+    return refit(state.dataset, state.model, state.geometry_free, kept)
 
 
-def _minor_names_dropped(state: State) -> State:
+def _minor_names_dropped(state: FittedState) -> FittedState:
     """Return a state without names that explain little beside what has none: they are as likely a part of it.
 
     What has no name is what the flexible terms explain, and what poses spread by where neighbours err alike. A change in time beside an
     unnamed course in time has to explain more than that, any other name a tenth of it.
     """
-    plain = Background.of(
-        *state.linearised(), state.dataset.n_poses, state.residuals.measurement.rows_per_pose
-    )
-    unnamed = [i for i, effect in enumerate(state.effects) if isinstance(effect, Unattributed)]
-    columns = [v for i in unnamed for v in state.effects[i].depends_on]  # type: ignore[attr-defined]
-    unexplained = _explained(state, plain, unnamed) if unnamed else 0.0
-    along = depends_on(state) if state.spreads else []
+    plain = state.background_within_scans()
+    flexible_terms = [i for i, effect in enumerate(state.effects) if isinstance(effect, Unattributed)]
+    columns = [v for i in flexible_terms for v in state.effects[i].depends_on]  # type: ignore[attr-defined]
+    unexplained = _explained(state, plain, flexible_terms) if flexible_terms else 0.0
+    along = depends_on(state) if state.variance_components else []
     if along:
         unexplained += max(plain.squared - plain.freedom, 0.0)
     courses = any(not is_joint(name) for name in [*columns, *along])
     minor = [
         i
         for i, effect in enumerate(state.effects)
-        if i not in unnamed
+        if i not in flexible_terms
         and _explained(state, plain, [i]) < (1.0 if courses and _in_time(effect) else MINOR) * unexplained
     ]
     if not minor:
         return state
     kept = tuple(effect for i, effect in enumerate(state.effects) if i not in minor)
-    return settle(state.dataset, state.model, state.geometry_free, kept)
+    return refit(state.dataset, state.model, state.geometry_free, kept)
 
 
-def _explained(state: State, plain: Background, indices: Sequence[int]) -> float:
+def _explained(state: FittedState, plain: Background, indices: Sequence[int]) -> float:
     """Return by how much the squared residual, whitened for the noise within scans alone, would grow without some effects."""
     local, sizes = columns_of_effects(state, indices)
     return without_columns(plain, state, local, sizes).squared - plain.squared

@@ -9,26 +9,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
 from scalar.diagnosis.score_test import Background
+from scalar.estimation.model import Model
+from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 from scalar.sensors.line_laser import LineLaser
 from scalar.sensors.measurement import Measurement, Rows, Target
-
-if TYPE_CHECKING:
-    from scalar.diagnosis.fitted_state import State
 
 P_VALUE = 1e-5  # of a spread between poses beyond the noise within scans
 CONFOUNDED = 3.0  # nats of likelihood within which jitter and bias are not told apart
 
 
 @dataclass(frozen=True, eq=False)
-class Spread:
+class VarianceComponent:
     """A noise effect.
 
     Attributes:
@@ -48,39 +47,46 @@ class Spread:
     covariance: Array
 
 
-def spreads(state: State) -> list[Spread]:
-    """Return the noise effects that the residual's covariance shows, likeliest first; empty where the noise explains it."""
-    residual, jacobian = state.linearised()
-    m = state.residuals.measurement.rows_per_pose
-    background = Background.of(residual, jacobian, state.dataset.n_poses, m)
+def variance_components(
+    background: Background, residuals: Residuals, model: Model
+) -> list[VarianceComponent]:
+    """Return the noise effects that the residual's covariance shows, likeliest first; empty where the noise explains it.
+
+    Args:
+        background: Of the model's rows, whitened for the noise within scans alone.
+        residuals: Of the dataset.
+        model: At the optimum.
+    """
     rows = background.residual
     # A fit takes up its share of the spread; without it the estimate would be low by that share.
     live = background.freedom + background.Q.shape[1]
     rows = rows * np.sqrt(live / background.freedom)
     found = []
-    for name, D in directions(state):
+    for name, D in directions(residuals, model):
         K = D @ np.swapaxes(D, 1, 2)
         gain, v, curvature = _maximum_likelihood(rows, K)
         p = float(0.5 * chi2.sf(2 * gain, 1)) if gain > 0 else 1.0
         if p < P_VALUE and v > 0:
             std = float(np.sqrt(v))
             found.append(
-                Spread(name, std, float(curvature / (2 * std)), gain, p, np.eye(rows.shape[1]) + v * K)
+                VarianceComponent(
+                    name, std, float(curvature / (2 * std)), gain, p, np.eye(rows.shape[1]) + v * K
+                )
             )
     return sorted(found, key=lambda s: -s.log_likelihood_gain)
 
 
-def directions(state: State) -> list[tuple[str, Array]]:
+def directions(residuals: Residuals, model: Model) -> list[tuple[str, Array]]:
     """Return the rows' derivatives ``(N, m, k)`` by every joint angle, and by an error common to the pose's measurement."""
-    kinematics = state.residuals.kinematics(state.model)
-    n = state.model.robot.n_joints
+    kinematics = residuals.kinematics(model)
+    n = model.robot.n_joints
     by_angle = kinematics.screws()[:, :, 3 * n : 4 * n]
-    rows = state.residuals.measurement.rows(kinematics.T_base_sensor, state.model.target)
+    rows = residuals.measurement.rows(kinematics.T_base_sensor, model.target)
     m = rows.residual.shape[1]
     jitter = rows.wrench @ by_angle
-    measurement = state.residuals.measurement
+    measurement = residuals.measurement
     if isinstance(measurement, LineLaser):
-        bias = measurement.common_error(kinematics.T_base_sensor, state.model.target)[:, :, None]
+        bias = measurement.common_error(kinematics.T_base_sensor, model.target)[:, :, None]
     else:
         bias = np.broadcast_to(np.eye(m) / measurement.sigma, (len(by_angle), m, m))
     return [("pose_jitter", jitter), ("scan_bias", np.array(bias))]
@@ -94,30 +100,30 @@ def _maximum_likelihood(rows: Array, K: Array) -> tuple[float, float, float]:
     typical = 1.0 / max(float(np.median(values[:, -1])), 1e-300)
 
     def cost(log_v: float) -> float:
-        spread = 1.0 + np.exp(log_v) * values
-        return 0.5 * float(np.sum(np.log(spread) + squares / spread))
+        variance = 1.0 + np.exp(log_v) * values
+        return 0.5 * float(np.sum(np.log(variance) + squares / variance))
 
     start = np.log(typical)
     result: Any = minimize_scalar(
         cost, bounds=(start - 16, start + 24), method="bounded", options={"xatol": 1e-4}
     )
     v = float(np.exp(result.x))
-    spread = 1.0 + v * values
-    information = 0.5 * float(np.sum((values / spread) ** 2))
+    variance = 1.0 + v * values
+    information = 0.5 * float(np.sum((values / variance) ** 2))
     return 0.5 * float(np.sum(squares)) - float(result.fun), v, 1.0 / np.sqrt(max(information, 1e-300))
 
 
 @dataclass(frozen=True, eq=False)
-class Mixed(Measurement):
+class WhitenedMeasurement(Measurement):
     """A measurement whose rows are whitened for noise common to a pose.
 
     Attributes:
         inner: The rows.
-        mix: ``(N, m, m)``, inverse square roots of the covariances.
+        whitening: ``(N, m, m)``, inverse square roots of the covariances.
     """
 
     inner: Any
-    mix: Array
+    whitening: Array
 
     def __getattr__(self, name: str) -> Any:
         """Return what the inner measurement has."""
@@ -152,15 +158,16 @@ class Mixed(Measurement):
         return self.inner.fitted_target(T_base_sensor, target)
 
     def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
-        """Return the inner rows, mixed."""
+        """Return the inner rows, whitened."""
         rows = self.inner.rows(T_base_sensor, target, point_effects)
-        mix = self.mix
-        residual = np.einsum("nij,nj->ni", mix, rows.residual)
-        return Rows(residual, mix @ rows.wrench, mix @ rows.target, mix @ rows.extra)
+        residual = np.einsum("nij,nj->ni", self.whitening, rows.residual)
+        return Rows(
+            residual, self.whitening @ rows.wrench, self.whitening @ rows.target, self.whitening @ rows.extra
+        )
 
     def reweighted(self, T_base_sensor: Array, target: Target) -> Measurement:
-        """Return the inner measurement reweighted, mixed as before."""
-        return Mixed(self.inner.reweighted(T_base_sensor, target), self.mix)
+        """Return the inner measurement reweighted, whitened as before."""
+        return WhitenedMeasurement(self.inner.reweighted(T_base_sensor, target), self.whitening)
 
     def distances(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
@@ -173,7 +180,7 @@ class Mixed(Measurement):
         return self.inner.perfect_rows(T_base_sensor, target, index)
 
 
-def whitening(spread: Spread) -> Array:
+def whitening_for(component: VarianceComponent) -> Array:
     """Return the inverse square roots ``(N, m, m)`` of a noise effect's covariances."""
-    values, vectors = np.linalg.eigh(spread.covariance)
+    values, vectors = np.linalg.eigh(component.covariance)
     return (vectors / np.sqrt(values)[:, None, :]) @ np.swapaxes(vectors, 1, 2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from scalar.diagnosis.diagnose import Diagnosis
+    from scalar.diagnosis.result import Diagnosis
 
 TEMPLATE = "report.html.jinja"
 

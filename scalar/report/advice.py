@@ -14,7 +14,7 @@ from scalar.report.words import angle, length, listed
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
-    from scalar.diagnosis.diagnose import Diagnosis
+    from scalar.diagnosis.result import Diagnosis
 
 WEAK_LENGTH = 0.2 * MM  # standard error from which more poses are advised
 WEAK_ANGLE = 0.02 * DEG
@@ -61,7 +61,7 @@ def _unexplained(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
 
 
 def _silent(diagnosis: Diagnosis) -> list[str]:
-    names = {s.name for s in diagnosis.silent}
+    names = {s.name for s in diagnosis.unobservable}
     found = []
     if names & {"range_scale", "joint_scale"} or not diagnosis.after.residuals.measurement.has_metric:
         found.append(
@@ -123,7 +123,9 @@ def _columns(diagnosis: Diagnosis) -> list[str]:
             f"{'it' if len(missing) == 1 else 'them'}{order}."
         )
     if diagnosis.dataset.sensor.noise is None:
-        found.append("State the sensor's noise in dataset.yaml: what is structure is judged against it.")
+        found.append(
+            "FittedState the sensor's noise in dataset.yaml: what is structure is judged against it."
+        )
     return found
 
 

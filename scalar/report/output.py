@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from scalar.data.io.atomic import atomic_write, write_json
-from scalar.diagnosis.diagnose import Diagnosis
+from scalar.diagnosis.result import Diagnosis
 
 
 def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:

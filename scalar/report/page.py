@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.diagnosis.partial_residuals import courses, seen_share
+from scalar.diagnosis.partial_residuals import profiles, seen_share
+from scalar.diagnosis.profiles import View
 from scalar.diagnosis.separating_poses import separation
-from scalar.diagnosis.traces import View
-from scalar.diagnosis.variance_components import whitening
+from scalar.diagnosis.variance_components import whitening_for
 from scalar.effects.effect import Effect
 from scalar.effects.joints import JointHarmonic
 from scalar.effects.unattributed import Unattributed
@@ -22,7 +22,7 @@ from scalar.sensors.tracker import Tracker
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
-    from scalar.diagnosis.diagnose import Diagnosis, Finding
+    from scalar.diagnosis.result import Diagnosis, Finding
 
 VERDICTS = {
     "no_effect": "Nothing but noise",
@@ -41,7 +41,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
     mapping = diagnosis.to_mapping()
     view = View.of(diagnosis.after, diagnosis.calibration_after.free, diagnosis.calibration_after.covariance)
     effects = [_card(diagnosis, view, i, finding) for i, finding in enumerate(diagnosis.findings)]
-    if diagnosis.noise and not diagnosis.unnamed:
+    if diagnosis.noise and not diagnosis.flexible_terms:
         effects.append(_noise_card(diagnosis))
     return {
         "name": diagnosis.dataset.name,
@@ -130,7 +130,7 @@ def _percent(value: float, scale: float) -> float:
 
 def _card(diagnosis: Diagnosis, view: View, index: int, finding: Finding) -> dict[str, Any]:
     effect = finding.effect
-    traces = courses(view, index) if index < _MANY_PICTURES else []
+    traces = profiles(view, index) if index < _MANY_PICTURES else []
     return {
         "title": words.effect_title(effect),
         "clause": words.statement(effect.name, effect.target, words.effect_title(effect)),
@@ -187,7 +187,7 @@ def _confounded(diagnosis: Diagnosis, index: int, finding: Finding) -> dict[str,
 
 def _of_spread(diagnosis: Diagnosis) -> str:
     """Return why what poses spread by is no noise; empty where it is."""
-    if diagnosis.spread_beyond_belief:
+    if diagnosis.exceeds_any_repeatability:
         return "poses spread by more than any arm's repeatability, and by nothing that was tried: something acts on them"
     if diagnosis.depends_on:
         along = words.listed([words.column(name) for name in diagnosis.depends_on])
@@ -202,7 +202,7 @@ def _noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
     state = diagnosis.after
     residual = state.linearised()[0][: len(best.covariance) * best.covariance.shape[1]]
     rows = residual.reshape(len(best.covariance), -1)
-    mixed = np.einsum("nij,nj->ni", whitening(best), rows)
+    mixed = np.einsum("nij,nj->ni", whitening_for(best), rows)
     pick = slice(None) if isinstance(state.residuals.measurement, Tracker) else slice(0, 1)
     near = [words.title(c["name"], c["target"]) for c in entry["confounded_with"]]
     how = "to a spread in the joints" if is_angle else "but for an error of its own, common to its points"
@@ -256,7 +256,7 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
 def _silent(diagnosis: Diagnosis) -> list[dict[str, str]]:
     """Return what cannot be seen, effects of the same consequence together."""
     together: dict[str, list[str]] = {}
-    for entry in diagnosis.silent:
+    for entry in diagnosis.unobservable:
         together.setdefault(entry.consequence, []).append(words.title(entry.name, entry.target))
     return [
         {"title": words.capital("; ".join(dict.fromkeys(titles))), "text": text}

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from scalar.diagnosis.fitted_state import State
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.profiles import Axis, Map, Profile
 from scalar.diagnosis.scan_residuals import signed_residual
-from scalar.diagnosis.traces import Axis, Course, Map
 from scalar.geometry.se3 import Array
 from scalar.report.svg import Panel, range_of
 from scalar.units import DEG, MM
@@ -59,12 +59,12 @@ def shown(axis: Axis, values: Array) -> Array:
     return np.asarray(values, dtype=float) / _UNITS[axis.unit][0]
 
 
-def draw(trace: Course | Map) -> Pair:
+def draw(trace: Profile | Map) -> Pair:
     """Return a trace without and with its effect."""
     return _draw_map(trace) if isinstance(trace, Map) else _draw_course(trace)
 
 
-def _draw_course(course: Course) -> Pair:
+def _draw_course(course: Profile) -> Pair:
     sure = course.std <= _UNSURE * np.nanmedian(course.std)
     x, y = shown(course.x_axis, course.x[sure]), shown(course.y_axis, course.y[sure])
     rest, std = shown(course.y_axis, course.rest[sure]), shown(course.y_axis, course.std[sure])
@@ -215,7 +215,7 @@ def _draw_map(trace: Map) -> Pair:
     )
 
 
-def draw_residuals(before: State, after: State) -> Pair:
+def draw_residuals(before: FittedState, after: FittedState) -> Pair:
     """Return the residual of every pose in order of acquisition, of two states, planes told apart."""
     order, mm = before.residuals.poses.order, Axis("residual", "m")
     tracked = before.dataset.sensor.kind == "tracker"

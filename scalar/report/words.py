@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from scalar.data.poses import is_joint
-from scalar.diagnosis.traces import Course, Map
+from scalar.diagnosis.profiles import Map, Profile
 from scalar.effects.effect import Effect
 from scalar.effects.links import AxisNonparallel, ThermalDrift
 from scalar.effects.sensor import SensorSlip
@@ -170,7 +170,7 @@ def harmonics(
     return rows
 
 
-def size(effect: Effect, traces: Sequence[Course | Map]) -> str:
+def size(effect: Effect, traces: Sequence[Profile | Map]) -> str:
     """Return how large an effect is at the poses that were measured, with its unit, or nothing."""
     if isinstance(effect, AxisNonparallel):
         return angle(abs(float(effect.coefficients[0])))
@@ -180,7 +180,7 @@ def size(effect: Effect, traces: Sequence[Course | Map]) -> str:
     if isinstance(first, Map):
         largest, opening = float(np.nanquantile(np.abs(first.y), 0.98)), "about "
     else:
-        largest = max(float(np.nanmax(np.abs(t.fitted))) for t in traces if isinstance(t, Course))
+        largest = max(float(np.nanmax(np.abs(t.fitted))) for t in traces if isinstance(t, Profile))
         opening = "± " if first.side is not None else "" if isinstance(effect, SensorSlip) else "up to "
     if first.y_axis.unit == "rad":
         return f"{opening}{angle(largest)}"

@@ -12,8 +12,9 @@ from click.testing import CliRunner
 
 from scalar.cli import cli
 from scalar.data.dataset import read_dataset, write_dataset
-from scalar.diagnosis import diagnose, write_diagnosis
+from scalar.diagnosis import diagnose
 from scalar.estimation.result import load_calibration
+from scalar.report.output import write_diagnosis
 from tests.diagnosis.cases import bow, compliance, drift, harmonic, jitter, knock, spoiled, unnamed
 from tests.effects.injected import make_cell
 

@@ -151,7 +151,7 @@ def test_reference_planes_show_the_gain():
     cell = make_cell(Flaws(measured=lambda r: r / (1 + 2e-3)), seed=13, poses_per_plane=60)
     verdict, mapping = said(cell.dataset)
     assert verdict == "no_effect"
-    assert any(s["name"] == "range_scale" for s in mapping["silent"])
+    assert any(s["name"] == "range_scale" for s in mapping["unobservable"])
     truth = cell.scene.truth
     known = tuple(
         PlaneGuess(p.name, n, float(d), 1e-5, 1e-4)
@@ -159,7 +159,7 @@ def test_reference_planes_show_the_gain():
     )
     verdict, mapping = said(replace(cell.dataset, planes=known))
     assert verdict in ("no_effect", "effect")
-    assert not any(s["name"] == "range_scale" for s in mapping["silent"])
+    assert not any(s["name"] == "range_scale" for s in mapping["unobservable"])
 
 
 def test_no_noise_at_all():

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from scalar.data.poses import Poses
-from scalar.diagnosis.fitted_state import settle
-from scalar.diagnosis.forward_selection import bank, hunt
+from scalar.diagnosis.candidate_columns import named_candidates
+from scalar.diagnosis.fitted_state import refit
+from scalar.diagnosis.forward_selection import select_forward
 from scalar.diagnosis.harmonic_spectrum import as_whitened, tempered, with_spectrum
-from scalar.diagnosis.hold_out import held_out
+from scalar.diagnosis.hold_out import held_out_errors
 from scalar.effects.joints import JointCompliance, JointHarmonic, JointScale
 from scalar.estimation.gross_errors import clean, geometry_fit
 from scalar.estimation.residuals import Residuals
@@ -26,8 +27,8 @@ def found():
     train, fresh = whole.subset(seen[::2]), whole.subset(seen[1::2])
     cleaned = clean(train).dataset
     model, prepared = geometry_fit(cleaned)
-    names = bank(cleaned)
-    one_by_one = hunt(settle(cleaned, model, prepared.free, ()), names)
+    names = named_candidates(cleaned)
+    one_by_one = select_forward(refit(cleaned, model, prepared.free, ()), names)
     return fresh, one_by_one, with_spectrum(one_by_one, names)
 
 
@@ -41,7 +42,7 @@ def test_a_landscape_of_errors_becomes_one_smooth_error_a_joint(found):
     fresh, one_by_one, smooth = found
     assert smooth is not one_by_one
     assert rms(fresh, smooth) < rms(fresh, one_by_one)
-    assert held_out(smooth).rms < held_out(one_by_one).rms
+    assert held_out_errors(smooth).rms < held_out_errors(one_by_one).rms
     assert {e.joint for e in smooth.effects if isinstance(e, JointHarmonic)} == set(BUMPY_JOINTS)
 
 
@@ -76,8 +77,8 @@ def test_a_weight_is_told_from_the_orders_beside_it():
     dataset = replace(dataset, poses=dataset.poses.assign(q2=read[q2 > np.median(q2)]))
     cleaned = clean(dataset).dataset
     model, prepared = geometry_fit(cleaned)
-    names = bank(cleaned)
-    after = with_spectrum(hunt(settle(cleaned, model, prepared.free, ()), names), names)
+    names = named_candidates(cleaned)
+    after = with_spectrum(select_forward(refit(cleaned, model, prepared.free, ()), names), names)
     assert {e.joint for e in after.effects if isinstance(e, JointHarmonic)} == {2}
     weights = [e for e in after.effects if isinstance(e, JointCompliance)]
     assert [effect.target for effect in weights] == [{"joints": [2]}]
@@ -92,8 +93,8 @@ def test_a_single_order_stays_one():
         read = q - 3e-4 * np.sin(5 * read)
     dataset = clean(replace(scene.dataset, poses=scene.dataset.poses.assign(q2=read))).dataset
     model, prepared = geometry_fit(dataset)
-    names = bank(dataset)
-    state = hunt(settle(dataset, model, prepared.free, ()), names)
+    names = named_candidates(dataset)
+    state = select_forward(refit(dataset, model, prepared.free, ()), names)
     assert [e.target for e in state.effects] == [{"joint": 2, "order": 5}]
     assert with_spectrum(state, names) is state
     assert as_whitened(state) is state

@@ -5,8 +5,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scalar.diagnosis.fitted_state import settle
-from scalar.diagnosis.hold_out import BLOCKS_PER_FOLD, FOLDS, HeldOut, blocks, held_out, improvement
+from scalar.diagnosis.fitted_state import refit
+from scalar.diagnosis.hold_out import (
+    BLOCKS_PER_FOLD,
+    FOLDS,
+    HeldOutErrors,
+    blocks,
+    held_out_errors,
+    improvement,
+)
 from scalar.effects.catalogue import parse_effects
 from scalar.estimation.gross_errors import geometry_fit
 from scalar.estimation.least_squares import fit
@@ -17,7 +24,7 @@ from tests.effects.injected import make_cell
 
 def settled(dataset, effects=""):
     model, prepared = geometry_fit(dataset)
-    return settle(dataset, model, prepared.free, parse_effects(effects, dataset))
+    return refit(dataset, model, prepared.free, parse_effects(effects, dataset))
 
 
 @given(n=st.integers(1, 3000))
@@ -52,7 +59,7 @@ def test_the_step_is_a_refit_without_the_fold():
     """Each fold's errors are those of a model refitted on the other poses alone, within 2 %."""
     dataset = make_cell(seed=2, poses_per_plane=40, points_per_scan=20).dataset
     state = settled(dataset)
-    found = held_out(state)
+    found = held_out_errors(state)
     _, fold = blocks(dataset.q)
     for f in range(2):
         train = fold != f
@@ -73,7 +80,7 @@ def test_held_out_errors_exceed_the_fitted_ones_by_the_price_of_the_fit():
     state = settled(dataset)
     rows, J = state.linearised()
     p, n = J.shape[1], int(np.count_nonzero(np.any(J != 0, axis=1)))
-    ratio = held_out(state).whitened.sum() / np.sum(rows**2)
+    ratio = held_out_errors(state).whitened.sum() / np.sum(rows**2)
     # A scan has three rows, of which the model moves two: p is spent on the latter.
     assert 1.0 < ratio < 1.6 * (n + p) / (n - p)
 
@@ -81,9 +88,9 @@ def test_held_out_errors_exceed_the_fitted_ones_by_the_price_of_the_fit():
 def test_what_is_there_lowers_the_error_of_poses_never_seen():
     """The planted effect lowers the held-out error by many standard errors; one that is not there does not."""
     cell, name, target = scale(4)
-    without = held_out(settled(cell.dataset))
-    right = held_out(settled(cell.dataset, f"{name}:{target['joint']}"))
-    other = held_out(settled(cell.dataset, "joint_harmonic:4:19:23:29"))
+    without = held_out_errors(settled(cell.dataset))
+    right = held_out_errors(settled(cell.dataset, f"{name}:{target['joint']}"))
+    other = held_out_errors(settled(cell.dataset, "joint_harmonic:4:19:23:29"))
     assert improvement(without, right) > 3
     assert improvement(without, other) < 2
     assert right.rms < without.rms
@@ -94,9 +101,9 @@ def test_improvement_counts_blocks(drop, sign):
     """The fall is measured in standard errors over blocks: a steady fall is sure, whatever its size."""
     block, _ = blocks(np.arange(80.0)[:, None])
     rng = np.random.default_rng(0)
-    before = HeldOut(rng.chisquare(3, 80), np.ones(80), np.ones(80), block)
+    before = HeldOutErrors(rng.chisquare(3, 80), np.ones(80), np.ones(80), block)
     noise = 0.01 * rng.standard_normal(80)
-    after = HeldOut(before.whitened - drop + noise, np.ones(80), np.ones(80), block)
+    after = HeldOutErrors(before.whitened - drop + noise, np.ones(80), np.ones(80), block)
     assert (improvement(before, after) > 5) == (sign > 0)
     assert (improvement(before, after) < -5) == (sign < 0)
 
@@ -106,8 +113,10 @@ def test_one_block_that_gains_most_hides_no_others():
     block = np.repeat(np.arange(20), 4)
     before, gain = np.full(80, 10.0), np.where(block == 7, 5000.0, 2.0) + np.tile([0.1, -0.1, 0.2, -0.2], 20)
     metric, counts = np.ones(80), np.ones(80)
-    errors = [HeldOut(whitened, metric, counts, block) for whitened in (before, before - gain, before + gain)]
+    errors = [
+        HeldOutErrors(whitened, metric, counts, block) for whitened in (before, before - gain, before + gain)
+    ]
     assert improvement(errors[0], errors[1]) > 5
     assert improvement(errors[0], errors[2]) < 0
-    lost = HeldOut(before - np.where(block == 7, -5000.0, 2.0), metric, counts, block)
+    lost = HeldOutErrors(before - np.where(block == 7, -5000.0, 2.0), metric, counts, block)
     assert improvement(errors[0], lost) < 0

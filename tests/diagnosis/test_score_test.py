@@ -195,7 +195,7 @@ def test_leaving_columns_out_by_update_is_leaving_them_out(seed):
 
 
 def test_a_column_that_adds_nothing_hides_no_other():
-    """Columns that are zero or copies explain nothing more, wherever they stand, and what the others explain stays explained."""
+    """CandidateColumns that are zero or copies explain nothing more, wherever they stand, and what the others explain stays explained."""
     rng = np.random.default_rng(7)
     N, m = 30, 3
     plain = rng.standard_normal((N * m, 5))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from scalar.diagnosis.fitted_state import settle
-from scalar.diagnosis.variance_components import spreads, whitening
+from scalar.diagnosis.fitted_state import refit
+from scalar.diagnosis.variance_components import whitening_for
 from scalar.estimation.gross_errors import geometry_fit
 from tests.effects.injected import Flaws, make_cell
 
@@ -15,7 +15,7 @@ NOISES = {"pose_jitter": (Flaws(jitter=2e-4), 2e-4), "scan_bias": (Flaws(bias=2e
 def found_in(flaws, seed, **settings):
     dataset = make_cell(flaws, seed=seed, **settings).dataset
     model, prepared = geometry_fit(dataset)
-    return spreads(settle(dataset, model, prepared.free, ()))
+    return refit(dataset, model, prepared.free, ()).variance_components
 
 
 @pytest.mark.parametrize("name", NOISES)
@@ -42,7 +42,7 @@ def test_clean_data_have_no_noise_effect():
 def test_whitening_undoes_the_covariance():
     """The inverse square roots turn each pose's covariance into the identity."""
     spread = found_in(Flaws(jitter=2e-4), 3)[0]
-    W = whitening(spread)
+    W = whitening_for(spread)
     one = W @ spread.covariance @ np.swapaxes(W, 1, 2)
     np.testing.assert_allclose(one, np.broadcast_to(np.eye(one.shape[1]), one.shape), atol=1e-9)
 

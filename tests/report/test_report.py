@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 from scalar.cli.diagnose import describe_diagnosis
 from scalar.data.dataset import Dataset
 from scalar.diagnosis import Diagnosis, diagnose
-from scalar.diagnosis.partial_residuals import beside_everything, courses, seen_share
+from scalar.diagnosis.partial_residuals import beside_everything, profiles, seen_share
+from scalar.diagnosis.profiles import Profile, View
 from scalar.diagnosis.separating_poses import separation
-from scalar.diagnosis.traces import Course, View
 from scalar.effects.joints import JointHarmonic
 from scalar.report import render_report, words
 from scalar.report.svg import Panel, nice_ticks, range_of, tick_labels
@@ -172,8 +172,8 @@ def test_nothing_found_is_said(nothing: Diagnosis) -> None:
 def test_curve_is_the_planted_one(found: Diagnosis) -> None:
     """The fitted curve of the picture is the planted error of the joint within five of its own standard
     errors."""
-    course = courses(view_of(found), 0)[0]
-    assert isinstance(course, Course) and course.curve is not None
+    course = profiles(view_of(found), 0)[0]
+    assert isinstance(course, Profile) and course.curve is not None
     x, curve, std = course.curve
     assert np.all(np.abs(curve - planted(x)) < 5 * std + 1e-6)
     assert np.ptp(curve) > 1.5 * AMPLITUDE
@@ -182,8 +182,8 @@ def test_curve_is_the_planted_one(found: Diagnosis) -> None:
 def test_dots_scatter_about_the_planted_curve_as_their_errors_say(found: Diagnosis) -> None:
     """What each pose asks for, less what was planted there, has the standard error that the picture takes
     it to have."""
-    course = courses(view_of(found), 0)[0]
-    assert isinstance(course, Course)
+    course = profiles(view_of(found), 0)[0]
+    assert isinstance(course, Profile)
     z = (course.y - planted(found.after.residuals.poses.q[:, JOINT - 1])) / course.std
     np.testing.assert_allclose(course.y - course.rest, course.fitted, rtol=0, atol=1e-15)
     assert 0.7 < 1.4826 * np.median(np.abs(z)) < 1.4

@@ -176,7 +176,7 @@ def found(diagnosis: Diagnosis, wrong: list[int], truth_poses: pd.DataFrame) -> 
     return {
         "verdict": mapping["verdict"],
         "found": json.dumps(entries),
-        "silent": json.dumps([{"name": s["name"], "target": s["target"]} for s in mapping["silent"]]),
+        "silent": json.dumps([{"name": s["name"], "target": s["target"]} for s in mapping["unobservable"]]),
         "wrong_poses": len(wrong),
         "wrong_poses_found": len(set(wrong) & set(mapping["outliers"]["poses"])),
         "held_out_before_mm": residual["before"]["held_out_rms_mm"],

@@ -18,8 +18,8 @@ import pandas as pd
 
 from scalar.data.dataset import Dataset
 from scalar.data.poses import is_joint
-from scalar.diagnosis.fitted_state import State
-from scalar.diagnosis.hold_out import first_times, held_out
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.hold_out import first_times, held_out_errors
 from scalar.effects.effect import Effect, JointEffect
 from scalar.estimation.gross_errors import clean
 from scalar.estimation.joint_fit import unseen_effects
@@ -101,7 +101,7 @@ def on_shuffled_angles(dataset: Dataset, found: Calibration) -> dict[str, float]
 
 def _fitted(
     dataset: Dataset, prepared: Prepared, effects: Sequence[Effect], found: Calibration, seen: Dataset
-) -> State:
+) -> FittedState:
     """Return the optimum of geometry and effects, from effects of nothing, the effects told the poses of ``seen``.
 
     Rows are weighed by what the calibration left, so that its beliefs of the effects' sizes hold.
@@ -115,10 +115,10 @@ def _fitted(
     residuals = Residuals(whole.measurement, whole.poses, told.bases, whole.known)
     free = np.r_[prepared.free, np.ones(sum(len(e.coefficients) for e in effects), dtype=bool)]
     free &= ~unseen_effects(residuals, model, free) if effects else True
-    return State(dataset, fit(residuals, model, free).model, prepared.free, free, residuals)
+    return FittedState(dataset, fit(residuals, model, free).model, prepared.free, free, residuals)
 
 
-def _settled(dataset: Dataset, model: Any, free: Array, effects: Sequence[Effect]) -> State:
+def _settled(dataset: Dataset, model: Any, free: Array, effects: Sequence[Effect]) -> FittedState:
     """Return the optimum of a model whose effects are held."""
     model = replace(model, effects=tuple(effects)).rebased()
     all_free = np.r_[free, np.zeros(sum(len(effect.coefficients) for effect in effects), dtype=bool)]
@@ -126,11 +126,11 @@ def _settled(dataset: Dataset, model: Any, free: Array, effects: Sequence[Effect
     found = fit(residuals, model, all_free)
     model = found.model.rebased()
     residuals = residuals.reweighted(model)
-    return State(dataset, fit(residuals, model, all_free).model, free, all_free, residuals)
+    return FittedState(dataset, fit(residuals, model, all_free).model, free, all_free, residuals)
 
 
-def _errors(state: State) -> dict[str, float]:
-    error = held_out(state)
+def _errors(state: FittedState) -> dict[str, float]:
+    error = held_out_errors(state)
     return {
         "poses": state.dataset.n_poses,
         "train_rms_mm": state.residuals.rms(state.model) / MM,

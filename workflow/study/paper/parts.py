@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from scalar.baseline import fit as published
-from scalar.diagnosis import forward_selection as hunt
+from scalar.diagnosis import forward_selection
 from scalar.diagnosis import unmodelled_structure as unnamed
 from scalar.diagnosis import variance_components as noise
 from scalar.diagnosis.hold_out import BLOCKS_PER_FOLD, FOLDS
@@ -88,10 +88,10 @@ def settings() -> dict[str, Any]:
         "effects": len(CATALOGUE) - (Unattributed.name in CATALOGUE) + NOISES,
         "highest_order": MAX_ORDER,
         "highest_ripple": MAX_RIPPLE_ORDER,
-        "alpha": hunt.ALPHA,
-        "least_improvement": hunt.LEAST_IMPROVEMENT,
-        "swap_margin": hunt.SWAP_MARGIN,
-        "confounded_margin": hunt.CONFOUNDED_MARGIN,
+        "alpha": forward_selection.ALPHA,
+        "least_improvement": forward_selection.LEAST_IMPROVEMENT,
+        "swap_margin": forward_selection.SWAP_MARGIN,
+        "confounded_margin": forward_selection.CONFOUNDED_MARGIN,
         "noise_alpha": noise.P_VALUE,
         "unnamed_alpha": unnamed.ALPHA,
         "folds": FOLDS,

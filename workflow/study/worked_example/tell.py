@@ -16,9 +16,9 @@ import pandas as pd
 
 from scalar.data.dataset import read_dataset
 from scalar.diagnosis import Diagnosis, diagnose
-from scalar.diagnosis.partial_residuals import courses
+from scalar.diagnosis.partial_residuals import profiles
+from scalar.diagnosis.profiles import Profile, View
 from scalar.diagnosis.scan_residuals import signed_residual
-from scalar.diagnosis.traces import Course, View
 from scalar.effects.joints import JointHarmonic
 from scalar.estimation.frame_tables import read_truth
 from scalar.estimation.result import load_calibration
@@ -53,8 +53,8 @@ def tell(dataset_dir: str | Path) -> dict[str, pd.DataFrame]:
     effect = diagnosis.after.model.effects[0]
     assert isinstance(effect, JointHarmonic), effect.name
     view = View.of(diagnosis.after, diagnosis.calibration_after.free, diagnosis.calibration_after.covariance)
-    course = courses(view, 0)[0]
-    assert isinstance(course, Course) and course.curve is not None
+    course = profiles(view, 0)[0]
+    assert isinstance(course, Profile) and course.curve is not None
     data = diagnosis.after.dataset
     poses = pd.DataFrame(
         {

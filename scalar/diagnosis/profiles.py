@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from scalar.data.poses import Poses, is_joint
-from scalar.diagnosis.fitted_state import State
+from scalar.diagnosis.fitted_state import FittedState
 from scalar.effects.effect import Effect
 from scalar.estimation.model import Kinematics
 from scalar.geometry.se3 import Array
@@ -24,7 +24,7 @@ class Axis:
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class Profile:
     """What each pose asks of an effect, along one variable.
 
     Attributes:
@@ -91,7 +91,7 @@ class View:
         wrench: ``(N, m, 6)``, its derivative by a screw of the sensor in the base frame.
     """
 
-    state: State
+    state: FittedState
     free: tuple[str, ...]
     covariance: Array
     kinematics: Kinematics = field(repr=False)
@@ -105,7 +105,7 @@ class View:
         return jacobian.T @ jacobian
 
     @classmethod
-    def of(cls, state: State, free: tuple[str, ...], covariance: Array) -> View:
+    def of(cls, state: FittedState, free: tuple[str, ...], covariance: Array) -> View:
         """Return the view of a state, with the covariance of what its final fit has free."""
         kinematics = state.residuals.kinematics(state.model)
         T, effects = kinematics.T_base_sensor, state.residuals.point_effects(state.model)

@@ -1,0 +1,150 @@
+"""The candidates of a dataset as columns, beside a fitted model: taken once, scored as often as the residual changes.
+
+Several candidates share columns (an order of a joint stands alone and in the joint's whole spectrum): each column stands there once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scalar.diagnosis.candidate_set import CandidateEffect, candidates
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.score_test import Background, ChangeScores, Moments, Projected, gram_given
+from scalar.effects.catalogue import plane_centre
+from scalar.effects.effect import Effect
+from scalar.effects.sensor import SensorSlip
+from scalar.effects.surface import PlaneMoved
+from scalar.estimation.model import JointBasis
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+CHANGE_MARGIN = 6  # least number of poses on each side of a change
+_ALWAYS = -np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class CandidateSet:
+    """What is tried on a dataset, in elements: columns that several candidates share stand there once.
+
+    Attributes:
+        tried: Candidates with the indices of their columns.
+        elements: Effects whose columns these are.
+        changes: (effect that acts always, the poses it touches) for every kind of change; their columns come last.
+        bases: What effects on joints are of the poses, filled as they are first asked for.
+        elsewhere: How many more of the same kind are tried in other banks.
+    """
+
+    tried: list[tuple[CandidateEffect, Array]]
+    elements: list[Effect]
+    changes: list[tuple[Effect, Array]]
+    bases: dict[Effect, JointBasis] = field(default_factory=dict)
+    elsewhere: int = 0
+
+    @classmethod
+    def of(
+        cls, pool: Sequence[CandidateEffect], changes: Sequence[tuple[Effect, Array]] = (), elsewhere: int = 0
+    ) -> CandidateSet:
+        """Return the candidate set of a pool of candidates and kinds of change."""
+        elements: list[Effect] = []
+        where: dict[str, Array] = {}
+        tried, width = [], 0
+        for candidate in pool:
+            indices = []
+            for element in candidate.elements():
+                key = f"{type(element).__name__} {element.to_mapping()}"
+                if key not in where:
+                    where[key] = width + np.arange(len(element.coefficients))
+                    width += len(element.coefficients)
+                    elements.append(element)
+                indices.append(where[key])
+            tried.append((candidate, np.concatenate(indices)))
+        return cls(tried, elements, list(changes), elsewhere=elsewhere)
+
+    @cached_property
+    def effects(self) -> list[Effect]:
+        """Return the elements and the changes."""
+        return [*self.elements, *(effect for effect, _ in self.changes)]
+
+    @cached_property
+    def sizes(self) -> Array:
+        """Return the plausible size of every coefficient."""
+        return np.concatenate([np.zeros(0), *(effect.plausible_sizes for effect in self.effects)])
+
+    @cached_property
+    def by_width(self) -> dict[int, list[tuple[CandidateEffect, Array]]]:
+        """Return the candidates by their number of columns."""
+        result: dict[int, list[tuple[CandidateEffect, Array]]] = {}
+        for candidate, where in self.tried:
+            result.setdefault(len(where), []).append((candidate, where))
+        return result
+
+    @property
+    def total(self) -> int:
+        """Return how many candidates and moments are tried."""
+        return len(self.tried) + self.elsewhere + sum(int(touched.sum()) for _, touched in self.changes)
+
+
+def named_candidates(dataset: Dataset) -> CandidateSet:
+    """Return everything with a name that may be tried on a dataset."""
+    return CandidateSet.of(candidates(dataset), _changes(dataset))
+
+
+def _changes(dataset: Dataset) -> list[tuple[Effect, Array]]:
+    everywhere = np.ones(dataset.n_poses, dtype=bool)
+    found: list[tuple[Effect, Array]] = [
+        (SensorSlip(_ALWAYS, turns=dataset.sensor.kind == "line-laser"), everywhere)
+    ]
+    if dataset.sensor.kind != "tracker":
+        for k in np.unique(dataset.plane_index):
+            name = dataset.planes[k].name
+            effect = PlaneMoved(name, _ALWAYS, None, plane_centre(dataset, name))
+            found.append((effect, dataset.plane_index == k))
+    return found
+
+
+class CandidateColumns:
+    """The whitened columns of a candidate set at a state's model, and what follows from them without another pass over the rows."""
+
+    def __init__(self, state: FittedState, candidates: CandidateSet) -> None:
+        """Take the columns.
+
+        Args:
+            state: Fitted.
+            candidates: What is tried.
+        """
+        self.candidates = candidates
+        self.full = state.background()
+        self.E = state.columns_of(candidates.effects, candidates.bases)
+        own = self.E.T @ self.E
+        self.squared = np.diag(own).copy()
+        self.gram = gram_given(self.full, self.E, own)
+        self.moments: dict[int, Moments] = {}
+
+    def projected(self, background: Background) -> Projected:
+        """Return the columns beside the state's background, or beside it without some of its columns."""
+        gram = self.gram
+        if background.released is not None:
+            B = background.released.T @ self.E
+            gram = gram + B.T @ B
+        return Projected.with_gram(background, self.E, gram, self.squared, self.candidates.sizes)
+
+    def changes(self, background: Background) -> list[tuple[Effect, ChangeScores]]:
+        """Return the scores of every kind of change at every moment."""
+        N, m = background.residual.shape
+        found = []
+        at = self.E.shape[1] - sum(len(effect.coefficients) for effect, _ in self.candidates.changes)
+        for i, (effect, touched) in enumerate(self.candidates.changes):
+            k = len(effect.coefficients)
+            E = self.E[: N * m, at : at + k].reshape(N, m, k)
+            at += k
+            if i not in self.moments:
+                self.moments[i] = Moments.of(self.full, E, np.flatnonzero(touched), CHANGE_MARGIN)
+            found.append((effect, self.moments[i].score(background, E, effect.plausible_sizes)))
+        return found

@@ -1,0 +1,188 @@
+"""A diagnosis: what was found, how sure, what is confounded with it, what cannot be observed; and its file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from scalar.data.dataset import Dataset
+from scalar.data.io.atomic import plain
+from scalar.diagnosis.confidence import confidence
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.hold_out import HeldOutErrors
+from scalar.diagnosis.noise_floor import between_scans, floor
+from scalar.diagnosis.observability import Unobservable
+from scalar.diagnosis.ranking import Scored
+from scalar.diagnosis.variance_components import CONFOUNDED, VarianceComponent
+from scalar.effects.catalogue import effect_to_mapping
+from scalar.effects.effect import Effect
+from scalar.effects.unattributed import Unattributed
+from scalar.estimation.gross_errors import Cleaned
+from scalar.estimation.result import Calibration
+from scalar.units import MM
+
+FORMAT = "scalar-diagnosis/2"
+WORST_REPEATABILITY = 4e-4  # rad of each joint: 0.4 mm at arm's length, several times what the worst industrial arms are sold with
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """An effect that was found.
+
+    Attributes:
+        effect: With its coefficients.
+        p_value: Of its gain beside the other effects, corrected for all that were tried.
+        before, after: Held-out errors without and with it, in the order of taking.
+        confounded_with: Effects that would explain the same as well.
+        confidence: Chance that name and target are right.
+    """
+
+    effect: Effect
+    p_value: float
+    before: HeldOutErrors
+    after: HeldOutErrors
+    confounded_with: tuple[Effect, ...]
+    confidence: float
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What a dataset says of what its model lacks.
+
+    Attributes:
+        dataset: As read; ``cleaned`` is what was used.
+        before, after: States without effects and with all that were found.
+        calibration_before, calibration_after: The same as calibrations.
+        findings: In the order in which they were added.
+        noise: Noise effects, the likeliest first; the first is what is reported.
+        depends_on: CandidateColumns in whose order the residuals of neighbours are alike where a noise would have a name: it is none.
+        unobservable: Effects that these data cannot show.
+        ranking: Of all candidates on the residual before, best first.
+    """
+
+    dataset: Dataset
+    cleaned: Cleaned
+    before: FittedState
+    after: FittedState
+    held_out_before: HeldOutErrors
+    held_out_after: HeldOutErrors
+    calibration_before: Calibration
+    calibration_after: Calibration
+    findings: tuple[Finding, ...]
+    noise: tuple[VarianceComponent, ...]
+    depends_on: tuple[str, ...]
+    unobservable: tuple[Unobservable, ...]
+    ranking: tuple[Scored, ...]
+
+    @property
+    def verdict(self) -> str:
+        """Return ``no_effect``, ``effect`` or ``unattributed``."""
+        if self.component_is_no_noise or self.flexible_terms:
+            return "unattributed"
+        return "effect" if self.findings or self.noise else "no_effect"
+
+    @property
+    def flexible_terms(self) -> list[Finding]:
+        """Return the flexible terms among the findings."""
+        return [finding for finding in self.findings if isinstance(finding.effect, Unattributed)]
+
+    @property
+    def component_is_no_noise(self) -> bool:
+        """Return whether poses spread by what is no noise: more than any arm, or alike for poses that are near one another."""
+        return bool(self.noise) and (self.exceeds_any_repeatability or bool(self.depends_on))
+
+    @property
+    def exceeds_any_repeatability(self) -> bool:
+        """Return whether poses spread by more than any arm's repeatability: something acts on them that no test here recognises."""
+        return (
+            bool(self.noise)
+            and self.noise[0].name == "pose_jitter"
+            and self.noise[0].std > WORST_REPEATABILITY
+        )
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the content of ``diagnosis.json``."""
+        std = self.calibration_after.std
+        named = [f for f in self.findings if not isinstance(f.effect, Unattributed)]
+        flexible_terms = self.flexible_terms
+        effects = [self._finding(f, std) for f in named]
+        # Beside structure without a name, what poses spread by is as likely the rest of that structure as a noise.
+        if self.noise and not flexible_terms:
+            effects.append(self.noise_entry())
+        effects += [self._unattributed_entry(flexible_terms, std)] if flexible_terms else []
+        outliers = [*self.cleaned.outlier_poses, *(pose for pose, _ in self.cleaned.mislabelled_poses)]
+        mapping = {
+            "format": FORMAT,
+            "verdict": self.verdict,
+            "effects": effects,
+            "unobservable": [s.to_mapping() for s in self.unobservable],
+            "outliers": {
+                "poses": sorted(outliers),
+                "points": self.cleaned.points,
+                "mislabelled": [
+                    {"pose": pose, "lies_on": plane} for pose, plane in self.cleaned.mislabelled_poses
+                ],
+            },
+            "noise": {
+                "within_scan_mm": self.after.residuals.measurement.sigma / MM,
+                "between_scans_mm": between_scans(self.after) / MM,
+            },
+            "residual": {
+                "before": _residual(self.before, self.held_out_before),
+                "after": _residual(self.after, self.held_out_after),
+                "floor_mm": floor(self.after) / MM,
+            },
+        }
+        return plain(mapping)
+
+    def _finding(self, finding: Finding, std: Mapping[str, float]) -> dict[str, Any]:
+        entry = effect_to_mapping(finding.effect, std)
+        return {
+            "name": entry["name"],
+            "target": entry["target"],
+            "coefficients": entry["coefficients"],
+            "p_value": finding.p_value,
+            "held_out_rms_before_mm": finding.before.rms / MM,
+            "held_out_rms_after_mm": finding.after.rms / MM,
+            "confounded_with": [{"name": e.name, "target": e.target} for e in finding.confounded_with],
+            "confidence": finding.confidence,
+        }
+
+    def _unattributed_entry(self, findings: list[Finding], std: Mapping[str, float]) -> dict[str, Any]:
+        entry = self._finding(findings[0], std)
+        entry["coefficients"] = {}
+        depends = [v for f in findings for v in f.effect.depends_on]  # type: ignore[attr-defined]
+        entry["depends_on"] = list(dict.fromkeys(depends))
+        entry["held_out_rms_after_mm"] = findings[-1].after.rms / MM
+        entry["corrected_by_flexible_term"] = True
+        return entry
+
+    def noise_entry(self) -> dict[str, Any]:
+        """Return the entry of the likeliest noise effect; without a name where it is beyond belief."""
+        best, *others = self.noise
+        unit = "std_rad" if best.name == "pose_jitter" else "std_m"
+        near = [s for s in others if best.log_likelihood_gain - s.log_likelihood_gain < CONFOUNDED]
+        entry = {
+            "name": best.name,
+            "target": {},
+            "coefficients": {unit: {"value": best.std, "std": best.std_error}},
+            "p_value": best.p_value,
+            "held_out_rms_before_mm": self.held_out_after.rms / MM,
+            "held_out_rms_after_mm": self.held_out_after.rms / MM,
+            "confounded_with": [{"name": s.name, "target": {}} for s in near],
+            "confidence": confidence(best.log_likelihood_gain, [s.log_likelihood_gain for s in others]),
+        }
+        if self.component_is_no_noise:
+            joints = [f"q{i + 1}" for i in range(self.dataset.robot.n_joints)]
+            depends = list(self.depends_on) or joints
+            entry |= {"name": Unattributed.name, "confounded_with": [], "depends_on": depends}
+        return entry
+
+
+def _residual(state: FittedState, error: HeldOutErrors) -> dict[str, float]:
+    return {
+        "train_rms_mm": state.residuals.rms(state.model) / MM,
+        "held_out_rms_mm": error.rms / MM,
+        "held_out_max_mm": error.largest / MM,
+    }
