@@ -1,6 +1,7 @@
 # Checks of the config, and what the rules look up: cases, batches of seeds, the modules a step depends on.
 import ast
 import sys
+from functools import cache
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -88,7 +89,28 @@ def figure(name, caption, category, **labels):
     }
 
 
-OURS = ("scalar", "study")
+OUR_PACKAGES = ("scalar", "study")
+
+
+@cache
+def imports(name):
+    """Return the files that a module of ours is, and the names that it imports; nothing for a name inside a module.
+
+    Kept: every rule asks, and to parse a file is slow.
+    """
+    home = ROOT / "workflow" if name.split(".")[0] == "study" else ROOT
+    path = home / name.replace(".", "/")
+    path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+    if not path.exists():
+        return (), ()
+    parts = name.split(".")
+    names = {".".join(parts[:i]) for i in range(1, len(parts))}
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names if alias.name.startswith(OUR_PACKAGES))
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith(OUR_PACKAGES):
+            names.update([node.module, *(f"{node.module}.{alias.name}" for alias in node.names)])
+    return tuple(map(local, [path, *path.parent.glob("schemas/*.json")])), tuple(names)
 
 
 def modules(*names):
@@ -97,23 +119,15 @@ def modules(*names):
     Snakemake does not see that a script's imports changed: a rule lists them as input. Found by reading the
     import statements, those inside functions too, so that the list cannot drift.
     """
-    waiting, found = list(names), set()
+    waiting, seen, found = list(names), set(), set()
     while waiting:
         name = waiting.pop()
-        home = ROOT / "workflow" if name.split(".")[0] == "study" else ROOT
-        path = home / name.replace(".", "/")
-        path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
-        if not path.exists() or path in found:  # a name inside a module is no module
-            continue
-        found.update([path, *path.parent.glob("schemas/*.json")])
-        parts = name.split(".")
-        waiting += [".".join(parts[:i]) for i in range(1, len(parts))]
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Import):
-                waiting += [alias.name for alias in node.names if alias.name.startswith(OURS)]
-            elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith(OURS):
-                waiting += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-    return sorted(map(local, found))
+        if name not in seen:
+            seen.add(name)
+            files, imported = imports(name)
+            found.update(files)
+            waiting += imported
+    return sorted(found)
 
 
 config.update(with_numbers(config))
