@@ -37,7 +37,7 @@ class Contest:
     def __init__(self, dataset: Dataset) -> None:
         self.dataset = dataset
         self.prepared: Prepared = prepare(dataset)
-        self.model: Model = self.prepared.start.model
+        self.model: Model = self.prepared.initial.model
         self.free = np.flatnonzero(self.prepared.free)
         self.arm = self.free[self.free < dataset.robot.geometry.size]
         self.pose = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
@@ -80,7 +80,7 @@ class Contest:
 
     def published(self) -> Result:
         """As printed: 43 parameters, every point, finite differences, ``clip``; from the paper's start."""
-        held = self.prepared.identifiability.held_names
+        held = self.prepared.identifiability.fixed_names
         found = calibrate_published(self.dataset, reading="clip", points="all", held=held)
         return self._result(found.model.vector, found.covariance, int(found.summary["evaluations"]))
 

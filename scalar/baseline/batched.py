@@ -11,19 +11,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.optimize import leastsq
 
 from scalar.baseline.fit import DEFAULTS, DH_KINDS, READINGS, SENSOR, Parameterisation, first_guess
+from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
 from scalar.geometry.robot import link_transforms
 from scalar.geometry.se3 import Array, exp_so3, transform
 from scalar.sensors.line_laser import LineLaser
-
-if TYPE_CHECKING:
-    from scalar.data.dataset import Dataset
 
 _CONTACT = [3, 0, 2]  # columns of a frame that meet a plane's row: the origin, the axes X and Z
 

@@ -15,25 +15,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import lmfit
 import numpy as np
 
+from scalar.data.dataset import Dataset
 from scalar.errors import Undetermined
+from scalar.estimation.initial_estimate import linear_guess
 from scalar.estimation.lmfit_parameters import lmfit_names
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import candidate_mask, prepare
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration, reporting, sensor_mapping
-from scalar.estimation.start import linear_guess
 from scalar.geometry.planes import Planes
 from scalar.geometry.robot import GEOMETRY, Robot
 from scalar.geometry.se3 import Array, exp_so3, transform
 from scalar.sensors.line_laser import LineLaser
-
-if TYPE_CHECKING:
-    from scalar.data.dataset import Dataset
 
 READINGS = {"raise": "sqrt({})", "clip": "sqrt(max(0, {}))", "abs": "sqrt(abs({}))"}
 """How the square root of the constraints is read, as an lmfit expression."""
@@ -180,7 +178,7 @@ def calibrate_published(
     how = Parameterisation(dataset.robot, measurement.initial_target(dataset))
     gauge: tuple[dict[str, Any], ...] = ()
     if held is None:
-        found = prepare(dataset).identifiability.held
+        found = prepare(dataset).identifiability.fixed
         held = [h.name for h in found]
         gauge = tuple({"held": h.name, "reason": h.reason, "moves_with": list(h.moves_with)} for h in found)
     _check_held(how, held)

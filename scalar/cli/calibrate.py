@@ -59,7 +59,7 @@ def calibrate(
     given = carried(load_calibration(effects_from).model, data) if effects_from else None
     with progress("calibrating"):
         result = calibrate(
-            data, effects=wanted, held_effects=given.effects if given else (), hold=listed(hold)
+            data, effects=wanted, fixed_effects=given.effects if given else (), fix=listed(hold)
         )
     if given:
         result = replace(result, summary={**result.summary, "effects_from": given.to_mapping()})

@@ -19,7 +19,7 @@ from scalar.effects.catalogue import plane_centre
 from scalar.effects.effect import Effect
 from scalar.effects.sensor import SensorSlip
 from scalar.effects.surface import PlaneMoved
-from scalar.estimation.model import JointBasis
+from scalar.estimation.effect_bases import JointBasis
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:

@@ -39,7 +39,8 @@ from scalar.effects.unattributed import (
     UnattributedWave,
     Variable,
 )
-from scalar.estimation.identifiability import STILL, near_parallel_joints
+from scalar.estimation.identifiability import STILL
+from scalar.geometry.parallel_axes import near_parallel_joints
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset

@@ -26,7 +26,8 @@ from scalar.diagnosis.variance_components import VarianceComponent, WhitenedMeas
 from scalar.effects.effect import Effect
 from scalar.effects.unattributed import Unattributed
 from scalar.estimation.conclude import conclude
-from scalar.estimation.gross_errors import clean, clean_beside, geometry_fit
+from scalar.estimation.geometry_fit import geometry_fit
+from scalar.estimation.gross_errors import clean, clean_given_effects
 from scalar.estimation.joint_fit import fit_from
 from scalar.geometry.se3 import Array
 
@@ -53,7 +54,7 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
         tried = named_candidates(cleaned.dataset)
         progress("hunting")
         found = select_forward(before, tried)
-        cleaner = clean_beside(cleaned, _distances(found))
+        cleaner = clean_given_effects(cleaned, _distances(found))
         if cleaner is cleaned:
             break
         cleaned = cleaner

@@ -13,9 +13,10 @@ from scalar.data.poses import Poses
 from scalar.diagnosis.score_test import Background
 from scalar.diagnosis.variance_components import VarianceComponent, variance_components, whitening_for
 from scalar.effects.effect import Effect, JointEffect
-from scalar.estimation.joint_fit import unseen_effects
+from scalar.estimation.effect_bases import JointBasis
+from scalar.estimation.joint_fit import unobservable_coefficients
 from scalar.estimation.least_squares import fit
-from scalar.estimation.model import JointBasis, Model
+from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement, measure
@@ -198,7 +199,7 @@ def refit(dataset: Dataset, model: Model, geometry_free: Array, effects: Sequenc
         weighed = residuals.reweighted(model)
         residuals = Residuals.of(dataset, model, profile_measurement(dataset, model, weighed, names))
     if effects:
-        free &= ~unseen_effects(residuals, model, free)
+        free &= ~unobservable_coefficients(residuals, model, free)
     model = _optimum(residuals, model, free).rebased()
     again = residuals.reweighted(model)
     if again.measurement is not residuals.measurement:

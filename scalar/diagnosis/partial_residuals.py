@@ -23,7 +23,7 @@ from scalar.effects.links import ThermalDrift
 from scalar.effects.sensor import RangeDistortion, RangeOffset, RangeScale, SensorSlip
 from scalar.effects.surface import PlaneBow, PlaneMoved
 from scalar.effects.unattributed import UnattributedJoint
-from scalar.estimation.model import moved
+from scalar.geometry.screws import change_frame
 from scalar.geometry.se3 import Array
 
 CURVE_POINTS = 361
@@ -204,7 +204,7 @@ def _slip(view: View, effect: SensorSlip) -> Profile:
     if effect.turns:
         motion[:3] = effect.coefficients[3:]
     repeated = np.broadcast_to(motion[:, None], (len(order), 6, 1))
-    screws = moved(view.kinematics.T_base_sensor, repeated)[:, :, 0]
+    screws = change_frame(view.kinematics.T_base_sensor, repeated)[:, :, 0]
     size = max(shift, 1e-300)
     rest, std = view.asked(screws / size)
     fitted = np.where(after, shift, 0.0)

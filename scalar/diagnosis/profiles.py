@@ -11,7 +11,7 @@ import numpy as np
 from scalar.data.poses import Poses, is_joint
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.effects.effect import Effect
-from scalar.estimation.model import Kinematics
+from scalar.estimation.kinematics import Kinematics
 from scalar.geometry.se3 import Array
 
 

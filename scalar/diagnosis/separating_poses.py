@@ -16,7 +16,8 @@ from scalar.diagnosis.fitted_state import FittedState
 from scalar.effects.effect import BaseEffect, Effect, JointEffect, LinkEffect, SensorEffect
 from scalar.effects.links import ThermalDrift
 from scalar.effects.sensor import SensorSlip
-from scalar.estimation.model import EffectBases, Kinematics
+from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.kinematics import Kinematics
 from scalar.geometry.se3 import Array, skew
 
 N_SAMPLES = 1500

@@ -180,7 +180,7 @@ def _coupling(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
 
 
 def _nonparallel(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
-    from scalar.estimation.identifiability import near_parallel_joints
+    from scalar.geometry.parallel_axes import near_parallel_joints
 
     return [
         AxisNonparallel(j)

@@ -1,7 +1,8 @@
-"""From a dataset to a calibration: start, decide what can be seen, fit everything at once, say how sure.
+"""Calibrate: from a dataset to robot, sensor, target and effects with their standard errors.
 
-The one objective is the squared whitened residual of ``scalar.estimation.residuals``; robot, sensor, target and effects are fitted together. What the
-data cannot show is held, derived for the robot and the poses at hand (``scalar.estimation.identifiability``), never listed.
+The one objective is the squared whitened residual of ``scalar.estimation.residuals``; robot, sensor, target and effects are fitted together.
+The parameters that the data do not determine are derived for the robot and the poses at hand (``scalar.estimation.identifiability``)
+and fixed; no list of them is kept.
 """
 
 from __future__ import annotations
@@ -25,24 +26,24 @@ def calibrate(
     dataset: Dataset,
     *,
     effects: Sequence[Effect] = (),
-    held_effects: Sequence[Effect] = (),
-    hold: Sequence[str] = (),
+    fixed_effects: Sequence[Effect] = (),
+    fix: Sequence[str] = (),
 ) -> Calibration:
     """Return the calibration of a dataset: robot, sensor, target and effects at once.
 
     Args:
         dataset: What was measured.
         effects: To estimate, from where their coefficients stand.
-        held_effects: To apply as they are.
-        hold: Further parameters to hold at their nominal values, by name.
+        fixed_effects: To apply as they are.
+        fix: Further parameters to fix at their nominal values, by name.
 
     Raises:
         InvalidInput: The data contradict themselves.
         Undetermined: The data cannot determine the model, or the fit did not converge.
     """
-    prepared = prepare(dataset, hold)
+    prepared = prepare(dataset, fix)
     try:
-        found, residuals = fit_all(dataset, prepared, effects, held_effects)
+        found, residuals = fit_all(dataset, prepared, effects, fixed_effects)
     except NotConverged:
         _refuse_gross_errors(dataset)
         raise

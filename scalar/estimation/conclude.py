@@ -40,10 +40,10 @@ def conclude(dataset: Dataset, prepared: Prepared, found: Fit, residuals: Residu
     covariance, _ = covariance_and_step(jacobian[:, found.free], residual)
     spread = misfit(residuals, model, int(found.free.sum()))
     names = model.names
-    held = {h.name: h.reason for h in prepared.identifiability.held}
+    held = {h.name: h.reason for h in prepared.identifiability.fixed}
     for name, is_free in zip(names, found.free, strict=True):
         if not is_free and name not in held:
-            held[name] = _why_held(name, "." in name and name not in prepared.start.model.names)
+            held[name] = _why_held(name, "." in name and name not in prepared.initial.model.names)
     summary: dict[str, Any] = {
         "poses": dataset.n_poses,
         "points": len(dataset.points) if len(dataset.points) else dataset.n_poses,
@@ -51,11 +51,11 @@ def conclude(dataset: Dataset, prepared: Prepared, found: Fit, residuals: Residu
         "sigma_stated": residuals.measurement.sigma_stated,
         "misfit": spread.ratio,
         "misfit_p_value": spread.p_value,
-        "started_from": prepared.start.origin,
-        "start_rms_m": prepared.start.rms,
+        "started_from": prepared.initial.origin,
+        "start_rms_m": prepared.initial.rms,
         "evaluations": found.evaluations,
         "chi_squared": found.chi_squared,
-        "kept_near_data_sheet": {a.name: a.reason for a in model.anchors if a.reason},
+        "kept_near_data_sheet": {a.name: a.reason for a in model.priors if a.reason},
         "singular_values": [float(s) for s in prepared.identifiability.singular_values],
     }
     _check_plausible(model)
@@ -67,7 +67,7 @@ def conclude(dataset: Dataset, prepared: Prepared, found: Fit, residuals: Residu
         held=held,
         gauge=tuple(
             {"held": h.name, "reason": h.reason, "moves_with": list(h.moves_with), "cause": h.cause}
-            for h in prepared.identifiability.held
+            for h in prepared.identifiability.fixed
         ),
         residual_rms=residuals.rms(model),
         summary=summary,

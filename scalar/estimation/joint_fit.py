@@ -1,4 +1,4 @@
-"""Fit robot, sensor, target and effects at once, reweighted until the weights change nothing."""
+"""Fit robot, sensor, target and effects at once, and recompute the weights until they no longer change the optimum."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.effects.effect import Effect
 from scalar.errors import NotConverged
-from scalar.estimation import start as initial
+from scalar.estimation.initial_estimate import COARSE
 from scalar.estimation.least_squares import Fit, covariance_and_step, fit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared
@@ -18,33 +18,39 @@ from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 
 MAX_REWEIGHTINGS = 6
-SETTLED = 0.02  # standard deviations: reweighting that moves the optimum by less is over
+REWEIGHTING_STEP = 0.02  # standard deviations: reweighting ends when it moves the optimum by less
 
 
 def fit_all(
-    dataset: Dataset, prepared: Prepared, effects: Sequence[Effect] = (), held_effects: Sequence[Effect] = ()
+    dataset: Dataset, prepared: Prepared, effects: Sequence[Effect] = (), fixed_effects: Sequence[Effect] = ()
 ) -> tuple[Fit, Residuals]:
-    """Return the joint fit of everything that can be seen, and the residuals whitened where it ended.
+    """Return the joint fit of everything that the data determine, and the residuals whitened at its optimum.
+
+    Args:
+        dataset: What was measured.
+        prepared: The same, prepared.
+        effects: To estimate, from where their coefficients stand.
+        fixed_effects: To apply as they are.
 
     Raises:
-        NotConverged: A fit ended elsewhere than at an optimum.
+        NotConverged: A fit stopped before it reached an optimum.
     """
-    model = replace(prepared.near, effects=(*held_effects, *effects))
-    n_held = sum(len(effect.coefficients) for effect in held_effects)
+    model = replace(prepared.coarse, effects=(*fixed_effects, *effects))
+    n_fixed = sum(len(effect.coefficients) for effect in fixed_effects)
     n_free = sum(len(effect.coefficients) for effect in effects)
-    free = np.r_[prepared.free, np.zeros(n_held, dtype=bool), np.ones(n_free, dtype=bool)]
+    free = np.r_[prepared.free, np.zeros(n_fixed, dtype=bool), np.ones(n_free, dtype=bool)]
     residuals = prepared.residuals
     if model.effects:
         residuals = Residuals.of(dataset, model).reweighted(model)
-        free &= ~unseen_effects(residuals, model, free)
-    found = fit(residuals, model, free, tolerance=initial.COARSE)
+        free &= ~unobservable_coefficients(residuals, model, free)
+    found = fit(residuals, model, free, tolerance=COARSE)
     return fit_from(dataset, found.model, free, residuals)
 
 
 def fit_from(
     dataset: Dataset, model: Model, free: Array, residuals: Residuals | None = None
 ) -> tuple[Fit, Residuals]:
-    """Return the fit from a model near the optimum, reweighted until that changes nothing, and the residuals where it ended.
+    """Return the fit from a model near the optimum, reweighted until that changes nothing, and the residuals whitened at its optimum.
 
     Args:
         dataset: What was measured.
@@ -53,7 +59,7 @@ def fit_from(
         residuals: Of the dataset for this model, or None to take them from the dataset.
 
     Raises:
-        NotConverged: It ended elsewhere than at an optimum.
+        NotConverged: It stopped before it reached an optimum.
     """
     if residuals is None:
         residuals = Residuals.of(dataset, model)
@@ -64,7 +70,7 @@ def fit_from(
         found = fit(residuals, model, free)
         again = residuals.reweighted(found.model)
         residual, jacobian = again.linearise(found.model)
-        if covariance_and_step(jacobian[:, free], residual)[1] < SETTLED:
+        if covariance_and_step(jacobian[:, free], residual)[1] < REWEIGHTING_STEP:
             break
     assert found is not None
     if not found.converged:
@@ -75,10 +81,12 @@ def fit_from(
     return found, residuals
 
 
-_UNSEEN_SHARE = 3e-3  # of a column's length: with less left beside everything else an effect is as good as silent, and may run away
+# Share of a column's length that must be left after projection on all columns before it. With less, the coefficient is as good as
+# unobservable, and a fit may run away along it.
+_LEAST_SHARE = 3e-3
 
 
-def unseen_effects(residuals: Residuals, model: Model, free: Array) -> Array:
+def unobservable_coefficients(residuals: Residuals, model: Model, free: Array) -> Array:
     """Return which free coefficients of effects ``(P,)`` are combinations of parameters and coefficients before them."""
     J = residuals.linearise(model)[1]
     where = model.blocks["effects"]
@@ -89,13 +97,13 @@ def unseen_effects(residuals: Residuals, model: Model, free: Array) -> Array:
     basis = np.zeros((len(R), len(columns)))
     basis[:, :n_before] = np.linalg.qr(R[:, :n_before])[0]
     known = n_before
-    unseen = np.zeros(len(free), dtype=bool)
+    unobservable = np.zeros(len(free), dtype=bool)
     for i, column in zip(columns[n_before:], R.T[n_before:], strict=True):
         rest = column - basis[:, :known] @ (basis[:, :known].T @ column)
         rest -= basis[:, :known] @ (basis[:, :known].T @ rest)
-        if np.linalg.norm(rest) <= _UNSEEN_SHARE * np.linalg.norm(column):
-            unseen[i] = True
+        if np.linalg.norm(rest) <= _LEAST_SHARE * np.linalg.norm(column):
+            unobservable[i] = True
         else:
             basis[:, known] = rest / np.linalg.norm(rest)
             known += 1
-    return unseen
+    return unobservable

@@ -1,4 +1,4 @@
-"""A dataset at its start: where the fit begins, what the poses can show, and a first fit of everything."""
+"""Prepare a dataset for the fit: an initial estimate, which parameters the poses determine, and a coarse fit of everything."""
 
 from __future__ import annotations
 
@@ -9,53 +9,56 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.errors import Fault, InvalidInput, Undetermined
-from scalar.estimation import start as initial
-from scalar.estimation.identifiability import Identifiability, analyse, anchors, near_parallel_joints
+from scalar.estimation.data_sheet_priors import data_sheet_priors
+from scalar.estimation.identifiability import Identifiability, analyse
+from scalar.estimation.initial_estimate import COARSE, InitialEstimate, estimate_initially
 from scalar.estimation.least_squares import Fit, fit
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.sufficiency import check_data, check_guess, check_lines, check_parameters, check_span
+from scalar.geometry.parallel_axes import near_parallel_joints
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array
 from scalar.sensors import measure
 from scalar.units import MM
 
-GROSS_ERROR = (
-    10 * MM
-)  # of a pose after the fit: no effect on an arm makes it, a wrong label or a wrong pose does
+# m, of a pose after the fit: no effect on an arm makes so much, a wrong label or a wrong pose does.
+GROSS_ERROR = 10 * MM
+# m: a sensor found this near its nominal place is taken to have the symmetry of the nominal one.
+_ALREADY_NOMINAL = 20 * MM
 
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A dataset at its start, with what can be seen of it.
+    """A dataset that is ready to be fitted.
 
     Attributes:
-        residuals: Whitened at the start.
-        start: Model, its misfit and where it comes from; the arm is nominal.
-        near: The model near its optimum, from which fits go on; the start itself where the poses hardly determine the arm.
-        identifiability: What to hold, and why.
-        free: ``(P,)`` bool.
+        residuals: Whitened at the initial estimate.
+        initial: The initial estimate, with the arm nominal.
+        coarse: The coarsely fitted model from which fits go on; the initial estimate where the poses hardly determine the arm.
+        identifiability: Which parameters to fix, and why.
+        free: ``(P,)`` bool, which coordinates of the model are free.
     """
 
     residuals: Residuals
-    start: initial.Start
-    near: Model
+    initial: InitialEstimate
+    coarse: Model
     identifiability: Identifiability
     free: Array
 
 
-def prepare(dataset: Dataset, hold: Sequence[str] = ()) -> Prepared:
-    """Return a dataset at its start: sensor and target found with the arm nominal, a first fit of all, and what to hold.
+def prepare(dataset: Dataset, fix: Sequence[str] = ()) -> Prepared:
+    """Return a dataset that is ready to be fitted: sensor and target estimated with the arm nominal, and a coarse fit of everything.
 
-    What the poses can show is a matter of the arm as it is, and the nominal one may be degrees off: it is asked at the start, and again
-    where the first fit ends if axes turn out to be near-parallel there that were not, or no longer are.
+    Which parameters the poses determine depends on the true arm, and the nominal one may be degrees off. The analysis is made at
+    the initial estimate, and again at the coarse fit if other axes are near-parallel there.
 
     Args:
         dataset: What was measured.
-        hold: Further parameters to hold at their nominal values, by name.
+        fix: Further parameters to fix at their nominal values, by name.
 
     Raises:
-        InvalidInput: A rough plane is wrong beyond repair.
+        InvalidInput: The initial guess of a plane is wrong beyond repair.
         Undetermined: The data cannot determine the model.
     """
     measurement = measure(dataset)
@@ -65,74 +68,70 @@ def prepare(dataset: Dataset, hold: Sequence[str] = ()) -> Prepared:
     residuals = Residuals.of(
         dataset, Model.at(dataset.robot, np.eye(4) if T is None else T, guess), measurement
     )
-    start = initial.start(residuals, dataset.robot, guess, T)
-    check_lines(residuals, start.model)
-    residuals = residuals.reweighted(start.model)
-    candidates = candidate_mask(start.model, hold)
+    initial = estimate_initially(residuals, dataset.robot, guess, T)
+    check_lines(residuals, initial.model)
+    residuals = residuals.reweighted(initial.model)
+    candidates = candidate_mask(initial.model, fix)
     try:
-        identifiability, free = _what_is_seen(
-            dataset, residuals, start.model, _symmetric(start.model, T), candidates
+        identifiability, free = _identify(
+            dataset, residuals, initial.model, _symmetric(initial.model, T), candidates
         )
     except Undetermined:
-        check_span(residuals, start.model)  # parallel planes hide much else
+        check_span(residuals, initial.model)  # parallel planes explain whatever else is not determined
         raise
-    found = fit(residuals, start.model, free, tolerance=initial.COARSE)
+    found = fit(residuals, initial.model, free, tolerance=COARSE)
     if near_parallel_joints(found.model.robot) != near_parallel_joints(dataset.robot):
-        identifiability, free, found = _asked_again(
-            dataset, residuals, start.model, candidates, (identifiability, free, found)
+        identifiability, free, found = _identify_again(
+            dataset, residuals, initial.model, candidates, (identifiability, free, found)
         )
     check_guess(found.model, guess)
     check_span(residuals, found.model)
-    model = replace(start.model, anchors=anchors(residuals, start.model, free, found.model))
-    near = model if model.anchors else found.model.rebased()
-    return Prepared(residuals, replace(start, model=model), near, identifiability, free)
+    model = replace(initial.model, priors=data_sheet_priors(residuals, initial.model, free, found.model))
+    coarse = model if model.priors else found.model.rebased()
+    return Prepared(residuals, replace(initial, model=model), coarse, identifiability, free)
 
 
-def _what_is_seen(
-    dataset: Dataset, residuals: Residuals, start: Model, where: Model, candidates: Array
+def _identify(
+    dataset: Dataset, residuals: Residuals, initial: Model, where: Model, candidates: Array
 ) -> tuple[Identifiability, Array]:
-    """Return what the poses show at a model, and which coordinates are free because of it.
+    """Return the identifiability at a model, and which coordinates are free because of it.
 
     Raises:
-        Undetermined: The poses are too few, or hide what no held joint explains.
+        Undetermined: The poses are too few, or do not determine a parameter although every joint moves.
     """
     identifiability = analyse(residuals, where, candidates)
-    free = candidates & ~np.isin(start.names, identifiability.held_names)
-    check_parameters(dataset, residuals, start, identifiability, int(free.sum()))
+    free = candidates & ~np.isin(initial.names, identifiability.fixed_names)
+    check_parameters(dataset, residuals, initial, identifiability, int(free.sum()))
     return identifiability, free
 
 
-def _asked_again(
+def _identify_again(
     dataset: Dataset,
     residuals: Residuals,
-    start: Model,
+    initial: Model,
     candidates: Array,
     first: tuple[Identifiability, Array, Fit],
 ) -> tuple[Identifiability, Array, Fit]:
-    """Return what the poses show where the first fit ended, and the fit from the start that goes with it.
+    """Return the identifiability at the coarse fit, and a new coarse fit that goes with it.
 
-    The first answer stays where the second leads nowhere: then the first fit was not near the arm.
+    The first answer stays if the second fit is worse: then the first fit did not end near the true arm.
     """
     found = first[2]
     try:
-        identifiability, free = _what_is_seen(dataset, residuals, start, found.model, candidates)
+        identifiability, free = _identify(dataset, residuals, initial, found.model, candidates)
     except Undetermined:
         return first
-    again = fit(residuals, start, free, tolerance=initial.COARSE)
+    again = fit(residuals, initial, free, tolerance=COARSE)
     if residuals.rms(again.model) > max(GROSS_ERROR, residuals.rms(found.model)):
         return first
     return identifiability, free, again
 
 
-_ALREADY_NOMINAL = (
-    0.02  # m: a sensor found this near its nominal place is taken to have the symmetry of the nominal one
-)
-
-
 def _symmetric(model: Model, T_nominal: Array | None) -> Model:
-    """Return the model with the sensor at its nominal place where the start confirms it.
+    """Return the model with the sensor at its nominal place if the initial estimate confirms it.
 
-    A tool that is drawn on the axis of the flange hides parameters that a millimetre beside it would pretend to show.
+    With a tool exactly on the flange's axis some parameters are unobservable. An estimate a millimetre off that axis would make
+    them look observable.
     """
     if (
         T_nominal is None
@@ -142,10 +141,14 @@ def _symmetric(model: Model, T_nominal: Array | None) -> Model:
     return Model.at(model.robot, T_nominal, model.target)
 
 
-def candidate_mask(model: Model, hold: Sequence[str] = ()) -> Array:
-    """Return which coordinates would be free if they could be seen: all but beta and what is asked to be held."""
-    unknown = sorted(set(hold) - set(model.names))
+def candidate_mask(model: Model, fix: Sequence[str] = ()) -> Array:
+    """Return which coordinates ``(P,)`` would be free if the data determined them: all but beta and those to be fixed.
+
+    Raises:
+        InvalidInput: A name in ``fix`` is no parameter.
+    """
+    unknown = sorted(set(fix) - set(model.names))
     if unknown:
         known = ", ".join(model.names)
         raise InvalidInput(Fault("--hold", f"no parameter '{name}'; there are {known}") for name in unknown)
-    return np.array([not name.startswith(f"{GEOMETRY[4]}_") and name not in hold for name in model.names])
+    return np.array([not name.startswith(f"{GEOMETRY[4]}_") and name not in fix for name in model.names])

@@ -8,19 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
 from scalar.effects.effect import Effect, PointEffect
-from scalar.estimation.model import EffectBases, Kinematics, Model
-from scalar.geometry.planes import Planes
+from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.kinematics import Kinematics
+from scalar.estimation.model import Model
+from scalar.estimation.reference_planes import ReferencePlanes
 from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement, Rows, measure
-
-if TYPE_CHECKING:
-    from scalar.data.dataset import Dataset
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,62 +45,6 @@ class BoundPointEffect:
         return self.effect.contact_columns(self.poses, T_base_sensor, planes, plane_index, contact)
 
 
-@dataclass(frozen=True, eq=False)
-class Known:
-    """Rows for planes that are references: the tilt and the distance stay near what was declared.
-
-    Attributes:
-        index: ``(k,)``, which planes of the target.
-        normals, distances: As declared, ``(k, 3)`` and ``(k,)`` [m].
-        normal_std, distance_std: ``(k,)`` [rad] and [m]; infinite where not declared.
-    """
-
-    index: Array
-    normals: Array
-    distances: Array
-    normal_std: Array
-    distance_std: Array
-
-    @classmethod
-    def of(cls, dataset: Dataset, target: Any) -> Known | None:
-        """Return what the dataset declares known of its planes, or None."""
-        if not isinstance(target, Planes):
-            return None
-        by_name = {plane.name: plane for plane in dataset.planes}
-        found = []
-        for k, name in enumerate(target.names):
-            plane = by_name[name.split("@")[0] if name not in by_name else name]
-            if plane.normal_std is not None or plane.distance_std is not None:
-                found.append((k, plane))
-        if not found:
-            return None
-
-        def column(values: Sequence[float | None]) -> Array:
-            return np.array([np.inf if value is None else value for value in values])
-
-        return cls(
-            np.array([k for k, _ in found]),
-            np.array([plane.normal for _, plane in found]),
-            np.array([plane.distance for _, plane in found]),
-            column([plane.normal_std for _, plane in found]),
-            column([plane.distance_std for _, plane in found]),
-        )
-
-    def rows(self, planes: Planes) -> tuple[Array, Array]:
-        """Return the rows ``(4 k,)`` and their derivatives by the planes' coordinates ``(4 k, 3 K)``."""
-        count = len(self.index)
-        delta = (planes.normals[self.index] - self.normals) / self.normal_std[:, None]
-        residual = np.concatenate(
-            [delta.ravel(), (planes.distances[self.index] - self.distances) / self.distance_std]
-        )
-        jacobian = np.zeros((4 * count, len(planes.vector)))
-        by_tangent = planes.normal_derivatives[self.index] / self.normal_std[:, None, None]
-        for i, k in enumerate(self.index):
-            jacobian[3 * i : 3 * i + 3, 3 * k : 3 * k + 2] = by_tangent[i]
-            jacobian[3 * count + i, 3 * k + 2] = 1.0 / self.distance_std[i]
-        return residual, jacobian
-
-
 @dataclass(eq=False)
 class Residuals:
     """A dataset and the effects of a model, ready to be evaluated at any point of the model.
@@ -115,7 +59,7 @@ class Residuals:
     measurement: Measurement
     poses: Poses
     bases: EffectBases
-    known: Known | None
+    known: ReferencePlanes | None
     _latest: tuple[Model, Kinematics, Rows] | None = field(default=None, init=False, repr=False)
 
     @classmethod
@@ -131,7 +75,7 @@ class Residuals:
         if measurement is None:
             measurement = measure(dataset, extra_basis_of(model.effects))
         bases = EffectBases.of(model.nominal, poses, model.effects)
-        return cls(measurement, poses, bases, Known.of(dataset, model.target))
+        return cls(measurement, poses, bases, ReferencePlanes.of(dataset, model.target))
 
     def kinematics(self, model: Model) -> Kinematics:
         """Return where the sensor is at every pose."""
@@ -189,10 +133,10 @@ class Residuals:
         return rows.residual.ravel(), jacobian.reshape(N * m, -1)
 
     def _priors(self, model: Model) -> tuple[Array, Array]:
-        """Return the rows of what is known beforehand and their Jacobian: reference planes, how large effects may be, anchors."""
+        """Return the rows of what is known beforehand and their Jacobian: reference planes, how large effects may be, priors."""
         blocks = model.blocks
         if (
-            self.known is None and not model.effects and not model.anchors
+            self.known is None and not model.effects and not model.priors
         ):  # most fits: not worth the dozen calls below at each step
             return np.zeros(0), np.zeros((0, blocks["effects"].stop))
         coefficients = model.vector[blocks["effects"]]
@@ -200,16 +144,16 @@ class Residuals:
         known = np.zeros(0) if self.known is None else self.known.rows(model.target)[0]  # type: ignore[arg-type]
         bounded = np.isfinite(sizes)
         n_bounded = len(known) + int(bounded.sum())
-        below = np.zeros((n_bounded + len(model.anchors), blocks["effects"].stop))
+        below = np.zeros((n_bounded + len(model.priors), blocks["effects"].stop))
         if self.known is not None:
             below[: len(known), blocks["target"]] = self.known.rows(model.target)[1]  # type: ignore[arg-type]
         columns = blocks["effects"].start + np.flatnonzero(bounded)
         below[np.arange(len(known), n_bounded), columns] = 1.0 / sizes[bounded]
-        off = np.zeros(len(model.anchors))
-        for k, anchor in enumerate(model.anchors):
-            i = model.names.index(anchor.name)
-            below[n_bounded + k, i] = 1.0 / anchor.std
-            off[k] = (model.vector[i] - anchor.value) / anchor.std
+        off = np.zeros(len(model.priors))
+        for k, prior in enumerate(model.priors):
+            i = model.names.index(prior.name)
+            below[n_bounded + k, i] = 1.0 / prior.std
+            off[k] = (model.vector[i] - prior.mean) / prior.std
         return np.concatenate([known, coefficients[bounded] / sizes[bounded], off]), below
 
     def reweighted(self, model: Model) -> Residuals:

@@ -10,11 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import write_json
 from scalar.data.poses import Poses
 from scalar.effects.catalogue import effect_from_mapping, effect_to_mapping
 from scalar.errors import Fault, InvalidInput
-from scalar.estimation.model import EffectBases, Kinematics, Model
+from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.kinematics import Kinematics
+from scalar.estimation.model import Model
 from scalar.geometry.planes import Planes
 from scalar.geometry.robot import Robot, fixed_transform_mapping
 from scalar.geometry.se3 import Array, log_so3, transform_from_rotation_vector
@@ -22,8 +25,6 @@ from scalar.sensors.tracker import TrackerFrames
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from scalar.data.dataset import Dataset
 
 FORMAT = "scalar-calibration/1"
 PREDICTION_COLUMNS = ("pose", "x", "y", "z", "rx", "ry", "rz")
@@ -191,7 +192,7 @@ def reporting(model: Model, guess: Any) -> Model:
         np.r_[model.sensor[:3], model.sensor_rotation_vector()],
         model.target.expressed_about(guess),
         model.effects,
-        model.anchors,
+        model.priors,
     )
     return about
 

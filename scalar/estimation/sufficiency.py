@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from scalar.data.dataset import Dataset
 from scalar.errors import Fault, InvalidInput, Undetermined
 from scalar.estimation.identifiability import Identifiability
 from scalar.estimation.model import Model
@@ -15,9 +16,6 @@ from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement
 from scalar.sensors.line_laser import LineLaser
 from scalar.units import DEG
-
-if TYPE_CHECKING:
-    from scalar.data.dataset import Dataset
 
 LEAST_PLANES = 3
 LEAST_SPAN = np.sin(10 * DEG)  # of three normals: the smallest singular value, 1 for a right-angled corner
@@ -191,7 +189,7 @@ def check_parameters(
              f"{', however many points they have' if isinstance(measurement, LineLaser) else ''}: "
              f"measure at least {more} more, better twice as many poses"]
         )  # fmt: skip
-    unseen = [h for h in identifiability.held if h.cause == "poses"]
+    unseen = [h for h in identifiability.fixed if h.cause == "poses"]
     if unseen:
         raise Undetermined(
             [f"these poses cannot show {h.name}: {h.reason}; measure more poses that differ in all joints and all over the "
@@ -201,4 +199,4 @@ def check_parameters(
 
 def _excess(identifiability: Identifiability) -> int:
     """Return how many held parameters these poses alone hide: unknowns that are held only for want of data."""
-    return sum(h.cause == "poses" for h in identifiability.held)
+    return sum(h.cause == "poses" for h in identifiability.fixed)

@@ -1,7 +1,6 @@
 """Rigid transforms and rotations as plain arrays, batched over leading dimensions; knows no robot.
 
-``T_a_b`` takes coordinates in frame b to frame a. A screw is ``(w, v)``: angular velocity [rad] and the velocity of the
-point that coincides with the origin [m], so that a point moves by ``dp = w x p + v``.
+``T_a_b`` takes coordinates in frame b to frame a. Screws, the derivatives of transforms, are in ``scalar.geometry.screws``.
 """
 
 from __future__ import annotations
@@ -86,15 +85,6 @@ def left_jacobian_so3(rotation_vector: ArrayLike) -> Array:
     second = np.where(small, 1.0 / 6.0, (t - np.sin(t)) / t**3)
     W = skew(r)
     return np.eye(3) + first * W + second * (W @ W)
-
-
-def exp_screw(screw: Array) -> Array:
-    """Return the transform ``(..., 4, 4)`` that a small screw ``(..., 6)``, (w [rad], v [m]), moves points by.
-
-    The rotation is exact and ``v`` is applied as a translation: the same derivative at zero as the exponential of se(3), and
-    a rigid motion for every argument, which is all that a correction of some milliradians asks for.
-    """
-    return transform(exp_so3(screw[..., :3]), screw[..., 3:])
 
 
 def rotation_angle(R: Array) -> Array:

@@ -54,8 +54,8 @@ def unweighted_fit():
     """
     dataset = scene().dataset
     prepared = prepare(dataset)
-    residuals = Residuals.of(dataset, prepared.start.model)
-    return fit(residuals, prepared.start.model, prepared.free)
+    residuals = Residuals.of(dataset, prepared.initial.model)
+    return fit(residuals, prepared.initial.model, prepared.free)
 
 
 def lean(normals):
@@ -189,7 +189,7 @@ def test_our_fit_of_compressed_rows_is_scipys_of_all_points():
     """
     data = scene().dataset
     prepared = prepare(data)
-    start = prepared.start.model
+    start = prepared.initial.model
     ours = fit(prepared.residuals, start, prepared.free).model
 
     free = np.flatnonzero(prepared.free[:30])

@@ -12,7 +12,8 @@ from scalar.diagnosis.forward_selection import select_forward
 from scalar.diagnosis.harmonic_spectrum import as_whitened, tempered, with_spectrum
 from scalar.diagnosis.hold_out import held_out_errors
 from scalar.effects.joints import JointCompliance, JointHarmonic, JointScale
-from scalar.estimation.gross_errors import clean, geometry_fit
+from scalar.estimation.geometry_fit import geometry_fit
+from scalar.estimation.gross_errors import clean
 from scalar.estimation.residuals import Residuals
 from tests import helpers
 from tests.diagnosis.cases import BUMPY_JOINTS, TRACKER_NOISE, bumps, bumpy

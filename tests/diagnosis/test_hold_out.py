@@ -15,7 +15,7 @@ from scalar.diagnosis.hold_out import (
     improvement,
 )
 from scalar.effects.catalogue import parse_effects
-from scalar.estimation.gross_errors import geometry_fit
+from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.least_squares import fit
 from scalar.estimation.residuals import Residuals
 from tests.diagnosis.cases import scale

@@ -5,7 +5,7 @@ import pytest
 
 from scalar.diagnosis.fitted_state import refit
 from scalar.diagnosis.variance_components import whitening_for
-from scalar.estimation.gross_errors import geometry_fit
+from scalar.estimation.geometry_fit import geometry_fit
 from tests.effects.injected import Flaws, make_cell
 
 SEEDS = 16

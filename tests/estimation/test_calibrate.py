@@ -164,7 +164,7 @@ def test_the_order_of_the_poses_does_not_matter():
 def test_held_parameters_keep_their_nominal_values():
     """What is held, derived or asked for, stands where the dataset has it; the rest has a standard error."""
     scene = helpers.make_scene(exact=(*helpers.PUBLISHED_HELD, "a_4"))
-    calibration = calibrate(scene.dataset, hold=["a_4"])
+    calibration = calibrate(scene.dataset, fix=["a_4"])
     parameters = calibration.parameters()
     nominal = dict(
         zip(scene.dataset.robot.parameter_names, scene.dataset.robot.geometry.ravel(), strict=True)
@@ -177,7 +177,7 @@ def test_held_parameters_keep_their_nominal_values():
         assert parameters[name]["reason"]
     assert all(entry["std"] > 0 for name, entry in parameters.items() if name not in held)
     with pytest.raises(InvalidInput, match="no parameter 'a_9'"):
-        calibrate(scene.dataset, hold=["a_9"])
+        calibrate(scene.dataset, fix=["a_9"])
 
 
 def test_noise_that_is_not_stated_is_estimated():

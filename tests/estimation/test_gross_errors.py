@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from scalar.errors import Undetermined
-from scalar.estimation.gross_errors import Cleaned, clean, clean_beside, without_outlying_points
+from scalar.estimation.gross_errors import Cleaned, clean, clean_given_effects
+from scalar.estimation.outlying_points import without_outlying_points
 from tests import helpers
 from tests.diagnosis.cases import knock, slip, spoiled
 from tests.effects.injected import Flaws, make_cell, on_joint
@@ -109,7 +110,7 @@ def late(dataset, off, by=3e-3):
     distance = np.full(dataset.n_poses, 1e-4)
     distance[off] = by
     first = Cleaned(dataset, (), (), 0)
-    return first, clean_beside(first, distance)
+    return first, clean_given_effects(first, distance)
 
 
 def test_a_gross_error_that_hid_behind_an_effect_is_set_aside_late():

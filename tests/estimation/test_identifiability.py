@@ -33,7 +33,7 @@ def test_the_papers_setup_has_39_columns_and_7_zero_singular_values(upright, see
     assert found.singular_values[0] == pytest.approx(1.0)
     assert np.all(found.singular_values[-7:] < ZERO)
     assert np.all(found.singular_values[:-7] > FAR_FROM_ZERO)
-    assert set(found.held_names) == set(helpers.PUBLISHED_HELD)
+    assert set(found.fixed_names) == set(helpers.PUBLISHED_HELD)
     assert found.n_null == found.n_structural == 7
 
 
@@ -45,7 +45,9 @@ def test_a_null_direction_leaves_a_perfect_measurement_alone():
     found = identify(scene)
     truth, q, k = scene.truth, scene.dataset.q, scene.dataset.plane_index
     angles = np.array([-0.2, 0.0, 0.2])
-    tangents = dict(zip(helpers.PLATE_NAMES, prepare(scene.dataset).start.model.target.tangents, strict=True))
+    tangents = dict(
+        zip(helpers.PLATE_NAMES, prepare(scene.dataset).initial.model.target.tangents, strict=True)
+    )
 
     def ranges(step):
         move = dict(zip(found.names, step, strict=True))
@@ -81,7 +83,7 @@ def test_three_parallel_axes_add_one_direction():
     """UR10e: eight, d_2 and d_3 both among what is held."""
     found = identify(helpers.make_scene("ur10e"))
     assert found.n_null == 8
-    assert set(found.held_names) == set(helpers.HELD["ur10e"])
+    assert set(found.fixed_names) == set(helpers.HELD["ur10e"])
     assert np.all(found.singular_values[:-8] > FAR_FROM_ZERO)
 
 
@@ -89,7 +91,7 @@ def test_a_seven_joint_arm_without_parallel_axes_has_six():
     """Panda: four of the base, two of the last joint, none between."""
     found = identify(helpers.make_scene("panda"))
     assert found.n_null == 6
-    assert set(found.held_names) == set(helpers.HELD["panda"])
+    assert set(found.fixed_names) == set(helpers.HELD["panda"])
 
 
 @pytest.mark.parametrize("robot", ["vs060", "ur10e", "panda"])
@@ -98,12 +100,12 @@ def test_a_probe_sees_neither_its_rotation_nor_the_scale(robot):
     whole cell.
     """
     found = identify(helpers.make_scene(robot, "probe", poses_per_plane=60))
-    assert {"sensor_rx", "sensor_ry", "sensor_rz"} < set(found.held_names)
+    assert {"sensor_rx", "sensor_ry", "sensor_rz"} < set(found.fixed_names)
     assert found.n_null == len(helpers.HELD[robot]) + 4
-    by_name = {held.name: held for held in found.held}
+    by_name = {held.name: held for held in found.fixed}
     for axis in "xyz":
         assert "no residual depends on it" in by_name[f"sensor_r{axis}"].reason
-    scale = [held for held in found.held if "metric" in held.reason]
+    scale = [held for held in found.fixed if "metric" in held.reason]
     assert [held.name for held in scale] == [helpers.SCALE[robot]]
     assert any(name.startswith("distance_") for name in scale[0].moves_with)
 
@@ -115,21 +117,21 @@ def test_planes_of_known_distance_give_a_probe_the_scale_back(robot):
     planes = tuple(replace(p, distance_std=1e-5, normal_std=1e-4) for p in scene.dataset.planes)
     known = replace(scene, dataset=replace(scene.dataset, planes=planes))
     found = identify(known)
-    assert helpers.SCALE[robot] not in found.held_names
-    assert not any("metric" in held.reason for held in found.held)
+    assert helpers.SCALE[robot] not in found.fixed_names
+    assert not any("metric" in held.reason for held in found.fixed)
 
 
 def test_a_tracker_sees_no_rotation_of_its_target():
     """A tracked point: the base and the sensor's rotation, and nothing of scale."""
     found = identify(helpers.make_scene(kind="tracker"))
-    assert set(found.held_names) == {*helpers.PUBLISHED_HELD, "sensor_rx", "sensor_ry", "sensor_rz"}
+    assert set(found.fixed_names) == {*helpers.PUBLISHED_HELD, "sensor_rx", "sensor_ry", "sensor_rz"}
 
 
 @pytest.mark.parametrize("joint", [2, 3, 5])
 def test_a_joint_that_never_moves_is_held_and_named(joint):
     """A locked joint hides more: what is held because of it says so, with the joint's number."""
     found = identify(helpers.make_scene(still_joint=joint, poses_per_plane=50, seed=1))
-    because = [held for held in found.held if held.cause == "still"]
+    because = [held for held in found.fixed if held.cause == "still"]
     assert because
     assert all(f"joint {joint} never moves" in held.reason for held in because)
     assert found.n_null > found.n_structural
@@ -151,13 +153,13 @@ def test_sixteen_poses_are_not_refused():
     scene = helpers.make_scene(poses_per_plane=6, points_per_scan=10, seed=2)
     prepared = prepare(scene.dataset.subset(np.arange(16)))
     assert prepared.free.sum() == 32
-    assert {anchor.name for anchor in prepared.start.model.anchors} <= set(
-        np.array(prepared.start.model.names)[prepared.free]
+    assert {anchor.name for anchor in prepared.initial.model.priors} <= set(
+        np.array(prepared.initial.model.names)[prepared.free]
     )
 
 
 def test_every_sentence_names_its_parameter():
     """A sentence for each held parameter, complete and without a number out of place."""
     found = identify(helpers.make_scene())
-    assert [s.split(" is held: ")[0] for s in found.sentences()] == list(found.held_names)
+    assert [s.split(" is fixed: ")[0] for s in found.sentences()] == list(found.fixed_names)
     assert all(s.endswith(".") and "nan" not in s for s in found.sentences())

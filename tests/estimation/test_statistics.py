@@ -115,7 +115,7 @@ def draws() -> Draws:
     errors, std, p_values, position, orientation = [], [], [], [], []
     for _ in range(DRAWS):
         data = scene.redraw(rng)
-        residuals = Residuals.of(data, first.start.model).reweighted(first.start.model)
+        residuals = Residuals.of(data, first.initial.model).reweighted(first.initial.model)
         prepared = replace(first, residuals=residuals)
         calibration = conclude(data, prepared, *fit_all(data, prepared))
         if not errors:

@@ -15,5 +15,5 @@ with logged(snakemake.log):
     effects = given.effects
     for effect, reason in given.left:
         print(f"not taken: {effect.key}: {reason}", flush=True)
-    calibrate(data, held_effects=effects).save(snakemake.output.calibration)
+    calibrate(data, fixed_effects=effects).save(snakemake.output.calibration)
     write_json(snakemake.output.errors, {f"effects_of_{snakemake.params.source}": transferred(data, effects)})

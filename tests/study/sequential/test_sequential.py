@@ -59,7 +59,7 @@ def fitted(base):
     """Return (dataset, prepared, blocks, optimum, residuals) of the small scene."""
     dataset = dataset_in_memory(scene_of(base))
     prepared = prepare(dataset)
-    optimum, residuals = fit_from(dataset, prepared.start.model, prepared.free)
+    optimum, residuals = fit_from(dataset, prepared.initial.model, prepared.free)
     return dataset, prepared, Blocks.of(prepared), optimum, residuals
 
 

@@ -17,8 +17,10 @@ import pandas as pd
 
 from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
+from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.least_squares import covariance_and_step
-from scalar.estimation.model import EffectBases, Kinematics, Model
+from scalar.estimation.model import Model
 from scalar.estimation.prepare import candidate_mask
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.sufficiency import count_equations

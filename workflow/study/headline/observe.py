@@ -37,7 +37,7 @@ def observe(dataset_dir: str | Path) -> tuple[pd.DataFrame, pd.DataFrame]:
                 "moves_with": " ".join(held.moves_with),
                 "reason": held.reason,
             }
-            for held in found.held
+            for held in found.fixed
         ],
         columns=["held", "cause", "moves_with", "reason"],
     )

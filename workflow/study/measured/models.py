@@ -22,7 +22,7 @@ from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import first_times, held_out_errors
 from scalar.effects.effect import Effect, JointEffect
 from scalar.estimation.gross_errors import clean
-from scalar.estimation.joint_fit import unseen_effects
+from scalar.estimation.joint_fit import unobservable_coefficients
 from scalar.estimation.least_squares import fit
 from scalar.estimation.prepare import Prepared, prepare
 from scalar.estimation.residuals import Residuals
@@ -43,7 +43,7 @@ BASE_AND_TOOL, BEFORE, AFTER = "base_and_tool", "geometry", "geometry_and_effect
 def compare(dataset: Dataset) -> dict[str, dict[str, float]]:
     """Return the errors [mm] with only base and sensor fitted, and with the geometry as well."""
     cleaned, prepared = _prepared(dataset)
-    model = prepared.start.model
+    model = prepared.initial.model
     held = set(model.robot.parameter_names)
     if not prepared.residuals.measurement.sees_sensor_rotation:
         held |= {"sensor_rx", "sensor_ry", "sensor_rz"}
@@ -62,7 +62,7 @@ def _prepared(dataset: Dataset) -> tuple[Dataset, Prepared]:
 def transferred(dataset: Dataset, effects: Sequence[Effect]) -> dict[str, float]:
     """Return the errors [mm] with the geometry fitted and the effects held as another campaign found them."""
     cleaned, prepared = _prepared(dataset)
-    return _errors(_settled(cleaned, prepared.start.model, prepared.free, effects))
+    return _errors(_settled(cleaned, prepared.initial.model, prepared.free, effects))
 
 
 def on_a_fresh_split(dataset: Dataset, found: Calibration) -> dict[str, float]:
@@ -107,14 +107,14 @@ def _fitted(
     Rows are weighed by what the calibration left, so that its beliefs of the effects' sizes hold.
     """
     nothing = tuple(effect.with_coefficients(np.zeros(len(effect.coefficients))) for effect in effects)
-    model = replace(prepared.near, effects=nothing).rebased()
+    model = replace(prepared.coarse, effects=nothing).rebased()
     measurement: Any = measure(dataset)
     left = found.residual_rms / np.sqrt(measurement.rows_per_pose)
     whole = Residuals.of(dataset, model, replace(measurement, sigma=left))
     told = Residuals.of(seen, model, whole.measurement)
     residuals = Residuals(whole.measurement, whole.poses, told.bases, whole.known)
     free = np.r_[prepared.free, np.ones(sum(len(e.coefficients) for e in effects), dtype=bool)]
-    free &= ~unseen_effects(residuals, model, free) if effects else True
+    free &= ~unobservable_coefficients(residuals, model, free) if effects else True
     return FittedState(dataset, fit(residuals, model, free).model, prepared.free, free, residuals)
 
 

@@ -16,8 +16,8 @@ from scalar.diagnosis import variance_components as noise
 from scalar.diagnosis.hold_out import BLOCKS_PER_FOLD, FOLDS
 from scalar.effects.catalogue import CATALOGUE, MAX_ORDER, MAX_RIPPLE_ORDER
 from scalar.effects.unattributed import Unattributed
-from scalar.estimation import gross_errors as cleaning
-from scalar.estimation import identifiability
+from scalar.estimation import identifiability, outlying_points, pose_consistency
+from scalar.geometry import parallel_axes
 from scalar.units import MM
 from study.common.methods import INITIAL
 from study.common.statistics import BAND, QUANTITIES
@@ -81,7 +81,7 @@ def settings() -> dict[str, Any]:
     """Return what the method is set to, as the code has it."""
     return {
         "null_tolerance": identifiability.NULL_TOLERANCE,
-        "near_parallel_rad": identifiability.NEAR_PARALLEL,
+        "near_parallel_rad": parallel_axes.NEAR_PARALLEL,
         "max_evaluations": published.MAX_EVALUATIONS,
         "band_low": BAND[0],
         "band_high": BAND[1],
@@ -96,9 +96,9 @@ def settings() -> dict[str, Any]:
         "unnamed_alpha": unnamed.ALPHA,
         "folds": FOLDS,
         "blocks": FOLDS * BLOCKS_PER_FOLD,
-        "point_sigmas": cleaning.POINT_SIGMAS,
-        "pose_sigmas": cleaning.POSE_SIGMAS,
-        "least_pose_error_mm": cleaning.LEAST_POSE_ERROR / MM,
+        "point_sigmas": outlying_points.POINT_SIGMAS,
+        "pose_sigmas": pose_consistency.POSE_SIGMAS,
+        "least_pose_error_mm": pose_consistency.LEAST_POSE_ERROR / MM,
     }
 
 

@@ -14,9 +14,11 @@ from scipy.optimize import leastsq
 
 from scalar.data.poses import Poses
 from scalar.errors import Undetermined
-from scalar.estimation.model import EffectBases, Kinematics, Model
+from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.initial_estimate import linear_guess
+from scalar.estimation.kinematics import Kinematics
+from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
-from scalar.estimation.start import linear_guess
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array, log_so3
 from scalar.sensors.line_laser import LineLaser

@@ -17,7 +17,9 @@ import pandas as pd
 
 from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
-from scalar.estimation.model import EffectBases, Kinematics, Model
+from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.kinematics import Kinematics
+from scalar.estimation.model import Model
 from scalar.estimation.prepare import candidate_mask
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array

@@ -21,12 +21,12 @@ import pandas as pd
 from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
 from scalar.errors import ScalarError, Undetermined
+from scalar.estimation.initial_estimate import COARSE, linear_guess
 from scalar.estimation.joint_fit import fit_from
 from scalar.estimation.least_squares import covariance_and_step, fit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared, prepare
 from scalar.estimation.residuals import Residuals
-from scalar.estimation.start import COARSE, linear_guess
 from scalar.evaluate import aligned_to, pose_errors, true_frames
 from scalar.geometry.se3 import Array
 from scalar.sensors.line_laser import LineLaser
@@ -87,7 +87,7 @@ class Blocks:
     @classmethod
     def of(cls, prepared: Prepared) -> Blocks:
         """Return the blocks of what a dataset shows."""
-        model, free = prepared.start.model, prepared.free
+        model, free = prepared.initial.model, prepared.free
 
         def only(name: str) -> Array:
             mask = np.zeros_like(free)
@@ -164,7 +164,7 @@ def compare_ways(dataset: Dataset, truth_poses: pd.DataFrame, alternate: bool) -
 
     try:
         prepared = prepare(dataset)
-        optimum, residuals = fit_from(dataset, prepared.start.model, prepared.free)
+        optimum, residuals = fit_from(dataset, prepared.initial.model, prepared.free)
         first = starts(dataset, prepared)
     except ScalarError as error:
         failed = {"passes": 0, "last": True, "status": type(error).__name__}
@@ -214,7 +214,7 @@ def starts(dataset: Dataset, prepared: Prepared) -> dict[str, Model]:
     guess = linear_guess(
         measurement, dataset.robot.flange(dataset.q), planes, measurement.target_index == level
     )
-    anchors = prepared.start.model.anchors
+    anchors = prepared.initial.model.priors
     return {
         name: replace(Model.at(dataset.robot, T, planes), anchors=anchors)
         for name, T in (("declared", declared), ("linear guess", guess))

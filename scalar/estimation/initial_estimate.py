@@ -1,8 +1,9 @@
-"""Where the fit starts: the linear first guess of the scanner's pose (Section III-A of the paper), and the planes that go with it.
+"""The initial estimate of sensor and target: a linear first guess of the scanner's pose (Section III-A of the paper), refined.
 
 For a known plane the residual is linear in the scanner's axes and origin on the flange: ``c = (n'.p + n'_4 - d, n'.X, n'.Z)`` with
-``n' = n^T T_base_flange``, so nine numbers follow from one linear least-squares problem, of which a rotation is made. Since a plate is
-known only roughly, plate and scanner are then refined together, the arm held nominal: the guess survives a floor that is 30 degrees off.
+``n' = n^T T_base_flange``, so nine numbers follow from one linear least-squares problem, of which a rotation is made. Since the
+planes are known only roughly, planes and scanner are then refined together with the arm fixed at its nominal geometry, which tolerates
+a guess of the floor that is 30 degrees off.
 """
 
 from __future__ import annotations
@@ -21,14 +22,14 @@ from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array, transform
 from scalar.sensors.line_laser import LineLaser
 
-COARSE = 1e-6  # relative tolerance of the fits that only choose a start
+COARSE = 1e-6  # relative tolerance of fits that others continue
 _ALTERNATIONS = 8
 _UNKNOWNS = 9
 
 
 @dataclass(frozen=True, eq=False)
-class Start:
-    """A start and how well it fits with the arm held nominal.
+class InitialEstimate:
+    """Sensor and target as first estimated, and how well they fit with the nominal arm.
 
     Attributes:
         model: Sensor and target fitted, robot nominal.
@@ -74,17 +75,19 @@ def linear_guess(measurement: LineLaser, T_base_flange: Array, planes: Planes, u
     return transform(U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt, p)
 
 
-def start(residuals: Residuals, robot: Robot, target: Any, T_flange_sensor: Array | None) -> Start:
-    """Return the best start: from the stated nominal pose where there is one, and from linear guesses.
+def estimate_initially(
+    residuals: Residuals, robot: Robot, target: Any, T_flange_sensor: Array | None
+) -> InitialEstimate:
+    """Return the initial estimate with the least misfit, from the stated nominal pose, if there is one, and from linear guesses.
 
     Args:
         residuals: Of the dataset, without effects.
         robot: Nominal.
-        target: At its rough guess.
+        target: As first guessed.
         T_flange_sensor: The sensor's nominal pose, or None.
 
     Raises:
-        Undetermined: Neither a stated pose nor a linear guess is to be had.
+        Undetermined: No pose is stated, and the data determine no linear guess.
     """
     measurement = residuals.measurement
     T_base_flange = robot.flange(residuals.poses.q)
@@ -109,20 +112,20 @@ def start(residuals: Residuals, robot: Robot, target: Any, T_flange_sensor: Arra
             if failure is not None
             else Undetermined(["state sensor.nominal_pose: this kind of sensor needs it"])
         )
-    best: Start | None = None
+    best: InitialEstimate | None = None
     lowest = np.inf
     for origin, T, refit_planes in proposals:
         planes = measurement.fitted_target(T_base_flange @ T, target) if refit_planes else target
-        found = _refine(residuals, Model.at(robot, T, planes))
+        found = _refined(residuals, Model.at(robot, T, planes))
         if best is None or found.chi_squared < lowest:
             model = found.model.rebased()
-            best, lowest = Start(model, residuals.rms(model), origin), found.chi_squared
+            best, lowest = InitialEstimate(model, residuals.rms(model), origin), found.chi_squared
     assert best is not None
     return best
 
 
 def _plane_choices(measurement: LineLaser, target: Planes, robot: Robot) -> list[Array]:
-    """Return sets of poses to guess from: the plate most nearly level first, as in the paper, then all together."""
+    """Return sets of poses to guess from: those on the most nearly level plane, as in the paper, then all."""
     up = -robot.gravity / max(float(np.linalg.norm(robot.gravity)), 1e-12)
     level = int(np.argmax(np.abs(target.normals @ up)))
     return [measurement.target_index == level, np.ones(len(measurement.target_index), dtype=bool)]
@@ -138,7 +141,8 @@ def _alternate(measurement: LineLaser, T_base_flange: Array, target: Planes, use
     return T
 
 
-def _refine(residuals: Residuals, model: Model) -> Fit:
+def _refined(residuals: Residuals, model: Model) -> Fit:
+    """Return the fit of sensor and target alone, the arm being fixed."""
     free = np.zeros(len(model.vector), dtype=bool)
     free[model.blocks["target"]] = True
     sensor = model.blocks["sensor"].start

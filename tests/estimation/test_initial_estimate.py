@@ -9,8 +9,8 @@ import pytest
 
 from scalar.errors import Undetermined
 from scalar.estimation.calibrate import calibrate
+from scalar.estimation.initial_estimate import linear_guess
 from scalar.estimation.prepare import prepare
-from scalar.estimation.start import linear_guess
 from scalar.geometry.planes import Planes
 from scalar.sensors import measure
 from scalar.units import DEG, MM
@@ -58,8 +58,8 @@ def test_no_nominal_pose_and_a_floor_that_is_30_degrees_off(robot):
             points_per_scan=30,
         )
         prepared = prepare(scene.dataset)
-        assert prepared.start.origin == "linear guess"
-        T = np.linalg.inv(scene.truth.T_flange_sensor) @ prepared.start.model.T_flange_sensor
+        assert prepared.initial.origin == "linear guess"
+        T = np.linalg.inv(scene.truth.T_flange_sensor) @ prepared.initial.model.T_flange_sensor
         assert np.linalg.norm(T[:3, 3]) < 100 * MM, seed
         assert np.linalg.norm(helpers.rotation_vector(T[:3, :3])) < 10 * DEG, seed
         if seed < 5:
@@ -80,7 +80,7 @@ def test_a_wrong_nominal_pose_does_no_harm():
 def test_a_good_nominal_pose_serves_where_the_linear_guess_cannot():
     """Few poses and a stated pose: the start comes from there."""
     scene = helpers.make_scene(poses_per_plane=8, pose_offset=(2 * MM, 1 * DEG))
-    assert prepare(scene.dataset).start.rms < 30 * MM
+    assert prepare(scene.dataset).initial.rms < 30 * MM
 
 
 def test_poses_that_do_not_turn_the_scanner_are_refused():

@@ -1,0 +1,85 @@
+"""Gaussian priors from the data sheet, for parameters that the data determine no better than it does."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scalar.estimation.model import Model, ParameterPrior
+from scalar.estimation.residuals import Residuals
+from scalar.geometry.se3 import Array
+from scalar.sensors.line_laser import LineLaser
+from scalar.units import DEG, MM
+
+PLAUSIBLE_LENGTH = 5e-3  # m: how far a length may be from the data sheet
+PLAUSIBLE_ANGLE = 0.0175  # rad, a degree: the same for an angle
+PLAUSIBLE_SENSOR = (0.05, 0.2)  # m, rad: a sensor's place is known less well
+_ENOUGH_TO_JUDGE = 10  # degrees of freedom for the residual to say how large the noise is
+PLAUSIBLE_TARGET = 10.0  # m, rad: nothing is known of the target
+
+
+def data_sheet_priors(
+    residuals: Residuals, model: Model, free: Array, found: Model
+) -> tuple[ParameterPrior, ...]:
+    """Return what keeps robot and sensor near the data sheet where the data determine them no better than it does.
+
+    In units of what is plausible, ``J s``, a direction whose standard error exceeds 1 is weak. The noise is that of the residual which
+    neither one step of the model nor a fit removes, so that what the model lacks counts. Where no direction is weak nothing is anchored.
+    Where one is, every length and angle is, each by how far it may plausibly be off: what is seen well does not feel it.
+
+    Args:
+        residuals: Of the dataset.
+        model: At the start.
+        free: ``(P,)`` bool.
+        found: Where a fit from there ended, without anchors: a start may be too far off for one step.
+    """
+    residual, J = residuals.linearise(model)
+    scatter, lines = _apart_from_scatter(residuals, model)
+    left = residuals.residual(found)
+    after = float(left @ left) - _apart_from_scatter(residuals, found)[0]
+    index = np.flatnonzero(free)
+    k = len(index)
+    scale = prior_std(model)
+    factor = np.asarray(np.linalg.qr(np.column_stack([J[:, index] * scale[index], residual]), mode="r"))
+    freedom = lines - k
+    excess = min(float(np.sum(factor[k:, -1] ** 2)) - scatter, after)
+    noise = max(float(np.sqrt(excess / freedom)), 1.0) if freedom >= _ENOUGH_TO_JUDGE and excess > 0 else 1.0
+    _, s, Vt = np.linalg.svd(factor[:k, :k])
+    if s[-1] >= noise:
+        return ()
+    weak = s < noise
+    spread = noise * np.sqrt(np.sum((Vt[weak].T / np.maximum(s[weak], 1e-12)) ** 2, axis=1)) * scale[index]
+    kept = []
+    for i, std in zip(index, spread, strict=True):
+        name, is_angle = model.names[i], model.units[i] == "rad"
+        if i >= model.blocks["target"].start or name.startswith("sensor_r"):
+            continue
+        value = model.nominal.geometry.ravel()[i] if i < model.blocks["geometry"].stop else model.vector[i]
+        reason = ""
+        if std > scale[i] / 2:
+            size = f"{std / DEG:.2g} deg" if is_angle else f"{std / MM:.2g} mm"
+            reason = (
+                f"these poses alone determine it only to about {size}, no better than the data sheet does"
+            )
+        kept.append(ParameterPrior(name, float(value), float(scale[i] / noise), reason))
+    return tuple(kept)
+
+
+def _apart_from_scatter(residuals: Residuals, model: Model) -> tuple[float, int]:
+    """Return the squared scatter of points about their own scans' lines, which no model explains, and the number of other rows."""
+    measurement, N = residuals.measurement, len(residuals.poses)
+    if not isinstance(measurement, LineLaser):
+        return 0.0, N * measurement.rows_per_pose
+    within, _ = measurement.scatter(residuals.kinematics(model).T_base_sensor, model.target)
+    return float(within.sum()), int(
+        np.minimum(np.diff(measurement.starts), measurement.equations_per_pose).sum()
+    )
+
+
+def prior_std(model: Model) -> Array:
+    """Return how far each coordinate may be from where it is said to be, ``(P,)`` [m or rad]."""
+    blocks = model.blocks
+    scale = np.full(len(model.names), PLAUSIBLE_TARGET)
+    lengths = np.array([unit == "m" for unit in model.units])
+    scale[blocks["geometry"]] = np.where(lengths[blocks["geometry"]], PLAUSIBLE_LENGTH, PLAUSIBLE_ANGLE)
+    scale[blocks["sensor"]] = np.where(lengths[blocks["sensor"]], *PLAUSIBLE_SENSOR)
+    return scale

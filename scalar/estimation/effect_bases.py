@@ -1,0 +1,82 @@
+"""The columns of a model's effects at given poses, sorted by the place where each effect acts.
+
+An effect adds ``basis @ coefficients`` to joint angles, to link geometry, or to a small motion of the base or of the sensor.
+The bases do not depend on the coefficients, so they are computed once and serve every step of a fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.effect import BaseEffect, Effect, JointEffect, LinkEffect, SensorEffect
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
+
+
+@dataclass(frozen=True, eq=False)
+class JointBasis:
+    """The columns of an effect on joints, of the joints that it acts on alone: most act on one of many.
+
+    Attributes:
+        n_columns: k.
+        parts: (joint from 0, ``(N, k)`` [rad per unit]) for each joint that moves.
+    """
+
+    n_columns: int
+    parts: tuple[tuple[int, Array], ...]
+
+    @classmethod
+    def of(cls, basis: Array) -> JointBasis:
+        """Return the parts of a basis ``(N, n, k)``."""
+        acting = np.flatnonzero(np.any(basis != 0, axis=(0, 2)))
+        return cls(basis.shape[2], tuple((int(j), basis[:, j].copy()) for j in acting))
+
+    def added(self, q: Array, coefficients: Array) -> Array:
+        """Return joint angles ``(N, n)`` [rad] with the effect's."""
+        q = q.copy()
+        for j, basis in self.parts:
+            q[:, j] += basis @ coefficients
+        return q
+
+    def columns(self, by_angle: Array) -> Array:
+        """Return the derivatives ``(N, m, k)`` by the coefficients, where those by the angles are ``by_angle`` ``(N, m, n)``."""
+        columns = np.zeros((*by_angle.shape[:2], self.n_columns))
+        for j, basis in self.parts:
+            columns += by_angle[:, :, j, None] * basis[:, None, :]
+        return columns
+
+
+@dataclass(frozen=True, eq=False)
+class EffectBases:
+    """The columns of a model's effects at given poses, taken at the nominal robot once and for all.
+
+    Attributes:
+        joints, links, base, sensor: (basis, slice of the effects' coefficients) for each effect that acts there.
+    """
+
+    joints: list[tuple[JointBasis, slice]]
+    links: list[tuple[Array, slice]]
+    base: list[tuple[Array, slice]]
+    sensor: list[tuple[Array, slice]]
+
+    @classmethod
+    def of(cls, nominal: Robot, poses: Poses, effects: Sequence[Effect]) -> EffectBases:
+        """Return the columns of the effects."""
+        bases = cls([], [], [], [])
+        start = 0
+        for effect in effects:
+            where = slice(start, start + len(effect.coefficients))
+            start = where.stop
+            if isinstance(effect, JointEffect):
+                bases.joints.append((JointBasis.of(effect.joint_basis(nominal, poses)), where))
+            elif isinstance(effect, LinkEffect):
+                bases.links.append((effect.geometry_basis(nominal, poses), where))
+            elif isinstance(effect, BaseEffect):
+                bases.base.append((effect.base_screws(nominal, poses), where))
+            elif isinstance(effect, SensorEffect):
+                bases.sensor.append((effect.sensor_screws(nominal, poses), where))
+        return bases

@@ -1,0 +1,105 @@
+"""A parameter that is fixed because no measurement determines it, with the reason in a sentence that a roboticist understands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scalar.geometry.robot import GEOMETRY
+from scalar.geometry.se3 import Array
+
+_WORTH_NAMING = 0.02  # of the largest component: below it a parameter is not named in a direction
+_SHORTEST_LENGTH = 0.01  # m: shorter lengths do not show whether a direction stretches them in proportion
+_SAME_RATIO = 0.05  # of the largest: ratios that differ by less are taken as equal
+
+
+@dataclass(frozen=True)
+class FixedParameter:
+    """A parameter that is fixed at its nominal value, and why.
+
+    Attributes:
+        name: Of the parameter.
+        reason: A sentence.
+        moves_with: Names of the parameters that would take up a change of it.
+        cause: ``structural`` if no poses whatever would determine it, ``still`` if a joint that never moves hides it,
+            ``poses`` if other poses would determine it.
+    """
+
+    name: str
+    reason: str
+    moves_with: tuple[str, ...]
+    cause: str
+
+
+def explain(
+    names: tuple[str, ...],
+    index: int,
+    direction: Array,
+    still: list[int],
+    values: dict[str, float],
+    cause: str,
+) -> FixedParameter:
+    """Return a fixed parameter with the reason in a sentence.
+
+    Args:
+        names: ``(C,)``, of the candidates.
+        index: Which of them is fixed.
+        direction: ``(C,)``, the null direction that it removes, its own component being 1.
+        still: Joints, counted from 1, that never move.
+        values: Values [m or rad] of the candidates, without the others that are fixed.
+        cause: As in ``FixedParameter``.
+    """
+    weight = np.abs(direction)
+    others = [
+        i
+        for i in np.argsort(-weight, kind="stable")
+        if i != index and weight[i] > _WORTH_NAMING * weight.max()
+    ]
+    moves_with = tuple(names[i] for i in others)
+    name = names[index]
+    joint = int(name.rsplit("_", 1)[1]) if name.rsplit("_", 1)[-1].isdigit() else 0
+    in_target = any(not _is_robot(other) and not other.startswith("sensor_") for other in moves_with)
+    if _is_scale(names, direction, values):
+        reason = "nothing measured here carries a metric, so the whole workcell may be scaled: every length is relative to this one"
+    elif cause == "still":
+        which = " and ".join(str(i) for i in still)
+        one = f"it acts as one with {_listed(moves_with)}" if others else "no residual depends on it"
+        reason = f"joint {which} never moves in these data, so {one}"
+    elif not others:
+        reason = "no residual depends on it"
+    elif joint == 1 and in_target:
+        reason = "the base is floating: moving it moves the whole arm, and the target is found where the arm measures it"
+    else:
+        reason = f"only its combination with {_listed(moves_with)} is determined"
+        if cause == "poses":
+            reason += " at these poses; other poses would separate them"
+    return FixedParameter(name, reason, moves_with, cause)
+
+
+def _is_robot(name: str) -> bool:
+    kind, _, number = name.rpartition("_")
+    return kind in GEOMETRY and number.isdigit()
+
+
+def _listed(names: tuple[str, ...], most: int = 4) -> str:
+    shown = list(names[:most]) + ([f"{len(names) - most} more"] if len(names) > most else [])
+    return shown[0] if len(shown) == 1 else ", ".join(shown[:-1]) + " and " + shown[-1]
+
+
+def _is_scale(names: tuple[str, ...], direction: Array, values: dict[str, float]) -> bool:
+    """Return whether a direction stretches every length of the arm beyond the first joint in proportion.
+
+    ``values`` leaves out the other fixed parameters, which stay where they are in every direction but their own.
+    """
+    ratios = []
+    for i, name in enumerate(names):
+        kind, _, number = name.rpartition("_")
+        is_length = kind in ("a", "d") and number.isdigit() and int(number) > 1
+        if is_length and abs(values.get(name, 0.0)) > _SHORTEST_LENGTH:
+            ratios.append(direction[i] / values[name])
+    return (
+        len(ratios) >= 2
+        and min(np.abs(ratios)) > 0
+        and float(np.ptp(ratios)) < _SAME_RATIO * float(np.max(np.abs(ratios)))
+    )

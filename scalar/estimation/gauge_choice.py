@@ -1,0 +1,81 @@
+"""Which parameters to fix so that the others are determined: one for each direction that no measurement observes.
+
+The choice is rank-revealing, QR with column pivoting on the null space (Golub and Van Loan, 5.4), and prefers the parameters of
+the base and of the flange, whose places are conventions, wherever they leave the remaining problem nearly as well conditioned.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import qr
+
+from scalar.geometry.parallel_axes import near_parallel
+from scalar.geometry.robot import GEOMETRY, Robot
+from scalar.geometry.se3 import Array
+
+_SPAN_TOLERANCE = 0.05  # what a parameter must add to those already fixed to be worth fixing
+_CONDITION_SLACK = 30.0  # how much worse than the rank-revealing set the preferred one may be
+
+
+def preference(robot: Robot, names: tuple[str, ...]) -> list[int]:
+    """Return the indices of the candidates in the order in which they would be fixed: what is convention or best known first.
+
+    The base's parameters, the flange's, d of an axis that runs parallel to the next (the earlier), other lengths of the robot
+    from the longest (scale), its angles, the sensor, and the target last.
+    """
+    n = robot.n_joints
+    near = near_parallel(robot)
+    rank: dict[str, tuple[float, float]] = {}
+    for i in range(n):
+        for k, kind in enumerate(GEOMETRY):
+            value = abs(float(robot.geometry[k, i]))
+            if i == 0:
+                key = (0.0, k)
+            elif i == n - 1 and kind in ("d", "theta"):
+                key = (1.0, k)
+            elif kind == "d" and i + 1 < n and near[i + 1]:
+                key = (2.0, i)
+            elif kind in ("a", "d"):
+                key = (3.0, -value)
+            else:
+                key = (4.0, i)
+            rank[f"{kind}_{i + 1}"] = key
+    unknown = [(5.0 if name.startswith("sensor_") else 6.0, float(i)) for i, name in enumerate(names)]
+    keys = [rank.get(name, unknown[i]) for i, name in enumerate(names)]
+    return sorted(range(len(names)), key=lambda i: keys[i])
+
+
+def choose_fixed(null: Array, order: list[int], J_scaled: Array) -> list[int]:
+    """Return the indices of the candidates to fix, one for each null direction.
+
+    The preferred set is taken unless it leaves the Jacobian much worse conditioned than the rank-revealing one.
+
+    Args:
+        null: ``(C, r)``, orthonormal null space of the scaled Jacobian.
+        order: Candidates, preferred first.
+        J_scaled: ``(rows, C)``, its columns of unit length.
+    """
+    r = null.shape[1]
+    if r == 0:
+        return []
+    chosen: list[int] = []
+    basis = np.zeros((0, r))
+    for i in order:
+        rest = null[i] - basis.T @ (basis @ null[i])
+        if np.linalg.norm(rest) > _SPAN_TOLERANCE:
+            chosen.append(i)
+            basis = np.vstack([basis, rest / np.linalg.norm(rest)])
+            if len(chosen) == r:
+                break
+    revealing = [int(i) for i in np.asarray(qr(null.T, mode="r", pivoting=True)[-1])[:r]]
+    if (
+        len(chosen) < r
+        or _smallest_kept(J_scaled, chosen) < _smallest_kept(J_scaled, revealing) / _CONDITION_SLACK
+    ):
+        return revealing
+    return chosen
+
+
+def _smallest_kept(J_scaled: Array, fixed: list[int]) -> float:
+    kept = np.delete(J_scaled, fixed, axis=1)
+    return float(np.linalg.svd(np.linalg.qr(kept, mode="r"), compute_uv=False)[-1])

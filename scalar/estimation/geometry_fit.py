@@ -1,0 +1,22 @@
+"""A quick fit of the geometry alone, for looks at the data that need a rough calibration and no error bars."""
+
+from __future__ import annotations
+
+from scalar.data.dataset import Dataset
+from scalar.estimation.least_squares import fit
+from scalar.estimation.model import Model
+from scalar.estimation.prepare import Prepared, prepare
+
+_TOLERANCE = 1e-6  # relative: enough to compare millimetres
+
+
+def geometry_fit(dataset: Dataset) -> tuple[Model, Prepared]:
+    """Return a model whose geometry, sensor and target are fitted coarsely, and the preparation of the dataset.
+
+    Raises:
+        InvalidInput: An initial guess of a plane is wrong beyond repair.
+        Undetermined: The data cannot determine the model.
+    """
+    prepared = prepare(dataset)
+    found = fit(prepared.residuals, prepared.coarse, prepared.free, tolerance=_TOLERANCE)
+    return found.model.rebased(), prepared

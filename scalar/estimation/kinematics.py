@@ -1,0 +1,100 @@
+"""Where the sensor is in each pose under a model, and how it moves with every parameter of the model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.model import Model
+from scalar.geometry.screws import change_frame, exp_screw, exp_screw_derivative, rotations_about
+from scalar.geometry.se3 import Array, left_jacobian_so3
+
+
+@dataclass(frozen=True, eq=False)
+class Kinematics:
+    """Where the sensor is in N poses, and how it moves with every coordinate of the model.
+
+    Attributes:
+        model: At which all was taken.
+        frames: ``(N, n + 1, 4, 4)``.
+        geometry_offsets: ``(N, 5, n)`` or None.
+        T_base_tilted: ``(N, 4, 4)`` or None: the motion of the base that effects make.
+        T_base_mount: ``(N, 4, 4)``: where the sensor would be without effects on the sensor.
+        T_base_sensor: ``(N, 4, 4)``.
+    """
+
+    model: Model
+    bases: EffectBases
+    frames: Array
+    geometry_offsets: Array | None
+    T_base_tilted: Array | None
+    T_base_mount: Array
+    T_base_sensor: Array
+
+    @classmethod
+    def of(cls, model: Model, poses: Poses, bases: EffectBases) -> Kinematics:
+        """Return the kinematics of a model at poses."""
+        c = np.concatenate([np.zeros(0), *(effect.coefficients for effect in model.effects)])
+        q = poses.q
+        for basis, where in bases.joints:
+            q = basis.added(q, c[where])
+        offsets = None
+        for basis, where in bases.links:
+            step = basis @ c[where]
+            offsets = step if offsets is None else offsets + step
+        frames = model.robot.frames(q, offsets)
+        T = frames[:, -1] @ (model.robot.T_n_flange @ model.T_flange_sensor)
+        T_tilted = None
+        for basis, where in bases.base:
+            step = exp_screw(basis @ c[where])
+            T_tilted = step if T_tilted is None else T_tilted @ step
+        if T_tilted is not None:
+            T = T_tilted @ T
+        T_mount = T
+        for basis, where in bases.sensor:
+            T = T @ exp_screw(basis @ c[where])
+        return cls(model, bases, frames, offsets, T_tilted, T_mount, T)
+
+    def screws(self, *, joint_effects: bool = True) -> Array:
+        """Return the screw of the sensor, in the base frame, by every coordinate of robot, sensor and effects.
+
+        Args:
+            joint_effects: Whether those by effects on joints are wanted; else they are left zero.
+
+        Returns:
+            ``(N, 6, P)`` in the order of ``Model.names``; zero for the target's coordinates and for effects on points.
+        """
+        model, blocks = self.model, self.model.blocks
+        N = len(self.frames)
+        screws = np.zeros((N, 6, blocks["effects"].stop))
+        geometry = model.robot.screws(self.frames, self.geometry_offsets)
+        flange_R = self.frames[:, -1, :3, :3] @ model.robot.T_n_flange[:3, :3]
+        if self.T_base_tilted is not None:
+            geometry = change_frame(self.T_base_tilted, geometry)
+            flange_R = self.T_base_tilted[:, :3, :3] @ flange_R
+        screws[:, :, blocks["geometry"]] = geometry
+        at = blocks["sensor"].start
+        screws[:, 3:, at : at + 3] = flange_R
+        turns = flange_R @ left_jacobian_so3(model.sensor[3:])
+        screws[:, :, at + 3 : at + 6] = rotations_about(turns, self.T_base_mount[:, :3, 3])
+        start, n = blocks["effects"].start, model.robot.n_joints
+        by_angle = geometry[:, :, 3 * n : 4 * n]
+        for basis, where in self.bases.joints if joint_effects else []:
+            screws[:, :, start + where.start : start + where.stop] = basis.columns(by_angle)
+        for basis, where in self.bases.links:
+            flat = basis.reshape(N, -1, basis.shape[-1])
+            screws[:, :, start + where.start : start + where.stop] = geometry @ flat
+        c = model.vector[blocks["effects"]]
+        for places, T in ((self.bases.base, None), (self.bases.sensor, self.T_base_mount)):
+            for basis, where in places:
+                step = basis @ c[where]
+                by_coefficient = exp_screw_derivative(step, basis)
+                screws[:, :, start + where.start : start + where.stop] = (
+                    by_coefficient if T is None else change_frame(T, by_coefficient)
+                )
+                if len(places) > 1:  # the next of the same place acts where this one has brought it
+                    T = exp_screw(step) if T is None else T @ exp_screw(step)
+        return screws

@@ -1,0 +1,57 @@
+"""The Jacobian of perfect measurements, which satisfy the model exactly.
+
+Noise makes every direction look observable a little. Taken at measurements without error, a direction that leaves the residual
+unchanged has a singular value of rounding size, whatever the noise of the dataset.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.kinematics import Kinematics
+from scalar.estimation.model import Model
+from scalar.estimation.residuals import Residuals
+from scalar.geometry.se3 import Array
+from scalar.sensors import Measurement
+
+
+def perfect_jacobian(
+    residuals: Residuals, measurement: Measurement, model: Model, q: Array, index: Array
+) -> Array:
+    """Return the Jacobian ``(rows, P)`` of measurements that satisfy the model exactly.
+
+    Args:
+        residuals: Of the dataset; gives what is known of the planes.
+        measurement: The sensor kind's rows.
+        model: Without effects.
+        q: ``(N, n)`` [rad], joint angles near which the contacts are made.
+        index: ``(N,)``, the target that each pose measures.
+    """
+    none = EffectBases([], [], [], [])
+
+    def kinematics(q: Array) -> Kinematics:
+        return Kinematics.of(model, Poses(q, np.arange(len(q), dtype=float), {}), none)
+
+    at = kinematics(q)
+    n = model.robot.n_joints
+    moving = np.ptp(q, axis=0) > 0
+    for _ in range(measurement.contact_iterations):
+        by_angle = at.screws()[:, :, 3 * n : 4 * n]
+        q = q + measurement.contact_step(at.T_base_sensor, model.target, index, by_angle * moving)
+        at = kinematics(q)
+    wrench, by_target, usable = measurement.perfect_rows(at.T_base_sensor, model.target, index)
+    N, m, t = by_target.shape
+    J = wrench @ at.screws()
+    where = model.blocks["target"]
+    items = np.zeros((N, m, (where.stop - where.start) // t, t))
+    items[np.arange(N), :, index] = by_target
+    J[:, :, where] = items.reshape(N, m, -1)
+    J = J[usable].reshape(-1, J.shape[2])
+    if residuals.known is None:
+        return J
+    known = residuals.known.rows(model.target)[1]  # type: ignore[arg-type]
+    below = np.zeros((len(known), J.shape[1]))
+    below[:, where] = known / np.abs(known).max()
+    return np.vstack([J, below])

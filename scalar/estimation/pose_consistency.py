@@ -1,0 +1,183 @@
+"""Which poses agree with one robot, sensor and set of planes: first coarsely with the arm nominal, then with a fitted geometry.
+
+Both looks are least trimmed squares by concentration (Rousseeuw and Van Driessen, 2006): the model is fitted to the better part of
+the poses, the better part is chosen anew, until it no longer changes. Successive poses of one plane that are all off are a change
+(a plane that was knocked, a sensor that slipped), not outliers, and stay.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.estimation.geometry_fit import geometry_fit
+from scalar.estimation.model import Model
+from scalar.estimation.residuals import Residuals
+from scalar.estimation.robust_scale import robust_std
+from scalar.geometry.planes import Planes
+from scalar.geometry.se3 import Array
+from scalar.sensors import measure
+from scalar.units import MM
+
+POSE_SIGMAS = 10.0  # robust standard deviations beyond which a pose is off
+LEAST_POSE_ERROR = 1.0 * MM  # and never less than this
+COARSE_POSE_ERROR = 20.0 * MM  # with the arm still nominal, whose own errors make several millimetres
+CORE_SHARE = 0.6  # of the poses on a plane that are trusted at first
+MOST_SET_ASIDE = 0.45  # of the poses: with more, nothing can be said of which are right
+CONTIGUOUS_RUN = 4  # successive poses of one plane that are all off are a change, not outliers
+RUN_BY_CHANCE = 0.05  # expected number of runs as long that scattered outliers would make
+_ROUNDS = 12
+_CONCENTRATIONS = 4
+_HEAVY_TAIL = (
+    2.0  # root mean square over median of the poses' distances; a chi law of two numbers has about 1.2
+)
+
+
+def pose_distances(dataset: Dataset, T_base_sensor: Array, planes: Planes, index: Array) -> Array:
+    """Return the root mean square distance of every pose's points to the plane of index ``(N,)``, in metres."""
+    n, d = planes.normals[index], planes.distances[index]
+    o = T_base_sensor[:, :3, 3]
+    if dataset.sensor.kind != "line-laser":
+        return np.abs(np.sum(n * o, axis=1) - d)
+    counts = np.diff(dataset.starts)
+    c = np.einsum("nkx,nx->nk", np.stack([T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2]], axis=1), n)
+    offset = np.sum(n * o, axis=1) - d
+    f = np.sum(dataset.points * np.repeat(c, counts, axis=0), axis=1) + np.repeat(offset, counts)
+    return np.sqrt(np.add.reduceat(f * f, dataset.starts[:-1]) / counts)
+
+
+def coarsely_consistent(dataset: Dataset, usable: Array) -> Array:
+    """Return which of the usable poses ``(N,)`` agree roughly with the planes, the arm and the sensor being nominal."""
+    T_flange_sensor = dataset.sensor.T_flange_sensor
+    if dataset.sensor.kind == "tracker" or T_flange_sensor is None:
+        return usable
+    T = dataset.robot.flange(dataset.q) @ T_flange_sensor
+    measurement = measure(dataset)
+    guess = measurement.initial_target(dataset)
+    assert isinstance(guess, Planes)
+    index = measurement.target_index
+    planes, keep = guess, usable
+    distance = pose_distances(dataset, T, planes, index)
+    for _ in range(_ROUNDS):
+        core = _core(dataset, distance, usable)
+        subset = dataset.subset(core)
+        fitted = measure(subset)
+        planes_found: Any = fitted.fitted_target(T[core], fitted.initial_target(subset))
+        planes = _merged(planes, planes_found)
+        distance = pose_distances(dataset, T, planes, index)
+        limit = max(COARSE_POSE_ERROR, POSE_SIGMAS * robust_std(distance[core]))
+        new = usable & (distance < limit)
+        if np.array_equal(new, keep):
+            break
+        keep = new
+    return keep
+
+
+def _merged(planes: Planes, found: Planes) -> Planes:
+    normals, distances = planes.normals.copy(), planes.distances.copy()
+    for name, normal, distance in zip(found.names, found.normals, found.distances, strict=True):
+        k = planes.names.index(name) if name in planes.names else None
+        if k is not None:
+            normals[k], distances[k] = normal, distance
+    return Planes.at(planes.names, normals, distances)
+
+
+def finely_consistent(dataset: Dataset, keep: Array) -> Array:
+    """Return which poses agree with a calibration of the geometry.
+
+    Where some do not, they would distort a fit to all: the geometry is first fitted to the better part of the poses, until that part
+    no longer changes, and then to all that agree with it.
+    """
+    model, prepared = geometry_fit(dataset.subset(keep))
+    distance = _distances_under(dataset, model)
+    # Thirty free parameters follow a single wrong pose and spread its centimetres over all others: no ratio of distances shows
+    # that, but their size does.
+    if np.all(distance[keep] < LEAST_POSE_ERROR) and not _heavy_tailed(distance[keep]):
+        return _agreeing(dataset, distance, keep)
+    usable = core = keep
+    for _ in range(_CONCENTRATIONS):
+        core = _core(dataset, _left_out(dataset, model, prepared.free, core), usable)
+        model, prepared = geometry_fit(dataset.subset(core))
+        distance = _distances_under(dataset, model)
+    keep = _agreeing(dataset, distance, core)
+    for _ in range(_ROUNDS):
+        if keep.sum() < (1 - MOST_SET_ASIDE) * dataset.n_poses:
+            return keep
+        distance = _distances_under(dataset, geometry_fit(dataset.subset(keep))[0])
+        new = _agreeing(dataset, distance, keep)
+        if np.array_equal(new, keep):
+            break
+        keep = new
+    return keep
+
+
+def _left_out(dataset: Dataset, model: Model, free: Array, trained: Array) -> Array:
+    """Return the whitened residual ``(N,)`` that every pose would have if the fit had been made without it: ``(I - H_ii)^-1 r_i``.
+
+    Args:
+        dataset: All poses.
+        model: Fitted to some of them.
+        free: ``(P,)`` bool.
+        trained: ``(N,)`` bool, those that it was fitted to.
+    """
+    residuals = Residuals.of(dataset, model).reweighted(model)
+    residual, jacobian = residuals.linearise(model)
+    N, m = dataset.n_poses, residuals.measurement.rows_per_pose
+    J = jacobian[:, free] / np.maximum(np.linalg.norm(jacobian[:, free], axis=0), 1e-300)
+    used = J[np.r_[np.repeat(trained, m), np.ones(len(J) - N * m, dtype=bool)]]
+    measured = J[: N * m]
+    solved = np.linalg.lstsq(used.T @ used, measured.T, rcond=1e-12)[0]
+    H = np.einsum("nmf,fnk->nmk", measured.reshape(N, m, -1), solved.reshape(-1, N, m))
+    H[~trained] = 0.0
+    kept = (1.0 + 1e-6) * np.eye(m) - H  # a pose that alone decides something would divide by nothing
+    return np.linalg.norm(np.linalg.solve(kept, residual[: N * m].reshape(N, m, 1)), axis=(1, 2))
+
+
+def outlier_limit(trusted: Array) -> float:
+    """Return the distance [m] beyond which a pose is off, from the distances ``(N,)`` [m] of poses that are trusted."""
+    return max(LEAST_POSE_ERROR, POSE_SIGMAS * robust_std(trusted))
+
+
+def _heavy_tailed(distances: Array) -> bool:
+    """Return whether a few poses are so much farther off than most that they may have distorted the fit."""
+    return float(np.sqrt(np.mean(distances**2))) > _HEAVY_TAIL * float(np.median(distances))
+
+
+def _agreeing(dataset: Dataset, distance: Array, trusted: Array) -> Array:
+    agrees = distance < outlier_limit(distance[trusted])
+    return agrees | (in_runs(dataset, ~agrees) & (distance < COARSE_POSE_ERROR))
+
+
+def _core(dataset: Dataset, distance: Array, usable: Array) -> Array:
+    """Return the better part of the usable poses on every plane."""
+    core = np.zeros(len(usable), dtype=bool)
+    index = dataset.plane_index
+    for k in np.unique(index):
+        mine = np.flatnonzero((index == k) & usable)
+        best = mine[np.argsort(distance[mine], kind="stable")]
+        core[best[: max(int(np.ceil(CORE_SHARE * len(best))), 3)]] = True
+    return core
+
+
+def _distances_under(dataset: Dataset, model: Model) -> Array:
+    residuals = Residuals.of(
+        dataset, Model(model.robot, model.nominal, model.reference_rotation, model.sensor, model.target)
+    )
+    squares, counts = residuals.squared_distances(model)
+    return np.sqrt(squares / counts)
+
+
+def in_runs(dataset: Dataset, off: Array) -> Array:
+    """Return which of the poses that are off stand in runs of successive poses of one plane that are all off."""
+    runs = np.zeros_like(off)
+    for k in np.unique(dataset.plane_index):
+        mine = np.flatnonzero(dataset.plane_index == k)
+        edges = np.flatnonzero(np.diff(np.r_[0, off[mine].astype(int), 0]))
+        share = min(max(float(off[mine].mean()), 1e-3), 0.95)
+        by_chance = np.log(RUN_BY_CHANCE / len(mine)) / np.log(share)
+        for begin, end in zip(edges[::2], edges[1::2], strict=True):
+            if end - begin >= max(CONTIGUOUS_RUN, by_chance):
+                runs[mine[begin:end]] = True
+    return runs
