@@ -4,7 +4,7 @@
 #   snakemake --cores 2 --configfile configs/smoke.yaml      every rule, small
 #   snakemake figures --cores 2                              figures only, from the tables
 #   snakemake measured --cores 2                             measured robots, where their files are to be had
-#   snakemake closed_loop --cores 2                          what a diagnosis makes of planted effects: about an hour
+#   snakemake blind_trials --cores 2                          what a diagnosis makes of injected effects: about an hour
 #   snakemake --report report.html                           a page with all results, after a run
 from snakemake.utils import min_version
 
@@ -25,10 +25,10 @@ include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/sweeps.smk"
 include: "workflow/rules/sequential.smk"
 include: "workflow/rules/scene_figures.smk"
-include: "workflow/rules/first_loop.smk"
+include: "workflow/rules/published_curves.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/measured.smk"
-include: "workflow/rules/closed_loop.smk"
+include: "workflow/rules/blind_trials.smk"
 include: "workflow/rules/worked_example.smk"
 include: "workflow/rules/claims.smk"
 include: "workflow/rules/paper.smk"
@@ -49,5 +49,5 @@ rule all:
         SEQUENTIAL_TABLES,
         CLAIMS_TABLES,
         WORKED_EXAMPLE,
-        FIRST_LOOP_TABLES,
+        PUBLISHED_CURVES_TABLES,
         rules.paper.output,

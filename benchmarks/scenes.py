@@ -11,7 +11,7 @@ from scalar.data.dataset import Dataset, read_dataset
 from scalar.simulation import load_config, simulate, write_scene
 
 CONFIG = Path(__file__).parents[1] / "configs" / "scenes" / "paper.yaml"
-GUESS = {"tilt_std_deg": 3.0, "offset_std_m": 0.01}  # rough planes as a user knows them
+GUESS = {"tilt_std_deg": 3.0, "offset_std_m": 0.01}  # initial guesses of the planes as a user knows them
 
 
 def paper_scene(points_per_scan: int = 100, poses_per_plane: int = 40) -> Dataset:

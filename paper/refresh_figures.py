@@ -10,7 +10,7 @@ FIGURES = {  # {name in paper/figures: file in results}
     "headline_errors.png": "headline/figures/errors.png",
     "sweeps.png": "sweeps/figures/overview_upright.png",
     "worked_example.png": "worked_example/figures/worked_example.png",
-    "closed_loop.png": "paper/closed_loop/confusion.png",
+    "blind_trials.png": "paper/blind_trials/confusion.png",
     "gears.png": "paper/measured/gears.png",
 }
 

@@ -25,11 +25,11 @@ first_seed: 1
 seeds_per_job: 1
 studies:
   headline:
-    {scene: configs/scenes/paper.yaml, grid: configs/grids/smoke.csv, seeds: 2, methods: [published-clip, manifold]}
+    {scene: configs/scenes/paper.yaml, grid: configs/grids/smoke.csv, seeds: 2, methods: [baseline-clip, proposed]}
 sweeps:
   seeds: 2
   seeds_per_job: 1
-  methods: [published-clip, manifold]
+  methods: [baseline-clip, proposed]
   walls: {upright: configs/scenes/paper.yaml}
   axes:
     noise: {grid: configs/grids/smoke_noise.csv, key: noise.range_noise_std_m, label: "noise of a point [mm]", factor: 1000}

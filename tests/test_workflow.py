@@ -84,11 +84,11 @@ def rules() -> set[str]:
     paths = [
         path
         for path in (ROOT / "workflow/rules").glob("*.smk")
-        if path.stem not in ("measured", "closed_loop")
+        if path.stem not in ("measured", "blind_trials")
     ]
     text = "".join(path.read_text(encoding="utf-8") for path in paths)
     # From committed summaries, though it stands with the target of its own.
-    of_the_paper = {"draw_committed_closed_loop", "draw_committed_measured"}
+    of_the_paper = {"draw_committed_blind_trials", "draw_committed_measured"}
     return set(re.findall(r"^rule (\w+):", text, re.MULTILINE)) - {"figures"} | of_the_paper
 
 
@@ -147,7 +147,7 @@ def test_the_report_holds_every_figure_with_its_caption(built):
     ran = snakemake(folder, *SMOKE, "--report", "report.html")
     assert ran.returncode == 0, ran.stdout
     report = (folder / "report.html").read_text(encoding="utf-8")
-    for category in ("Sweeps", "The first loop", "Paper"):
+    for category in ("Sweeps", "The explanation of the published curves", "Paper"):
         assert category in report
 
 
@@ -247,7 +247,7 @@ def test_a_row_more_in_a_sweeps_grid_is_a_case_more(built):
 SWEEP_AXES = """  axes:
     noise:"""
 NEW_SWEEP = """  axes:
-    plane_offset: {grid: configs/grids/new.csv, key: plane_guess.offset_m, label: "rough planes off by [m]"}
+    plane_offset: {grid: configs/grids/new.csv, key: plane_guess.offset_m, label: "initial guesses of the planes off by [m]"}
     noise:"""
 
 
@@ -281,7 +281,7 @@ def test_a_whole_sweep_is_added_by_a_grid_and_a_line_of_the_config(built):
     [
         ("configs/smoke.yaml", "seeds_per_job:", "seeds_per_jop:", "seeds_per_jop"),
         ("configs/smoke.yaml", "    seeds:", "    seads:", "seads"),
-        ("configs/smoke.yaml", "manifold", "manyfold", "manyfold"),
+        ("configs/smoke.yaml", "proposed", "manyfold", "manyfold"),
         ("configs/smoke.yaml", "first_seed: 1", "first_seed: one", "first_seed"),
         ("configs/smoke.yaml", "grids/smoke.csv", "grids/none.csv", "none.csv"),
         ("configs/grids/smoke.csv", "poses_per_plane", "poses_per_plain", "poses_per_plain"),

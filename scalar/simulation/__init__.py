@@ -1,4 +1,4 @@
-"""Return datasets that a robot cell in pybullet would give, and the truth behind them.
+"""Return datasets that a robot workcell in pybullet would give, and the truth behind them.
 
 The only part of the package that needs pybullet; nothing outside imports it but the command `scalar
 simulate`. It shares no formula with the estimator: kinematics and rays are pybullet's, and the little matrix

@@ -1,4 +1,4 @@
-"""The arm that stands in the cell: its true geometry, as numbers, before pybullet gets it.
+"""The arm that stands in the workcell: its true geometry, as numbers, before pybullet gets it.
 
 T_{i-1,i} = Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d), Craig's modified DH with Hayati's beta.
 `sensor_frames` repeats pybullet's forward kinematics in NumPy, thousands of postures at a time: it throws out

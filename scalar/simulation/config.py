@@ -18,10 +18,12 @@ import jsonschema
 
 from scalar.data.io.plain_yaml import join_path, load_yaml
 from scalar.errors import Fault, InvalidInput
-from scalar.simulation.injected.checks import planted_faults
+from scalar.simulation.injected.checks import injected_faults
 
 ROBOT_PARAMETERS = ("a", "d", "alpha", "theta", "beta")
 LENGTHS = ("a", "d")
+RENAMED = {"planted": "injected", "course": "profile"}
+"""Former names of keys, and their present ones."""
 SENSOR_PARAMETERS = ("sensor_x", "sensor_y", "sensor_z", "sensor_rx", "sensor_ry", "sensor_rz")
 
 
@@ -114,7 +116,7 @@ def _contradictions(config: dict[str, Any]) -> list[tuple[str, str]]:
             found.append((f"masses.{key}", f"{len(given)} for {n} joints; give one for the link behind each"))
     by_name = dict(zip(names, poses_wanted(config), strict=True)) if len(found) == 0 else {}
     if by_name:
-        found += planted_faults(config["planted"], n, by_name, length_names(n))
+        found += injected_faults(config["injected"], n, by_name, length_names(n))
     if "true_robot_errors" in config and "initial_model" in config:
         found.append(
             ("initial_model", "stands beside true_robot_errors; perturb the arm or the model, not both")
@@ -153,9 +155,7 @@ def _faults(error: Any, file: str) -> list[Fault]:
         known = list(error.schema.get("properties", {}))
         unknown = [key for key in error.instance if key not in known]
         prefix = f"{place}." if place else ""
-        return [
-            Fault(file, f"unknown key {key!r}{_meant(key, known)}", column=prefix + key) for key in unknown
-        ]
+        return [Fault(file, _unknown(key, known), column=prefix + key) for key in unknown]
     if error.validator == "anyOf" and error.context:
         # Speak of the alternative of the right type: a robot block with a misspelt key, not "is no text".
         deeper = [sub for sub in error.context if sub.validator != "type"]
@@ -167,6 +167,14 @@ def _faults(error: Any, file: str) -> list[Fault]:
             error.instance, list(error.validator_value)
         )
     return [Fault(file, message[:300], column=place or None)]
+
+
+def _unknown(key: str, known: list[str]) -> str:
+    """Return what to say of a key that the schema does not know; a former name is answered with the present one."""
+    present = RENAMED.get(key)
+    if present in known:
+        return f"the key {key!r} is now called {present!r}; rename it"
+    return f"unknown key {key!r}{_meant(key, known)}"
 
 
 def _not_finite(value: Any, path: tuple[str | int, ...]) -> list[str]:

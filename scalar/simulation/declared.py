@@ -1,4 +1,4 @@
-"""What the dataset declares before calibration: a nominal arm and rough planes, both wrong on purpose.
+"""What the dataset declares before calibration: a nominal arm and initial guesses of the planes, both wrong on purpose.
 
 Errors are drawn for every parameter and then struck out where a parameter is to be exact, so that the others
 keep theirs.
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from scalar.simulation.config import ROBOT_PARAMETERS, parameter_names
-from scalar.simulation.plates import Plate
+from scalar.simulation.target_planes import TargetPlane
 from scalar.simulation.transforms import Array
 from scalar.units import DEG
 
@@ -35,8 +35,10 @@ def draw_errors(block: Mapping[str, Any], n: int, rng: np.random.Generator) -> d
     return by_name | {"t": errors[5 * n : 5 * n + 3], "r": errors[5 * n + 3 :]}
 
 
-def guess_plane(plate: Plate, block: Mapping[str, float], rng: np.random.Generator) -> dict[str, Any]:
-    """Return the dataset's rough guess of a plane: `{name, normal, distance}`.
+def guess_plane(
+    target_plane: TargetPlane, block: Mapping[str, float], rng: np.random.Generator
+) -> dict[str, Any]:
+    """Return the dataset's initial guess of a plane: `{name, normal, distance}`.
 
     The normal is tilted by `tilt_deg` in a drawn direction and by Gaussian angles about two axes; the
     distance (of the base's origin, n . p) is off by `offset_m` with a drawn sign and by a Gaussian error.
@@ -49,7 +51,7 @@ def guess_plane(plate: Plate, block: Mapping[str, float], rng: np.random.Generat
     tilt = block["tilt_deg"] * DEG * np.array([np.cos(direction), np.sin(direction)])
     tilt = tilt + block["tilt_std_deg"] * DEG * gaussian[:2]
     angle = float(np.hypot(*tilt))
-    in_face = plate.axes[:, :2] @ tilt / (angle or 1.0)
-    normal = np.cos(angle) * plate.normal + np.sin(angle) * in_face
-    distance = plate.distance + sign * block["offset_m"] + block["offset_std_m"] * gaussian[2]
-    return {"name": plate.name, "normal": normal.tolist(), "distance": float(distance)}
+    in_face = target_plane.axes[:, :2] @ tilt / (angle or 1.0)
+    normal = np.cos(angle) * target_plane.normal + np.sin(angle) * in_face
+    distance = target_plane.distance + sign * block["offset_m"] + block["offset_std_m"] * gaussian[2]
+    return {"name": target_plane.name, "normal": normal.tolist(), "distance": float(distance)}

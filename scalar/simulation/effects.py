@@ -1,8 +1,8 @@
-"""Where something may be planted in a scene that the published model does not know: the hooks, all idle here.
+"""Where something may be injected in a scene that the published model does not know: the hooks, all idle here.
 
 An effect subclasses `Effects` and overrides what it changes (`scalar.simulation.injected`). Poses are chosen
-before effects act, on the plain arm and flat plates, so scenes with and without an effect have the same poses
-and the same draws of noise. Effects that move the arm act on the evaluation poses too; those of plates and of
+before effects act, on the plain arm and flat target planes, so scenes with and without an effect have the same poses
+and the same draws of noise. Effects that move the arm act on the evaluation poses too; those of target planes and of
 measuring do not.
 """
 
@@ -14,7 +14,7 @@ import pandas as pd
 
 from scalar.simulation.arm import Arm
 from scalar.simulation.noise import Noise
-from scalar.simulation.plates import Plate
+from scalar.simulation.target_planes import TargetPlane
 from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
@@ -24,7 +24,7 @@ Rows = Any
 
 @dataclass(frozen=True)
 class Effects:
-    """No effect at all; the base of those that are planted.
+    """No effect at all; the base of those that are injected.
 
     `poses` is the table of poses in acquisition order: q1..qn [rad] as the encoders read them, and every
     optional column of poses.csv that the scene records (time, approach1.., temperature). `evaluating` is True
@@ -43,9 +43,11 @@ class Effects:
         """Return T_base_moved (N, 4, 4) or (4, 4) of what moves the whole arm: a base that tilts."""
         return np.eye(4)
 
-    def plates(self, plates: tuple[Plate, ...], poses: pd.DataFrame) -> list[tuple[Rows, tuple[Plate, ...]]]:
-        """Return which plates stand at which poses: bowed ones, or ones that were knocked."""
-        return [(slice(None), plates)]
+    def target_planes(
+        self, target_planes: tuple[TargetPlane, ...], poses: pd.DataFrame
+    ) -> list[tuple[Rows, tuple[TargetPlane, ...]]]:
+        """Return which target planes stand at which poses: bowed ones, or ones that were knocked."""
+        return [(slice(None), target_planes)]
 
     def range_errors(self, readings: Array, angles: Array, poses: pd.DataFrame) -> Array:
         """Return the errors (N, M) [m] of true readings (N, M) [m] along the error axis, before noise.
@@ -55,7 +57,7 @@ class Effects:
         return np.zeros_like(readings)
 
     def noise(self, noise: Noise) -> Noise:
-        """Return the noise of the scene with what is planted of it: jitter, bias."""
+        """Return the noise of the scene with what is injected of it: jitter, bias."""
         return noise
 
     def record(self) -> list[dict[str, Any]]:

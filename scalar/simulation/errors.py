@@ -1,9 +1,9 @@
-"""The simulator's own error: the config is well formed, and the cell it describes cannot be simulated."""
+"""The simulator's own error: the config is well formed, and the workcell it describes cannot be simulated."""
 
 from scalar.errors import ScalarError
 
 
 class SimulationError(ScalarError):
-    """The cell cannot be simulated as configured: the message says what failed and what to change."""
+    """The workcell cannot be simulated as configured: the message says what failed and what to change."""
 
     exit_status = 2

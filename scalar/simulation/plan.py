@@ -1,4 +1,4 @@
-"""What stands in the cell, and from where its plates are looked at.
+"""What stands in the workcell, and from where its target planes are looked at.
 
 A plan of poses is most of a scene's work, and independent of noise, points a scan and the declared model: a
 sweep plans once.
@@ -14,10 +14,10 @@ from scalar.simulation.arm import Arm, arm_from_mapping
 from scalar.simulation.body import body_of
 from scalar.simulation.config import complete_config, poses_wanted
 from scalar.simulation.declared import draw_errors
-from scalar.simulation.plates import Plate, plate_from_mapping
 from scalar.simulation.poses import Search, find_poses
 from scalar.simulation.scanner import Scanner, scanner_from_mapping
 from scalar.simulation.streams import POSES, TRUE_ARM, WEIGHTS, stream
+from scalar.simulation.target_planes import TargetPlane, target_plane_from_mapping
 from scalar.simulation.transforms import Array
 from scalar.simulation.weights import draw_weights
 from scalar.simulation.world import World
@@ -26,17 +26,17 @@ from scalar.units import DEG
 Progress = Callable[[str, int, int], None]
 """Called as progress(stage, done, of)."""
 
-CELL_KEYS = ("seed", "robot", "true_robot_errors", "planes", "body", "edge_margin_m")
-CELL_SENSOR_KEYS = ("pose", "fan_half_angle_deg", "range_m", "incidence_max_deg")
+WORKCELL_KEYS = ("seed", "robot", "true_robot_errors", "planes", "body", "edge_margin_m")
+WORKCELL_SENSOR_KEYS = ("pose", "fan_half_angle_deg", "range_m", "incidence_max_deg")
 
 
 @dataclass(frozen=True, eq=False)
-class Cell:
-    """What stands in the cell, in truth: arm, plates, scanner; and the arm that the drawings show."""
+class Workcell:
+    """What stands in the workcell, in truth: arm, target planes, scanner; and the arm that the drawings show."""
 
     arm: Arm
     drawn: Arm
-    plates: tuple[Plate, ...]
+    target_planes: tuple[TargetPlane, ...]
     scanner: Scanner
 
 
@@ -46,17 +46,17 @@ class PosePlan:
 
     Attributes:
         q: for each plane (k, n) [rad], in the order in which they were found.
-        searches: how each search went. cell: what the plan depends on, as text; a plan serves configs that
+        searches: how each search went. workcell: what the plan depends on, as text; a plan serves configs that
             agree in it.
     """
 
     q: tuple[Array, ...]
     searches: tuple[Search, ...]
-    cell: str
+    workcell: str
 
 
-def cell_of(config: Mapping[str, Any]) -> Cell:
-    """Return what stands in the cell of a complete config."""
+def workcell_of(config: Mapping[str, Any]) -> Workcell:
+    """Return what stands in the workcell of a complete config."""
     drawn = arm_from_mapping(config["robot"], config["sensor"]["pose"])
     arm = drawn
     if "true_robot_errors" in config:
@@ -65,14 +65,14 @@ def cell_of(config: Mapping[str, Any]) -> Cell:
     weights = draw_weights(drawn, config["masses"], stream(config["seed"], WEIGHTS))
     arm = replace(arm, weights=weights)
     shoulder = (drawn.T_base_0 @ drawn.joint_origin(0))[:3, 3]
-    plates = tuple(plate_from_mapping(plane, shoulder) for plane in config["planes"])
-    return Cell(arm, drawn, plates, scanner_from_mapping(config["sensor"], DEG))
+    target_planes = tuple(target_plane_from_mapping(plane, shoulder) for plane in config["planes"])
+    return Workcell(arm, drawn, target_planes, scanner_from_mapping(config["sensor"], DEG))
 
 
-def cell_text(config: Mapping[str, Any]) -> str:
+def workcell_text(config: Mapping[str, Any]) -> str:
     """Return what a plan of poses depends on, as text that can be compared."""
-    parts = {key: config.get(key) for key in CELL_KEYS}
-    parts["sensor"] = {key: config["sensor"][key] for key in CELL_SENSOR_KEYS}
+    parts = {key: config.get(key) for key in WORKCELL_KEYS}
+    parts["sensor"] = {key: config["sensor"][key] for key in WORKCELL_SENSOR_KEYS}
     return json.dumps(parts, sort_keys=True)
 
 
@@ -83,19 +83,19 @@ def plan_poses(
 
     Raises:
         InvalidInput: the config is at fault.
-        SimulationError: too few postures see a plate; says which limit refused most.
+        SimulationError: too few postures see a target plane; says which limit refused most.
     """
     config = complete_config(config, base_dir=base_dir)
-    cell = cell_of(config)
+    workcell = workcell_of(config)
     q, searches = [], []
-    with World(cell.plates) as world:
-        world.place_arm(cell.arm, body_of(cell.drawn, config["body"]))
+    with World(workcell.target_planes) as world:
+        world.place_arm(workcell.arm, body_of(workcell.drawn, config["body"]))
         for k, wanted in enumerate(poses_wanted(config)):
             found, search = find_poses(
                 world,
-                cell.arm,
-                cell.scanner,
-                cell.plates,
+                workcell.arm,
+                workcell.scanner,
+                workcell.target_planes,
                 k,
                 wanted,
                 stream(config["seed"], POSES, k),
@@ -105,4 +105,4 @@ def plan_poses(
             )
             q.append(found)
             searches.append(search)
-    return PosePlan(tuple(q), tuple(searches), cell_text(config))
+    return PosePlan(tuple(q), tuple(searches), workcell_text(config))

@@ -1,7 +1,7 @@
-"""Postures from which the scanner sees one plate well, found by drawing at random.
+"""Postures from which the scanner sees one target plane well, found by drawing at random.
 
-q is uniform within the joint limits. A posture is kept if its whole fan falls on the intended plate, within
-the range and incidence limits, if nothing stands in the beam, and if arm and sensor touch neither plates nor
+q is uniform within the joint limits. A posture is kept if its whole fan falls on the intended target plane, within
+the range and incidence limits, if nothing stands in the beam, and if arm and sensor touch neither target planes nor
 themselves. Plane geometry in NumPy throws out most candidates, thousands at a time; every posture that is
 kept has been passed by pybullet, on the true arm.
 
@@ -18,8 +18,8 @@ import numpy as np
 
 from scalar.simulation.arm import Arm
 from scalar.simulation.errors import SimulationError
-from scalar.simulation.plates import Plate
 from scalar.simulation.scanner import BEYOND, Scanner, cast_fan, directions
+from scalar.simulation.target_planes import TargetPlane
 from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
@@ -30,12 +30,12 @@ FAR_BEYOND = 1.5  # their length over the far limit: wider fans reach farther
 SLACK = 1e-9  # m and rad; the prefilter is wrong by less, so pybullet alone decides at the border
 
 REMEDIES = {
-    "the beam misses the plate": "make the plate larger or place it where the scanner can look at it",
-    "out of range": "widen sensor.range_m or move the plate",
+    "the beam misses the target plane": "make the target plane larger or place it where the scanner can look at it",
+    "out of range": "widen sensor.range_m or move the target plane",
     "incidence too steep": "raise sensor.incidence_max_deg",
-    "the arm touches a plate": "move the plates away from the arm or raise the near end of sensor.range_m",
+    "the arm touches a target plane": "move the target planes away from the arm or raise the near end of sensor.range_m",
     "the arm touches itself": "check body and the joint limits",
-    "something stands in the beam": "check sensor.pose, body, and where plates meet",
+    "something stands in the beam": "check sensor.pose, body, and where target planes meet",
 }
 
 
@@ -59,20 +59,22 @@ class Search:
         )
 
 
-def looks_well(arm: Arm, scanner: Scanner, plate: Plate, q: Array, edge: float) -> tuple[Array, Counter[str]]:
-    """Return the indices of candidates whose fan falls well on the plate's plane, and counts of the refused.
+def looks_well(
+    arm: Arm, scanner: Scanner, target_plane: TargetPlane, q: Array, edge: float
+) -> tuple[Array, Counter[str]]:
+    """Return the indices of candidates whose fan falls well on the target plane's plane, and counts of the refused.
 
     Range h / cos(phi - phi_0) and incidence are largest at an end of the fan; the range is smallest there
-    too, or at phi_0 where the fan holds it. A plate is convex, so two ends on it put the line between them on
+    too, or at phi_0 where the fan holds it. A target plane is convex, so two ends on it put the line between them on
     it.
 
     Args:
-        arm, scanner, plate: as they are in truth. q: (N, n) [rad]. edge: distance [m] to keep from the
-            plate's edge.
+        arm, scanner, target plane: as they are in truth. q: (N, n) [rad]. edge: distance [m] to keep from the
+            target plane's edge.
     """
     R, origin = arm.sensor_frames(q)
-    w = plate.axes[:, 2]
-    height = (origin - plate.centre) @ w
+    w = target_plane.axes[:, 2]
+    height = (origin - target_plane.centre) @ w
     ends = directions(np.array([-scanner.fan, scanner.fan]))
     refused: Counter[str] = Counter()
     alive = np.arange(len(q))
@@ -83,7 +85,7 @@ def looks_well(arm: Arm, scanner: Scanner, plate: Plate, q: Array, edge: float) 
         alive = alive[good]
 
     toward = -(R @ ends.T).transpose(0, 2, 1) @ w  # (N, 2) cosines of incidence at the ends
-    keep((height > 0) & (toward > SLACK).all(1), "the beam misses the plate")
+    keep((height > 0) & (toward > SLACK).all(1), "the beam misses the target plane")
     reach = height[alive, None] / toward[alive]
     far = reach.max(1)
     near = reach.min(1)
@@ -96,46 +98,48 @@ def looks_well(arm: Arm, scanner: Scanner, plate: Plate, q: Array, edge: float) 
     spot = origin[alive, None] + (height[alive, None] / toward[alive])[..., None] * (
         (R[alive] @ ends.T).transpose(0, 2, 1)
     )
-    offset = np.abs((spot - plate.centre) @ plate.axes[:, :2])
-    keep((offset <= plate.size / 2 - edge + SLACK).all((1, 2)), "the beam misses the plate")
+    offset = np.abs((spot - target_plane.centre) @ target_plane.axes[:, :2])
+    keep((offset <= target_plane.size / 2 - edge + SLACK).all((1, 2)), "the beam misses the target plane")
     return alive, refused
 
 
-def passes(world: World, scanner: Scanner, index: int, plate: Plate, q: Array, edge: float) -> str | None:
+def passes(
+    world: World, scanner: Scanner, index: int, target_plane: TargetPlane, q: Array, edge: float
+) -> str | None:
     """Return why pybullet refuses the posture q (n,) [rad], or None if it passes.
 
     Two more fans, `edge` to either side and wider by as much, keep that distance from everything in between,
-    so that noise and effects on the arm throw no ray onto another plate.
+    so that noise and effects on the arm throw no ray onto another target plane.
 
     Args:
-        world: with all plates, and the true arm with its body. index, plate: the intended plate. edge: [m].
+        world: with all target planes, and the true arm with its body. index, target plane: the intended target plane. edge: [m].
     """
     touched = world.touching(q.tolist())
     if touched is not None:
-        return "the arm touches a plate" if touched == "plate" else "the arm touches itself"
+        return "the arm touches a target plane" if touched == "target_plane" else "the arm touches itself"
     T = world.sensor_frames(q[None])
     world.refresh()
     angles = np.linspace(-scanner.fan, scanner.fan, PROBES)
     hit, reach = cast_fan(world, T, angles, scanner.range_far * BEYOND)
-    if not (hit == world.plate_ids[index]).all():
-        return "the beam misses the plate" if (hit < 0).any() else "something stands in the beam"
+    if not (hit == world.target_plane_ids[index]).all():
+        return "the beam misses the target plane" if (hit < 0).any() else "something stands in the beam"
     if reach.min() < scanner.range_near or reach.max() > scanner.range_far:
         return "out of range"
-    cosines = -(directions(angles) @ T[0, :3, :3].T) @ plate.axes[:, 2]
+    cosines = -(directions(angles) @ T[0, :3, :3].T) @ target_plane.axes[:, 2]
     if cosines.min() < np.cos(scanner.incidence):
         return "incidence too steep"
     aside = np.repeat(T, 2, axis=0)
     aside[:, :3, 3] += edge * np.array([[-1.0], [1.0]]) * T[0, :3, 1]
     wider = np.linspace(-scanner.fan - edge / reach[0, 0], scanner.fan + edge / reach[0, -1], GUARDS)
     hit, _ = cast_fan(world, aside, wider, scanner.range_far * FAR_BEYOND)
-    return "something stands in the beam" if (hit != world.plate_ids[index]).any() else None
+    return "something stands in the beam" if (hit != world.target_plane_ids[index]).any() else None
 
 
 def find_poses(
     world: World,
     arm: Arm,
     scanner: Scanner,
-    plates: tuple[Plate, ...],
+    target_planes: tuple[TargetPlane, ...],
     index: int,
     wanted: int,
     rng: np.random.Generator,
@@ -144,36 +148,36 @@ def find_poses(
     candidates_max: int,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> tuple[Array, Search]:
-    """Return `wanted` postures (wanted, n) [rad] that scan plate `index`, and how the search went.
+    """Return `wanted` postures (wanted, n) [rad] that scan target plane `index`, and how the search went.
 
     Args:
-        world: holds `plates` and `arm` with its body. edge: distance [m] of each scan from the plate's edge
+        world: holds `target_planes` and `arm` with its body. edge: distance [m] of each scan from the target plane's edge
             and from all else.
         candidates_max: how many are drawn before giving up. progress: called with (stage, done, of).
 
     Raises:
         SimulationError: the budget is used up; the message says which limit refused most.
     """
-    plate = plates[index]
-    search = Search(plate.name)
+    target_plane = target_planes[index]
+    search = Search(target_plane.name)
     found: list[Array] = []
     low, high = arm.limits[:, 0], arm.limits[:, 1]
     while len(found) < wanted:
         if search.drawn >= candidates_max:
             raise SimulationError(search.complaint(wanted))
         q = rng.uniform(low, high, (BATCH, arm.n))
-        candidates, refused = looks_well(arm, scanner, plate, q, edge)
+        candidates, refused = looks_well(arm, scanner, target_plane, q, edge)
         search.drawn += BATCH
         search.refused += refused
         for k in candidates:
-            reason = passes(world, scanner, index, plate, q[k], edge)
+            reason = passes(world, scanner, index, target_plane, q[k], edge)
             if reason is not None:
                 search.refused[reason] += 1
                 continue
             found.append(q[k])
             search.kept = len(found)
             if progress is not None:
-                progress(f"poses {plate.name}", len(found), wanted)
+                progress(f"poses {target_plane.name}", len(found), wanted)
             if len(found) == wanted:
                 break
     return np.array(found).reshape(wanted, arm.n), search

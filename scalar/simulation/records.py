@@ -1,6 +1,6 @@
-"""What a cell records of each pose beside its joint angles: time, temperature, directions of approach.
+"""What a workcell records of each pose beside its joint angles: time, temperature, directions of approach.
 
-A cell of which nothing is planted may record all of them as well, so that their presence tells nothing.
+A workcell of which nothing is injected may record all of them as well, so that their presence tells nothing.
 """
 
 from collections.abc import Callable, Collection

@@ -1,4 +1,4 @@
-"""A picture of the cell: arm, plates, scan lines and the laser's fan, drawn by pybullet's software renderer.
+"""A picture of the workcell: arm, target planes, scan lines and the laser's fan, drawn by pybullet's software renderer.
 
 For people to look at; no number depends on it. The renderer has hard edges, no glass, and shadows only of its own shapes. So
 several views are averaged, the camera moved by parts of a pixel and the light about its place; shadows are told by a
@@ -20,7 +20,7 @@ from scalar.simulation.shapes import Mesh, box, link_shapes, sheet, tube
 from scalar.simulation.transforms import Array, rotation_from_quaternion
 from scalar.simulation.world import World
 
-PLATE_COLOURS = ((0.93, 0.94, 0.95), (0.80, 0.87, 0.94), (0.96, 0.90, 0.80))
+TARGET_PLANE_COLOURS = ((0.93, 0.94, 0.95), (0.80, 0.87, 0.94), (0.96, 0.90, 0.80))
 LINE_COLOURS = ((0.33, 0.36, 0.40), (0.16, 0.38, 0.62), (0.72, 0.45, 0.10))
 HOUSING_COLOUR = (0.95, 0.95, 0.93)
 JOINT_COLOUR = (0.30, 0.33, 0.38)
@@ -29,14 +29,14 @@ LASER_COLOUR = (0.88, 0.07, 0.10)
 FAN_OPACITY = 0.38
 LINE_RADIUS = 1.8e-3  # m
 LASER_RADIUS = 4.0e-3  # m
-LIFT = 2.0e-3  # m: lines stand so far off their plate
+LIFT = 2.0e-3  # m: lines stand so far off their target plane
 LIGHT = (-1.0, -1.5, 2.6)  # towards it
 LIGHT_SPREAD = 0.12
 SHADE = 0.80
 SHADOW_PIXELS = 800
 SHADOW_BIAS = 12e-3  # m: so far off itself a surface is looked at, lest it shade itself
 VIEWS = 8
-UPRIGHT = 0.5  # at most this much of a plate's normal points up
+UPRIGHT = 0.5  # at most this much of a target plane's normal points up
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class Picture:
 
     Attributes:
         image: ``(height, width, 3)`` uint8.
-        places: ``{name: (x, y) in pixels from the upper left}``, of each plate's outer edge, the scanner, the base.
+        places: ``{name: (x, y) in pixels from the upper left}``, of each target plane's outer edge, the scanner, the base.
     """
 
     image: Array
@@ -66,11 +66,11 @@ def render_scene(
 
     Args:
         scene: simulated. row: of the poses table; None: one whose fan is seen well.
-        width, height: in pixels. azimuth_deg, elevation_deg: of the camera, seen from the middle of the cell.
+        width, height: in pixels. azimuth_deg, elevation_deg: of the camera, seen from the middle of the workcell.
         views: that are averaged.
     """
-    cell = scene.cell
-    corners = np.concatenate([plate.solid()[0] for plate in cell.plates])
+    workcell = scene.workcell
+    corners = np.concatenate([target_plane.solid()[0] for target_plane in workcell.target_planes])
     azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
     towards = np.array([np.cos(azimuth), np.sin(azimuth), np.tan(elevation)])
     camera = Camera.fitted(corners, towards, width, height)
@@ -79,21 +79,27 @@ def render_scene(
         row = _largest_fan(scene, ends, camera)
     starts = scene.T_base_sensor[:, :3, 3]
     with World() as world, World() as marks, World() as glass:
-        for k, plate in enumerate(cell.plates):
-            face = box(np.array([*plate.size, plate.thickness]))
+        for k, target_plane in enumerate(workcell.target_planes):
+            face = box(np.array([*target_plane.size, target_plane.thickness]))
             T = np.eye(4)
-            T[:3, :3], T[:3, 3] = plate.axes, plate.centre - plate.axes[:, 2] * plate.thickness / 2
-            _add(world.client, face.moved(T), PLATE_COLOURS[k % len(PLATE_COLOURS)])
+            T[:3, :3], T[:3, 3] = (
+                target_plane.axes,
+                target_plane.centre - target_plane.axes[:, 2] * target_plane.thickness / 2,
+            )
+            _add(world.client, face.moved(T), TARGET_PLANE_COLOURS[k % len(TARGET_PLANE_COLOURS)])
         for k, (first, last) in enumerate(ends):
-            plate = cell.plates[scene.plane_index[k]]
+            target_plane = workcell.target_planes[scene.plane_index[k]]
             colour = LASER_COLOUR if k == row else LINE_COLOURS[scene.plane_index[k] % len(LINE_COLOURS)]
-            lift = plate.axes[:, 2] * LIFT
+            lift = target_plane.axes[:, 2] * LIFT
             line = tube(first + lift, last + lift, LASER_RADIUS if k == row else LINE_RADIUS, caps=False)
             _add(marks.client, line, colour)
         _show_arm(world, scene, row)
         _add(glass.client, sheet(np.array([starts[row], *ends[row]])), LASER_COLOUR)
         image = _averaged(camera, corners, world.client, marks.client, glass.client, views)
-    places = {plate.name: camera.pixels(_label_point(plate)[None])[0] for plate in cell.plates}
+    places = {
+        target_plane.name: camera.pixels(_label_point(target_plane)[None])[0]
+        for target_plane in workcell.target_planes
+    }
     places |= {"scanner": camera.pixels(starts[row : row + 1])[0], "base": camera.pixels(np.zeros((1, 3)))[0]}
     return Picture(image, {name: (float(x), float(y)) for name, (x, y) in places.items()})
 
@@ -130,15 +136,15 @@ def _shaded(points: Array, lamp: Camera, depth: Array) -> Array:
 
 def _show_arm(world: World, scene: SimulatedScene, row: int) -> None:
     """Draw the arm where pybullet's kinematics puts its links."""
-    cell = scene.cell
-    world.place_arm(cell.arm)
+    workcell = scene.workcell
+    world.place_arm(workcell.arm)
     world.move(scene.q_true[row].tolist())
     frames: Mapping[int, Array] = {-1: np.eye(4)} | {
         link: _frame(pybullet.getLinkState(world.arm_id, link, 0, 1, physicsClientId=world.client))
-        for link in range(cell.arm.n + 2)
+        for link in range(workcell.arm.n + 2)
     }
     colours = {"housing": HOUSING_COLOUR, "joint": JOINT_COLOUR, "sensor": SENSOR_COLOUR}
-    for link, kind, mesh in link_shapes(cell.arm, body_of(cell.drawn, scene.config["body"])):
+    for link, kind, mesh in link_shapes(workcell.arm, body_of(workcell.drawn, scene.config["body"])):
         _add(world.client, mesh.moved(frames[link]), colours[kind])
 
 
@@ -170,17 +176,17 @@ def _scan_ends(scene: SimulatedScene) -> Array:
 
 
 def _largest_fan(scene: SimulatedScene, ends: Array, camera: Camera) -> int:
-    """Return the pose whose fan is seen large and far out, where the arm does not hide it; on an upright plate where there is one."""
+    """Return the pose whose fan is seen large and far out, where the arm does not hide it; on an upright target plane where there is one."""
     corners = np.concatenate([scene.T_base_sensor[:, None, :3, 3], ends], axis=1)
     x, y = np.moveaxis(camera.pixels(corners.reshape(-1, 3)).reshape(-1, 3, 2), 2, 0)
     area = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
-    upright = np.array([abs(float(plate.normal[2])) < UPRIGHT for plate in scene.cell.plates])[
-        scene.plane_index
-    ]
+    upright = np.array(
+        [abs(float(target_plane.normal[2])) < UPRIGHT for target_plane in scene.workcell.target_planes]
+    )[scene.plane_index]
     reach = np.linalg.norm(corners[:, 0, :2], axis=1)
     return int(np.argmax(np.abs(area) * reach * (upright if upright.any() else 1)))
 
 
-def _label_point(plate: Any) -> Array:
-    """Return a point of a plate's face where a name stands well: near the upper edge, or the edge of a floor that is nearest to +y."""
-    return plate.centre + plate.axes[:, :2] @ (plate.size * [0.0, 0.40])
+def _label_point(target_plane: Any) -> Array:
+    """Return a point of a target plane's face where a name stands well: near the upper edge, or the edge of a floor that is nearest to +y."""
+    return target_plane.centre + target_plane.axes[:, :2] @ (target_plane.size * [0.0, 0.40])

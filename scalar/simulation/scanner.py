@@ -65,7 +65,7 @@ def cast_fan(world: World, T_base_sensor: Array, angles: Array, length: float) -
     """Return what each ray of each scan hits (N, M) int and its range (N, M) [m], inf where it hits nothing.
 
     Args:
-        world: with the plates that stand during these scans.
+        world: with the target planes that stand during these scans.
         T_base_sensor: (N, 4, 4). angles: (N, M) or (M,) [rad]. length: of the rays [m].
     """
     u = directions(np.broadcast_to(angles, (len(T_base_sensor), np.shape(angles)[-1])))

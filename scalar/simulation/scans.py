@@ -1,4 +1,4 @@
-"""True scans kept from one scene and taken up by others of the same cell and postures.
+"""True scans kept from one scene and taken up by others of the same workcell and postures.
 
 Where the sensor stood and how far its rays went depend on neither the noise nor the model declared. A sweep
 casts its rays once for each seed; a scene with fewer poses or points takes a subset.
@@ -17,11 +17,11 @@ class Scans:
     """What rays met, without noise and without effects.
 
     Attributes:
-        cell: what the postures depend on, as in `PosePlan`. T_base_sensor: for each plane (k, 4, 4), in the
+        workcell: what the postures depend on, as in `PosePlan`. T_base_sensor: for each plane (k, 4, 4), in the
             order of the plan. angles: for each plane (k, M) [rad] of the rays, rising. ranges: as many [m].
     """
 
-    cell: str
+    workcell: str
     T_base_sensor: tuple[Array, ...]
     angles: tuple[Array, ...]
     ranges: tuple[Array, ...]

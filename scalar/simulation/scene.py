@@ -1,6 +1,6 @@
 """A config becomes a dataset and its truth.
 
-Two stages. `plan_poses` finds postures from which each plate is seen well: most of the work, and independent
+Two stages. `plan_poses` finds postures from which each target plane is seen well: most of the work, and independent
 of noise, points a scan and the model declared. `simulate` lets the arm stand there, casts the laser's rays,
 adds noise, and writes down what a user would have. In a sweep, plan once and simulate often.
 """
@@ -19,9 +19,9 @@ from scalar.simulation.config import complete_config, poses_wanted
 from scalar.simulation.declared import draw_errors, guess_plane
 from scalar.simulation.effects import Effects
 from scalar.simulation.errors import SimulationError
-from scalar.simulation.injected.catalogue import plant, planted_records
+from scalar.simulation.injected.catalogue import inject, injected_records
 from scalar.simulation.noise import Noise, noise_from_mapping, noisy_points
-from scalar.simulation.plan import Cell, PosePlan, Progress, cell_of, cell_text, plan_poses
+from scalar.simulation.plan import PosePlan, Progress, Workcell, plan_poses, workcell_of, workcell_text
 from scalar.simulation.records import recorded_columns
 from scalar.simulation.scanner import BEYOND, cast_fan
 from scalar.simulation.scans import Scans
@@ -50,7 +50,7 @@ class SimulatedScene:
         config: complete. dataset: the mapping for dataset.yaml. poses, scans: the tables poses.csv and
             scans.csv.
         truth: the mapping for truth.json.
-        cell: the true arm, plates and scanner. effects: what was planted.
+        workcell: the true arm, target planes and scanner. effects: what was injected.
         q: (N, n) [rad] as the encoders read, in acquisition order. q_true: with the joints' noise.
         plane_index: (N,) into the planes.
         T_base_sensor: (N, 4, 4), where the sensor truly was. ranges: (N, M) [m], true. angles: (N, M) [rad]
@@ -63,7 +63,7 @@ class SimulatedScene:
     poses: pd.DataFrame
     scans: pd.DataFrame
     truth: dict[str, Any]
-    cell: Cell
+    workcell: Workcell
     effects: Effects
     q: Array
     q_true: Array
@@ -76,14 +76,14 @@ class SimulatedScene:
     @cached_property
     def truth_poses(self) -> pd.DataFrame:
         """Return the table truth_poses.csv, computed when first asked for: a sweep may need it once only."""
-        return evaluation_poses(self.cell.arm, self.effects, self.config["truth_poses"], self.poses)
+        return evaluation_poses(self.workcell.arm, self.effects, self.config["truth_poses"], self.poses)
 
     def true_scans(self) -> Scans:
-        """Return the true scans, for scenes of the same cell and postures."""
+        """Return the true scans, for scenes of the same workcell and postures."""
         rows = np.argsort(_acquisition_order(self.config, poses_wanted(self.config)))
-        listed = [rows[self.plane_index[rows] == k] for k in range(len(self.cell.plates))]
+        listed = [rows[self.plane_index[rows] == k] for k in range(len(self.workcell.target_planes))]
         return Scans(
-            cell_text(self.config),
+            workcell_text(self.config),
             *(tuple(table[at] for at in listed) for table in (self.T_base_sensor, self.angles, self.ranges)),
         )
 
@@ -101,29 +101,29 @@ def simulate(
 
     Args:
         config: of a scene. base_dir: where its robot path starts.
-        plan: postures found before for the same cell, at least as many as are asked for; None: find them.
+        plan: postures found before for the same workcell, at least as many as are asked for; None: find them.
         cast: true scans of these postures, taken up where they hold every ray and neither effects nor noise
             of the joints act; else rays are cast.
-        effects: what to plant instead of the config's `planted`. progress: called with (stage, done, of).
+        effects: what to inject instead of the config's `injected`. progress: called with (stage, done, of).
 
     Raises:
         InvalidInput: the config is at fault.
-        SimulationError: no postures, a plan for another cell, or a scan that leaves its plate.
+        SimulationError: no postures, a plan for another workcell, or a scan that leaves its target plane.
     """
     config = complete_config(config, base_dir=base_dir)
-    cell = cell_of(config)
+    workcell = workcell_of(config)
     wanted = poses_wanted(config)
     plan = plan or plan_poses(config, progress=progress)
-    if plan.cell != cell_text(config):
+    if plan.workcell != workcell_text(config):
         raise SimulationError(
-            "the plan of poses belongs to another cell; plan again, or simulate its own config"
+            "the plan of poses belongs to another workcell; plan again, or simulate its own config"
         )
     if any(len(q) < k for q, k in zip(plan.q, wanted, strict=True)):
         raise SimulationError(
             "the plan holds fewer poses than poses_per_plane asks for; plan again with more"
         )
 
-    seed, n, scanner = config["seed"], cell.arm.n, cell.scanner
+    seed, n, scanner = config["seed"], workcell.arm.n, workcell.scanner
     order = _acquisition_order(config, wanted)
     plane_index = np.repeat(np.arange(len(wanted)), wanted)[order]
     q = np.concatenate([found[:k] for found, k in zip(plan.q, wanted, strict=True)])[order]
@@ -136,12 +136,14 @@ def simulate(
             parts.append(rng.random((count, *shape)) if uniform else rng.standard_normal((count, *shape)))
         return np.concatenate(parts)[order]
 
-    poses = pd.DataFrame({"pose": np.arange(len(q)), "plane": [cell.plates[k].name for k in plane_index]})
+    poses = pd.DataFrame(
+        {"pose": np.arange(len(q)), "plane": [workcell.target_planes[k].name for k in plane_index]}
+    )
     poses[[f"q{i + 1}" for i in range(n)]] = q
-    recorded = {*config["record"], *planted_records(config["planted"])}
+    recorded = {*config["record"], *injected_records(config["injected"])}
     for name, column in recorded_columns(recorded, seed, len(q), n, draws).items():
         poses[name] = column
-    effects = effects or plant(config["planted"], cell, poses, plane_index, seed)
+    effects = effects or inject(config["injected"], workcell, poses, plane_index, seed)
     noise = effects.noise(noise_from_mapping(config["noise"]))
 
     q_true = q + noise.joint_std * draws(JOINT_NOISE, n)
@@ -153,11 +155,11 @@ def simulate(
         chosen = np.sort(np.argsort(lottery, axis=1)[:, : scanner.points], axis=1)
     angles = rays[chosen]
     known = None
-    if cast is not None and cast.cell == plan.cell and noise.joint_std == 0 and not effects.record():
+    if cast is not None and cast.workcell == plan.workcell and noise.joint_std == 0 and not effects.record():
         known = cast.at(wanted, order, angles)
     if known is None:
-        T_base_sensor = arm_frames(cell.arm, effects, q_true, poses, evaluating=False)
-        ranges = _measure(cell, effects, T_base_sensor, angles, plane_index, poses)
+        T_base_sensor = arm_frames(workcell.arm, effects, q_true, poses, evaluating=False)
+        ranges = _measure(workcell, effects, T_base_sensor, angles, plane_index, poses)
     else:
         T_base_sensor, ranges = known
     readings = ranges * np.cos(angles) if scanner.error_axis == "z" else ranges
@@ -181,11 +183,11 @@ def simulate(
     )
     return SimulatedScene(
         config=config,
-        dataset=_dataset_mapping(config, cell, noise),
+        dataset=_dataset_mapping(config, workcell, noise),
         poses=poses,
         scans=scan_table,
-        truth=truth_mapping(cell.arm, cell.plates, noise, effects, poses, seed),
-        cell=cell,
+        truth=truth_mapping(workcell.arm, workcell.target_planes, noise, effects, poses, seed),
+        workcell=workcell,
         effects=effects,
         q=q,
         q_true=q_true,
@@ -210,33 +212,38 @@ def _acquisition_order(config: Mapping[str, Any], wanted: list[int]) -> Array:
 
 
 def _measure(
-    cell: Cell, effects: Effects, T_base_sensor: Array, angles: Array, plane_index: Array, poses: pd.DataFrame
+    workcell: Workcell,
+    effects: Effects,
+    T_base_sensor: Array,
+    angles: Array,
+    plane_index: Array,
+    poses: pd.DataFrame,
 ) -> Array:
     """Return the true ranges (N, M) [m], asked of pybullet in a world without the arm.
 
     That the arm does not stand in the beam was seen when the pose was chosen.
     """
     ranges = np.empty(angles.shape)
-    length = cell.scanner.range_far * BEYOND
+    length = workcell.scanner.range_far * BEYOND
     with World() as world:
-        for rows, plates in effects.plates(cell.plates, poses):
-            world.set_plates(plates)
+        for rows, target_planes in effects.target_planes(workcell.target_planes, poses):
+            world.set_target_planes(target_planes)
             hit, ranges[rows] = cast_fan(world, T_base_sensor[rows], angles[rows], length)
-            wrong = (hit != np.array(world.plate_ids)[plane_index[rows], None]).sum(1)
+            wrong = (hit != np.array(world.target_plane_ids)[plane_index[rows], None]).sum(1)
             if wrong.any():
                 worst = int(np.argmax(wrong))
                 row = poses.iloc[rows].iloc[worst]
                 raise SimulationError(
                     f"pose {row['pose']} on plane {row['plane']}: {wrong[worst]} of {angles.shape[1]} rays "
-                    "left the plate, moved by noise or effects; raise edge_margin_m"
+                    "left the target plane, moved by noise or effects; raise edge_margin_m"
                 )
     return ranges
 
 
-def _dataset_mapping(config: Mapping[str, Any], cell: Cell, noise: Noise) -> dict[str, Any]:
+def _dataset_mapping(config: Mapping[str, Any], workcell: Workcell, noise: Noise) -> dict[str, Any]:
     """Return the content of dataset.yaml: what a user would know, and nothing of the truth beyond it."""
     seed = config["seed"]
-    declared = cell.drawn
+    declared = workcell.drawn
     if "initial_model" in config:
         errors = draw_errors(config["initial_model"], declared.n, stream(seed, INITIAL_MODEL))
         declared = declared.shifted(errors)
@@ -245,7 +252,7 @@ def _dataset_mapping(config: Mapping[str, Any], cell: Cell, noise: Noise) -> dic
         sensor["nominal_pose"] = pose_mapping(declared.T_flange_sensor)
     if config["sensor"]["state_noise"] and noise.range_std > 0:
         sensor["noise"] = noise.range_std
-    sensor["error_axis"] = cell.scanner.error_axis
+    sensor["error_axis"] = workcell.scanner.error_axis
     return {
         "format": FORMAT,
         "name": config["name"],
@@ -253,7 +260,7 @@ def _dataset_mapping(config: Mapping[str, Any], cell: Cell, noise: Noise) -> dic
         "robot": arm_mapping(declared),
         "sensor": sensor,
         "planes": [
-            guess_plane(plate, config["plane_guess"], stream(seed, PLANE_GUESS, k))
-            for k, plate in enumerate(cell.plates)
+            guess_plane(target_plane, config["plane_guess"], stream(seed, PLANE_GUESS, k))
+            for k, target_plane in enumerate(workcell.target_planes)
         ],
     }

@@ -1,4 +1,4 @@
-"""What was planted, for those who judge a calibration: never inside the dataset folder."""
+"""What was injected, for those who judge a calibration: never inside the dataset folder."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -9,9 +9,9 @@ import pandas as pd
 from scalar.simulation.arm import Arm, pose_mapping
 from scalar.simulation.effects import Effects
 from scalar.simulation.noise import Noise
-from scalar.simulation.plates import Plate
 from scalar.simulation.records import SIDES
 from scalar.simulation.streams import TRUTH_POSES_SEED
+from scalar.simulation.target_planes import TargetPlane
 from scalar.simulation.transforms import Array, vector_from_rotation
 from scalar.simulation.world import World
 
@@ -19,7 +19,12 @@ NOTE = "arrays by joint; beta is the angle about y; t and r: sensor on the flang
 
 
 def truth_mapping(
-    arm: Arm, plates: Sequence[Plate], noise: Noise, effects: Effects, poses: pd.DataFrame, seed: int
+    arm: Arm,
+    target_planes: Sequence[TargetPlane],
+    noise: Noise,
+    effects: Effects,
+    poses: pd.DataFrame,
+    seed: int,
 ) -> dict[str, Any]:
     """Return truth.json: SI units, arrays by joint; t [m] and r [rad]: the sensor's pose on the flange.
 
@@ -37,9 +42,9 @@ def truth_mapping(
         "base": pose_mapping(arm.T_base_0),
         "flange": pose_mapping(arm.T_n_flange),
         "planes": {
-            "names": [plate.name for plate in plates],
-            "normals": [plate.normal.tolist() for plate in plates],
-            "distances": [plate.distance for plate in plates],
+            "names": [target_plane.name for target_plane in target_planes],
+            "normals": [target_plane.normal.tolist() for target_plane in target_planes],
+            "distances": [target_plane.distance for target_plane in target_planes],
         },
         "effects": effects.record(),
         "noise_m": noise.range_std,

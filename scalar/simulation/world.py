@@ -1,4 +1,4 @@
-"""The cell in pybullet: an arm, its plates, and what one can ask of them.
+"""The workcell in pybullet: an arm, its target planes, and what one can ask of them.
 
 Everything runs in a DIRECT client of its own, with no window, no stepping of time and no shared state;
 leaving the `with` block always disconnects it. Of the engine we use four things: forward kinematics, rays,
@@ -17,7 +17,7 @@ import numpy as np
 from scalar.simulation.arm import Arm
 from scalar.simulation.body import Body
 from scalar.simulation.errors import SimulationError
-from scalar.simulation.plates import Plate
+from scalar.simulation.target_planes import TargetPlane
 from scalar.simulation.transforms import Array, rotation_from_quaternion
 from scalar.simulation.urdf import urdf_of
 
@@ -50,16 +50,16 @@ NOTHING = -1  # pybullet's body id where a ray hits nothing
 
 
 class World:
-    """A pybullet client with plates and, one at a time, an arm.
+    """A pybullet client with target planes and, one at a time, an arm.
 
     Use as a context manager::
 
-        with World(plates) as world:
+        with World(target planes) as world:
             world.place_arm(arm, body)
             T_base_sensor = world.sensor_frames(q)
     """
 
-    def __init__(self, plates: Sequence[Plate] = ()) -> None:
+    def __init__(self, target_planes: Sequence[TargetPlane] = ()) -> None:
         self._client: int = pybullet.connect(pybullet.DIRECT)
         if self._client < 0:
             raise SimulationError("pybullet gave no client; too many are open in this process")
@@ -68,21 +68,21 @@ class World:
         self._arm_id = NOTHING
         self._asked_torques = False
         self._body: Body | None = None
-        self._plates: list[Plate] = []
-        self.plate_ids: list[int] = []
+        self._target_planes: list[TargetPlane] = []
+        self.target_plane_ids: list[int] = []
         try:
-            self._begin(plates)
+            self._begin(target_planes)
         except BaseException:
             self.close()
             raise
 
-    def _begin(self, plates: Sequence[Plate]) -> None:
-        """Put plates up in an empty simulation."""
+    def _begin(self, target_planes: Sequence[TargetPlane]) -> None:
+        """Put target planes up in an empty simulation."""
         # Without this, a URDF is cached by its path, and an arm could come back in place of another.
         pybullet.setPhysicsEngineParameter(enableFileCaching=0, physicsClientId=self._client)
         self._arm_id, self._asked_torques = NOTHING, False
-        self._plates, self.plate_ids = [], []
-        self.set_plates(plates)
+        self._target_planes, self.target_plane_ids = [], []
+        self.set_target_planes(target_planes)
 
     def __enter__(self) -> "World":
         return self
@@ -111,27 +111,31 @@ class World:
         """Return pybullet's number of the arm; -1 without one."""
         return self._arm_id
 
-    def set_plates(self, plates: Sequence[Plate]) -> None:
-        """Put these plates up in place of those that stand; one that stands already stays."""
-        standing = list(zip(self._plates, self.plate_ids, strict=True))
-        kept = {plate_id for plate, plate_id in standing if any(plate is other for other in plates)}
-        for _, plate_id in standing:
-            if plate_id not in kept:
-                pybullet.removeBody(plate_id, physicsClientId=self._client)
+    def set_target_planes(self, target_planes: Sequence[TargetPlane]) -> None:
+        """Put these target planes up in place of those that stand; one that stands already stays."""
+        standing = list(zip(self._target_planes, self.target_plane_ids, strict=True))
+        kept = {
+            target_plane_id
+            for target_plane, target_plane_id in standing
+            if any(target_plane is other for other in target_planes)
+        }
+        for _, target_plane_id in standing:
+            if target_plane_id not in kept:
+                pybullet.removeBody(target_plane_id, physicsClientId=self._client)
         ids = []
-        for plate in plates:
-            same = [plate_id for other, plate_id in standing if other is plate]
-            ids.append(same[0] if same else self._add_plate(plate))
-        self._plates, self.plate_ids = list(plates), ids
+        for target_plane in target_planes:
+            same = [target_plane_id for other, target_plane_id in standing if other is target_plane]
+            ids.append(same[0] if same else self._add_target_plane(target_plane))
+        self._target_planes, self.target_plane_ids = list(target_planes), ids
 
-    def _add_plate(self, plate: Plate) -> int:
-        """Return the id of a new plate, made of triangles.
+    def _add_target_plane(self, target_plane: TargetPlane) -> int:
+        """Return the id of a new target plane, made of triangles.
 
         Not a box: pybullet's GEOM_BOX answers about one ray in 270 up to 1.3 mm too early, anywhere on its
         face, since it looks for the hit by iteration. A concave mesh meets each triangle's plane, to
         rounding. (A convex mesh is off by millimetres, and a collision margin would move the face.)
         """
-        vertices, triangles = plate.solid() if plate.mesh is None else plate.mesh
+        vertices, triangles = target_plane.solid() if target_plane.mesh is None else target_plane.mesh
         shape = pybullet.createCollisionShape(
             pybullet.GEOM_MESH,
             vertices=vertices.tolist(),
@@ -146,7 +150,7 @@ class World:
         if self._asked_torques:
             # pybullet keeps the inverse dynamics of a removed arm by its address, where the next one may lie.
             pybullet.resetSimulation(physicsClientId=self._client)
-            self._begin(self._plates)
+            self._begin(self._target_planes)
         if self._arm_id >= 0:
             pybullet.removeBody(self._arm_id, physicsClientId=self._client)
         if self._folder is None:
@@ -238,17 +242,19 @@ class World:
         return hit, fraction
 
     def touching(self, q: Sequence[float]) -> str | None:
-        """Return what the arm touches at q (n,) [rad]: "plate", "itself", or None.
+        """Return what the arm touches at q (n,) [rad]: "target plane", "itself", or None.
 
-        The base stands where it stands, possibly on a plate, and is not tested against plates.
+        The base stands where it stands, possibly on a target plane, and is not tested against target planes.
         """
         assert self._body is not None, "an arm without a body touches nothing"
         self.move(q)
         near = self._body.clearance
-        for plate_id in self.plate_ids:
-            contacts = pybullet.getClosestPoints(self._arm_id, plate_id, near, physicsClientId=self._client)
+        for target_plane_id in self.target_plane_ids:
+            contacts = pybullet.getClosestPoints(
+                self._arm_id, target_plane_id, near, physicsClientId=self._client
+            )
             if any(contact[3] >= 0 for contact in contacts):  # item 3: the arm's link
-                return "plate"
+                return "target_plane"
         for first, second in self._body.pairs:
             if pybullet.getClosestPoints(
                 self._arm_id, self._arm_id, near, first, second, physicsClientId=self._client

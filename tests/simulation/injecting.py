@@ -1,4 +1,4 @@
-"""Scenes with something planted, and the same scenes without."""
+"""Scenes with something injected, and the same scenes without."""
 
 from functools import cache
 from typing import Any
@@ -23,7 +23,7 @@ ENTRIES: dict[str, dict[str, Any]] = {
 } | {
     "harmonics": {"effect": "joint_harmonic", "target": {"joint": 2, "orders": [1, 2, 7]}},
     "backlash_by_weight": {"effect": "joint_backlash", "recorded": False},
-    "warm_up": {"effect": "thermal_drift", "by": "time", "course": "warm_up", "lengths": ["a_3", "d_1"]},
+    "warm_up": {"effect": "thermal_drift", "by": "time", "profile": "warm_up", "lengths": ["a_3", "d_1"]},
     "creep": {"effect": "plane_moved", "creep": 0.7},
 } | {kind: {"effect": "unknown", "kind": kind} for kind in KINDS}  # fmt: skip
 """Every effect once, by a name for the test's report."""
@@ -31,7 +31,7 @@ ENTRIES: dict[str, dict[str, Any]] = {
 
 def config_with(*entries: dict[str, Any], scene: str = "ur10e", **changes: Any) -> dict[str, Any]:
     """Return the config of a small scene with these effects, everything recorded, evenly spread points."""
-    config = scene_config(scene, **{"planted": list(entries), "record": RECORD} | changes)
+    config = scene_config(scene, **{"injected": list(entries), "record": RECORD} | changes)
     config["sensor"] |= {"selection": "even", "points_per_scan": 21}
     return config
 
@@ -42,7 +42,7 @@ def plan_of(scene: str) -> PosePlan:
     return plan_poses(config_with(scene=scene))
 
 
-def planted(*entries: dict[str, Any], scene: str = "ur10e", **changes: Any) -> SimulatedScene:
+def injected(*entries: dict[str, Any], scene: str = "ur10e", **changes: Any) -> SimulatedScene:
     """Return a scene with these effects; without noise unless `noise` says so."""
     config = config_with(*entries, scene=scene, **{"noise": {}} | changes)
     return simulate(config, plan=plan_of(scene) if "seed" not in changes else None)

@@ -77,7 +77,7 @@ def test_a_frame_lies_along_its_segment():
 
 
 def test_names_stand_where_their_parts_are(paper_scene):
-    """The places of plates, base and scanner lie in the picture, and the laser is red beside its scanner."""
+    """The places of target planes, base and scanner lie in the picture, and the laser is red beside its scanner."""
     scene = paper_scene
     picture = render_scene(scene, 0, width=320, height=240, views=1)
     assert set(picture.places) == {"floor", "wall_x", "wall_y", "base", "scanner"}
@@ -91,7 +91,7 @@ def test_names_stand_where_their_parts_are(paper_scene):
 
 @pytest.fixture(scope="module")
 def paper_scene(request):
-    """Return a small scene of the paper's cell."""
+    """Return a small scene of the paper's workcell."""
     from scalar.simulation.config import load_config
 
     path = request.config.rootpath / "configs/scenes/paper.yaml"

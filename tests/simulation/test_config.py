@@ -29,7 +29,7 @@ def refusal(config):
     return str(caught.value)
 
 
-@pytest.mark.parametrize("name", (*SCENES, "planted"))
+@pytest.mark.parametrize("name", (*SCENES, "injected"))
 def test_committed_scenes_are_sound(name):
     """Every committed scene loads, complete, and completing it again changes nothing."""
     config = load_config(CONFIGS / "scenes" / f"{name}.yaml")

@@ -1,4 +1,4 @@
-"""Planted errors of the joints: the arm stands where SciPy's kinematics puts it at q + dq, dq by hand."""
+"""Injected errors of the joints: the arm stands where SciPy's kinematics puts it at q + dq, dq by hand."""
 
 from dataclasses import replace
 
@@ -11,14 +11,14 @@ from scalar.simulation.injected.compliance import JointCompliance
 from scalar.simulation.weights import Weights
 from scalar.simulation.world import World
 from tests.simulation.geometry import masses_at, sensor_frames
-from tests.simulation.injecting import angles_in, planted
+from tests.simulation.injecting import angles_in, injected
 
 EXACT = {"atol": 1e-12, "rtol": 0}
 
 
 def assert_stands_at(scene: SimulatedScene, error) -> None:
     """Assert that scans and evaluation poses are those of an arm at q + error(q, poses)."""
-    arm = scene.cell.arm
+    arm = scene.workcell.arm
     dq = error(scene.q, scene.poses)
     assert np.abs(dq).max() > 1e-5
     np.testing.assert_allclose(scene.T_base_sensor, sensor_frames(arm, scene.q + dq), **EXACT)
@@ -47,12 +47,12 @@ def test_a_harmonic_is_a_sine_of_the_angle():
         "size": 4e-4,
         "phases_rad": [0.7],
     }
-    assert_stands_at(planted(entry), on_joint(4, lambda angle, *_: 4e-4 * np.sin(5 * angle + 0.7)))
+    assert_stands_at(injected(entry), on_joint(4, lambda angle, *_: 4e-4 * np.sin(5 * angle + 0.7)))
 
 
 def test_harmonics_of_one_joint_add_up():
     """Several orders are one entry, each with the size as its amplitude and a phase of its own."""
-    scene = planted({"effect": "joint_harmonic", "target": {"joint": 2, "orders": [1, 8]}, "size": 3e-4})
+    scene = injected({"effect": "joint_harmonic", "target": {"joint": 2, "orders": [1, 8]}, "size": 3e-4})
     (entry,) = scene.truth["effects"]
     assert entry["target"] == {"joint": 2, "orders": [1, 8]}
     one, eight = entry["phases_rad"]
@@ -63,19 +63,19 @@ def test_harmonics_of_one_joint_add_up():
 
 def test_a_scale_is_in_proportion_to_the_angle():
     """dq = size q."""
-    scene = planted({"effect": "joint_scale", "target": {"joint": 3}, "size": -2e-3})
+    scene = injected({"effect": "joint_scale", "target": {"joint": 3}, "size": -2e-3})
     assert_stands_at(scene, on_joint(3, lambda angle, *_: -2e-3 * angle))
 
 
 def test_a_coupling_is_in_proportion_to_its_source():
     """dq_6 = size q_5."""
-    scene = planted({"effect": "joint_coupling", "target": {"joint": 6, "source": 5}, "size": 1e-3})
+    scene = injected({"effect": "joint_coupling", "target": {"joint": 6, "source": 5}, "size": 1e-3})
     assert_stands_at(scene, on_joint(6, lambda _, q, __: 1e-3 * q[:, 4]))
 
 
 def test_play_goes_to_the_side_from_which_the_joint_came():
     """dq = size times the recorded direction of approach, also at the evaluation poses."""
-    scene = planted({"effect": "joint_backlash", "target": {"joint": 2}, "size": 3e-4})
+    scene = injected({"effect": "joint_backlash", "target": {"joint": 2}, "size": 3e-4})
     assert set(scene.poses["approach2"]) == set(scene.truth_poses["approach2"]) == {-1, 1}
     assert_stands_at(scene, on_joint(2, lambda _, __, poses: 3e-4 * poses["approach2"].to_numpy()))
 
@@ -98,11 +98,11 @@ def torques(arm, q, step=1e-4):
 
 def test_play_without_a_recorded_direction_follows_the_weight():
     """With recorded: false the joint rests where its weight pulls it: by the sign of the energy's slope."""
-    scene = planted(
+    scene = injected(
         {"effect": "joint_backlash", "target": {"joint": 2}, "size": 3e-4, "recorded": False}, record=[]
     )
     assert "approach2" not in scene.poses
-    arm = scene.cell.arm
+    arm = scene.workcell.arm
     assert_stands_at(scene, on_joint(2, lambda _, q, __: 3e-4 * np.sign(torques(arm, q)[:, 1])))
 
 
@@ -128,10 +128,10 @@ def test_a_pendulum_sags_by_its_lever():
 @pytest.mark.parametrize("scene", ["ur10e", "panda"])
 def test_joints_give_way_down_the_slope_of_the_energy(scene):
     """dq = -c dV/dq for the named joints, V the energy of the masses where SciPy's kinematics puts them."""
-    simulated = planted(
+    simulated = injected(
         {"effect": "joint_compliance", "target": {"joints": [2, 4]}, "size": 2e-5}, scene=scene
     )
-    arm = simulated.cell.arm
+    arm = simulated.workcell.arm
     dq = 2e-5 * torques(arm, simulated.q) * np.isin(np.arange(arm.n) + 1, [2, 4])
     np.testing.assert_allclose(
         simulated.T_base_sensor, sensor_frames(arm, simulated.q + dq), atol=1e-10, rtol=0
@@ -144,7 +144,7 @@ def test_joints_give_way_down_the_slope_of_the_energy(scene):
 
 def test_all_joints_that_carry_weight_give_way_where_none_is_named():
     """On a vertical first axis no weight acts: it is not among the joints that give way."""
-    (entry,) = planted({"effect": "joint_compliance"}).truth["effects"]
+    (entry,) = injected({"effect": "joint_compliance"}).truth["effects"]
     assert {2, 3} <= set(entry["target"]["joints"])
     assert 1 not in entry["target"]["joints"]
 
@@ -154,9 +154,9 @@ def test_masses_of_the_config_are_the_arms():
     kg = [9.0, 8.0, 7.0, 3.0, 2.0, 1.0]
     masses = {"links_kg": kg, "centres_m": [[0.1, 0.0, 0.05]] * 6, "sensor_kg": 0.0}
     entry = {"effect": "joint_compliance", "target": {"joints": [2]}}
-    scene = planted(entry, masses=masses)
+    scene = injected(entry, masses=masses)
     assert scene.truth["effects"][0]["masses_kg"] == kg
-    arm = scene.cell.arm
+    arm = scene.workcell.arm
     T = sensor_frames(arm, scene.q + 1e-5 * torques(arm, scene.q) * np.eye(6)[1])
     np.testing.assert_allclose(scene.T_base_sensor, T, atol=1e-10, rtol=0)
 
@@ -168,12 +168,12 @@ def test_an_arm_that_grows_sags_under_its_own_levers():
     """
     sag = {"effect": "joint_compliance", "target": {"joints": [2]}, "size": 1e-4}
     drift = {"effect": "thermal_drift", "by": "time", "lengths": ["a_3"], "size": 5e-2}
-    scene = planted(sag, drift, edge_margin_m=0.1, seed=3)
+    scene = injected(sag, drift, edge_margin_m=0.1, seed=3)
     time = scene.poses["time"].to_numpy()
     growth = 5e-2 * (time - time[0]) / (time[-1] - time[0])
     for k in range(len(time)):
-        a = scene.cell.arm.a * [1, 1, 1 + growth[k], 1, 1, 1]
-        arm, q = replace(scene.cell.arm, a=a), scene.q[k : k + 1]
+        a = scene.workcell.arm.a * [1, 1, 1 + growth[k], 1, 1, 1]
+        arm, q = replace(scene.workcell.arm, a=a), scene.q[k : k + 1]
         T = sensor_frames(arm, q + 1e-4 * torques(arm, q) * np.eye(6)[1])
         np.testing.assert_allclose(scene.T_base_sensor[k], T[0], atol=1e-9, rtol=0)
 
@@ -201,7 +201,7 @@ UNKNOWN = {
 @pytest.mark.parametrize("kind", UNKNOWN)
 def test_unknown_errors_of_a_joint_have_their_shape(kind):
     """A bump, a step in the angle, a drift with time: as large as the size says, where the truth says."""
-    scene = planted({"effect": "unknown", "kind": kind, "target": {"joint": 3}, "size": 5e-4})
+    scene = injected({"effect": "unknown", "kind": kind, "target": {"joint": 3}, "size": 5e-4})
     (entry,) = scene.truth["effects"]
     assert (entry["name"], entry["kind"], entry["target"]) == ("unknown", kind, {"joint": 3})
     assert_stands_at(scene, on_joint(3, lambda angle, q, p: 5e-4 * UNKNOWN[kind](entry, angle, q, p)))
@@ -209,7 +209,7 @@ def test_unknown_errors_of_a_joint_have_their_shape(kind):
 
 def test_a_product_of_two_joints_errs_as_no_catalogue_has_it():
     """Largest where both factors are at an end of their ranges, with the sign of their product."""
-    scene = planted({"effect": "unknown", "kind": "angle_product", "target": {"joint": 2}, "size": 5e-4})
+    scene = injected({"effect": "unknown", "kind": "angle_product", "target": {"joint": 2}, "size": 5e-4})
     (entry,) = scene.truth["effects"]
     assert entry["depends_on"] == [f"q{j}" for j in entry["factors"]]
 

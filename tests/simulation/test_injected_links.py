@@ -1,4 +1,4 @@
-"""Planted changes of links, base and sensor: frames by SciPy's kinematics, readings by hand."""
+"""Injected changes of links, base and sensor: frames by SciPy's kinematics, readings by hand."""
 
 from dataclasses import replace
 
@@ -8,15 +8,15 @@ from scipy.spatial.transform import Rotation
 
 from scalar.errors import InvalidInput
 from tests.simulation.geometry import masses_at, sensor_frames
-from tests.simulation.injecting import angles_in, planted
+from tests.simulation.injecting import angles_in, injected
 
 EXACT = {"atol": 1e-12, "rtol": 0}
 
 
 def test_an_axis_leans_by_hayatis_angle():
     """The arm stands as one whose beta of that joint is the size; truth.json's parameters say so too."""
-    scene = planted({"effect": "axis_nonparallel", "target": {"joint": 3}, "size": 2e-3})
-    leaning = replace(scene.cell.arm, beta=np.array([0, 0, 2e-3, 0, 0, 0]))
+    scene = injected({"effect": "axis_nonparallel", "target": {"joint": 3}, "size": 2e-3})
+    leaning = replace(scene.workcell.arm, beta=np.array([0, 0, 2e-3, 0, 0, 0]))
     np.testing.assert_allclose(scene.T_base_sensor, sensor_frames(leaning, scene.q), **EXACT)
     assert scene.truth["parameters"]["beta"] == [0, 0, 2e-3, 0, 0, 0]
     table = scene.truth_poses
@@ -31,22 +31,22 @@ def test_an_axis_leans_by_hayatis_angle():
 def test_only_parallel_axes_can_stop_being_parallel(scene, joint, message):
     """Elsewhere the tilt is one that the model holds: refused, naming the place in the config."""
     target = {} if joint is None else {"joint": joint}
-    with pytest.raises(InvalidInput, match=rf"planted\[0\]\.target.*{message}"):
-        planted({"effect": "axis_nonparallel", "target": target}, scene=scene)
+    with pytest.raises(InvalidInput, match=rf"injected\[0\]\.target.*{message}"):
+        injected({"effect": "axis_nonparallel", "target": target}, scene=scene)
 
 
-@pytest.mark.parametrize("course", ["proportional", "warm_up"])
+@pytest.mark.parametrize("profile", ["proportional", "warm_up"])
 @pytest.mark.parametrize("by", ["temperature", "time"])
-def test_lengths_grow_with_what_is_recorded(by, course):
+def test_lengths_grow_with_what_is_recorded(by, profile):
     """From nothing at the first pose to the size at the last, along the recorded column; evaluation sees the last."""
     lengths = ["a_3", "d_1"]
-    entry = {"effect": "thermal_drift", "by": by, "course": course, "lengths": lengths, "size": 1e-3}
-    scene = planted(entry)
+    entry = {"effect": "thermal_drift", "by": by, "profile": profile, "lengths": lengths, "size": 1e-3}
+    scene = injected(entry)
     x = scene.poses[by].to_numpy()
     share = (x - x[0]) / (x[-1] - x[0])
-    if course == "warm_up":
+    if profile == "warm_up":
         share = (1 - np.exp(-3 * share)) / (1 - np.exp(-3))
-    arm = scene.cell.arm
+    arm = scene.workcell.arm
     a, d = np.tile(arm.a, (len(x), 1)), np.tile(arm.d, (len(x), 1))
     a[:, 2] *= 1 + 1e-3 * share
     d[:, 0] *= 1 + 1e-3 * share
@@ -60,8 +60,8 @@ def test_lengths_grow_with_what_is_recorded(by, course):
 
 def test_all_lengths_grow_where_none_is_named():
     """At the end of the run a robot that has warmed up is larger, to scale."""
-    scene = planted({"effect": "thermal_drift", "size": 1e-3})
-    arm = scene.cell.arm
+    scene = injected({"effect": "thermal_drift", "size": 1e-3})
+    arm = scene.workcell.arm
     grown = replace(arm, a=arm.a * 1.001, d=arm.d * 1.001)
     np.testing.assert_allclose(scene.T_base_sensor[-1], sensor_frames(grown, scene.q[-1:])[0], **EXACT)
     np.testing.assert_allclose(scene.T_base_sensor[0], sensor_frames(arm, scene.q[:1])[0], **EXACT)
@@ -70,8 +70,8 @@ def test_all_lengths_grow_where_none_is_named():
 @pytest.mark.parametrize("pivot", [[0.0, 0.0, 0.0], [0.1, -0.2, -0.8]])
 def test_the_pedestal_tilts_by_the_moment_of_the_weight(pivot):
     """The whole arm turns about the pivot by size times sum m (r - pivot) x g, masses placed by SciPy."""
-    scene = planted({"effect": "base_compliance", "size": 5e-6, "pivot_m": pivot})
-    arm = scene.cell.arm
+    scene = injected({"effect": "base_compliance", "size": 5e-6, "pivot_m": pivot})
+    arm = scene.workcell.arm
 
     def expected(q):
         where, masses = masses_at(arm, q)
@@ -93,10 +93,10 @@ def test_the_pedestal_tilts_by_the_moment_of_the_weight(pivot):
 
 def test_a_slip_moves_the_sensor_from_one_pose_on():
     """Before its moment the sensor sits where it sat; after, and at the evaluation poses, size metres and radians away."""
-    scene = planted({"effect": "sensor_slip", "target": {"at": {"order": 20}}, "size": 3e-3})
+    scene = injected({"effect": "sensor_slip", "target": {"at": {"order": 20}}, "size": 3e-3})
     (entry,) = scene.truth["effects"]
     assert entry["target"] == {"at": {"order": 20, "time": scene.poses["time"][20]}}
-    T = sensor_frames(scene.cell.arm, scene.q)
+    T = sensor_frames(scene.workcell.arm, scene.q)
     motion = np.linalg.inv(T) @ scene.T_base_sensor  # in the old sensor's frame
     np.testing.assert_allclose(motion[:20], np.tile(np.eye(4), (20, 1, 1)), **EXACT)
     np.testing.assert_allclose(motion[20:], np.tile(motion[20], (len(T) - 20, 1, 1)), **EXACT)
@@ -105,22 +105,22 @@ def test_a_slip_moves_the_sensor_from_one_pose_on():
     np.testing.assert_allclose(turn, entry["turn_rad"], **EXACT)
     assert np.linalg.norm(turn) == pytest.approx(3e-3, abs=1e-12)
     table = scene.truth_poses
-    after = sensor_frames(scene.cell.arm, angles_in(table, 6)) @ motion[20]
+    after = sensor_frames(scene.workcell.arm, angles_in(table, 6)) @ motion[20]
     np.testing.assert_allclose(table[["x", "y", "z"]].to_numpy(), after[:, :3, 3], **EXACT)
 
 
 def test_a_sensor_oscillates_along_one_line():
     """It leaves its place by a sine of the recorded time, and is at rest for the evaluation."""
-    scene = planted({"effect": "unknown", "kind": "sensor_oscillation", "size": 4e-4})
+    scene = injected({"effect": "unknown", "kind": "sensor_oscillation", "size": 4e-4})
     (entry,) = scene.truth["effects"]
-    motion = np.linalg.inv(sensor_frames(scene.cell.arm, scene.q)) @ scene.T_base_sensor
+    motion = np.linalg.inv(sensor_frames(scene.workcell.arm, scene.q)) @ scene.T_base_sensor
     time = scene.poses["time"].to_numpy() / entry["end_s"]
     swing = 4e-4 * np.sin(2 * np.pi * entry["periods"] * time + entry["phase_rad"])
     # The shift is on the flange, seen here from the sensor that is turned on it.
-    R = scene.cell.arm.T_flange_sensor[:3, :3]
+    R = scene.workcell.arm.T_flange_sensor[:3, :3]
     np.testing.assert_allclose(motion[:, :3, 3] @ R.T, swing[:, None] * entry["direction"], **EXACT)
     table = scene.truth_poses
-    T = sensor_frames(scene.cell.arm, angles_in(table, 6))
+    T = sensor_frames(scene.workcell.arm, angles_in(table, 6))
     np.testing.assert_allclose(table[["x", "y", "z"]].to_numpy(), T[:, :3, 3], **EXACT)
 
 
@@ -136,7 +136,7 @@ RANGES = {
 def test_the_laser_errs_along_its_error_axis(effect, axis):
     """Along the ray, its range errs as a function of itself; a profiler's z does, and its x is exact."""
     sensor = {"pose": {"translation": [0.05, 0.02, 0.1]}, "error_axis": axis}
-    scene = planted({"effect": effect, "size": 3e-3}, sensor=sensor, seed=2)
+    scene = injected({"effect": effect, "size": 3e-3}, sensor=sensor, seed=2)
     x, z = scene.ranges * np.sin(scene.angles), scene.ranges * np.cos(scene.angles)
     if axis == "z":
         expected = np.stack([x, z + RANGES[effect](z)], -1)

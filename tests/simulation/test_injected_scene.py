@@ -1,4 +1,4 @@
-"""A scene with something planted: the twin of the one without, its truth complete, its dataset silent."""
+"""A scene with something injected: the matched control of the one without, its truth complete, its dataset without a word of it."""
 
 import json
 import re
@@ -13,7 +13,7 @@ from scalar.data.dataset import read_dataset
 from scalar.data.io.plain_yaml import dump_yaml
 from scalar.errors import InvalidInput
 from scalar.simulation import simulate, write_scene
-from tests.simulation.injecting import ENTRIES, config_with, plan_of, planted
+from tests.simulation.injecting import ENTRIES, config_with, injected, plan_of
 
 NOISE = {"range_noise_std_m": 1e-4, "scan_bias_std_m": 5e-5, "joint_noise_std_rad": 2e-5}
 INTERFACE = {
@@ -26,40 +26,40 @@ INTERFACE = {
 
 
 @pytest.fixture(scope="module")
-def twin():
+def control():
     """Return the scene without any effect."""
-    return planted(noise=NOISE)
+    return injected(noise=NOISE)
 
 
 @pytest.mark.parametrize("name", ENTRIES)
-def test_an_effect_changes_neither_poses_nor_chance(name, twin):
-    """Same poses, columns and rays; the noise of the points is the twin's, whatever was planted."""
-    scene = planted(ENTRIES[name], noise=NOISE)
-    pd.testing.assert_frame_equal(scene.poses, twin.poses)
-    np.testing.assert_array_equal(scene.angles, twin.angles)
-    assert scene.dataset == twin.dataset
+def test_an_effect_changes_neither_poses_nor_chance(name, control):
+    """Same poses, columns and rays; the noise of the points is the control's, whatever was injected."""
+    scene = injected(ENTRIES[name], noise=NOISE)
+    pd.testing.assert_frame_equal(scene.poses, control.poses)
+    np.testing.assert_array_equal(scene.angles, control.angles)
+    assert scene.dataset == control.dataset
     if not name.startswith(("range", "scan_bias")):
-        errors = [np.linalg.norm(s.points, axis=2) - s.ranges for s in (scene, twin)]
+        errors = [np.linalg.norm(s.points, axis=2) - s.ranges for s in (scene, control)]
         np.testing.assert_allclose(*errors, atol=1e-15)
-    assert np.abs(scene.points - twin.points).max() > 1e-5
+    assert np.abs(scene.points - control.points).max() > 1e-5
 
 
-def test_jitter_and_bias_enlarge_their_noise(twin):
-    """The spread planted and the spread declared add as variances, from the same draws."""
-    jittery = planted({"effect": "pose_jitter", "size": 1e-4}, noise=NOISE)
-    ratio = (jittery.q_true - jittery.q) / (twin.q_true - twin.q)
+def test_jitter_and_bias_enlarge_their_noise(control):
+    """The spread injected and the spread declared add as variances, from the same draws."""
+    jittery = injected({"effect": "pose_jitter", "size": 1e-4}, noise=NOISE)
+    ratio = (jittery.q_true - jittery.q) / (control.q_true - control.q)
     np.testing.assert_allclose(ratio, np.hypot(1e-4, 2e-5) / 2e-5, rtol=1e-6)
-    biased = planted({"effect": "scan_bias", "size": 2e-4}, noise=NOISE | {"range_noise_std_m": 0.0})
-    plain = planted(noise=NOISE | {"range_noise_std_m": 0.0})
+    biased = injected({"effect": "scan_bias", "size": 2e-4}, noise=NOISE | {"range_noise_std_m": 0.0})
+    plain = injected(noise=NOISE | {"range_noise_std_m": 0.0})
     ratio = np.divide(*(np.linalg.norm(s.points, axis=2) - s.ranges for s in (biased, plain)))
     np.testing.assert_allclose(ratio, np.hypot(2e-4, 5e-5) / 5e-5, rtol=1e-6)
 
 
 @pytest.mark.parametrize("name", ENTRIES)
-def test_the_truth_names_what_was_planted(name):
+def test_the_truth_names_what_was_injected(name):
     """Its name and target as interfaces have them, its size with a unit, and all of it is JSON."""
     entry = ENTRIES[name]
-    scene = planted(entry)
+    scene = injected(entry)
     (truth,) = json.loads(json.dumps(scene.truth, allow_nan=False))["effects"]
     assert truth["name"] == entry["effect"]
     assert truth["size"] > 0 and truth["unit"]
@@ -68,15 +68,15 @@ def test_the_truth_names_what_was_planted(name):
     else:
         expected = {"joint", "orders"} if name == "harmonics" else INTERFACE[entry["effect"]]
         assert set(truth["target"]) == expected
-    resized = planted(entry | {"size": truth["size"] * 2}).truth["effects"][0]
+    resized = injected(entry | {"size": truth["size"] * 2}).truth["effects"][0]
     assert resized["target"] == truth["target"]
     assert resized["size"] == truth["size"] * 2
 
 
 def test_targets_are_drawn_from_the_seed():
-    """Over seeds joints, orders, plates and moments vary; moments lie in the middle half of the run."""
+    """Over seeds joints, orders, target planes and moments vary; moments lie in the middle half of the run."""
     entries = [{"effect": name} for name in ("joint_harmonic", "plane_bow", "sensor_slip", "joint_coupling")]
-    drawn = [planted(*entries, seed=seed, poses_per_plane=6).truth["effects"] for seed in range(6)]
+    drawn = [injected(*entries, seed=seed, poses_per_plane=6).truth["effects"] for seed in range(6)]
     for k in range(len(entries)):
         assert len({json.dumps(effects[k]["target"]) for effects in drawn}) >= 3
     for effects in drawn:
@@ -87,8 +87,8 @@ def test_targets_are_drawn_from_the_seed():
 def test_one_effect_does_not_move_the_other():
     """What is drawn for the first entry does not depend on what follows it; both are in the truth, in order."""
     first, second = {"effect": "joint_harmonic"}, {"effect": "plane_moved"}
-    both = planted(first, second).truth["effects"]
-    assert both[0] == planted(first).truth["effects"][0]
+    both = injected(first, second).truth["effects"]
+    assert both[0] == injected(first).truth["effects"][0]
     assert [entry["name"] for entry in both] == ["joint_harmonic", "plane_moved"]
 
 
@@ -97,8 +97,8 @@ def test_joints_add_up_and_arms_follow_each_other():
     joint = {"effect": "joint_scale", "target": {"joint": 2}}
     other = {"effect": "joint_coupling", "target": {"joint": 5, "source": 4}}
     slip = {"effect": "sensor_slip", "target": {"at": {"order": 10}}}
-    plain, jointly = planted(joint, other, slip), planted(other, joint)
-    slipped = planted({"effect": "joint_scale", "target": {"joint": 1}, "size": 1e-12}, joint, slip)
+    plain, jointly = injected(joint, other, slip), injected(other, joint)
+    slipped = injected({"effect": "joint_scale", "target": {"joint": 1}, "size": 1e-12}, joint, slip)
     np.testing.assert_allclose(plain.T_base_sensor[:10], jointly.T_base_sensor[:10], atol=1e-13)
     motion = np.linalg.inv(jointly.T_base_sensor[10:]) @ plain.T_base_sensor[10:]
     np.testing.assert_allclose(motion, np.tile(motion[0], (len(motion), 1, 1)), atol=1e-12)
@@ -117,7 +117,7 @@ def numbers_in(value):
 
 @pytest.mark.parametrize("name", ENTRIES)
 def test_the_dataset_tells_nothing(name, tmp_path):
-    """`scalar simulate` writes a valid dataset in which neither a name nor a number of what was planted stands."""
+    """`scalar simulate` writes a valid dataset in which neither a name nor a number of what was injected stands."""
     dump_yaml(config_with(ENTRIES[name], poses_per_plane=4), tmp_path / "scene.yaml")
     done = CliRunner().invoke(cli, ["simulate", str(tmp_path / "scene.yaml"), "-o", str(tmp_path / "out")])
     assert done.exit_code == 0, done.output
@@ -126,7 +126,7 @@ def test_the_dataset_tells_nothing(name, tmp_path):
     folder = tmp_path / "out/dataset"
     text = (folder / "dataset.yaml").read_text()
     truth = json.loads((tmp_path / "out/truth/truth.json").read_text())
-    words = {ENTRIES[name]["effect"], *re.split("_", ENTRIES[name]["effect"]), "planted", "effect", "masses"}
+    words = {ENTRIES[name]["effect"], *re.split("_", ENTRIES[name]["effect"]), "injected", "effect", "masses"}
     for word in words - {"joint", "plane", "range", "sensor", "pose", "axis"}:  # words of the format
         assert not re.search(rf"\b{word}", text), word
     for entry in truth["effects"]:
@@ -140,17 +140,21 @@ def test_the_dataset_tells_nothing(name, tmp_path):
     assert read_dataset(folder).n_poses == 12
 
 
-def test_the_columns_are_the_same_with_and_without(twin):
-    """A cell that records everything has the same files whether or not something is planted."""
-    assert list(twin.poses) == ["pose", "plane", *(f"q{j}" for j in range(1, 7)), "time", "temperature"] + [
-        f"approach{j}" for j in range(1, 7)
-    ]
-    assert list(planted(record=[]).poses) == ["pose", "plane", *(f"q{j}" for j in range(1, 7))]
-    needed = planted({"effect": "joint_backlash"}, record=[])
+def test_the_columns_are_the_same_with_and_without(control):
+    """A workcell that records everything has the same files whether or not something is injected."""
+    assert list(control.poses) == [
+        "pose",
+        "plane",
+        *(f"q{j}" for j in range(1, 7)),
+        "time",
+        "temperature",
+    ] + [f"approach{j}" for j in range(1, 7)]
+    assert list(injected(record=[]).poses) == ["pose", "plane", *(f"q{j}" for j in range(1, 7))]
+    needed = injected({"effect": "joint_backlash"}, record=[])
     assert [name for name in needed.poses if name.startswith("approach")] == [
         f"approach{j}" for j in range(1, 7)
     ]
-    assert (np.diff(twin.poses["time"]) > 0).all()
+    assert (np.diff(control.poses["time"]) > 0).all()
 
 
 def test_same_seed_same_bytes(tmp_path):
@@ -163,31 +167,31 @@ def test_same_seed_same_bytes(tmp_path):
 
 
 FAULTS = [
-    ({"effect": "joint_harmonc"}, r"planted\[0\]\.effect: 'joint_harmonc'.*did you mean 'joint_harmonic'"),
-    ({"effect": "joint_scale", "target": {"jiont": 2}}, r"planted\[0\]\.target\.jiont: unknown key.*'joint'"),
-    ({"effect": "joint_scale", "siez": 1e-3}, r"planted\[0\]\.siez: unknown key.*did you mean 'size'"),
-    ({"effect": "plane_bow", "target": {"joint": 2}}, r"planted\[0\]\.target\.joint: unknown key.*plane"),
-    ({"effect": "plane_bow", "target": {"plane": "flor"}}, r"planted\[0\]\.target\.plane: no plane 'flor'.*floor"),
-    ({"effect": "joint_scale", "target": {"joint": 7}}, r"planted\[0\]\.target\.joint: there is no joint 7"),
-    ({"effect": "joint_compliance", "target": {"joints": [2, 9]}}, r"planted\[0\]\.target\.joints.*joint 9"),
-    ({"effect": "joint_coupling", "target": {"joint": 2, "source": 2}}, r"planted\[0\]\.target\.source"),
-    ({"effect": "joint_harmonic", "target": {"order": 2, "orders": [3]}}, r"planted\[0\]\.target\.orders"),
-    ({"effect": "joint_harmonic", "target": {"order": 2}, "phases_rad": [0, 1]}, r"planted\[0\]\.phases_rad: 2 phases"),
-    ({"effect": "sensor_slip", "target": {"at": {"order": 36}}}, r"planted\[0\]\.target\.at\.order.*0 to 35"),
-    ({"effect": "thermal_drift", "lengths": ["a_7"]}, r"planted\[0\]\.lengths: 'a_7' is no length"),
-    ({"effect": "unknown", "kind": "angle_bmp"}, r"planted\[0\]\.kind: 'angle_bmp'.*did you mean 'angle_bump'"),
-    ({"effect": "joint_backlash", "recorded": False, "target": {"joint": 1}}, r"planted\[0\]\.target\.joint.*weight"),
-    ({"effect": "scan_bias", "size": 0}, r"planted\[0\]\.size"),
-    ("joint_scale", r"planted\[0\]: 'joint_scale' is not of type 'object'"),
-    ({}, r"planted\[0\]: 'effect' is a required property"),
+    ({"effect": "joint_harmonc"}, r"injected\[0\]\.effect: 'joint_harmonc'.*did you mean 'joint_harmonic'"),
+    ({"effect": "joint_scale", "target": {"jiont": 2}}, r"injected\[0\]\.target\.jiont: unknown key.*'joint'"),
+    ({"effect": "joint_scale", "siez": 1e-3}, r"injected\[0\]\.siez: unknown key.*did you mean 'size'"),
+    ({"effect": "plane_bow", "target": {"joint": 2}}, r"injected\[0\]\.target\.joint: unknown key.*plane"),
+    ({"effect": "plane_bow", "target": {"plane": "flor"}}, r"injected\[0\]\.target\.plane: no plane 'flor'.*floor"),
+    ({"effect": "joint_scale", "target": {"joint": 7}}, r"injected\[0\]\.target\.joint: there is no joint 7"),
+    ({"effect": "joint_compliance", "target": {"joints": [2, 9]}}, r"injected\[0\]\.target\.joints.*joint 9"),
+    ({"effect": "joint_coupling", "target": {"joint": 2, "source": 2}}, r"injected\[0\]\.target\.source"),
+    ({"effect": "joint_harmonic", "target": {"order": 2, "orders": [3]}}, r"injected\[0\]\.target\.orders"),
+    ({"effect": "joint_harmonic", "target": {"order": 2}, "phases_rad": [0, 1]}, r"injected\[0\]\.phases_rad: 2 phases"),
+    ({"effect": "sensor_slip", "target": {"at": {"order": 36}}}, r"injected\[0\]\.target\.at\.order.*0 to 35"),
+    ({"effect": "thermal_drift", "lengths": ["a_7"]}, r"injected\[0\]\.lengths: 'a_7' is no length"),
+    ({"effect": "unknown", "kind": "angle_bmp"}, r"injected\[0\]\.kind: 'angle_bmp'.*did you mean 'angle_bump'"),
+    ({"effect": "joint_backlash", "recorded": False, "target": {"joint": 1}}, r"injected\[0\]\.target\.joint.*weight"),
+    ({"effect": "scan_bias", "size": 0}, r"injected\[0\]\.size"),
+    ("joint_scale", r"injected\[0\]: 'joint_scale' is not of type 'object'"),
+    ({}, r"injected\[0\]: 'effect' is a required property"),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("entry", "message"), FAULTS, ids=lambda x: str(x)[:50])
 def test_a_fault_is_named_where_it_stands(entry, message):
-    """A misspelt effect, target or option, or one that this cell does not have, is refused by its place."""
+    """A misspelt effect, target or option, or one that this workcell does not have, is refused by its place."""
     with pytest.raises(InvalidInput, match=message) as caught:
-        planted(entry)
+        injected(entry)
     assert len(str(caught.value).splitlines()) == 1
 
 
@@ -197,5 +201,5 @@ def test_a_fault_ends_with_status_2(entry, tmp_path):
     dump_yaml(config_with(entry), tmp_path / "scene.yaml")
     done = CliRunner().invoke(cli, ["simulate", str(tmp_path / "scene.yaml"), "-o", str(tmp_path / "out")])
     assert done.exit_code == 2
-    assert "planted[0]" in done.stderr and "Traceback" not in done.stderr
+    assert "injected[0]" in done.stderr and "Traceback" not in done.stderr
     assert not (tmp_path / "out").exists()

@@ -18,33 +18,33 @@ FAN = 201  # rays a fan is checked with
 
 def test_joints_stay_within_their_limits(scene):
     """Every q is within the joint limits of the robot."""
-    limits = scene.cell.arm.limits
+    limits = scene.workcell.arm.limits
     assert ((scene.q >= limits[:, 0]) & (scene.q <= limits[:, 1])).all()
 
 
-def test_scans_lie_wholly_on_the_intended_plate(scene):
-    """The whole fan falls on the plate that the pose names, in range and not too steep, clear of the edge."""
+def test_scans_lie_wholly_on_the_intended_target_plane(scene):
+    """The whole fan falls on the target plane that the pose names, in range and not too steep, clear of the edge."""
     sensor = scene.config["sensor"]
     fan = np.linspace(-1, 1, FAN) * sensor["fan_half_angle_deg"] * DEG
     near, far = sensor["range_m"]
-    for T, k in zip(sensor_frames(scene.cell.arm, scene.q), scene.plane_index, strict=True):
-        plate = scene.cell.plates[k]
-        ranges, cosines, points = fan_hits(T, fan, plate.normal, plate.distance)
+    for T, k in zip(sensor_frames(scene.workcell.arm, scene.q), scene.plane_index, strict=True):
+        target_plane = scene.workcell.target_planes[k]
+        ranges, cosines, points = fan_hits(T, fan, target_plane.normal, target_plane.distance)
         assert near - ROUNDING < ranges.min() and ranges.max() < far + ROUNDING
         assert cosines.min() > np.cos(sensor["incidence_max_deg"] * DEG) - ROUNDING
-        within = np.abs((points - plate.centre) @ plate.axes[:, :2])
-        assert (within <= plate.size / 2 - scene.config["edge_margin_m"] + ROUNDING).all()
-        assert (T[:3, 3] - plate.centre) @ plate.axes[:, 2] > 0  # from in front
+        within = np.abs((points - target_plane.centre) @ target_plane.axes[:, :2])
+        assert (within <= target_plane.size / 2 - scene.config["edge_margin_m"] + ROUNDING).all()
+        assert (T[:3, 3] - target_plane.centre) @ target_plane.axes[:, 2] > 0  # from in front
 
 
-def test_no_plate_stands_in_the_beam(scene):
-    """Between the sensor and the intended plate no other plate is met."""
+def test_no_target_plane_stands_in_the_beam(scene):
+    """Between the sensor and the intended target plane no other target plane is met."""
     fan = np.linspace(-1, 1, FAN) * scene.config["sensor"]["fan_half_angle_deg"] * DEG
-    for T, k in zip(sensor_frames(scene.cell.arm, scene.q), scene.plane_index, strict=True):
-        plate = scene.cell.plates[k]
-        ranges, _, _ = fan_hits(T, fan, plate.normal, plate.distance)
-        for other in scene.cell.plates:
-            if other.name == plate.name:
+    for T, k in zip(sensor_frames(scene.workcell.arm, scene.q), scene.plane_index, strict=True):
+        target_plane = scene.workcell.target_planes[k]
+        ranges, _, _ = fan_hits(T, fan, target_plane.normal, target_plane.distance)
+        for other in scene.workcell.target_planes:
+            if other.name == target_plane.name:
                 continue
             crossing, _, points = fan_hits(T, fan, other.normal, other.distance)
             on_it = (np.abs((points - other.centre) @ other.axes[:, :2]) < other.size / 2).all(1)
@@ -53,8 +53,8 @@ def test_no_plate_stands_in_the_beam(scene):
 
 def test_nothing_touches(scene):
     """At every pose, links that could touch stay apart: sampled axes are farther off than the radii."""
-    arm = scene.cell.arm
-    body = body_of(scene.cell.drawn, scene.config["body"])
+    arm = scene.workcell.arm
+    body = body_of(scene.workcell.drawn, scene.config["body"])
     assert body.pairs  # there is something to collide with
     for q in scene.q:
         for first, second in body.pairs:
@@ -95,9 +95,9 @@ def test_self_collision_is_seen():
     config = scene_config("panda")
     config["poses_per_plane"] = 1
     scene = simulate(config)
-    arm = scene.cell.arm
+    arm = scene.workcell.arm
     with World() as world:
-        world.place_arm(arm, body_of(scene.cell.drawn, config["body"]))
+        world.place_arm(arm, body_of(scene.workcell.drawn, config["body"]))
         assert world.touching([0.0, 1.7, 0.0, -3.0, 0.0, 0.5, 0.0]) == "itself"
         assert world.touching([0.0, 0.3, 0.0, -1.2, 0.0, 1.6, 0.0]) is None
 
@@ -112,22 +112,22 @@ def test_poses_are_nested():
 
 def test_poses_spread_over_the_workspace(scene):
     """Poses of a plane are not neighbours: each joint covers a good part of what its limits allow."""
-    for k in range(len(scene.cell.plates)):
+    for k in range(len(scene.workcell.target_planes)):
         q = scene.q[scene.plane_index == k]
-        span = np.ptp(q[:, [-3, -1]], axis=0) / np.ptp(scene.cell.arm.limits[[-3, -1]], axis=1)
+        span = np.ptp(q[:, [-3, -1]], axis=0) / np.ptp(scene.workcell.arm.limits[[-3, -1]], axis=1)
         assert (span > 0.3).all()
 
 
 LIMITS = {
     "out of range": ("sensor", {"range_m": [2.0, 2.1]}),
     "incidence too steep": ("sensor", {"incidence_max_deg": 1e-6}),
-    "the beam misses the plate": ("planes", None),
-    "the arm touches a plate": ("body", {"wrist_radius_m": 0.5, "base_radius_m": 0.5}),
+    "the beam misses the target plane": ("planes", None),
+    "the arm touches a target plane": ("body", {"wrist_radius_m": 0.5, "base_radius_m": 0.5}),
 }
 
 
 @pytest.mark.parametrize("reason", LIMITS)
-def test_a_hopeless_cell_is_refused_with_the_reason(reason):
+def test_a_hopeless_workcell_is_refused_with_the_reason(reason):
     """If no pose can be found, the message names the plane, the limit that refused most, and a remedy."""
     config = scene_config("paper", candidates_max=20_000)
     key, change = LIMITS[reason]

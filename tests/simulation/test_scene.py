@@ -46,10 +46,10 @@ def assert_standard_normal(z):
 def test_noise_free_points_lie_on_their_planes(paper):
     """Without noise, n . p = d for every point, by kinematics that is not pybullet's."""
     assert "noise" not in paper.dataset["sensor"]
-    for k, T in enumerate(sensor_frames(paper.cell.arm, paper.q)):
-        plate = paper.cell.plates[paper.plane_index[k]]
+    for k, T in enumerate(sensor_frames(paper.workcell.arm, paper.q)):
+        target_plane = paper.workcell.target_planes[paper.plane_index[k]]
         points = T[:3, 3] + paper.points[k, :, :1] * T[:3, 0] + paper.points[k, :, 1:] * T[:3, 2]
-        np.testing.assert_allclose(points @ plate.normal, plate.distance, atol=1e-14, rtol=0)
+        np.testing.assert_allclose(points @ target_plane.normal, target_plane.distance, atol=1e-14, rtol=0)
 
 
 def test_noise_free_points_are_where_their_rays_end(paper):
@@ -57,9 +57,9 @@ def test_noise_free_points_are_where_their_rays_end(paper):
     fan = np.linspace(-15 * DEG, 15 * DEG, paper.config["sensor"]["points_per_scan"])
     measured = np.arctan2(paper.points[..., 0], paper.points[..., 1])
     np.testing.assert_allclose(measured, np.tile(fan, (36, 1)), atol=1e-14)
-    for k, T in enumerate(sensor_frames(paper.cell.arm, paper.q)):
-        plate = paper.cell.plates[paper.plane_index[k]]
-        expected, _, _ = fan_hits(T, fan, plate.normal, plate.distance)
+    for k, T in enumerate(sensor_frames(paper.workcell.arm, paper.q)):
+        target_plane = paper.workcell.target_planes[paper.plane_index[k]]
+        expected, _, _ = fan_hits(T, fan, target_plane.normal, target_plane.distance)
         np.testing.assert_allclose(ranges_of(paper)[k], expected, atol=1e-14, rtol=0)
 
 
@@ -95,7 +95,7 @@ def test_joint_noise_moves_the_arm_and_not_the_encoders(paper):
     scene = simulate(scene_config("paper", poses_per_plane=60, noise=noise(joint_noise_std_rad=1e-4)))
     assert_standard_normal((scene.q_true - scene.q) / 1e-4)
     np.testing.assert_allclose(
-        scene.T_base_sensor, sensor_frames(scene.cell.arm, scene.q_true), atol=1e-13, rtol=0
+        scene.T_base_sensor, sensor_frames(scene.workcell.arm, scene.q_true), atol=1e-13, rtol=0
     )
     np.testing.assert_array_equal(scene.poses[[f"q{i + 1}" for i in range(6)]].to_numpy(), scene.q)
 
@@ -209,16 +209,16 @@ def test_an_exact_parameter_leaves_the_others_their_errors():
 def test_plane_guesses_are_off_by_what_was_declared(paper, seed):
     """A guess is tilted by exactly the declared angle and off by exactly the declared distance."""
     block = {"offset_m": 0.1, "offset_std_m": 0.0, "tilt_deg": 30.0, "tilt_std_deg": 0.0}
-    for plate in paper.cell.plates:
-        guess = guess_plane(plate, block, np.random.default_rng(seed))
+    for target_plane in paper.workcell.target_planes:
+        guess = guess_plane(target_plane, block, np.random.default_rng(seed))
         normal = np.array(guess["normal"])
         assert np.linalg.norm(normal) == pytest.approx(1.0, abs=1e-14)
-        assert np.arccos(normal @ plate.normal) / DEG == pytest.approx(30.0, abs=1e-9)
-        assert abs(guess["distance"] - plate.distance) == pytest.approx(0.1, abs=1e-14)
+        assert np.arccos(normal @ target_plane.normal) / DEG == pytest.approx(30.0, abs=1e-9)
+        assert abs(guess["distance"] - target_plane.distance) == pytest.approx(0.1, abs=1e-14)
 
 
 def test_the_dataset_reads_back_and_reveals_nothing(tmp_path):
-    """The folder is a valid dataset, and no number that was planted stands in any of its files."""
+    """The folder is a valid dataset, and no number that was injected stands in any of its files."""
     config = scene_config("ur10e")
     config["true_robot_errors"] |= {"beta_std_deg": 0.1}
     scene = simulate(config)
@@ -227,11 +227,11 @@ def test_the_dataset_reads_back_and_reveals_nothing(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["dataset", "truth"]
     text = "".join(path.read_text() for path in (tmp_path / "dataset").iterdir())
     truth = json.loads((tmp_path / "truth/truth.json").read_text())
-    planted = [value for values in truth["parameters"].values() for value in values]
-    planted += [x for normal in truth["planes"]["normals"] for x in normal] + truth["planes"]["distances"]
-    planted = [value for value in planted if value not in (0.0, 1.0)]  # a floor's normal, say
-    assert len(planted) > 36
-    assert not [value for value in planted if repr(abs(value))[:10] in text]
+    injected = [value for values in truth["parameters"].values() for value in values]
+    injected += [x for normal in truth["planes"]["normals"] for x in normal] + truth["planes"]["distances"]
+    injected = [value for value in injected if value not in (0.0, 1.0)]  # a floor's normal, say
+    assert len(injected) > 36
+    assert not [value for value in injected if repr(abs(value))[:10] in text]
     assert "seed" not in load_yaml(tmp_path / "dataset/dataset.yaml")
 
 
@@ -242,9 +242,9 @@ def test_truth_has_the_agreed_form(paper):
     table = paper.truth_poses
     assert list(table) == ["pose", *(f"q{i + 1}" for i in range(6)), "x", "y", "z", "rx", "ry", "rz"]
     q = table[[f"q{i + 1}" for i in range(6)]].to_numpy()
-    limits = paper.cell.arm.limits
+    limits = paper.workcell.arm.limits
     assert stats.kstest(((q - limits[:, 0]) / np.ptp(limits, axis=1)).ravel(), "uniform").pvalue > ALPHA
-    T = sensor_frames(paper.cell.arm, q)
+    T = sensor_frames(paper.workcell.arm, q)
     np.testing.assert_allclose(table[["x", "y", "z"]].to_numpy(), T[:, :3, 3], atol=1e-12, rtol=0)
     vectors = table[["rx", "ry", "rz"]].to_numpy()
     np.testing.assert_allclose(Rotation.from_rotvec(vectors).as_matrix(), T[:, :3, :3], atol=1e-12, rtol=0)
@@ -257,20 +257,22 @@ def test_evaluation_poses_do_not_depend_on_the_seed(paper):
     np.testing.assert_array_equal(other[columns], paper.truth_poses[columns])
 
 
-def test_a_plan_serves_its_own_cell_only():
-    """A plan is refused for another cell, and for more poses than it holds."""
+def test_a_plan_serves_its_own_workcell_only():
+    """A plan is refused for another workcell, and for more poses than it holds."""
     config = scene_config("paper", poses_per_plane=3)
     plan = plan_poses(config)
-    with pytest.raises(SimulationError, match="another cell"):
+    with pytest.raises(SimulationError, match="another workcell"):
         simulate(config | {"seed": 2}, plan=plan)
     with pytest.raises(SimulationError, match="fewer poses"):
         simulate(config | {"poses_per_plane": 4}, plan=plan)
 
 
-def test_a_scan_that_leaves_its_plate_is_an_error():
-    """If the joints' noise throws rays off the plate, the pose is named, and nothing is silently dropped."""
+def test_a_scan_that_leaves_its_target_plane_is_an_error():
+    """If the joints' noise throws rays off the target plane, the pose is named, and nothing is silently dropped."""
     config = scene_config("paper", noise=noise(joint_noise_std_rad=0.3))
-    with pytest.raises(SimulationError, match=r"pose \d+ on plane \w+: \d+ of 100 rays left the plate"):
+    with pytest.raises(
+        SimulationError, match=r"pose \d+ on plane \w+: \d+ of 100 rays left the target plane"
+    ):
         simulate(config)
 
 
@@ -284,8 +286,8 @@ def test_nothing_of_someone_elses_is_overwritten(tmp_path, paper):
 
 
 @dataclass(frozen=True)
-class _Planted(Effects):
-    """Turn joint 2 by 1 mrad, shift the sensor by 1 mm from half-way on, lift the plates by 2 mm at last."""
+class _Injected(Effects):
+    """Turn joint 2 by 1 mrad, shift the sensor by 1 mm from half-way on, lift the target planes by 2 mm at last."""
 
     def joint_errors(self, world, q, poses):
         return np.tile([0, 1e-3, 0, 0, 0, 0], (len(q), 1))
@@ -294,31 +296,35 @@ class _Planted(Effects):
         half = 0 if evaluating else len(poses) // 2
         return [(slice(0, half), arm), (slice(half, None), arm.shifted({"t": np.array([1e-3, 0, 0])}))]
 
-    def plates(self, plates, poses):
+    def target_planes(self, target_planes, poses):
         lifted = tuple(
-            replace(plate, centre=plate.centre + 2e-3 * plate.normal, distance=plate.distance + 2e-3)
-            for plate in plates
+            replace(
+                target_plane,
+                centre=target_plane.centre + 2e-3 * target_plane.normal,
+                distance=target_plane.distance + 2e-3,
+            )
+            for target_plane in target_planes
         )
         last = np.arange(len(poses)) >= len(poses) - 5
-        return [(~last, plates), (last, lifted)]
+        return [(~last, target_planes), (last, lifted)]
 
 
-def test_effects_act_where_they_are_planted(paper):
-    """Hooks on joints, arm and plates reach scans and evaluation poses, and do not change which poses."""
+def test_effects_act_where_they_are_injected(paper):
+    """Hooks on joints, arm and target planes reach scans and evaluation poses, and do not change which poses."""
     config = scene_config("paper", noise={})
     config["sensor"]["selection"] = "even"
-    scene = simulate(config, effects=_Planted())
+    scene = simulate(config, effects=_Injected())
     np.testing.assert_array_equal(scene.q, paper.q)
-    arm, n = scene.cell.arm, len(scene.q)
+    arm, n = scene.workcell.arm, len(scene.q)
     dq = np.array([0, 1e-3, 0, 0, 0, 0])
     turned = scene.q + dq
     slipped = arm.shifted({"t": np.array([1e-3, 0, 0])})
     T = np.concatenate([sensor_frames(arm, turned[: n // 2]), sensor_frames(slipped, turned[n // 2 :])])
     np.testing.assert_allclose(scene.T_base_sensor, T, atol=1e-13, rtol=0)
     for k in range(n):
-        plate = scene.cell.plates[scene.plane_index[k]]
+        target_plane = scene.workcell.target_planes[scene.plane_index[k]]
         lift = 2e-3 if k >= n - 5 else 0.0
-        expected, _, _ = fan_hits(T[k], scene.angles[k], plate.normal, plate.distance + lift)
+        expected, _, _ = fan_hits(T[k], scene.angles[k], target_plane.normal, target_plane.distance + lift)
         np.testing.assert_allclose(scene.ranges[k], expected, atol=1e-13, rtol=0)
     q = scene.truth_poses[[f"q{i + 1}" for i in range(6)]].to_numpy() + dq
     np.testing.assert_allclose(
@@ -342,4 +348,4 @@ def test_a_picture_shows_arm_and_laser(paper):
     red = picture[..., 0].astype(int) - picture[..., 1] > 60
     assert 5 < red.sum() < picture[..., 0].size / 4
     white = (picture == 255).all(2)  # the background
-    assert white.mean() < 0.5  # most of the picture is plates and arm
+    assert white.mean() < 0.5  # most of the picture is target planes and arm

@@ -19,6 +19,8 @@ for library in ("OMP", "OPENBLAS", "MKL", "NUMEXPR"):
 
 from scalar.errors import InvalidInput
 from study.common.grid import read_grid
+from study.common.methods import METHODS, PROPOSED
+from study.common.renamed import renamed_faults
 from study.common.seeds import batch_names, batch_seeds
 from scalar.data.io.plain_yaml import load_yaml, resolve
 
@@ -131,6 +133,8 @@ def modules(*names):
 
 
 config.update(with_numbers(config))
+if faults := renamed_faults(config):
+    raise WorkflowError("\n".join(faults))
 validate(config, str(ROOT / "workflow/schemas/config.schema.json"))
 RESULTS = config["results"]
 STUDIES = config["studies"]
@@ -142,5 +146,5 @@ wildcard_constraints:
     set=r"[a-z0-9_]+",
     study="|".join(STUDIES),
     case=r"[A-Za-z0-9][A-Za-z0-9_.-]*",
-    method=r"manifold|published-(abs|clip|raise)(-2018)?",
+    method="|".join(METHODS),
     batch=r"seeds-\d+-\d+",

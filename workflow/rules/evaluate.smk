@@ -75,8 +75,8 @@ rule summarise_headline:
     output:
         numbers=f"{HEADLINE}/numbers.json",
         placed=report(
-            f"{HEADLINE}/published_among_ours.csv",
-            caption="../report/published_among_ours.rst",
+            f"{HEADLINE}/published_among_simulated.csv",
+            caption="../report/published_among_simulated.rst",
             category="Tables",
             labels={"study": "headline", "shows": "published values among ours"},
         ),

@@ -18,7 +18,7 @@ rule draw_errors:
 rule draw_initial:
     input:
         errors=f"{HEADLINE}/errors.csv",
-        placed=f"{HEADLINE}/published_among_ours.csv",
+        placed=f"{HEADLINE}/published_among_simulated.csv",
         modules=modules("study.plots.initial", "study.common.tables"),
     output:
         **figure(f"{HEADLINE}/figures/initial", "figure_initial", "Headline", shows="initial models"),
@@ -127,4 +127,4 @@ rule figures:
         SWEEP_FIGURES,
         SEQUENTIAL_FIGURES,
         SCENE_FIGURES,
-        FIRST_LOOP_FIGURES,
+        PUBLISHED_CURVES_FIGURES,

@@ -4,7 +4,7 @@ PAPER = ROOT / "paper"
 PAPER_NUMBERS = {"headline": f"{HEADLINE}/numbers.json"}  # {part: file whose leaves the text quotes}
 PAPER_FIGURES = {  # {as the text calls it: file}
     "headline/errors.svg": f"{HEADLINE}/figures/errors.svg",
-    "headline/parameters.svg": f"{HEADLINE}/figures/parameters_manifold.svg",
+    "headline/parameters.svg": f"{HEADLINE}/figures/parameters_proposed.svg",
     "headline/singular_values.svg": f"{HEADLINE}/figures/singular_values_{next(iter(CASES['headline']))}.svg",
     "headline/scene.svg": f"{HEADLINE}/figures/scene.svg",
 }
@@ -22,17 +22,17 @@ if AXES:
     PAPER_NUMBERS["sweeps"] = f"{SWEEP_DIR}/numbers.json"
     for walls in WALLS:
         PAPER_FIGURES[f"sweeps/overview_{walls}.svg"] = f"{SWEEP_DIR}/figures/overview_{walls}.svg"
-if FIRST_LOOP:
-    PAPER_NUMBERS["first_loop"] = f"{FIRST_LOOP_DIR}/numbers.json"
-    for name in FIRST_LOOP_PICTURES:
-        PAPER_FIGURES[f"first_loop/{name}.svg"] = f"{FIRST_LOOP_DIR}/figures/{name}.svg"
+if PUBLISHED_CURVES:
+    PAPER_NUMBERS["published_curves"] = f"{PUBLISHED_CURVES_DIR}/numbers.json"
+    for name in PUBLISHED_CURVES_PICTURES:
+        PAPER_FIGURES[f"published_curves/{name}.svg"] = f"{PUBLISHED_CURVES_DIR}/figures/{name}.svg"
 
 # What takes hours, or files that are not ours, is committed as small summaries; figures are drawn from them here.
-LOOP_SUMMARIES = PAPER / "summaries/closed_loop"
-if (LOOP_SUMMARIES / "numbers.json").exists():
-    PAPER_NUMBERS["closed_loop"] = local(LOOP_SUMMARIES / "numbers.json")
-    for name in LOOP_FIGURES:
-        PAPER_FIGURES[f"closed_loop/{name}.svg"] = f"{RESULTS}/paper/closed_loop/{name}.svg"
+TRIALS_SUMMARIES = PAPER / "summaries/blind_trials"
+if (TRIALS_SUMMARIES / "numbers.json").exists():
+    PAPER_NUMBERS["blind_trials"] = local(TRIALS_SUMMARIES / "numbers.json")
+    for name in TRIALS_FIGURES:
+        PAPER_FIGURES[f"blind_trials/{name}.svg"] = f"{RESULTS}/paper/blind_trials/{name}.svg"
 
 MEASURED_SUMMARIES = PAPER / "summaries/measured"
 if (MEASURED_SUMMARIES / "numbers.json").exists():
@@ -58,20 +58,20 @@ use rule draw_measured as draw_committed_measured with:
         "Drawing the measured robots from their committed summaries"
 
 
-use rule draw_closed_loop as draw_committed_closed_loop with:
+use rule draw_blind_trials as draw_committed_blind_trials with:
     input:
-        summaries=[local(LOOP_SUMMARIES / f"{name}.csv") for name in LOOP_TABLES],
+        summaries=[local(TRIALS_SUMMARIES / f"{name}.csv") for name in TRIALS_TABLES],
         modules=modules("study.plots.blind_trials", "study.common.tables"),
     output:
         **{
-            f"{name}_{suffix}": f"{RESULTS}/paper/closed_loop/{name}.{suffix}"
-            for name in LOOP_FIGURES
+            f"{name}_{suffix}": f"{RESULTS}/paper/blind_trials/{name}.{suffix}"
+            for name in TRIALS_FIGURES
             for suffix in ("png", "svg")
         },
     log:
-        f"{RESULTS}/logs/paper/draw_closed_loop.log",
+        f"{RESULTS}/logs/paper/draw_blind_trials.log",
     message:
-        "Drawing the closed loop from its committed summaries"
+        "Drawing the blind trials from their committed summaries"
 
 
 rule draw_sweep_overview:

@@ -1,13 +1,12 @@
-# The headline in pictures beyond its error: the cell, what is told apart how well, and where in the workspace errors lie.
+# The headline in pictures beyond its error: the workcell, what can be distinguished how well, and where in the workspace errors lie.
 from types import SimpleNamespace
 
 FIRST_CASE = next(iter(CASES["headline"].values()))
 FIRST_BATCH = batches("headline")[0]
-OURS = "manifold"
 OF_FIRST_CASE = SimpleNamespace(study="headline", case=FIRST_CASE.name)
 SCENE_FIGURES = expand(
     f"{HEADLINE}/figures/{{name}}.{{suffix}}",
-    name=["scene", *(["correlation", "workspace"] if OURS in STUDIES["headline"]["methods"] else [])],
+    name=["scene", *(["correlation", "workspace"] if PROPOSED in STUDIES["headline"]["methods"] else [])],
     suffix=["png", "svg"],
 )
 
@@ -27,14 +26,14 @@ rule render_scene:
         overrides=FIRST_CASE.overrides,
         seed=config["first_seed"],
     message:
-        "Drawing the cell by pybullet's renderer"
+        "Drawing the workcell by pybullet's renderer"
     script:
         "../scripts/render_scene.py"
 
 
 rule correlate:
     input:
-        calibrations=f"{HEADLINE}/calibrations/{FIRST_CASE.name}/{OURS}/{FIRST_BATCH}",
+        calibrations=f"{HEADLINE}/calibrations/{FIRST_CASE.name}/{PROPOSED}/{FIRST_BATCH}",
         modules=modules("study.headline.workspace", "study.common.tables"),
     output:
         report(
@@ -56,7 +55,7 @@ rule map_workspace:
     input:
         data=expand(f"{HEADLINE}/data/{FIRST_CASE.name}/{{batch}}", batch=batches("headline")),
         calibrations=expand(
-            f"{HEADLINE}/calibrations/{FIRST_CASE.name}/{OURS}/{{batch}}", batch=batches("headline")
+            f"{HEADLINE}/calibrations/{FIRST_CASE.name}/{PROPOSED}/{{batch}}", batch=batches("headline")
         ),
         modules=modules("study.headline.workspace", "study.common.tables"),
     output:
@@ -77,7 +76,7 @@ rule draw_scene:
         places=rules.render_scene.output.places,
         modules=modules("study.plots.scene"),
     output:
-        **figure(f"{HEADLINE}/figures/scene", "figure_scene", "Headline", shows="the cell"),
+        **figure(f"{HEADLINE}/figures/scene", "figure_scene", "Headline", shows="the workcell"),
     log:
         f"{RESULTS}/logs/draw_scene.log",
     threads: 1

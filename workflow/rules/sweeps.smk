@@ -117,7 +117,7 @@ rule collect_sweep:
             category="Sweeps",
             labels={"sweep": "{sweep}", "walls": "all", "shows": "errors over the seeds"},
         ),
-        placed=f"{SWEEP_DIR}/{{sweep}}/published_among_ours.csv",
+        placed=f"{SWEEP_DIR}/{{sweep}}/published_among_simulated.csv",
     log:
         f"{RESULTS}/logs/collect_sweep/{{sweep}}.log",
     threads: 1
@@ -133,7 +133,7 @@ rule collect_sweep:
 rule summarise_sweeps:
     input:
         errors=expand(f"{SWEEP_DIR}/{{sweep}}/errors.csv", sweep=AXES),
-        placed=expand(f"{SWEEP_DIR}/{{sweep}}/published_among_ours.csv", sweep=AXES),
+        placed=expand(f"{SWEEP_DIR}/{{sweep}}/published_among_simulated.csv", sweep=AXES),
         modules=modules("study.sweeps.numbers", "study.common.tables"),
     output:
         numbers=report(

@@ -1,4 +1,4 @@
-# One diagnosis from scratch, by the command line: a cell with a gear error of which its dataset tells nothing.
+# One diagnosis from scratch, by the command line: a workcell with a gear error of which its dataset tells nothing.
 EXAMPLE = f"{RESULTS}/worked_example"
 EXAMPLE_SCENE = "configs/scenes/worked_example.yaml"
 SCALAR = f"{sys.executable} -m scalar.cli"
@@ -10,7 +10,7 @@ rule simulate_example:
         robot=local((ROOT / "configs/scenes" / load_yaml(ROOT / EXAMPLE_SCENE)["robot"]).resolve()),
         modules=modules("scalar.cli", "scalar.simulation"),
     output:
-        directory(f"{EXAMPLE}/cell"),
+        directory(f"{EXAMPLE}/workcell"),
     log:
         f"{RESULTS}/logs/worked_example/simulate.log",
     threads: 1
@@ -22,7 +22,7 @@ rule simulate_example:
 
 rule diagnose_example:
     input:
-        cell=rules.simulate_example.output[0],
+        workcell=rules.simulate_example.output[0],
         modules=modules("scalar.cli", "scalar.diagnosis", "scalar.report"),
     output:
         before=f"{EXAMPLE}/before.json",
@@ -41,32 +41,32 @@ rule diagnose_example:
         scalar=SCALAR,
         folder=EXAMPLE,
     shell:
-        "{params.scalar} diagnose {input.cell}/dataset -o {params.folder} > {log} 2>&1"
+        "{params.scalar} diagnose {input.workcell}/dataset -o {params.folder} > {log} 2>&1"
 
 
-rule example_floor:
+rule example_control:
     input:
         scene=local(ROOT / EXAMPLE_SCENE),
         robot=rules.simulate_example.input.robot,
         modules=modules("study.worked_example.tell", "scalar.simulation"),
     output:
-        cell=directory(f"{EXAMPLE}/floor"),
-        calibration=f"{EXAMPLE}/floor.json",
+        workcell=directory(f"{EXAMPLE}/control"),
+        calibration=f"{EXAMPLE}/control.json",
     log:
-        f"{RESULTS}/logs/worked_example/floor.log",
+        f"{RESULTS}/logs/worked_example/control.log",
     threads: 1
     script:
-        "../scripts/example_floor.py"
+        "../scripts/example_control.py"
 
 
 rule tell_example:
     input:
-        cell=rules.simulate_example.output[0],
+        workcell=rules.simulate_example.output[0],
         diagnosis=rules.diagnose_example.output.diagnosis,
         before=rules.diagnose_example.output.before,
         after=rules.diagnose_example.output.after,
-        floor=rules.example_floor.output.calibration,
-        floor_cell=rules.example_floor.output.cell,
+        control=rules.example_control.output.calibration,
+        control_workcell=rules.example_control.output.workcell,
         modules=modules("study.worked_example.tell", "study.common.tables"),
     output:
         poses=f"{EXAMPLE}/poses.csv",

@@ -1,4 +1,4 @@
-"""Draw the cell with names on its parts."""
+"""Draw the workcell with names on its parts."""
 
 from job import logged
 

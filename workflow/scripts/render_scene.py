@@ -1,4 +1,4 @@
-"""Draw the cell of the headline by pybullet's renderer."""
+"""Draw the workcell of the headline by pybullet's renderer."""
 
 from job import logged
 

@@ -10,9 +10,9 @@ with logged(snakemake.log):
     from study.worked_example.tell import errors, numbers, read, tell
 
     given = snakemake.input
-    truth, floor_truth = Path(given.cell) / "truth", Path(given.floor_cell) / "truth"
-    tables = tell(Path(given.cell) / "dataset")
-    found = errors(Path(given.after).parent, Path(given.floor), truth, floor_truth)
+    truth, control_truth = Path(given.workcell) / "truth", Path(given.control_workcell) / "truth"
+    tables = tell(Path(given.workcell) / "dataset")
+    found = errors(Path(given.after).parent, Path(given.control), truth, control_truth)
     for name, table in {**tables, "errors": found}.items():
         write_table(snakemake.output[name], table)
     told = numbers(read(given.diagnosis), read(truth / "truth.json"), found, tables)

@@ -1,4 +1,4 @@
-"""What all planted effects have in common: a name, a target, a size, details for the truth."""
+"""What all injected effects have in common: a name, a target, a size, details for the truth."""
 
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -15,12 +15,12 @@ from scalar.simulation.world import World
 
 
 @dataclass(frozen=True, eq=False)
-class PlantedEffect(Effects):
-    """One effect in one cell.
+class InjectedEffect(Effects):
+    """One effect in one workcell.
 
     Attributes:
         target: as in diagnosis.json. size: as the schema says for its name, in `unit`. details: whatever else was drawn
-            or follows from the cell, with units in the names.
+            or follows from the workcell, with units in the names.
     """
 
     target: dict[str, Any]
@@ -32,7 +32,7 @@ class PlantedEffect(Effects):
 
     @classmethod
     @abstractmethod
-    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+    def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Return the effect of a complete entry of the config; what it leaves open is drawn."""
 
     @classmethod
@@ -47,7 +47,7 @@ class PlantedEffect(Effects):
 
 
 @dataclass(frozen=True, eq=False)
-class JointError(PlantedEffect):
+class JointError(InjectedEffect):
     """An effect on the angle of one joint, `target["joint"]`."""
 
     def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:

@@ -1,6 +1,6 @@
 """All effects by name, and several of them in one scene.
 
-Joint errors, range errors add up; arms, plates and motions of the base follow each other in the config's
+Joint errors, range errors add up; arms, target planes and motions of the base follow each other in the config's
 order. Each entry draws from a generator of its own, by its place in the list, so that one effect's choices do
 not depend on another's, nor on any size.
 """
@@ -14,7 +14,7 @@ import pandas as pd
 
 from scalar.simulation.arm import Arm
 from scalar.simulation.effects import Effects, Rows
-from scalar.simulation.injected.base import PlantedEffect
+from scalar.simulation.injected.base import InjectedEffect
 from scalar.simulation.injected.compliance import BaseCompliance, JointCompliance
 from scalar.simulation.injected.joints import JointBacklash, JointCoupling, JointHarmonic, JointScale
 from scalar.simulation.injected.links import AxisNonparallel, ThermalDrift
@@ -24,13 +24,13 @@ from scalar.simulation.injected.stage import Stage
 from scalar.simulation.injected.surface import PlaneBow, PlaneMoved
 from scalar.simulation.injected.unknown import Unknown
 from scalar.simulation.noise import Noise
-from scalar.simulation.plan import Cell
-from scalar.simulation.plates import Plate
+from scalar.simulation.plan import Workcell
 from scalar.simulation.streams import EFFECTS, stream
+from scalar.simulation.target_planes import TargetPlane
 from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
-CLASSES: tuple[type[PlantedEffect], ...] = (
+CLASSES: tuple[type[InjectedEffect], ...] = (
     JointCompliance,
     JointHarmonic,
     JointScale,
@@ -52,23 +52,27 @@ CLASSES: tuple[type[PlantedEffect], ...] = (
 BY_NAME = {kind.name: kind for kind in CLASSES}
 
 
-def planted_records(entries: Sequence[Mapping[str, Any]]) -> set[str]:
-    """Return what has to be recorded of each pose for these entries of `planted`."""
+def injected_records(entries: Sequence[Mapping[str, Any]]) -> set[str]:
+    """Return what has to be recorded of each pose for these entries of `injected`."""
     return set().union(*(BY_NAME[entry["effect"]].needs(entry) for entry in entries))
 
 
-def plant(
-    entries: Sequence[Mapping[str, Any]], cell: Cell, poses: pd.DataFrame, plane_index: Array, seed: int
+def inject(
+    entries: Sequence[Mapping[str, Any]],
+    workcell: Workcell,
+    poses: pd.DataFrame,
+    plane_index: Array,
+    seed: int,
 ) -> Effects:
-    """Return what complete entries of `planted` make of a cell and its poses.
+    """Return what complete entries of `injected` make of a workcell and its poses.
 
     Raises:
-        InvalidInput: an effect that this cell cannot have, named by its place.
+        InvalidInput: an effect that this workcell cannot have, named by its place.
     """
-    return Planted(
+    return Injected(
         tuple(
-            BY_NAME[entry["effect"]].plant(
-                entry, Stage(cell, poses, plane_index, k), stream(seed, EFFECTS, k)
+            BY_NAME[entry["effect"]].inject(
+                entry, Stage(workcell, poses, plane_index, k), stream(seed, EFFECTS, k)
             )
             for k, entry in enumerate(entries)
         )
@@ -76,10 +80,10 @@ def plant(
 
 
 @dataclass(frozen=True)
-class Planted(Effects):
+class Injected(Effects):
     """Several effects at once."""
 
-    parts: tuple[PlantedEffect, ...]
+    parts: tuple[InjectedEffect, ...]
 
     def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
         """Return the sum of their errors."""
@@ -103,14 +107,16 @@ class Planted(Effects):
             motion = part.motions(world, q, poses) @ motion
         return motion
 
-    def plates(self, plates: tuple[Plate, ...], poses: pd.DataFrame) -> list[tuple[Rows, tuple[Plate, ...]]]:
-        """Return the stretches in which none of them changes a plate; bends before motions."""
-        stretches: list[tuple[Rows, tuple[Plate, ...]]] = [(np.arange(len(poses)), plates)]
+    def target_planes(
+        self, target_planes: tuple[TargetPlane, ...], poses: pd.DataFrame
+    ) -> list[tuple[Rows, tuple[TargetPlane, ...]]]:
+        """Return the stretches in which none of them changes a target plane; bends before motions."""
+        stretches: list[tuple[Rows, tuple[TargetPlane, ...]]] = [(np.arange(len(poses)), target_planes)]
         for part in sorted(self.parts, key=lambda part: part.name):  # plane_bow, then plane_moved
             stretches = [
                 (rows[then], changed)
                 for rows, before in stretches
-                for then, changed in part.plates(before, poses.iloc[rows])
+                for then, changed in part.target_planes(before, poses.iloc[rows])
             ]
         return [(rows, changed) for rows, changed in stretches if len(rows)]
 

@@ -1,13 +1,13 @@
-"""What a schema cannot say of `planted`: joints, planes and moments that the cell does not have."""
+"""What a schema cannot say of `injected`: joints, planes and moments that the workcell does not have."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 
-def planted_faults(
+def injected_faults(
     entries: Sequence[Mapping[str, Any]], n_joints: int, wanted: Mapping[str, int], known_lengths: list[str]
 ) -> list[tuple[str, str]]:
-    """Return what a schema cannot say of `planted`: (path of the key, message).
+    """Return what a schema cannot say of `injected`: (path of the key, message).
 
     Args:
         entries: valid by the schema. n_joints: of the robot. wanted: poses of each plane, by its name.
@@ -16,7 +16,7 @@ def planted_faults(
     found: list[tuple[str, str]] = []
     n_poses = sum(wanted.values())
     for k, entry in enumerate(entries):
-        target, place = entry["target"], f"planted[{k}].target"
+        target, place = entry["target"], f"injected[{k}].target"
         for key in ("joint", "source", "joints"):
             named = target.get(key, [])
             for joint in named if isinstance(named, list) else [named]:
@@ -33,5 +33,5 @@ def planted_faults(
             found.append((f"{place}.at.order", f"the run has poses 0 to {n_poses - 1}; give 1 or later"))
         for name in entry.get("lengths") or ():
             if name not in known_lengths:
-                found.append((f"planted[{k}].lengths", f"{name!r} is no length; {', '.join(known_lengths)}"))
+                found.append((f"injected[{k}].lengths", f"{name!r} is no length; {', '.join(known_lengths)}"))
     return found

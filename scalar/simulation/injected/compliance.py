@@ -7,21 +7,21 @@ from typing import Any, ClassVar, Self
 import numpy as np
 import pandas as pd
 
-from scalar.simulation.injected.base import PlantedEffect
+from scalar.simulation.injected.base import InjectedEffect
 from scalar.simulation.injected.stage import Stage
 from scalar.simulation.transforms import Array, rotation_from_vector, transform
 from scalar.simulation.world import World
 
 
 @dataclass(frozen=True, eq=False)
-class JointCompliance(PlantedEffect):
+class JointCompliance(InjectedEffect):
     """dq_j = size times the torque of the weight about joint j [N m], for some joints or all that carry weight."""
 
     name: ClassVar[str] = "joint_compliance"
     unit: ClassVar[str] = "rad/(N m)"
 
     @classmethod
-    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+    def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Take all joints that carry weight, where none are named."""
         joints = sorted(entry["target"].get("joints", stage.loaded))
         largest = np.abs(stage.torques).max(0)
@@ -41,14 +41,14 @@ class JointCompliance(PlantedEffect):
 
 
 @dataclass(frozen=True, eq=False)
-class BaseCompliance(PlantedEffect):
+class BaseCompliance(InjectedEffect):
     """The arm turns about its pedestal's pivot by size times the moment of its weight about it [N m]."""
 
     name: ClassVar[str] = "base_compliance"
     unit: ClassVar[str] = "rad/(N m)"
 
     @classmethod
-    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+    def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Draw nothing."""
         assert stage.arm.weights is not None
         details = {

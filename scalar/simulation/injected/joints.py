@@ -24,7 +24,7 @@ class JointHarmonic(JointError):
     unit: ClassVar[str] = "rad"
 
     @classmethod
-    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+    def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Draw joint, order and phases."""
         target = dict(entry["target"])
         joint = stage.draw_joint(rng)
@@ -51,7 +51,7 @@ class JointScale(JointError):
     unit: ClassVar[str] = "rad/rad"
 
     @classmethod
-    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+    def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Draw the joint."""
         return cls({"joint": stage.draw_joint(rng)} | entry["target"], entry["size"], {})
 
@@ -68,7 +68,7 @@ class JointCoupling(JointError):
     unit: ClassVar[str] = "rad/rad"
 
     @classmethod
-    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+    def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Draw joint and source among neighbours."""
         near = range(1, NEIGHBOURS + 1)
         pairs = [(j, j - k) for j in stage.mattering for k in near if j - k >= 1]
@@ -98,7 +98,7 @@ class JointBacklash(JointError):
         return {"approach"} if entry["recorded"] else set()
 
     @classmethod
-    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+    def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Draw the joint; where gravity decides, one that carries weight."""
         if entry["recorded"]:
             joint = stage.draw_joint(rng)

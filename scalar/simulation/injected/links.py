@@ -10,7 +10,7 @@ import pandas as pd
 from scalar.simulation.arm import Arm
 from scalar.simulation.config import LENGTHS, length_names
 from scalar.simulation.effects import Rows
-from scalar.simulation.injected.base import PlantedEffect
+from scalar.simulation.injected.base import InjectedEffect
 from scalar.simulation.injected.stage import Stage
 from scalar.simulation.transforms import Array
 
@@ -19,17 +19,17 @@ LEVELLING = 3.0  # a warm-up by time has come to 1 - exp(-3) = 95 % of where it 
 
 
 @dataclass(frozen=True, eq=False)
-class AxisNonparallel(PlantedEffect):
+class AxisNonparallel(InjectedEffect):
     """Hayati's beta of a joint whose axis is meant to be parallel to the one before."""
 
     name: ClassVar[str] = "axis_nonparallel"
     unit: ClassVar[str] = "rad"
 
     @classmethod
-    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+    def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Draw the joint among those with near-parallel axes."""
         n = stage.arm.n
-        parallel = [j for j in range(2, n + 1) if abs(np.sin(stage.cell.drawn.alpha[j - 1])) < NEARLY]
+        parallel = [j for j in range(2, n + 1) if abs(np.sin(stage.workcell.drawn.alpha[j - 1])) < NEARLY]
         joint = entry["target"].get("joint")
         if joint is None:
             joint = stage.draw_joint(rng, parallel, "this arm has no axis parallel to the one before")
@@ -48,8 +48,8 @@ class AxisNonparallel(PlantedEffect):
 
 
 @dataclass(frozen=True, eq=False)
-class ThermalDrift(PlantedEffect):
-    """Lengths grow by size times the course of the temperature or of time, which ends at 1."""
+class ThermalDrift(InjectedEffect):
+    """Lengths grow by size times the profile of the temperature or of time, which ends at 1."""
 
     name: ClassVar[str] = "thermal_drift"
     unit: ClassVar[str] = "m/m"
@@ -60,13 +60,13 @@ class ThermalDrift(PlantedEffect):
         return {entry["by"]}
 
     @classmethod
-    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+    def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Take all lengths, where none are named."""
         lengths = entry["lengths"] or length_names(stage.arm.n)
         driver = stage.poses[entry["by"]].to_numpy(float)
         details = {
             "by": entry["by"],
-            "course": entry["course"],
+            "course": entry["profile"],
             "from": float(driver[0]),
             "to": float(driver[-1]),
             "lengths": lengths,

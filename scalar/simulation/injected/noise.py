@@ -9,20 +9,20 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from scalar.simulation.injected.base import PlantedEffect
+from scalar.simulation.injected.base import InjectedEffect
 from scalar.simulation.injected.stage import Stage
 from scalar.simulation.noise import Noise
 
 
 @dataclass(frozen=True, eq=False)
-class PoseJitter(PlantedEffect):
+class PoseJitter(InjectedEffect):
     """Each joint repeats only to a spread of size, from pose to pose."""
 
     name: ClassVar[str] = "pose_jitter"
     unit: ClassVar[str] = "rad"
 
     @classmethod
-    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+    def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Draw nothing: the joints' own stream does."""
         return cls({}, entry["size"], {})
 
@@ -32,14 +32,14 @@ class PoseJitter(PlantedEffect):
 
 
 @dataclass(frozen=True, eq=False)
-class ScanBias(PlantedEffect):
+class ScanBias(InjectedEffect):
     """Each scan has an error of its own, with a spread of size."""
 
     name: ClassVar[str] = "scan_bias"
     unit: ClassVar[str] = "m"
 
     @classmethod
-    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+    def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Draw nothing: the scans' own stream does."""
         return cls({}, entry["size"], {})
 

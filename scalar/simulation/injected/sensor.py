@@ -10,7 +10,7 @@ import pandas as pd
 
 from scalar.simulation.arm import Arm
 from scalar.simulation.effects import Rows
-from scalar.simulation.injected.base import PlantedEffect
+from scalar.simulation.injected.base import InjectedEffect
 from scalar.simulation.injected.stage import Stage
 from scalar.simulation.transforms import Array
 
@@ -24,14 +24,14 @@ def draw_direction(rng: np.random.Generator) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class SensorSlip(PlantedEffect):
+class SensorSlip(InjectedEffect):
     """From a moment on the sensor sits size metres elsewhere on the flange, and is turned."""
 
     name: ClassVar[str] = "sensor_slip"
     unit: ClassVar[str] = "m"
 
     @classmethod
-    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+    def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Draw moment and directions."""
         order = stage.draw_moment(rng, np.arange(len(stage.poses)))
         order = entry["target"].get("at", {}).get("order", order)
@@ -52,11 +52,11 @@ class SensorSlip(PlantedEffect):
 
 
 @dataclass(frozen=True, eq=False)
-class RangeError(PlantedEffect):
+class RangeError(InjectedEffect):
     """An error of the laser's reading that depends on the reading alone."""
 
     @classmethod
-    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+    def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Draw nothing."""
         return cls({}, entry["size"], {"range_middle_m": _middle(stage)})
 
@@ -70,7 +70,7 @@ class RangeError(PlantedEffect):
 
 
 def _middle(stage: Stage) -> float:
-    return (stage.cell.scanner.range_near + stage.cell.scanner.range_far) / 2
+    return (stage.workcell.scanner.range_near + stage.workcell.scanner.range_far) / 2
 
 
 @dataclass(frozen=True, eq=False)

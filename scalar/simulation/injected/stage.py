@@ -1,7 +1,7 @@
-"""What an effect may look at when it is planted: the cell and its poses as they are without it.
+"""What an effect may look at when it is injected: the workcell and its poses as they are without it.
 
 From this it takes what its config leaves open: a joint that matters, a moment in the middle of the run, the
-part of a plate that is scanned.
+part of a target plane that is scanned.
 """
 
 from collections.abc import Sequence
@@ -14,9 +14,9 @@ import pandas as pd
 
 from scalar.errors import Fault, InvalidInput
 from scalar.simulation.arm import Arm
-from scalar.simulation.plan import Cell
-from scalar.simulation.plates import Plate
+from scalar.simulation.plan import Workcell
 from scalar.simulation.scanner import directions
+from scalar.simulation.target_planes import TargetPlane
 from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
@@ -28,14 +28,14 @@ MIDDLE = (0.25, 0.75)  # of the run: when something happens
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """The plain cell, and where in the config the effect stands.
+    """The plain workcell, and where in the config the effect stands.
 
     Attributes:
-        cell: without effects. poses: table of poses in acquisition order, with what is recorded.
-        plane_index: (N,) into the plates. index: of the entry in `planted`.
+        workcell: without effects. poses: table of poses in acquisition order, with what is recorded.
+        plane_index: (N,) into the target planes. index: of the entry in `injected`.
     """
 
-    cell: Cell
+    workcell: Workcell
     poses: pd.DataFrame
     plane_index: Array
     index: int
@@ -43,7 +43,7 @@ class Stage:
     @property
     def arm(self) -> Arm:
         """Return the plain arm."""
-        return self.cell.arm
+        return self.workcell.arm
 
     @cached_property
     def q(self) -> Array:
@@ -65,9 +65,11 @@ class Stage:
 
     @cached_property
     def mattering(self) -> list[int]:
-        """Return the joints, from 1, that move the laser's points on the plates."""
-        normals = np.array([plate.normal for plate in self.cell.plates])[self.plane_index]
-        spots = self._spots(np.array([-1.0, 0.0, 1.0]) * self.cell.scanner.fan)
+        """Return the joints, from 1, that move the laser's points on the target planes."""
+        normals = np.array([target_plane.normal for target_plane in self.workcell.target_planes])[
+            self.plane_index
+        ]
+        spots = self._spots(np.array([-1.0, 0.0, 1.0]) * self.workcell.scanner.fan)
         leverage = np.empty(self.arm.n)
         for j in range(self.arm.n):
             step = np.zeros(self.arm.n)
@@ -81,22 +83,26 @@ class Stage:
     def _spots(self, angles: Array) -> Array:
         """Return where rays at these angles (M,) [rad] end, (N, M, 3) [m] in the sensor's frame."""
         R, origin = self.arm.sensor_frames(self.q)
-        normals = np.array([plate.normal for plate in self.cell.plates])[self.plane_index]
-        distances = np.array([plate.distance for plate in self.cell.plates])[self.plane_index]
+        normals = np.array([target_plane.normal for target_plane in self.workcell.target_planes])[
+            self.plane_index
+        ]
+        distances = np.array([target_plane.distance for target_plane in self.workcell.target_planes])[
+            self.plane_index
+        ]
         u = directions(angles)
         height = distances - np.einsum("ni,ni->n", normals, origin)
         toward = np.einsum("nij,mj,ni->nm", R, u, normals)
         return (height[:, None] / toward)[..., None] * u
 
-    def scanned(self, plate: Plate) -> tuple[Array, float]:
-        """Return the middle (2,) [m] of what is scanned of a plate, on its axes u, v from its centre, and its radius [m].
+    def scanned(self, target_plane: TargetPlane) -> tuple[Array, float]:
+        """Return the middle (2,) [m] of what is scanned of a target plane, on its axes u, v from its centre, and its radius [m].
 
         The radius reaches the farthest ray in the middle of a scan.
         """
-        mine = self.plane_index == self.cell.plates.index(plate)
+        mine = self.plane_index == self.workcell.target_planes.index(target_plane)
         R, origin = self.arm.sensor_frames(self.q)
         points = origin + np.einsum("nij,nj->ni", R, self._spots(np.zeros(1))[:, 0])
-        uv = ((points - plate.centre) @ plate.axes[:, :2])[mine]
+        uv = ((points - target_plane.centre) @ target_plane.axes[:, :2])[mine]
         middle = (uv.min(0) + uv.max(0)) / 2
         return middle, float(np.linalg.norm(uv - middle, axis=1).max())
 
@@ -125,4 +131,4 @@ class Stage:
 
     def refuse(self, key: str, message: str) -> NoReturn:
         """Raise InvalidInput about a key of this entry."""
-        raise InvalidInput([Fault("config", message, column=f"planted[{self.index}].{key}")])
+        raise InvalidInput([Fault("config", message, column=f"injected[{self.index}].{key}")])

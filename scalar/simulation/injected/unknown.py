@@ -9,7 +9,7 @@ import pandas as pd
 
 from scalar.simulation.arm import Arm
 from scalar.simulation.effects import Rows
-from scalar.simulation.injected.base import PlantedEffect
+from scalar.simulation.injected.base import InjectedEffect
 from scalar.simulation.injected.sensor import draw_direction
 from scalar.simulation.injected.stage import Stage
 from scalar.simulation.transforms import Array
@@ -37,7 +37,7 @@ BELT_PERIODS = (4.2, 8.8)  # in the range that a joint goes through
 
 
 @dataclass(frozen=True, eq=False)
-class Unknown(PlantedEffect):
+class Unknown(InjectedEffect):
     """One of `KINDS`; details say which, and what it depends on.
 
     angle_bump: a joint errs by size exp(-s^2 / 2) about one angle. angle_product: by size times the product of
@@ -58,7 +58,7 @@ class Unknown(PlantedEffect):
         return {"time"} if entry["kind"] in IN_TIME else set()
 
     @classmethod
-    def plant(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+    def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Draw the joints and the places."""
         kind, target = entry["kind"], dict(entry["target"])
         details: dict[str, Any] = {"kind": kind}
@@ -75,7 +75,7 @@ class Unknown(PlantedEffect):
             }
             return cls({}, entry["size"], details)
         low, high = stage.q.min(0), stage.q.max(0)
-        # A first joint that drifts is the same as plates that creep about it; a last one, as a sensor that does.
+        # A first joint that drifts is the same as target planes that creep about it; a last one, as a sensor that does.
         ends = (1, stage.arm.n) if kind in ("encoder_drift", "late_jump") else ()
         joint = stage.draw_joint(
             rng, [j for j in stage.mattering if j not in ends], "no joint is left to drift"

@@ -1,4 +1,4 @@
-"""The closed loop: seeds that stay, a blind dataset, judgements and statistics by second opinion, the committed summaries."""
+"""The blind trials: seeds that stay, a blind dataset, judgements and statistics by second opinion, the committed summaries."""
 
 import json
 import re
@@ -14,7 +14,7 @@ import pytest
 from scipy.stats import binomtest
 from study.blind_trials.cases import load_study
 from study.blind_trials.numbers import FORMAT, summarise
-from study.blind_trials.run import SET_COLUMNS, make_twin, planted_config, run_sets
+from study.blind_trials.run import SET_COLUMNS, injected_config, make_control, run_sets
 from study.blind_trials.score import outcome, same_target
 from study.blind_trials.statistics import half_point, half_point_interval, wilson
 
@@ -22,12 +22,12 @@ from scalar.effects.joints import JointRipple
 from scalar.errors import InvalidInput
 
 ROOT = Path(__file__).parents[3]
-CONFIG = ROOT / "configs/closed_loop.yaml"
-SMOKE = ROOT / "configs/closed_loop_smoke.yaml"
-COMMITTED = ROOT / "paper/summaries/closed_loop"
+CONFIG = ROOT / "configs/blind_trials.yaml"
+SMOKE = ROOT / "configs/blind_trials_smoke.yaml"
+COMMITTED = ROOT / "paper/summaries/blind_trials"
 SCHEMA = json.loads((ROOT / "tests/diagnosis/diagnosis.schema.json").read_text(encoding="utf-8"))
 NAMES = set(SCHEMA["$defs"]["name"]["enum"]) - {"unattributed", JointRipple.name}
-"""All that can be planted alone: a ripple is named only beside all lower orders of its joint (tests/diagnosis/test_spectrum.py)."""
+"""All that can be injected alone: a ripple is named only beside all lower orders of its joint (tests/diagnosis/test_spectrum.py)."""
 
 
 @pytest.mark.parametrize(("k", "n"), [(0, 200), (3, 10), (19, 20), (20, 20)])
@@ -61,7 +61,7 @@ def test_half_is_nowhere_where_nothing_is_found():
 
 
 @pytest.mark.parametrize(
-    ("name", "found", "planted", "right"),
+    ("name", "found", "injected", "right"),
     [
         ("joint_scale", {"joint": 2}, {"joint": 2}, True),
         ("joint_scale", {"joint": 2}, {"joint": 3}, False),
@@ -75,52 +75,54 @@ def test_half_is_nowhere_where_nothing_is_found():
         ("plane_moved", {"plane": "b", "at": {"order": 100.0}}, {"plane": "a", "at": {"order": 100}}, False),
     ],
 )
-def test_a_target_is_right_or_not(name, found, planted, right):
-    """Joint, order, plate and moment all count."""
-    assert same_target({"name": name, "target": found}, {"name": name, "target": planted}) is right
+def test_a_target_is_right_or_not(name, found, injected, right):
+    """Joint, order, target plane and moment all count."""
+    assert same_target({"name": name, "target": found}, {"name": name, "target": injected}) is right
 
 
 def test_an_answer_is_judged_by_its_first_effect():
-    """Right, listed beside another name, declared silent, missed, wrong, unattributed: each is what its name says."""
-    planted = {"name": "joint_scale", "target": {"joint": 2}}
-    right = planted | {"confounded_with": []}
+    """Right, listed beside another name, declared unobservable, missed, wrong, unattributed: each is what its name says."""
+    injected = {"name": "joint_scale", "target": {"joint": 2}}
+    right = injected | {"confounded_with": []}
     other = {"name": "plane_bow", "target": {"plane": "floor"}, "confounded_with": []}
-    assert outcome(planted, [right, other], []) == "right"
-    assert outcome(planted, [other | {"confounded_with": [planted]}], []) == "listed"
-    assert outcome(planted, [other, right], []) == "wrong"
-    assert outcome(planted, [right | {"target": {"joint": 3}}], []) == "elsewhere"
-    assert outcome(planted, [{"name": "unattributed", "target": {}}], []) == "unattributed"
-    assert outcome(planted, [], [planted]) == "silent"
-    assert outcome(planted, [], [planted | {"target": {"joint": 3}}]) == "missed"
+    assert outcome(injected, [right, other], []) == "right"
+    assert outcome(injected, [other | {"confounded_with": [injected]}], []) == "listed"
+    assert outcome(injected, [other, right], []) == "wrong"
+    assert outcome(injected, [right | {"target": {"joint": 3}}], []) == "elsewhere"
+    assert outcome(injected, [{"name": "unattributed", "target": {}}], []) == "unattributed"
+    assert outcome(injected, [], [injected]) == "unobservable"
+    assert outcome(injected, [], [injected | {"target": {"joint": 3}}]) == "missed"
 
 
 def test_more_seeds_leave_those_that_are_there():
-    """No two cells share a seed, and asking for more repetitions changes none of the first sets."""
+    """No two workcells share a seed, and asking for more repetitions changes none of the first sets."""
     study = load_study(CONFIG)
     case = study.cases["joint_scale"]
     longer = replace(study, cases={**study.cases, "joint_scale": replace(case, seeds=case.seeds + 3)})
     seeds = []
-    for cell in study.cells:
-        first = [s for s in study.sets("joint_scale", cell, "001-002")]
-        assert first == [s for s in longer.sets("joint_scale", cell, "001-002")]
-        seeds += [s.seed for s in longer.sets("joint_scale", cell, f"001-{case.seeds + 3:03d}")]
+    for workcell in study.workcells:
+        first = [s for s in study.sets("joint_scale", workcell, "001-002")]
+        assert first == [s for s in longer.sets("joint_scale", workcell, "001-002")]
+        seeds += [s.seed for s in longer.sets("joint_scale", workcell, f"001-{case.seeds + 3:03d}")]
     assert len(set(seeds)) == len(seeds) // len(case.sizes)
 
 
 def test_the_config_tries_every_effect_often_enough():
     """Every name that a diagnosis may give, at least 20 seeds each but for what some robots cannot have; 200 sets
-    with nothing planted, 60 pairs, 40 without a name.
+    with nothing injected, 60 pairs, 40 without a name.
     """
     study = load_study(CONFIG)
-    planted = {case.choices[0].entry["effect"] for case in study.cases.values() if case.kind == "single"}
-    assert planted >= NAMES
+    injected = {case.choices[0].entry["effect"] for case in study.cases.values() if case.kind == "single"}
+    assert injected >= NAMES
     counts = dict.fromkeys(("single", "null", "pair", "unknown"), 0)
     for job in study.jobs():
         counts[study.cases[job[0]].kind] += len(list(study.sets(*job)))
     assert counts["null"] >= 200 and counts["pair"] >= 60 and counts["unknown"] >= 40
     for case in study.cases.values():
         if case.kind == "single":
-            assert case.seeds * len(case.choices[0].cells) >= (20 if len(case.choices[0].cells) > 4 else 16)
+            assert case.seeds * len(case.choices[0].workcells) >= (
+                20 if len(case.choices[0].workcells) > 4 else 16
+            )
 
 
 def test_a_misspelt_config_is_refused_by_name(tmp_path):
@@ -138,7 +140,7 @@ def test_a_misspelt_config_is_refused_by_name(tmp_path):
 
 def test_the_diagnosis_is_blind(tmp_path):
     """What is diagnosed is what a reader of the dataset's folder gets, and but for the measured points it is what the same
-    scene gives with nothing planted.
+    scene gives with nothing injected.
     """
     from study.common.memory import dataset_in_memory
 
@@ -147,9 +149,9 @@ def test_the_diagnosis_is_blind(tmp_path):
 
     study = load_study(SMOKE)
     (wanted,) = study.sets("joint_scale", "ur10e", "001-001")
-    twin = make_twin(study, "ur10e", wanted.seed, ROOT)
-    scene = simulate(planted_config(wanted, twin), base_dir=twin.base_dir, plan=twin.plan)
-    plain = simulate(twin.config, base_dir=twin.base_dir, plan=twin.plan)
+    control = make_control(study, "ur10e", wanted.seed, ROOT)
+    scene = simulate(injected_config(wanted, control), base_dir=control.base_dir, plan=control.plan)
+    plain = simulate(control.config, base_dir=control.base_dir, plan=control.plan)
     assert scene.truth["effects"] and not plain.truth["effects"]
     given, without = dataset_in_memory(scene), dataset_in_memory(plain)
     write_scene(scene, tmp_path)
@@ -164,23 +166,23 @@ def test_the_diagnosis_is_blind(tmp_path):
 
 @pytest.fixture(scope="module")
 def sets():
-    """Return two sets of the small closed loop: a scale error, and dirt without an effect."""
+    """Return two sets of the small blind trials: a scale error, and gross errors without an effect."""
     study = load_study(SMOKE)
     return study, pd.concat(
-        [run_sets(study, case, "ur10e", "001-001", ROOT) for case in ("joint_scale", "null-dirty")],
+        [run_sets(study, case, "ur10e", "001-001", ROOT) for case in ("joint_scale", "null-gross_errors")],
         ignore_index=True,
     )
 
 
-def test_a_set_is_planted_diagnosed_and_judged(sets):
-    """A gross scale error is named with its joint, the error after is nearer to the floor than to before, and dirt is no
+def test_a_set_is_injected_diagnosed_and_judged(sets):
+    """A gross scale error is named with its joint, the error after is nearer to the floor than to before, and gross errors is no
     effect; the tables say so.
     """
     study, table = sets
     assert list(table.columns) == list(SET_COLUMNS)
     row = table.iloc[0]
     assert json.loads(row["found"])[0]["name"] == "joint_scale"
-    assert abs(row["position_after_mm"] - row["position_floor_mm"]) < abs(
+    assert abs(row["position_after_mm"] - row["position_control_mm"]) < abs(
         row["position_before_mm"] - row["position_after_mm"]
     )
     assert row["signal_over_noise"] > 1.0
@@ -199,8 +201,8 @@ def test_a_set_is_planted_diagnosed_and_judged(sets):
 def test_the_committed_summaries_are_whole_and_small():
     """Every table, with a row for every effect of the catalogue; seeds and code that made them; below 300 kB."""
     files = {path.name for path in COMMITTED.iterdir()}
-    rules = (ROOT / "workflow/rules/closed_loop.smk").read_text(encoding="utf-8")
-    listed = re.search(r"LOOP_TABLES = \[(.*?)\]", rules, re.DOTALL)
+    rules = (ROOT / "workflow/rules/blind_trials.smk").read_text(encoding="utf-8")
+    listed = re.search(r"TRIALS_TABLES = \[(.*?)\]", rules, re.DOTALL)
     assert listed is not None
     assert files >= {f"{name}.csv" for name in re.findall(r'"(\w+)"', listed[1])} | {"numbers.json"}
     assert sum(path.stat().st_size for path in COMMITTED.iterdir()) < 300_000
@@ -218,17 +220,17 @@ def test_the_committed_summaries_are_whole_and_small():
 
 @pytest.mark.slow
 def test_the_rules_run_small(tmp_path):
-    """`snakemake closed_loop` on the small config: every table, every figure, and nothing to do a second time."""
+    """`snakemake blind_trials` on the small config: every table, every figure, and nothing to do a second time."""
     for name in ("scalar", "workflow", "configs", "paper"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "Snakefile", tmp_path)
-    command = [sys.executable, "-m", "snakemake", "closed_loop", "--cores", "2", "--nocolor"]
+    command = [sys.executable, "-m", "snakemake", "blind_trials", "--cores", "2", "--nocolor"]
     command += ["--configfile", "configs/smoke.yaml"]
     for words in ("steps (100%) done", "Nothing to be done"):
         ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert ran.returncode == 0, ran.stdout + ran.stderr
         assert words in ran.stdout + ran.stderr
-    made = tmp_path / "results/smoke/closed_loop"
+    made = tmp_path / "results/smoke/blind_trials"
     assert {path.stem for path in (made / "figures").glob("*.png")} == {
         "confusion",
         "power",

@@ -22,8 +22,8 @@ def errors_of(method: str, values: list[float], status: str = "converged") -> pd
 
 def test_a_failed_fit_is_counted_and_does_not_move_the_mean():
     """A row without numbers counts as a seed, as not converged and as without calibration."""
-    good = errors_of("manifold", [1.0, 3.0])
-    failed = errors_of("manifold", [float("nan")], status="undetermined").assign(seed=9)
+    good = errors_of("proposed", [1.0, 3.0])
+    failed = errors_of("proposed", [float("nan")], status="undetermined").assign(seed=9)
     row = summarise_errors(pd.concat([good, failed], ignore_index=True)).iloc[0]
     assert (row["seeds"], row["not_converged"], row["without_calibration"]) == (3, 1, 1)
     assert (row["mean"], row["min"], row["max"]) == (2.0, 1.0, 3.0)
@@ -38,18 +38,18 @@ def test_the_initial_model_is_no_failure():
 def test_the_order_of_rows_does_not_matter_to_a_summary():
     """Batches of any size give the same numbers."""
     rng = np.random.default_rng(3)
-    table = errors_of("manifold", list(rng.random(20)))
+    table = errors_of("proposed", list(rng.random(20)))
     shuffled = table.sample(frac=1.0, random_state=1)
     pd.testing.assert_frame_equal(summarise_errors(table), summarise_errors(shuffled))
 
 
 def test_published_values_fall_where_they_are_counted():
     """The percentile is the share of our seeds below, for the initial model and the calibrated apart."""
-    ours = pd.concat([errors_of("initial", [1, 2, 3, 4], "initial"), errors_of("manifold", [1, 2, 3, 4])])
+    ours = pd.concat([errors_of("initial", [1, 2, 3, 4], "initial"), errors_of("proposed", [1, 2, 3, 4])])
     stated = pd.DataFrame({"state": ["initial", "calibrated"], **{q: [2.5, 9.0] for q in QUANTITIES}})
     placed = place_published(ours, stated).groupby("method")["percentile"].first()
     assert placed["initial"] == 50.0
-    assert placed["manifold"] == 100.0
+    assert placed["proposed"] == 100.0
 
 
 def test_unit_normal_errors_have_unit_spread():
@@ -58,7 +58,7 @@ def test_unit_normal_errors_have_unit_spread():
     std = 0.01
     error = std * rng.standard_normal(4000)
     table = pd.DataFrame({"error": error, "std": std, "normalized_error": error / std, "unit": "mm"})
-    table = table.assign(case="a", method="manifold", parameter="a_2", truth=0.0, seed=range(4000))
+    table = table.assign(case="a", method="proposed", parameter="a_2", truth=0.0, seed=range(4000))
     row = summarise_parameters(table.reindex(columns=list(PARAMETER_COLUMNS))).iloc[0]
     assert row["normalized_rms"] == pytest.approx(1.0, abs=0.05)
     assert row["within_2_std"] == pytest.approx(0.954, abs=0.015)
@@ -67,14 +67,14 @@ def test_unit_normal_errors_have_unit_spread():
 
 def test_held_parameters_have_no_row():
     """Nothing was estimated, so there is no error to summarise."""
-    table = pd.DataFrame({"parameter": ["d_1"], "std": [np.nan], "case": "a", "method": "manifold"})
+    table = pd.DataFrame({"parameter": ["d_1"], "std": [np.nan], "case": "a", "method": "proposed"})
     assert summarise_parameters(table.reindex(columns=list(PARAMETER_COLUMNS))).empty
 
 
 def test_a_plane_is_within_what_is_stated_in_both_figures_or_not():
     """Distance and normal both count, and signs do not."""
     table = pd.DataFrame({"distance_error_mm": [-0.05, 0.05, 0.2], "normal_error_deg": [0.005, 0.02, 0.005]})
-    table = table.assign(case="a", method="manifold", plane="floor").reindex(columns=list(PLANE_COLUMNS))
+    table = table.assign(case="a", method="proposed", plane="floor").reindex(columns=list(PLANE_COLUMNS))
     stated = pd.DataFrame({"distance_error_mm": [0.1], "normal_error_deg": [0.01]})
     row = summarise_planes(table, stated).iloc[0]
     assert row["within_published"] == pytest.approx(1 / 3)

@@ -21,7 +21,7 @@ def batch(tmp_path_factory, request):
     """Return the folders of data and calibrations of two seeds."""
     folder = tmp_path_factory.mktemp("workspace")
     simulate_seeds(request.config.rootpath / "configs/scenes/paper.yaml", SMALL, [1, 2], folder / "data")
-    calibrate_seeds(folder / "data", "manifold", folder / "calibrations")
+    calibrate_seeds(folder / "data", "proposed", folder / "calibrations")
     return folder / "data", folder / "calibrations"
 
 

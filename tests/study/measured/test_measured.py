@@ -49,17 +49,17 @@ def test_told_the_angles_of_other_poses_an_effect_gains_nothing(one):
     assert on_shuffled_angles(*one)["held_out_rms_mm"] > 0.95 * geometry
 
 
-def test_the_error_of_a_gear_is_the_one_planted(one):
-    """Over the angles that were seen the curve is the planted one, but for a straight line, within its standard error."""
+def test_the_error_of_a_gear_is_the_one_injected(one):
+    """Over the angles that were seen the curve is the injected one, but for a straight line, within its standard error."""
     dataset, found = one
     table = gear_errors(found, dataset)
     assert set(table["joint"]) == {ERRING}
     seen = table[table["seen"]]
     x = np.deg2rad(seen["angle_deg"].to_numpy())
-    planted = bumps(500 + ERRING)(x) * 1e3
-    rest = seen["error_mrad"].to_numpy() - planted
+    injected = bumps(500 + ERRING)(x) * 1e3
+    rest = seen["error_mrad"].to_numpy() - injected
     rest -= np.polyval(np.polyfit(x, rest, 1), x)
-    assert np.std(rest) < 0.25 * np.std(planted)
+    assert np.std(rest) < 0.25 * np.std(injected)
     q = dataset.q[:, ERRING - 1]
     inside = (x > q.min() - 0.1) & (x < q.max() + 0.1)
     assert inside.all() and len(seen) > 20
@@ -111,8 +111,8 @@ def test_the_readme_says_what_the_summaries_say():
         (row,) = [
             line for line in readme.splitlines() if f", {found['models']['geometry']['poses']} " in line
         ]
-        cells = [cell.split("(")[0].strip() for cell in row.split("|")[2:6]]
-        assert cells == [f"{error:.2f}" for error in held_out]
+        workcells = [workcell.split("(")[0].strip() for workcell in row.split("|")[2:6]]
+        assert workcells == [f"{error:.2f}" for error in held_out]
         (transferred,) = [v for k, v in found["models"].items() if k.startswith("effects_of")] or [None]
         assert transferred is None or f"({transferred['held_out_rms_mm']:.2f} with" in row
         assert all(len(checksum) == 64 for checksum in found["files_sha256"].values())

@@ -46,7 +46,7 @@ def test_no_semicolon_is_swallowed(path):
         '#figure(image("a.svg"), caption: [below 0.1 mm])',
         '#picture("a.svg", [Errors of 30 seeds.]) <fig-a>',
         "*strong 17*",
-        "in thirty cells",
+        "in thirty workcells",
         "leaning by three degrees",
         '#if has("x") [ of 96 % ]',
         "- an item with 4.8",
@@ -66,7 +66,7 @@ def test_a_typed_number_is_found(text):
 @pytest.mark.parametrize(
     "text",
     [
-        'is #n("headline.methods.manifold.raw.position_mean_mm.mean", digits: 3), and @fig-12 shows it',
+        'is #n("headline.methods.proposed.raw.position_mean_mm.mean", digits: 3), and @fig-12 shows it',
         "$ f = 1/2 x_1^2 + T_(i-1,i) $ <eq-1>",
         "a Denso VS060 with a 2D scanner",
         "// 30 seeds\n/* 0.5 mm */ nothing",

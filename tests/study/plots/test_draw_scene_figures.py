@@ -1,4 +1,4 @@
-"""The cell, the correlations and the map of errors name what they show, and are the same bytes from the same tables."""
+"""The workcell, the correlations and the map of errors name what they show, and are the same bytes from the same tables."""
 
 import numpy as np
 import pandas as pd
@@ -19,7 +19,7 @@ def correlations() -> pd.DataFrame:
 
 
 def errors() -> pd.DataFrame:
-    """Return a map of three by three cells, one of them missing, one with too few poses."""
+    """Return a map of three by three workcells, one of them missing, one with too few poses."""
     rng = np.random.default_rng(2)
     rows = [
         {"view": view, "u_m": 0.05 + 0.1 * i, "v_m": 0.05 + 0.1 * j, "poses": 1 if i == j == 0 else 9}
@@ -56,13 +56,13 @@ def test_strong_correlations_have_their_number():
 def test_the_map_has_units_and_states():
     """Each state and its unit is named; no calibration at all is said."""
     text = words(draw_workspace(errors(), 5))
-    for word in ("before", "found", "claimed", "[mm]", "[µm]", "5 simulated cells"):
+    for word in ("before", "found", "claimed", "[mm]", "[µm]", "5 simulated workcells"):
         assert word in text
     assert "no fit" in words(draw_workspace(errors().head(0), 0))
 
 
 def test_the_same_input_gives_the_same_bytes(tmp_path):
-    """No date, no version, no random id in a file; the cell's parts have their names."""
+    """No date, no version, no random id in a file; the workcell's parts have their names."""
     picture = np.full((60, 80, 3), 255, dtype=np.uint8)
     picture[20:50, 10:70] = 90
     imsave(tmp_path / "picture.png", picture)

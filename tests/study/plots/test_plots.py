@@ -30,12 +30,12 @@ def tables() -> dict[str, pd.DataFrame]:
     errors, planes, parameters = [], [], []
     for seed in range(5):
         for method in (INITIAL, *METHODS):
-            status = {INITIAL: INITIAL, "published-raise": "raised"}.get(method, "converged")
+            status = {INITIAL: INITIAL, "baseline-raise": "raised"}.get(method, "converged")
             key = {"case": "a", "seed": seed, "method": method, "status": status}
             sizes = dict(zip(QUANTITIES, rng.random(4) + 0.01, strict=True))
             errors += [key | {"alignment": alignment} | sizes for alignment in ("raw", "aligned")]
             for plane in PLANES:
-                size = 0.0 if method == "published-clip" else rng.random() / 10
+                size = 0.0 if method == "baseline-clip" else rng.random() / 10
                 planes.append(key | {"plane": plane, "normal_error_deg": size, "distance_error_mm": -size})
             for parameter, unit in PARAMETERS:
                 std = np.nan if status != "converged" else 0.1
@@ -61,8 +61,8 @@ def figures() -> dict[str, Figure]:
         "errors": draw_errors(errors, summarise_errors(errors), STATED),
         "initial": draw_initial(errors, place_published(errors, STATED)),
         "planes": draw_planes(given["planes"], PLANE_CLAIM),
-        "parameters": draw_parameters(parameters, of_parameters, "manifold"),
-        "without_errors": draw_parameters(parameters, of_parameters, "published-raise"),
+        "parameters": draw_parameters(parameters, of_parameters, "proposed"),
+        "without_errors": draw_parameters(parameters, of_parameters, "baseline-raise"),
         "singular_values": draw_singular_values(values, directions),
     }
 
@@ -114,7 +114,7 @@ def test_failed_fits_are_said():
 def test_a_plane_that_never_moved_is_still_drawn():
     """An error of exactly zero does not fall off a log axis."""
     figure = figures()["planes"]
-    drawn = [line for line in figure.axes[0].lines if line.get_marker() == LOOKS["published-clip"].marker]
+    drawn = [line for line in figure.axes[0].lines if line.get_marker() == LOOKS["baseline-clip"].marker]
     assert sum(len(line.get_ydata()) for line in drawn) == 5 * len(PLANES)
     low = figure.axes[0].get_ylim()[0]
     assert all(np.min(line.get_ydata()) > low for line in drawn)

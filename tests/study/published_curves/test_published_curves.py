@@ -1,4 +1,4 @@
-"""The first loop: effects add up as real fits do, the likelihood is the normal law, and what is planted is found."""
+"""The explanation of the published curves: effects add up as real fits do, the likelihood is the normal law, and what is injected is found."""
 
 from pathlib import Path
 
@@ -10,11 +10,11 @@ from study.common.memory import dataset_in_memory
 from study.common.statistics import QUANTITIES
 from study.published_curves.candidates import Candidate, Prediction, predict
 from study.published_curves.curves import Setting, read_curves
-from study.published_curves.ensemble import Sizes, build_ensemble, rough_planes
+from study.published_curves.ensemble import Sizes, build_ensemble, initial_planes
 from study.published_curves.recovery import recover
 from study.published_curves.stops import follow, stops_at
 from study.published_curves.support import KAPPA, held_out, log_likelihood, offsets_found, refine, weigh
-from study.published_curves.workcell import shifts, simulate_cell
+from study.published_curves.workcell import shifts, simulate_workcell
 
 from scalar.baseline.fit import calibrate_published
 from scalar.data.poses import Poses
@@ -28,21 +28,21 @@ STEP = 1e-3
 
 
 def scene_config(**noise):
-    """Return a small cell whose walls lean, so that the published way has no root at zero."""
+    """Return a small workcell whose walls lean, so that the baseline has no root at zero."""
     config = load_config(SCENES / "paper_tilted.yaml")
     sensor = {**config["sensor"], "points_per_scan": BASE.points}
     return {**config, "seed": 3, "poses_per_plane": BASE.poses // 3, "sensor": sensor, "noise": noise}
 
 
 @pytest.fixture(scope="module")
-def cell():
-    """Return the small cell, linearised."""
-    return simulate_cell(scene_config(), SCENES, 300)
+def workcell():
+    """Return the small workcell, linearised."""
+    return simulate_workcell(scene_config(), SCENES, 300)
 
 
 @pytest.fixture(scope="module")
 def ensemble():
-    """Return a few cells with rounding and the solver's paths."""
+    """Return a few workcells with rounding and the solver's paths."""
     settings = [BASE, Setting(**{**BASE.__dict__, "sigma": 5e-5})]
     return build_ensemble(scene_config(), SCENES, [1, 2, 3], 4, settings, [STEP], 2)
 
@@ -57,7 +57,7 @@ def ensemble():
     ],
     ids=["point", "scan", "joint", "rounded"],
 )
-def test_the_linear_shift_is_what_the_published_fit_finds(cell, noise):
+def test_the_linear_shift_is_what_the_published_fit_finds(workcell, noise):
     """The simulator's own errors, carried by the derivatives, give the pose errors of a fit through lmfit."""
     config = scene_config(**noise)
     scene = simulate({**config, "truth_poses": 300}, base_dir=SCENES)
@@ -65,11 +65,11 @@ def test_the_linear_shift_is_what_the_published_fit_finds(cell, noise):
     fitted = calibrate_published(dataset_in_memory(scene), reading="clip", points="compressed", held=held)
     found = pose_errors(true_frames(scene.truth_poses), fitted.predict(scene.truth_poses))
 
-    errors = cell.incidence * (np.linalg.norm(scene.points, axis=-1) - scene.ranges)
+    errors = workcell.incidence * (np.linalg.norm(scene.points, axis=-1) - scene.ranges)
     # The arm stands at q + e where the model says q: the distances are short by what e would have added.
-    errors = errors - np.einsum("nmj,nj->nm", cell.by_joint, scene.q_true - scene.q)
-    J = cell.J.reshape(-1, cell.J.shape[-1])
-    moved = cell.D @ np.linalg.lstsq(J, errors.ravel(), rcond=None)[0]
+    errors = errors - np.einsum("nmj,nj->nm", workcell.by_joint, scene.q_true - scene.q)
+    J = workcell.J.reshape(-1, workcell.J.shape[-1])
+    moved = workcell.D @ np.linalg.lstsq(J, errors.ravel(), rcond=None)[0]
     assert found.position.mean() == pytest.approx(np.linalg.norm(moved[:, 3:], axis=1).mean(), rel=0.03)
     assert found.orientation.mean() == pytest.approx(np.linalg.norm(moved[:, :3], axis=1).mean(), rel=0.03)
 
@@ -89,10 +89,10 @@ def test_shares_are_parts_of_a_whole(ensemble):
     assert ensemble.shares(BASE, Sizes(noise=0.0, joint=1e-4)).tolist() == [0.0, 0.0, 1.0]
 
 
-def test_the_solvers_path_goes_down_to_the_truth(cell):
+def test_the_solvers_path_goes_down_to_the_truth(workcell):
     """Without noise the cost never rises, the end is the truth, and a tighter tolerance never stops earlier."""
-    guess = rough_planes(cell, 0.01, 1.0, np.random.default_rng(0))
-    path = follow(cell, BASE.poses, guess, np.arange(50))
+    guess = initial_planes(workcell, 0.01, 1.0, np.random.default_rng(0))
+    path = follow(workcell, BASE.poses, guess, np.arange(50))
     assert (np.diff(path.excess) <= 1e-18).all()
     assert np.abs(path.left[-1]).max() < 1e-7
     assert np.abs(path.left[0]).max() > 1e-3
@@ -164,7 +164,7 @@ def drawn(prediction, node, offset, sets, rng):
     return flat.reshape(sets, *fine.mean[at].shape), prediction.nodes[node]
 
 
-def test_intervals_cover_and_the_planted_one_is_found():
+def test_intervals_cover_and_the_injected_one_is_found():
     """With data from the model itself, 95 % intervals hold the truth in about 95 % of the sets."""
     rng = np.random.default_rng(7)
     there, offset = synthetic(rng), 0.01 * np.eye(12)
@@ -230,22 +230,23 @@ def test_the_same_seeds_give_the_same_predictions(ensemble):
         assert np.array_equal(first[name].covariance, second[name].covariance)
 
 
-def test_rounding_of_equal_steps_is_what_the_simulator_rounds(cell):
+def test_rounding_of_equal_steps_is_what_the_simulator_rounds(workcell):
     """The unit shift of rounded ranges is of the size that fits to simulated rounded ranges show."""
     rng = np.random.default_rng(1)
-    found = shifts(cell, (BASE.poses, BASE.points), [1e-4], [STEP], 40, rng).rounded[1e-4, STEP]
-    moved = np.einsum("pif,rf->rpi", cell.D[:, 3:], found)
+    found = shifts(workcell, (BASE.poses, BASE.points), [1e-4], [STEP], 40, rng).rounded[1e-4, STEP]
+    moved = np.einsum("pif,rf->rpi", workcell.D[:, 3:], found)
     ours = np.log(np.linalg.norm(moved, axis=-1).mean(axis=1))
     scene = simulate(scene_config(range_noise_std_m=1e-4, range_quantum_m=STEP), base_dir=SCENES)
-    errors = cell.incidence * (np.linalg.norm(scene.points, axis=-1) - scene.ranges)
+    errors = workcell.incidence * (np.linalg.norm(scene.points, axis=-1) - scene.ranges)
     theirs = (
-        cell.D[:, 3:] @ np.linalg.lstsq(cell.J.reshape(-1, cell.J.shape[-1]), errors.ravel(), rcond=None)[0]
+        workcell.D[:, 3:]
+        @ np.linalg.lstsq(workcell.J.reshape(-1, workcell.J.shape[-1]), errors.ravel(), rcond=None)[0]
     )
     assert abs(np.log(np.linalg.norm(theirs, axis=1).mean()) - ours.mean()) < 4 * ours.std()
 
 
-def test_evaluation_poses_are_the_simulators(cell):
+def test_evaluation_poses_are_the_simulators(workcell):
     """The frames that errors are counted from are those of truth_poses.csv."""
-    at = Poses.from_frame(cell.evaluated, cell.dataset.robot.n_joints, order_is_row=False)
-    assert len(at) == len(cell.D)
-    assert np.allclose(cell.T_true, true_frames(cell.evaluated), atol=1e-9)
+    at = Poses.from_frame(workcell.evaluated, workcell.dataset.robot.n_joints, order_is_row=False)
+    assert len(at) == len(workcell.D)
+    assert np.allclose(workcell.T_true, true_frames(workcell.evaluated), atol=1e-9)

@@ -1,4 +1,4 @@
-"""At once or in sequence: alternating ends where all at once ends, at the rate that the Jacobian foretells."""
+"""At once or in sequence: alternating ends where all at once ends, at the rate that the Jacobian predicts."""
 
 from itertools import islice
 
@@ -10,9 +10,9 @@ from study.common.memory import dataset_in_memory
 from study.common.statistics import QUANTITIES
 from study.sequential.compare import (
     AT_ONCE,
+    CONVERGED_WITHIN,
     ORDERS,
     SEQUENTIAL_COLUMNS,
-    SETTLED,
     Blocks,
     compare_sequential,
     compare_ways,
@@ -42,7 +42,7 @@ def repository(request):
 
 @pytest.fixture(scope="module")
 def base(repository):
-    """Return (config, base folder, postures) of a small scene of the paper's cell."""
+    """Return (config, base folder, postures) of a small scene of the paper's workcell."""
     config = with_overrides(load_config(repository / SCENE), SMALL)
     folder = (repository / SCENE).parent
     return config, folder, plan_poses(config, base_dir=folder)
@@ -102,7 +102,7 @@ def test_alternating_ends_at_the_joint_optimum(fitted, way):
     assert cost - optimum.chi_squared < 0.01  # of a squared standard error
 
 
-def test_the_jacobian_foretells_the_rate_of_passes(fitted):
+def test_the_jacobian_predicts_the_rate_of_passes(fitted):
     """Near the optimum each pass shrinks what is left by cos^2 of the smallest angle between the blocks."""
     dataset, prepared, blocks, optimum, residuals = fitted
     rate = contraction(residuals, optimum.model, blocks)
@@ -130,7 +130,7 @@ def test_with_a_true_arm_the_scanner_alone_is_enough(base):
 
 
 def test_a_table_has_every_case_seed_way_and_pass(repository):
-    """One pass where one is asked for, else passes up to one that has settled, the last of them marked."""
+    """One pass where one is asked for, else passes up to one that has converged, the last of them marked."""
     cases = {"on": SMALL, "once": SMALL | {"poses_per_plane": 14}}
     table = compare_sequential(repository / SCENE, cases, [1], ["on"])
     assert list(table.columns) == list(SEQUENTIAL_COLUMNS)
@@ -144,7 +144,7 @@ def test_a_table_has_every_case_seed_way_and_pass(repository):
             assert list(walk["last"]) == [False] * (len(walk) - 1) + [True]
             assert (len(walk) == 1) == (case == "once")
             if case == "on":
-                assert walk["remaining_std"].iloc[-1] < SETTLED <= walk["remaining_std"].iloc[-2]
+                assert walk["remaining_std"].iloc[-1] < CONVERGED_WITHIN <= walk["remaining_std"].iloc[-2]
 
 
 def made_up():
@@ -170,14 +170,14 @@ def made_up():
 
 
 def test_the_summary_compares_within_each_seed():
-    """Ratios are of the same seed, passes in between are left out, and failures and unsettled ends are counted."""
+    """Ratios are of the same seed, passes in between are left out, and failures and not_converged ends are counted."""
     errors = made_up()
     assert len(staged(errors)) == 2 * 4 + 3  # the failed seed counts in every stage
     summary = summarise_sequential(errors)
     of = summary[summary["quantity"] == "position_mean_mm"].set_index(["way", "stage"])
     one, end = of.loc[("scanner_first", "one_pass")], of.loc[("scanner_first", "alternating")]
     assert (one["median"], one["times_at_once_median"], one["worse_than_at_once"]) == (10.0, 7.5, 1.0)
-    assert (end["times_at_once_median"], end["worse_than_at_once"], end["unsettled"]) == (1.0, 0.5, 1)
+    assert (end["times_at_once_median"], end["worse_than_at_once"], end["not_converged"]) == (1.0, 0.5, 1)
     assert end["passes_max"] == 3
     assert (one["failed"], end["failed"], of.loc[(AT_ONCE, "at_once"), "failed"]) == (1, 1, 1)
     assert of.loc[("initial", "before"), "times_at_once_median"] == (50.0 + 25.0) / 2

@@ -34,7 +34,7 @@ def repository(request):
 
 
 def small_scene(repository, **overrides):
-    """Return a small scene of the paper's cell."""
+    """Return a small scene of the paper's workcell."""
     config = with_overrides(load_config(repository / SCENE), SMALL | overrides)
     return config, simulate(config, base_dir=(repository / SCENE).parent)
 
@@ -100,18 +100,21 @@ def test_the_bound_is_proportional_to_the_noise(repository):
         found.append(bound_errors(dataset_in_memory(scene), scene.truth, held, scene.truth_poses))
     for fine, coarse in zip(*found, strict=True):  # expected, and with this noise, whose pattern is the same
         assert np.allclose([coarse[name] / fine[name] for name in fine], 10.0, rtol=0.01)
-    _, silent = small_scene(repository, **{"noise.range_noise_std_m": 0})
-    assert bound_errors(dataset_in_memory(silent), silent.truth, held, silent.truth_poses) is None
+    _, unobservable = small_scene(repository, **{"noise.range_noise_std_m": 0})
+    assert (
+        bound_errors(dataset_in_memory(unobservable), unobservable.truth, held, unobservable.truth_poses)
+        is None
+    )
 
 
 def test_a_calibration_at_the_bound_has_the_error_of_the_efficient_estimate(plans, repository):
     """Seed by seed, with small noise: ours is efficient. And over seeds that estimate scatters as the bound says."""
     overrides = SMALL | {"noise.range_noise_std_m": 1e-6}
     table = sweep_case(
-        "fine", {"upright": repository / SCENE}, overrides, [1, 2], ["manifold"], {"upright": plans}
+        "fine", {"upright": repository / SCENE}, overrides, [1, 2], ["proposed"], {"upright": plans}
     )
     raw = table[table["alignment"] == "raw"].set_index(["method", "seed"])[["position_mean_mm"]]
-    ratio = raw.loc["manifold"] / raw.loc["efficient"]
+    ratio = raw.loc["proposed"] / raw.loc["efficient"]
     assert np.allclose(ratio, 1.0, rtol=2e-3)
     assert (raw.loc["efficient"] / raw.loc["cramer-rao"]).to_numpy() == pytest.approx(1.0, abs=0.9)
 
@@ -125,17 +128,17 @@ def test_there_is_no_bound_with_fewer_equations_than_unknowns(repository):
 
 def test_a_fit_that_fails_is_a_row_and_is_counted(plans, repository):
     """Refused and raised fits stay in the table, and the summary counts each once."""
-    methods = ["published-raise", "manifold"]
+    methods = ["baseline-raise", "proposed"]
     scenes, shared = {"upright": repository / SCENE}, {"upright": plans}
     table = sweep_case("few", scenes, SMALL | {"poses_per_plane": 5}, [1, 2], methods, shared)
     assert list(table.columns) == list(SWEEP_COLUMNS)
     assert len(table) == 2 * 3 * 2  # seeds, initial model and methods, alignments; no bound
     errors = join_cases([table], {"few": 15.0})
     summary = summarise_sweep(errors).set_index(["method", "alignment", "quantity"])
-    refused = summary.loc[("manifold", "raw", "position_mean_mm")]
+    refused = summary.loc[("proposed", "raw", "position_mean_mm")]
     assert (refused["seeds"], refused["failed"], refused["refused"]) == (2, 2, 2)
     assert np.isnan(refused["median"])
-    raised = summary.loc[("published-raise", "raw", "position_mean_mm")]
+    raised = summary.loc[("baseline-raise", "raw", "position_mean_mm")]
     assert (raised["failed"], raised["raised"], raised["refused"]) == (2, 2, 0)
 
 
@@ -146,7 +149,7 @@ def test_a_published_point_is_placed_among_the_seeds_of_its_own_case():
         {
             "walls": "upright",
             "value": 0.1 * k,
-            "method": "manifold",
+            "method": "proposed",
             "status": "converged",
             "alignment": "raw",
         }
@@ -172,8 +175,8 @@ def test_readings_of_the_root_agree_where_it_is_never_negative(tmp_path, reposit
         sweep_case(
             "tilted", {"leaning": repository / scene}, SMALL, [1], methods, {"leaning": own}
         ).set_index(["method", "alignment"])
-        for methods in (["published-clip", "published-raise"], ["published-clip"])
+        for methods in (["baseline-clip", "baseline-raise"], ["baseline-clip"])
     ]
-    shared, alone = (table.loc["published-clip"] for table in tables)
+    shared, alone = (table.loc["baseline-clip"] for table in tables)
     assert shared.loc["raw", "status"] == "converged"
     pd.testing.assert_frame_equal(shared, alone, check_exact=True)

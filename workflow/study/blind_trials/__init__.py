@@ -1,4 +1,4 @@
-"""The closed loop: cells with something planted in them, diagnosed blind, and scored against what was planted.
+"""The blind trials: workcells with something injected in them, diagnosed blind, and scored against what was injected.
 
-The simulator plants by its own physics (``scalar.simulation``); the diagnosis sees a ``Dataset`` and nothing else.
+The simulator injects by its own physics (``scalar.simulation``); the diagnosis sees a ``Dataset`` and nothing else.
 """

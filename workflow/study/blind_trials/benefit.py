@@ -1,4 +1,4 @@
-"""What answers are worth: errors after against the floor, how sure an answer may be, what goes unseen, what was wrong."""
+"""What answers are worth: errors after beside those of the matched control, how sure an answer may be, what goes unseen, what was wrong."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from study.blind_trials.summaries import NATURAL, Frame, in_words, median, of_ki
 HIDDEN = 0.02  # of the noise: a residual that some hundred scans cannot show
 EDGES_P = (0.0, 1e-12, 1e-6, 1e-4, 1.0)  # of the p values among which shares of right answers are counted
 EDGES_CONFIDENCE = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 0.999, 1.0)
-MEANS = ("before", "after", "floor")
+MEANS = ("before", "after", "control")
+HELD_OUT = ("before", "after", "noise_floor")
 
 
 def position_errors(judged: Frame) -> pd.DataFrame:
@@ -30,24 +31,24 @@ def position_errors(judged: Frame) -> pd.DataFrame:
         values = {when: good[f"position_{when}_mm"].to_numpy(dtype=float) for when in MEANS}
         largest = {when: good[f"position_max_{when}_mm"].to_numpy(dtype=float) for when in MEANS}
         with np.errstate(invalid="ignore"):
-            ratio = values["after"] / values["floor"]
+            ratio = values["after"] / values["control"]
             gain = values["before"] / values["after"]
         rows.append(
             {"case": case, "size": size, "sets": len(good)}
             | {f"mean_{when}_mm": median(values[when]) for when in MEANS}
             | {f"max_{when}_mm": median(largest[when]) for when in MEANS}
-            | {"after_over_floor": median(ratio), "after_over_floor_p95": quantile(ratio, 0.95)}
+            | {"after_over_control": median(ratio), "after_over_control_p95": quantile(ratio, 0.95)}
             | {"before_over_after": median(gain)}
-            | {f"held_out_{w}_mm": median(good[f"held_out_{w}_mm"].to_numpy(dtype=float)) for w in MEANS}
+            | {f"held_out_{w}_mm": median(good[f"held_out_{w}_mm"].to_numpy(dtype=float)) for w in HELD_OUT}
         )
     return pd.DataFrame(rows)
 
 
 def reliability(found: Frame) -> pd.DataFrame:
-    """Return of the effects that were named, by what the diagnosis says of them, the share that is planted.
+    """Return of the effects that were named, by what the diagnosis says of them, the share that is injected.
 
     ``by`` is what they are grouped by: the p value, the stated confidence, whether other effects are listed as
-    confounded. ``listed`` counts those not planted whose list of confounded effects holds a planted one.
+    confounded. ``listed`` counts those not injected whose list of confounded effects holds an injected one.
     """
     names: Any = found[found["name"] != "unattributed"]
     rows = []
@@ -71,27 +72,27 @@ def _right(group: Any, by: str) -> dict[str, Any]:
 
 
 def wrong_answers(judged: Frame) -> pd.DataFrame:
-    """Return every set whose answer names what is not planted, with its seed, to be looked into."""
+    """Return every set whose answer names what is not injected, with its seed, to be looked into."""
     rows: Any = judged[judged["outcome"].isin(["wrong", "elsewhere", "listed"]) | judged["alarm"]]
     table = []
     for row in rows.to_dict("records"):
-        planted, found = json.loads(row["planted"]), json.loads(row["found"])
+        injected, found = json.loads(row["injected"]), json.loads(row["found"])
         table.append(
-            {key: row[key] for key in ("case", "cell", "seed", "size", "outcome", "signal_over_noise")}
-            | {"planted": "; ".join(f"{p['name']} {in_words(p['target'])}".strip() for p in planted)}
+            {key: row[key] for key in ("case", "workcell", "seed", "size", "outcome", "signal_over_noise")}
+            | {"injected": "; ".join(f"{p['name']} {in_words(p['target'])}".strip() for p in injected)}
             | {"found": "; ".join(f"{f['name']} {in_words(f['target'])}".strip() for f in found)}
             | {"confounded_with": len(found[0].get("confounded_with", ())) if found else 0}
             | {"p_value": found[0].get("p_value") if found else None}
         )
-    columns = ["case", "cell", "seed", "size", "outcome", "signal_over_noise", "planted", "found"]
+    columns = ["case", "workcell", "seed", "size", "outcome", "signal_over_noise", "injected", "found"]
     return pd.DataFrame(table, columns=[*columns, "confounded_with", "p_value"])
 
 
-def silent(judged: Frame) -> pd.DataFrame:
+def unobservable(judged: Frame) -> pd.DataFrame:
     """Return a row a case: effects of the natural size that leave no residual, and whether the diagnosis says so.
 
     ``hidden`` sets are those whose signal is below ``HIDDEN`` of the noise; ``declared`` of them list the effect and
-    its target as silent. ``seen_declared`` counts sets that do leave a residual and are declared silent all the same.
+    its target as unobservable. ``seen_declared`` counts sets that do leave a residual and are declared unobservable all the same.
     """
     rows = []
     sets = of_kind(judged, "single")
@@ -109,8 +110,8 @@ def silent(judged: Frame) -> pd.DataFrame:
                 ),
                 "seen": int((~hidden).sum()),
                 "seen_declared": int((~hidden & declared).sum()),
-                "hidden_after_over_floor": median(
-                    (group["position_after_mm"] / group["position_floor_mm"])[hidden].to_numpy(dtype=float)
+                "hidden_after_over_control": median(
+                    (group["position_after_mm"] / group["position_control_mm"])[hidden].to_numpy(dtype=float)
                 ),
             }
         )
@@ -118,5 +119,7 @@ def silent(judged: Frame) -> pd.DataFrame:
 
 
 def _declared(row: Mapping[str, Any]) -> bool:
-    planted = json.loads(row["planted"])[0]
-    return any(e["name"] == planted["name"] and same_target(e, planted) for e in json.loads(row["silent"]))
+    injected = json.loads(row["injected"])[0]
+    return any(
+        e["name"] == injected["name"] and same_target(e, injected) for e in json.loads(row["unobservable"])
+    )

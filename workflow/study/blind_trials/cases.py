@@ -1,7 +1,7 @@
-"""What a closed loop runs: its config, checked, and for every case and cell the sets to make.
+"""What the blind trials run: its config, checked, and for every case and workcell the sets to make.
 
-A case is one thing to try (an effect over its sizes, dirt without an effect, pairs of effects, an effect of no
-known name); a cell is a robot with a scanner among plates; a set is one dataset of a case in a cell, with a seed
+A case is one thing to try (an effect over its sizes, gross errors without an effect, pairs of effects, an effect of no
+known name); a workcell is a robot with a scanner among target planes; a set is one dataset of a case in a workcell, with a seed
 and a size of its own.
 """
 
@@ -18,23 +18,24 @@ import numpy as np
 
 from scalar.data.io.plain_yaml import load_yaml
 from scalar.errors import Fault, InvalidInput
+from study.common.renamed import renamed_faults
 
-SCHEMA = Path(__file__).parent / "schemas/closed_loop.schema.json"
+SCHEMA = Path(__file__).parent / "schemas/blind_trials.schema.json"
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Something that may be planted.
+    """Something that may be injected.
 
     Attributes:
-        entry: Of the scene's ``planted``, without a size.
+        entry: Of the scene's ``injected``, without a size.
         natural: Size as real arms have it, in the effect's unit.
-        cells: Where it can be planted.
+        workcells: Where it can be injected.
     """
 
     entry: Mapping[str, Any]
     natural: float
-    cells: tuple[str, ...]
+    workcells: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -42,13 +43,13 @@ class Case:
     """One thing to try.
 
     Attributes:
-        name: Fit for a path: the effect's, or ``null-DIRT``, ``pairs``, ``unknown-KIND``.
+        name: Fit for a path: the effect's, or ``null-GROSS_ERRORS``, ``pairs``, ``unknown-KIND``.
         kind: ``single``, ``null``, ``pair`` or ``unknown``.
-        choices: What may be planted.
-        together: How many of them a set plants; drawn from its seed where there are more.
+        choices: What may be injected.
+        together: How many of them a set injects; drawn from its seed where there are more.
         sizes: Multiples of the natural size; a set each.
-        first_seed, seeds: The seed of the first cell, and how many each cell has.
-        dirt: Shares of stray points, torn poses and wrong labels.
+        first_seed, seeds: The seed of the first workcell, and how many each workcell has.
+        gross_errors: Shares of stray points, corrupted poses and wrong labels.
         overrides: ``{dotted key: value}`` of the scene, for this case alone.
     """
 
@@ -59,12 +60,12 @@ class Case:
     sizes: tuple[float, ...]
     first_seed: int
     seeds: int
-    dirt: Mapping[str, float] = field(default_factory=dict)
+    gross_errors: Mapping[str, float] = field(default_factory=dict)
     overrides: Mapping[str, Any] = field(default_factory=dict)
 
-    def possible(self, cell: str) -> list[Choice]:
-        """Return the choices that can be planted in a cell."""
-        return [choice for choice in self.choices if cell in choice.cells]
+    def possible(self, workcell: str) -> list[Choice]:
+        """Return the choices that can be injected in a workcell."""
+        return [choice for choice in self.choices if workcell in choice.workcells]
 
 
 @dataclass(frozen=True)
@@ -72,64 +73,66 @@ class Set:
     """One dataset to make and to diagnose.
 
     Attributes:
-        case, kind, cell: As above, by name.
+        case, kind, workcell: As above, by name.
         seed: Of all chance in it.
         size: Multiple of the natural size.
-        planted: Entries of the scene's ``planted``, sizes included.
-        dirt, overrides: As above.
+        injected: Entries of the scene's ``injected``, sizes included.
+        gross_errors, overrides: As above.
     """
 
     case: str
     kind: str
-    cell: str
+    workcell: str
     seed: int
     size: float
-    planted: tuple[Mapping[str, Any], ...]
-    dirt: Mapping[str, float]
+    injected: tuple[Mapping[str, Any], ...]
+    gross_errors: Mapping[str, float]
     overrides: Mapping[str, Any]
 
 
 @dataclass(frozen=True)
 class Study:
-    """A whole closed loop.
+    """All blind trials of a config.
 
     Attributes:
         scene: ``{dotted key: value}`` of every scene.
-        cells: ``{name: {"scene": file, "overrides": {dotted key: value}}}``.
+        workcells: ``{name: {"scene": file, "overrides": {dotted key: value}}}``.
         cases: By name, in the order of the config.
         units: ``{case of a single effect: unit of its size}``.
         seeds_per_job: How many seeds one job takes; changes no result.
     """
 
     scene: Mapping[str, Any]
-    cells: Mapping[str, Mapping[str, Any]]
+    workcells: Mapping[str, Mapping[str, Any]]
     cases: Mapping[str, Case]
     units: Mapping[str, str]
     seeds_per_job: int
 
     def jobs(self) -> list[tuple[str, str, str]]:
-        """Return (case, cell, repetitions) of every job; repetitions as ``repetitions_of`` reads them, ``001-002``."""
+        """Return (case, workcell, repetitions) of every job; repetitions as ``repetitions_of`` reads them, ``001-002``."""
         return [
-            (case.name, cell, f"{k + 1:03d}-{min(k + self.seeds_per_job, case.seeds):03d}")
+            (case.name, workcell, f"{k + 1:03d}-{min(k + self.seeds_per_job, case.seeds):03d}")
             for case in self.cases.values()
-            for cell in self.cells
-            if len(case.possible(cell)) >= case.together
+            for workcell in self.workcells
+            if len(case.possible(workcell)) >= case.together
             for k in range(0, case.seeds, self.seeds_per_job)
         ]
 
-    def sets(self, case: str, cell: str, repetitions: str) -> Iterator[Set]:
+    def sets(self, case: str, workcell: str, repetitions: str) -> Iterator[Set]:
         """Yield the sets of one job, seed by seed.
 
-        Seeds count on through the cells: each cell has its own, and more of them leave those that are there.
+        Seeds count on through the workcells: each workcell has its own, and more of them leave those that are there.
         """
-        wanted, place = self.cases[case], list(self.cells).index(cell)
-        choices = wanted.possible(cell)
+        wanted, place = self.cases[case], list(self.workcells).index(workcell)
+        choices = wanted.possible(workcell)
         for k in repetitions_of(repetitions):
-            seed = wanted.first_seed + k * len(self.cells) + place
+            seed = wanted.first_seed + k * len(self.workcells) + place
             chosen = [choices[i] for i in _drawn(len(choices), wanted.together, seed)]
             for size in wanted.sizes:
-                planted = tuple({**c.entry, "size": float(size * c.natural)} for c in chosen)
-                yield Set(case, wanted.kind, cell, seed, size, planted, wanted.dirt, wanted.overrides)
+                injected = tuple({**c.entry, "size": float(size * c.natural)} for c in chosen)
+                yield Set(
+                    case, wanted.kind, workcell, seed, size, injected, wanted.gross_errors, wanted.overrides
+                )
 
 
 def repetitions_of(name: str) -> range:
@@ -139,19 +142,21 @@ def repetitions_of(name: str) -> range:
 
 
 def _drawn(n: int, together: int, seed: int) -> Sequence[int]:
-    """Return which of n choices a seed plants, in the order of planting."""
+    """Return which of n choices a seed injects, in the order of injecting."""
     if together >= n:
         return range(n)
     return np.random.default_rng([seed, n, together]).permutation(n)[:together].tolist()
 
 
 def load_study(path: str | Path) -> Study:
-    """Return the closed loop that a YAML file describes.
+    """Return the blind trials that a YAML file describes.
 
     Raises:
         InvalidInput: With every fault found; a misspelt key is named.
     """
     content, file = load_yaml(Path(path)), Path(path).name
+    if renamed := renamed_faults(content):
+        raise InvalidInput([Fault(file, message) for message in renamed])
     validator = jsonschema.Draft202012Validator(json.loads(SCHEMA.read_text(encoding="utf-8")))
     faults = [
         Fault(file, error.message.splitlines()[0], column=".".join(map(str, error.absolute_path)))
@@ -164,7 +169,7 @@ def load_study(path: str | Path) -> Study:
         raise InvalidInput(faults)
     return Study(
         scene=content["scene"],
-        cells={name: {"overrides": {}, **cell} for name, cell in content["cells"].items()},
+        workcells={name: {"overrides": {}, **workcell} for name, workcell in content["workcells"].items()},
         cases={case.name: case for case in _cases(content)},
         units={name: effect["unit"] for name, effect in content["single"]["effects"].items()},
         seeds_per_job=content["seeds_per_job"],
@@ -173,12 +178,15 @@ def load_study(path: str | Path) -> Study:
 
 def _contradictions(content: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield (place, message) for names that stand for nothing."""
-    cells, effects = content["cells"], content["single"]["effects"]
+    workcells, effects = content["workcells"], content["single"]["effects"]
     for where, block in (("single.effects", effects), ("unknown.kinds", content["unknown"]["kinds"])):
         for name, entry in block.items():
-            for cell in entry.get("cells", ()):
-                if cell not in cells:
-                    yield f"{where}.{name}.cells", f"no cell {cell!r}; there are {', '.join(cells)}"
+            for workcell in entry.get("workcells", ()):
+                if workcell not in workcells:
+                    yield (
+                        f"{where}.{name}.workcells",
+                        f"no workcell {workcell!r}; there are {', '.join(workcells)}",
+                    )
     for name in content["pairs"]["effects"]:
         if name not in effects:
             yield "pairs.effects", f"{name!r} is not among single.effects"
@@ -186,11 +194,11 @@ def _contradictions(content: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 def _cases(content: Mapping[str, Any]) -> Iterator[Case]:
     """Yield the cases of a checked config."""
-    cells = tuple(content["cells"])
+    workcells = tuple(content["workcells"])
 
     def choice(name: str, block: Mapping[str, Any]) -> Choice:
-        entry = block.get("planted", {"effect": name})
-        return Choice(entry, float(block["natural"]), tuple(block.get("cells", cells)))
+        entry = block.get("injected", {"effect": name})
+        return Choice(entry, float(block["natural"]), tuple(block.get("workcells", workcells)))
 
     single, null, pairs, unknown = (content[kind] for kind in ("single", "null", "pairs", "unknown"))
     seeds = single["first_seed"], single["seeds"]
@@ -199,15 +207,17 @@ def _cases(content: Mapping[str, Any]) -> Iterator[Case]:
         overrides = block.get("overrides", {})
         yield Case(name, "single", (choice(name, block),), 1, sizes, *seeds, overrides=overrides)
     for name, block in null["cases"].items():
-        planted = tuple(
-            Choice({"effect": entry["effect"]}, float(entry["size"]), cells)
-            for entry in block.get("planted", ())
+        injected = tuple(
+            Choice({"effect": entry["effect"]}, float(entry["size"]), workcells)
+            for entry in block.get("injected", ())
         )
         seeds = block["first_seed"], null["seeds"]
-        yield Case(f"null-{name}", "null", planted, len(planted), (1.0,), *seeds, block.get("dirt", {}))
+        yield Case(
+            f"null-{name}", "null", injected, len(injected), (1.0,), *seeds, block.get("gross_errors", {})
+        )
     two = tuple(choice(name, single["effects"][name]) for name in pairs["effects"])
     yield Case("pairs", "pair", two, 2, tuple(pairs["sizes"]), pairs["first_seed"], pairs["seeds"])
     for name, block in unknown["kinds"].items():
-        kind = choice(name, {"planted": {"effect": "unknown", "kind": name}, **block})
+        kind = choice(name, {"injected": {"effect": "unknown", "kind": name}, **block})
         sizes = tuple(unknown["sizes"])
         yield Case(f"unknown-{name}", "unknown", (kind,), 1, sizes, block["first_seed"], unknown["seeds"])

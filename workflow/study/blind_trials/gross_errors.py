@@ -17,30 +17,30 @@ if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
 STRAY = (2 * MM, 30 * MM)  # how far a stray point is off, either way
-TORN_RAD = (0.05, 0.5)  # how far each joint of a torn pose is off, either way
+CORRUPTED_RAD = (0.05, 0.5)  # how far each joint of a corrupted pose is off, either way
 
 
-def spoiled(
-    dataset: Dataset, dirt: Mapping[str, float], rng: np.random.Generator
+def with_gross_errors(
+    dataset: Dataset, gross_errors: Mapping[str, float], rng: np.random.Generator
 ) -> tuple[Dataset, list[int]]:
     """Return a dataset with gross errors, and the ids of the poses that are wrong as a whole.
 
     Args:
         dataset: Of a line laser; stays as it is.
-        dirt: Shares of ``points``, ``poses`` and ``labels``.
+        gross_errors: Shares of ``points``, ``poses`` and ``labels``.
         rng: Chooses.
     """
     N = dataset.n_poses
-    n_torn, n_labels = (round(dirt.get(key, 0.0) * N) for key in ("poses", "labels"))
-    torn, mislabelled = np.split(rng.permutation(N)[: n_torn + n_labels], [n_torn])
+    n_corrupted, n_labels = (round(gross_errors.get(key, 0.0) * N) for key in ("poses", "labels"))
+    corrupted, mislabelled = np.split(rng.permutation(N)[: n_corrupted + n_labels], [n_corrupted])
     points, poses = dataset.points.copy(), dataset.poses.copy()
-    stray = np.flatnonzero(rng.random(len(points)) < dirt.get("points", 0.0))
+    stray = np.flatnonzero(rng.random(len(points)) < gross_errors.get("points", 0.0))
     away = rng.uniform(*STRAY, len(stray)) * rng.choice([-1.0, 1.0], len(stray))
     points[stray] *= (1.0 + away / np.linalg.norm(points[stray], axis=1))[:, None]
     names = [f"q{j + 1}" for j in range(dataset.robot.n_joints)]
     q = poses[names].to_numpy(copy=True)
-    q[torn] += rng.uniform(*TORN_RAD, (len(torn), q.shape[1])) * rng.choice(
-        [-1.0, 1.0], (len(torn), q.shape[1])
+    q[corrupted] += rng.uniform(*CORRUPTED_RAD, (len(corrupted), q.shape[1])) * rng.choice(
+        [-1.0, 1.0], (len(corrupted), q.shape[1])
     )
     poses[names] = q
     planes = [plane.name for plane in dataset.planes]
@@ -48,5 +48,5 @@ def spoiled(
     for i in mislabelled:
         labels[i] = rng.choice([name for name in planes if name != labels[i]])
     poses["plane"] = labels
-    wrong = sorted(int(i) for i in dataset.pose_ids[np.r_[torn, mislabelled].astype(int)])
+    wrong = sorted(int(i) for i in dataset.pose_ids[np.r_[corrupted, mislabelled].astype(int)])
     return replace(dataset, points=points, poses=poses), wrong

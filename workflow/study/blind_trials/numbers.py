@@ -1,4 +1,4 @@
-"""The figures of a closed loop in one mapping, for the paper and for whoever asks in one sentence."""
+"""The figures of the blind trials in one mapping, for the paper."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from study.blind_trials.score import NOISES, OUTCOMES, findings, judged
 from study.blind_trials.summaries import NATURAL, Frame, of_kind, share
 from study.common.provenance import code_version
 
-FORMAT = "scalar-closed-loop/1"
-SILENT = ("range_scale",)  # leaves no residual, whatever the poses: left out of rates of right names
+FORMAT = "scalar-blind-trials/1"
+UNOBSERVABLE = ("range_scale",)  # leaves no residual, whatever the poses: left out of rates of right names
 
 
 def summarise(sets: Frame, study: Study) -> tuple[dict[str, Any], dict[str, Frame]]:
@@ -29,13 +29,13 @@ def summarise(sets: Frame, study: Study) -> tuple[dict[str, Any], dict[str, Fram
         "confusion": summaries.confusion(every),
         "power": summaries.power(every, study),
         "thresholds": summaries.thresholds(every, study),
-        "by_cell": summaries.by_cell(every),
+        "by_workcell": summaries.by_workcell(every),
         "nulls": summaries.nulls(every),
         "pairs": summaries.pairs(every),
         "unknown": summaries.unknown(every),
         "errors": benefit.position_errors(every),
         "reliability": benefit.reliability(found),
-        "silent": benefit.silent(every),
+        "unobservable": benefit.unobservable(every),
         "wrong_answers": benefit.wrong_answers(every),
     }
     return numbers(every, found, tables, study, code_version()), tables
@@ -57,7 +57,7 @@ def numbers(
     """
     single = of_kind(every, "single")
     natural = single[single["size"] == NATURAL]
-    audible = natural[~natural["case"].isin(SILENT)]
+    audible = natural[~natural["case"].isin(UNOBSERVABLE)]
     shifts = audible[~audible["case"].isin(NOISES)]
     pairs, unknown, null = (of_kind(every, kind) for kind in ("pair", "unknown", "null"))
     strange = unknown[unknown["size"] == NATURAL]
@@ -69,7 +69,7 @@ def numbers(
         "format": FORMAT,
         "code": dict(code),
         "seeds": {case.name: _seeds(every, case.name) for case in study.cases.values()},
-        "cells": list(study.cells),
+        "workcells": list(study.workcells),
         "sets": {
             "planned": sum(len(list(study.sets(*job))) for job in study.jobs()),
             "run": len(every),
@@ -105,7 +105,7 @@ def numbers(
             "a_name_among_the_answers": share(strange["alarm"]),
             "nothing_found": int((strange["named"] == "none").sum()),
         },
-        "after_over_floor": {
+        "after_over_control": {
             "median_named": _ratio(right, 0.5),
             "median_named_shifts": _ratio(helped, 0.5),
             "p95_named_shifts": _ratio(helped, 0.95),
@@ -128,7 +128,7 @@ def _seeds(sets: Frame, case: str) -> list[int]:
 
 
 def _ratio(sets: Frame, q: float) -> float | None:
-    ratio = (sets["position_after_mm"] / sets["position_floor_mm"]).to_numpy(dtype=float)
+    ratio = (sets["position_after_mm"] / sets["position_control_mm"]).to_numpy(dtype=float)
     return float(np.nanquantile(ratio, q)) if np.isfinite(ratio).any() else None
 
 

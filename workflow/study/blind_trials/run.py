@@ -1,7 +1,7 @@
-"""Plant, diagnose blind, compare with the truth: a row a set, in memory.
+"""Inject, diagnose blind, compare with the truth: a row a set, in memory.
 
-The diagnosis is given the ``Dataset`` that its folder would be read as, and nothing else. Beside it stands a twin:
-the same scene, seeds and noise without what was planted, calibrated; its error is the floor.
+The diagnosis is given the ``Dataset`` that its folder would be read as, and nothing else. Beside it stands a matched control:
+the same scene, seeds and noise without what was injected, calibrated; its error is what a perfect diagnosis would reach.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from scalar.estimation.result import Calibration
 from scalar.evaluate import aligned_to, pose_errors, true_frames
 from scalar.units import MM
 from study.blind_trials.cases import Set, Study
-from study.blind_trials.gross_errors import spoiled
+from study.blind_trials.gross_errors import with_gross_errors
 from study.common.grid import with_overrides
 from study.common.memory import dataset_in_memory
 
@@ -32,119 +32,124 @@ if TYPE_CHECKING:
     from scalar.simulation.plan import PosePlan
 
 SET_COLUMNS = {
-    "case": "of configs/closed_loop.yaml",
+    "case": "of configs/blind_trials.yaml",
     "kind": "single, null, pair or unknown",
-    "cell": "robot, scanner and plates",
+    "workcell": "robot, scanner and target planes",
     "seed": "of all chance in the scene",
     "size": "multiple of the effect's natural size",
     "status": "diagnosed; not_simulated; the error that ended the diagnosis, or crashed: a defect of ours",
     "reason": "of a failure, its first line",
-    "planted": "JSON, what truth.json says: name, target, size",
+    "injected": "JSON, what truth.json says: name, target, size",
     "verdict": "of diagnosis.json",
     "found": "JSON, the entries of diagnosis.json without their coefficients",
-    "silent": "JSON, names and targets that the diagnosis says it cannot see",
-    "signal_over_noise": "rms that the planted leaves in a fit without it, over the rms that noise leaves",
+    "unobservable": "JSON, names and targets that the diagnosis says it cannot see",
+    "signal_over_noise": "rms that the injected effect leaves in a fit without it, over the rms that noise leaves",
     "wrong_poses": "number of poses spoiled on purpose",
     "wrong_poses_found": "of them, those listed as outliers",
     "held_out_before_mm": "rms over poses held out, without the effects found",
     "held_out_after_mm": "with them",
-    "held_out_floor_mm": "what the stated noise alone leaves",
+    "held_out_noise_floor_mm": "what the stated noise alone leaves",
     "position_before_mm": "mean error over the evaluation poses, base aligned, without the effects found",
     "position_after_mm": "with them",
-    "position_floor_mm": "of the twin, the same scene and noise without what was planted, calibrated",
+    "position_control_mm": "of the matched control, the same scene and noise without what was injected, calibrated",
     "position_max_before_mm": "the largest of them",
     "position_max_after_mm": "the largest of them",
-    "position_max_floor_mm": "the largest of them",
+    "position_max_control_mm": "the largest of them",
 }
 CRASHED = "crashed"
-_SEED_OF_DIRT = 40_917  # beside the scene's own seed
+_SEED_OF_GROSS_ERRORS = 40_917  # beside the scene's own seed
 
 
 @dataclass(frozen=True, eq=False)
-class Twin:
-    """A scene without anything planted: its config and postures, and what its calibration comes to.
+class MatchedControl:
+    """A scene without anything injected: its config and postures, and what its calibration comes to.
 
     Attributes:
-        floor: Errors over the evaluation poses [mm]. residual_rms: Of its points [m]: what the noise leaves.
+        errors: Errors over the evaluation poses [mm]. residual_rms: Of its points [m]: what the noise leaves.
     """
 
     config: Mapping[str, Any]
     base_dir: Path
     plan: PosePlan
-    floor: dict[str, float | None]
+    errors: dict[str, float | None]
     residual_rms: float
 
 
-def run_sets(study: Study, case: str, cell: str, repetitions: str, root: Path) -> pd.DataFrame:
+def run_sets(study: Study, case: str, workcell: str, repetitions: str, root: Path) -> pd.DataFrame:
     """Return the sets of a job: a row a set, columns ``SET_COLUMNS``.
 
     Args:
-        study: The closed loop. case, cell, repetitions: A job of it.
+        study: The blind trials. case, workcell, repetitions: A job of it.
         root: Where the paths of scenes start.
 
     Raises:
         InvalidInput: The scene is at fault.
-        SimulationError: Too few postures see a plate.
+        SimulationError: Too few postures see a target plane.
     """
     rows = []
-    for seed, sets in groupby(study.sets(case, cell, repetitions), key=lambda wanted: wanted.seed):
-        twin = make_twin(study, cell, seed, root)
+    for seed, sets in groupby(study.sets(case, workcell, repetitions), key=lambda wanted: wanted.seed):
+        control = make_control(study, workcell, seed, root)
         signals: dict[str, float | None] = {}
         for wanted in sets:
-            row = run_set(wanted, twin, signals)
+            row = run_set(wanted, control, signals)
             rows.append(row)
             names = (
                 [entry["name"] for entry in json.loads(row["found"])]
                 if row["status"] == "diagnosed"
                 else row["reason"]
             )
-            print(f"{case} {cell} seed {seed} size {wanted.size:g}: {row.get('verdict')} {names}", flush=True)
+            print(
+                f"{case} {workcell} seed {seed} size {wanted.size:g}: {row.get('verdict')} {names}",
+                flush=True,
+            )
     return pd.DataFrame(rows).reindex(columns=list(SET_COLUMNS))
 
 
-def make_twin(study: Study, cell: str, seed: int, root: Path) -> Twin:
-    """Return the twin of all sets of a cell and seed."""
+def make_control(study: Study, workcell: str, seed: int, root: Path) -> MatchedControl:
+    """Return the matched control of all sets of a workcell and seed."""
     # The simulator is an extra; a diagnosis of one's own data does without.
     from scalar.simulation.config import complete_config, load_config
     from scalar.simulation.plan import plan_poses
     from scalar.simulation.scene import simulate
 
-    scene = root / study.cells[cell]["scene"]
+    scene = root / study.workcells[workcell]["scene"]
     config = load_config(scene)
-    for overrides in (study.scene, study.cells[cell]["overrides"]):
+    for overrides in (study.scene, study.workcells[workcell]["overrides"]):
         config = with_overrides(config, overrides)
-    config = complete_config(config | {"seed": seed, "name": cell}, base_dir=scene.parent)
+    config = complete_config(config | {"seed": seed, "name": workcell}, base_dir=scene.parent)
     plan = plan_poses(config, base_dir=scene.parent)
     simulated = simulate(config, base_dir=scene.parent, plan=plan)
     calibration = calibrate(dataset_in_memory(simulated))
-    floor = errors(calibration, simulated.truth_poses, "floor")
-    return Twin(config, scene.parent, plan, floor, calibration.residual_rms)
+    reached = errors(calibration, simulated.truth_poses, "control")
+    return MatchedControl(config, scene.parent, plan, reached, calibration.residual_rms)
 
 
-def run_set(wanted: Set, twin: Twin, signals: dict[str, float | None] | None = None) -> dict[str, Any]:
+def run_set(
+    wanted: Set, control: MatchedControl, signals: dict[str, float | None] | None = None
+) -> dict[str, Any]:
     """Return the row of one set.
 
     Args:
-        wanted: What to plant. twin: Of its cell and seed.
-        signals: By what is planted, for a size of 1: kept from one size to the next, to which they are in proportion.
+        wanted: What to inject. control: Of its workcell and seed.
+        signals: By what is injected, for a size of 1: kept from one size to the next, to which they are in proportion.
     """
     from scalar.simulation.errors import SimulationError
     from scalar.simulation.scene import simulate
 
-    row: dict[str, Any] = {key: getattr(wanted, key) for key in ("case", "kind", "cell", "seed", "size")}
-    row |= {"found": "[]", "planted": "[]", "silent": "[]"} | twin.floor
-    config = planted_config(wanted, twin)
+    row: dict[str, Any] = {key: getattr(wanted, key) for key in ("case", "kind", "workcell", "seed", "size")}
+    row |= {"found": "[]", "injected": "[]", "unobservable": "[]"} | control.errors
+    config = injected_config(wanted, control)
     try:
-        simulated = simulate(config, base_dir=twin.base_dir, plan=twin.plan)
+        simulated = simulate(config, base_dir=control.base_dir, plan=control.plan)
     except SimulationError as error:
         return row | {"status": "not_simulated", "reason": str(error).splitlines()[0]}
-    planted = [
+    injected = [
         {key: entry.get(key) for key in ("name", "target", "size")} for entry in simulated.truth["effects"]
     ]
-    row["planted"] = json.dumps(planted)
-    row["signal_over_noise"] = signal_over_noise(wanted, twin, {} if signals is None else signals)
-    rng = np.random.default_rng([wanted.seed, _SEED_OF_DIRT])
-    dataset, wrong = spoiled(dataset_in_memory(simulated), wanted.dirt, rng)
+    row["injected"] = json.dumps(injected)
+    row["signal_over_noise"] = signal_over_noise(wanted, control, {} if signals is None else signals)
+    rng = np.random.default_rng([wanted.seed, _SEED_OF_GROSS_ERRORS])
+    dataset, wrong = with_gross_errors(dataset_in_memory(simulated), wanted.gross_errors, rng)
     try:
         answer = found(diagnose(dataset), wrong, simulated.truth_poses)
     except ScalarError as error:
@@ -157,14 +162,14 @@ def run_set(wanted: Set, twin: Twin, signals: dict[str, float | None] | None = N
     return row | {"status": "diagnosed"} | answer
 
 
-def planted_config(wanted: Set, twin: Twin) -> dict[str, Any]:
+def injected_config(wanted: Set, control: MatchedControl) -> dict[str, Any]:
     """Return the config of a set's scene."""
-    config = with_overrides(twin.config, wanted.overrides)
-    return config | {"planted": [dict(entry) for entry in wanted.planted]}
+    config = with_overrides(control.config, wanted.overrides)
+    return config | {"injected": [dict(entry) for entry in wanted.injected]}
 
 
 def found(diagnosis: Diagnosis, wrong: list[int], truth_poses: pd.DataFrame) -> dict[str, Any]:
-    """Return what a diagnosis says, as cells of a row.
+    """Return what a diagnosis says, as entries of a row.
 
     Args:
         diagnosis: Of one set. wrong: Ids of its poses that were spoiled.
@@ -176,12 +181,14 @@ def found(diagnosis: Diagnosis, wrong: list[int], truth_poses: pd.DataFrame) -> 
     return {
         "verdict": mapping["verdict"],
         "found": json.dumps(entries),
-        "silent": json.dumps([{"name": s["name"], "target": s["target"]} for s in mapping["unobservable"]]),
+        "unobservable": json.dumps(
+            [{"name": s["name"], "target": s["target"]} for s in mapping["unobservable"]]
+        ),
         "wrong_poses": len(wrong),
         "wrong_poses_found": len(set(wrong) & set(mapping["outliers"]["poses"])),
         "held_out_before_mm": residual["before"]["held_out_rms_mm"],
         "held_out_after_mm": residual["after"]["held_out_rms_mm"],
-        "held_out_floor_mm": residual["floor_mm"],
+        "held_out_noise_floor_mm": residual["floor_mm"],
         **errors(diagnosis.calibration_before, truth_poses, "before"),
         **errors(diagnosis.calibration_after, truth_poses, "after"),
     }
@@ -197,25 +204,25 @@ def errors(calibration: Calibration, truth_poses: pd.DataFrame, when: str) -> di
     return {f"position_{when}_mm": float(position.mean()), f"position_max_{when}_mm": float(position.max())}
 
 
-def signal_over_noise(wanted: Set, twin: Twin, known: dict[str, float | None]) -> float | None:
-    """Return how much of what is planted a fit without it leaves, over what the noise leaves; both rms over all points.
+def signal_over_noise(wanted: Set, control: MatchedControl, known: dict[str, float | None]) -> float | None:
+    """Return how much of what is injected a fit without it leaves, over what the noise leaves; both rms over all points.
 
     Taken from the same scene without noise, at the size asked for first, and in proportion for the others.
     """
     from scalar.simulation.scene import simulate
 
-    if not wanted.planted:
+    if not wanted.injected:
         return 0.0
     key = json.dumps(
-        [{k: v for k, v in entry.items() if k != "size"} for entry in wanted.planted], sort_keys=True
+        [{k: v for k, v in entry.items() if k != "size"} for entry in wanted.injected], sort_keys=True
     )
     if key not in known:
-        noise = twin.config["noise"]
-        quiet = planted_config(wanted, twin) | {"noise": {**noise, "range_noise_std_m": 0.0}}
-        dataset = dataset_in_memory(simulate(quiet, base_dir=twin.base_dir, plan=twin.plan))
+        noise = control.config["noise"]
+        quiet = injected_config(wanted, control) | {"noise": {**noise, "range_noise_std_m": 0.0}}
+        dataset = dataset_in_memory(simulate(quiet, base_dir=control.base_dir, plan=control.plan))
         stated = replace(dataset, sensor=replace(dataset.sensor, noise=noise["range_noise_std_m"]))
         try:
-            known[key] = calibrate(stated).residual_rms / twin.residual_rms / wanted.size
+            known[key] = calibrate(stated).residual_rms / control.residual_rms / wanted.size
         except ScalarError:
             known[key] = None
     unit = known[key]

@@ -1,9 +1,9 @@
-"""Is an answer right? What a diagnosis found against what was planted, by name and by target.
+"""Is an answer right? What a diagnosis found against what was injected, by name and by target.
 
 An answer is judged by its first effect, the one that was taken first. ``right``: its name and its target are the
-planted ones. ``listed``: another effect, but the planted one stands in its ``confounded_with``. ``elsewhere``: the
-right name at another joint, order, plate or moment. ``wrong``: another name, and the planted one is not listed.
-``silent``: nothing found, and the planted effect is listed as one that these data cannot show. ``missed``: nothing
+injected ones. ``listed``: another effect, but the injected one stands in its ``confounded_with``. ``elsewhere``: the
+right name at another joint, order, target plane or moment. ``wrong``: another name, and the injected one is not listed.
+``unobservable``: nothing found, and the injected effect is listed as one that these data cannot show. ``missed``: nothing
 found. ``unattributed``: structure without a name.
 """
 
@@ -15,7 +15,7 @@ from typing import Any
 
 import pandas as pd
 
-OUTCOMES = ("right", "listed", "unattributed", "silent", "missed", "elsewhere", "wrong", "failed")
+OUTCOMES = ("right", "listed", "unattributed", "unobservable", "missed", "elsewhere", "wrong", "failed")
 NOISES = ("pose_jitter", "scan_bias")  # they shift nothing on average
 NONE, UNATTRIBUTED = "none", "unattributed"
 SLACK_POSES = 10  # by which the moment of a change may be off
@@ -23,13 +23,13 @@ SLACK_POSES = 10  # by which the moment of a change may be off
 Entry = Mapping[str, Any]
 
 
-def same_target(found: Entry, planted: Entry) -> bool:
+def same_target(found: Entry, injected: Entry) -> bool:
     """Return whether two entries of the same name say the same place.
 
     A compliance may leave out joints that the data hardly load, but may name none that does not give; a harmonic
-    with several orders has to hold all planted ones and no other; a moment may be off by ``SLACK_POSES``.
+    with several orders has to hold all injected ones and no other; a moment may be off by ``SLACK_POSES``.
     """
-    a, b = found.get("target") or {}, planted.get("target") or {}
+    a, b = found.get("target") or {}, injected.get("target") or {}
     if "joints" in b:
         joints = set(a.get("joints") or [a.get("joint")])
         return bool(joints) and joints <= set(b["joints"])
@@ -44,11 +44,11 @@ def _orders(target: Mapping[str, Any]) -> set[int]:
     return set(target["orders"]) if "orders" in target else {target.get("order")}  # type: ignore[arg-type]
 
 
-def same(found: Entry, planted: Entry) -> bool:
-    """Return whether an entry is a planted effect, by name and target."""
-    if planted["name"] == "unknown":
+def same(found: Entry, injected: Entry) -> bool:
+    """Return whether an entry is an injected effect, by name and target."""
+    if injected["name"] == "unknown":
         return found["name"] == UNATTRIBUTED
-    return found["name"] == planted["name"] and same_target(found, planted)
+    return found["name"] == injected["name"] and same_target(found, injected)
 
 
 def named(found: Sequence[Entry]) -> str:
@@ -56,43 +56,47 @@ def named(found: Sequence[Entry]) -> str:
     return found[0]["name"] if found else NONE
 
 
-def outcome(planted: Entry, found: Sequence[Entry], silent: Sequence[Entry]) -> str:
-    """Return one of ``OUTCOMES`` for an answer about one planted effect."""
+def outcome(injected: Entry, found: Sequence[Entry], unobservable: Sequence[Entry]) -> str:
+    """Return one of ``OUTCOMES`` for an answer about one injected effect."""
     if not found:
-        hidden = any(entry["name"] == planted["name"] and same_target(entry, planted) for entry in silent)
-        return "silent" if hidden else "missed"
+        hidden = any(
+            entry["name"] == injected["name"] and same_target(entry, injected) for entry in unobservable
+        )
+        return "unobservable" if hidden else "missed"
     first = found[0]
-    if same(first, planted):
+    if same(first, injected):
         return "right"
-    if any(same(other, planted) for other in first.get("confounded_with", ())):
+    if any(same(other, injected) for other in first.get("confounded_with", ())):
         return "listed"
     if first["name"] == UNATTRIBUTED:
         return "unattributed"
-    return "elsewhere" if first["name"] == planted["name"] else "wrong"
+    return "elsewhere" if first["name"] == injected["name"] else "wrong"
 
 
 def judged(sets: pd.DataFrame) -> pd.DataFrame:
     """Return the sets with judgements beside them.
 
-    Added: ``named``, the first name; ``outcome`` (of sets with one effect planted); ``matched``, how many of the
-    planted are among the found; ``extra``, how many of the found are none of the planted; ``alarm``, whether a
-    shift is named, or ``unattributed``, that is not planted.
+    Added: ``named``, the first name; ``outcome`` (of sets with one effect injected); ``matched``, how many of the
+    injected are among the found; ``extra``, how many of the found are none of the injected; ``alarm``, whether a
+    shift is named, or ``unattributed``, that is not injected.
     """
     rows = []
     for row in sets.to_dict("records"):
-        planted, found, silent = (json.loads(row[key]) for key in ("planted", "found", "silent"))
+        injected, found, unobservable = (
+            json.loads(row[key]) for key in ("injected", "found", "unobservable")
+        )
         answered = row["status"] == "diagnosed"
         verdict = "failed"
-        if answered and len(planted) == 1:
-            verdict = outcome(planted[0], found, silent)
+        if answered and len(injected) == 1:
+            verdict = outcome(injected[0], found, unobservable)
         elif answered:
             verdict = ""
-        extra = [f for f in found if not any(same(f, p) for p in planted)]
+        extra = [f for f in found if not any(same(f, p) for p in injected)]
         rows.append(
             {
                 "named": named(found) if answered else "failed",
                 "outcome": verdict,
-                "matched": sum(any(same(f, p) for f in found) for p in planted),
+                "matched": sum(any(same(f, p) for f in found) for p in injected),
                 "extra": len(extra),
                 "alarm": any(f["name"] not in NOISES for f in extra),
             }
@@ -101,19 +105,19 @@ def judged(sets: pd.DataFrame) -> pd.DataFrame:
 
 
 def findings(sets: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a finding of all sets: its name, p value, confidence where stated, and whether it is planted.
+    """Return a row a finding of all sets: its name, p value, confidence where stated, and whether it is injected.
 
-    ``listed`` says whether a planted effect stands in its ``confounded_with``.
+    ``listed`` says whether an injected effect stands in its ``confounded_with``.
     """
     rows = []
     for row in sets.to_dict("records"):
-        planted = json.loads(row["planted"])
+        injected = json.loads(row["injected"])
         for place, entry in enumerate(json.loads(row["found"])):
             others = entry.get("confounded_with", ())
             rows.append(
                 {
                     "case": row["case"],
-                    "cell": row["cell"],
+                    "workcell": row["workcell"],
                     "seed": row["seed"],
                     "size": row["size"],
                     "place": place,
@@ -122,9 +126,9 @@ def findings(sets: pd.DataFrame) -> pd.DataFrame:
                     "p_value": entry.get("p_value"),
                     "confidence": entry.get("confidence"),
                     "alternatives": len(others),
-                    "right": any(same(entry, p) for p in planted),
-                    "listed": any(same(other, p) for other in others for p in planted),
+                    "right": any(same(entry, p) for p in injected),
+                    "listed": any(same(other, p) for other in others for p in injected),
                 }
             )
-    columns = ["case", "cell", "seed", "size", "place", "name", "target", "p_value", "confidence"]
+    columns = ["case", "workcell", "seed", "size", "place", "name", "target", "p_value", "confidence"]
     return pd.DataFrame(rows, columns=[*columns, "alternatives", "right", "listed"])

@@ -1,4 +1,4 @@
-"""The tables of a closed loop: what was named for what, how large an effect must be, and what an answer is worth.
+"""The tables of the blind trials: what was named for what, how large an effect must be, and what an answer is worth.
 
 Small enough to be committed. Each function takes the judged sets (``score.judged``) and gives one table.
 """
@@ -39,15 +39,15 @@ def of_kind(judged: Frame, kind: str) -> Any:
 
 
 def confusion(judged: Frame) -> pd.DataFrame:
-    """Return ``case, planted, size, named, count``: the first name that was given, of single and unknown effects."""
+    """Return ``case, injected, size, named, count``: the first name that was given, of single and unknown effects."""
     rows: Any = judged[judged["kind"].isin(["single", "unknown"]) & (judged["status"] != "not_simulated")]
-    rows = rows.assign(planted=[_only(cell) for cell in rows["planted"]])
-    table = rows.groupby(["case", "planted", "size", "named"], sort=False).size()
+    rows = rows.assign(injected=[_only(entry) for entry in rows["injected"]])
+    table = rows.groupby(["case", "injected", "size", "named"], sort=False).size()
     return table.rename("count").reset_index()
 
 
-def _only(planted: str) -> str:
-    return json.loads(planted)[0]["name"]
+def _only(injected: str) -> str:
+    return json.loads(injected)[0]["name"]
 
 
 def power(judged: Frame, study: Study) -> pd.DataFrame:
@@ -82,7 +82,9 @@ def thresholds(judged: Frame, study: Study) -> pd.DataFrame:
     for case, group in of_kind(judged, "single").groupby("case", sort=False):
         natural = study.cases[case].choices[0].natural
         right = (group["outcome"] == "right").to_numpy(dtype=float)
-        seeds = [f"{cell} {seed}" for cell, seed in zip(group["cell"], group["seed"], strict=True)]
+        seeds = [
+            f"{workcell} {seed}" for workcell, seed in zip(group["workcell"], group["seed"], strict=True)
+        ]
         row: dict[str, Any] = {
             "case": case,
             "unit": study.units[case],
@@ -107,7 +109,7 @@ def thresholds(judged: Frame, study: Study) -> pd.DataFrame:
 
 
 def nulls(judged: Frame) -> pd.DataFrame:
-    """Return the false alarms, a row a kind of dirt and one for all: a shift named where there is none."""
+    """Return the false alarms, a row a kind of gross error and one for all: a shift named where there is none."""
     rows = []
     sets = of_kind(judged, "null")
     for case, group in [*sets.groupby("case", sort=False), ("all", sets)]:
@@ -125,17 +127,17 @@ def nulls(judged: Frame) -> pd.DataFrame:
 
 
 def pairs(judged: Frame) -> pd.DataFrame:
-    """Return a row a set of two effects: what was planted, how many were named, and what was named besides."""
+    """Return a row a set of two effects: what was injected, how many were named, and what was named besides."""
     rows = []
     for row in of_kind(judged, "pair").to_dict("records"):
         first, second = (
-            f"{entry['name']} {in_words(entry['target'])}".strip() for entry in json.loads(row["planted"])
+            f"{entry['name']} {in_words(entry['target'])}".strip() for entry in json.loads(row["injected"])
         )
         answers = [
             f"{entry['name']} {in_words(entry['target'])}".strip() for entry in json.loads(row["found"])
         ]
         rows.append(
-            {key: row[key] for key in ("cell", "seed", "size")}
+            {key: row[key] for key in ("workcell", "seed", "size")}
             | {"first": first, "second": second, "matched": row["matched"], "extra": row["extra"]}
             | {"found": "; ".join(answers)}
         )
@@ -179,16 +181,16 @@ def unknown(judged: Frame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def by_cell(judged: Frame) -> pd.DataFrame:
-    """Return how many sets of the natural size are named right, a row a case and cell."""
+def by_workcell(judged: Frame) -> pd.DataFrame:
+    """Return how many sets of the natural size are named right, a row a case and workcell."""
     rows = []
     natural = of_kind(judged, "single")
     natural = natural[natural["size"] == NATURAL]
-    by: Any = ["case", "cell"]
-    for (case, cell), group in natural.groupby(by, sort=False):
+    by: Any = ["case", "workcell"]
+    for (case, workcell), group in natural.groupby(by, sort=False):
         right = int((group["outcome"] == "right").sum())
-        rows.append({"case": case, "cell": cell, "sets": len(group), "right": right})
-    return pd.DataFrame(rows, columns=["case", "cell", "sets", "right"])
+        rows.append({"case": case, "workcell": workcell, "sets": len(group), "right": right})
+    return pd.DataFrame(rows, columns=["case", "workcell", "sets", "right"])
 
 
 def median(values: Any) -> float | None:

@@ -22,11 +22,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from study.common.methods import INITIAL
+from study.common.methods import INITIAL, METHODS, PROPOSED
 
 CONFIRMED, DIFFERS, FAILS = "confirmed", "differs", "does not hold"
 ABSENT = "not in this run"
-OURS = "manifold"
 WALLS = "upright"
 SAME, CHANGED = 1.10, 1.25
 MOST = 0.95
@@ -206,7 +205,7 @@ def _of_sweep(claim: Mapping[str, Any], summary: Any) -> list[Found]:
         (summary["walls"] == WALLS)
         & (summary["alignment"] == "raw")
         & (summary["quantity"] == claim["quantity"])
-        & summary["method"].str.match("manifold|published-")
+        & summary["method"].isin(METHODS)
     ]
     found = []
     for way, of_way in rows.groupby("method", sort=False):
@@ -250,10 +249,10 @@ def _of_sequential(claim: Mapping[str, Any], summary: Any) -> list[Found]:
 
 
 def claim_numbers(table: pd.DataFrame) -> dict[str, Any]:
-    """Return ``{"claims": {claim: {published, ways}}, "counts": {verdict: n}}``; counts are of the verdicts on our way, or on the only one.
+    """Return ``{"claims": {claim: {published, ways}}, "counts": {verdict: n}}``.
 
-    Units stand in the names: ``published_mm``. The verdict of a claim is that on our way; where ways are orders of steps, the least
-    favourable.
+    Counts are of the verdicts on the proposed method, or on the only one. Units stand in the names: ``published_mm``. The
+    verdict of a claim is that on the proposed method; where ways are orders of steps, it is the least favourable.
     """
     rank = [CONFIRMED, DIFFERS, FAILS]
     claims: dict[str, Any] = {}
@@ -277,7 +276,7 @@ def claim_numbers(table: pd.DataFrame) -> dict[str, Any]:
             "statement": first["statement"],
             "where": first["where"],
             f"published{unit}": float(first["published"]),
-            "verdict": ways[OURS]["verdict"] if OURS in ways else worst,
+            "verdict": ways[PROPOSED]["verdict"] if PROPOSED in ways else worst,
             "ways": ways,
         }
     verdicts = [claim["verdict"] for claim in claims.values()]

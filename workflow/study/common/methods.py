@@ -1,13 +1,12 @@
-"""The ways to calibrate that a study compares, by name.
+"""The methods of calibration that a study compares, by name: the proposed method and the variants of the baseline.
 
-``manifold`` is ours; ``published-READING`` is the paper's own, the square root of its constraints read in one
-of three ways; with ``-2018`` behind, lmfit's defaults are those of the paper's year.
+The baseline is the original paper's own method. Its constraints hold a square root whose argument may become negative; the paper does
+not say what happens then, so that there is one variant for each reading of the root, and one for the solver's defaults of the paper's year.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -26,24 +25,48 @@ EFFICIENT = "efficient"
 CONVERGED = "converged"
 """Status of a fit that ended at an optimum."""
 
-
-def _manifold(dataset: Dataset) -> Calibration:
-    from scalar.estimation.calibrate import calibrate
-
-    return calibrate(dataset)
+PROPOSED = "proposed"
+"""Name of the proposed method in tables, configs and keys of numbers."""
 
 
-def _published(reading: str, dataset: Dataset, defaults: str = "now") -> Calibration:
-    from scalar.baseline.fit import calibrate_published
+@dataclass(frozen=True)
+class Method:
+    """One method of calibration.
 
-    # The compressed rows have the sum of squares of all points, and are faster to ask.
-    return calibrate_published(dataset, reading=reading, points="compressed", defaults=defaults)
+    Attributes:
+        name: In tables, configs and names of files.
+        reading: How the baseline reads the root of a negative number, a key of ``scalar.baseline.fit.READINGS``; None: the proposed method.
+        defaults: The baseline's solver settings, a key of ``scalar.baseline.fit.DEFAULTS``.
+    """
+
+    name: str
+    reading: str | None = None
+    defaults: str = "now"
+
+    def calibrate(self, dataset: Dataset) -> Calibration:
+        """Return the calibration of a dataset by this method.
+
+        Raises:
+            Undetermined: The data cannot determine the model, or the fit did not converge.
+        """
+        if self.reading is None:
+            from scalar.estimation.calibrate import calibrate
+
+            return calibrate(dataset)
+        from scalar.baseline.fit import calibrate_published
+
+        # The compressed rows have the sum of squares of all points, and are faster to evaluate.
+        return calibrate_published(dataset, reading=self.reading, points="compressed", defaults=self.defaults)
 
 
-METHODS: dict[str, Callable[[Dataset], Calibration]] = {
-    "manifold": _manifold,
-    "published-abs": partial(_published, "abs"),
-    "published-abs-2018": partial(_published, "abs", defaults="2018"),
-    "published-clip": partial(_published, "clip"),
-    "published-raise": partial(_published, "raise"),
+METHODS = {
+    method.name: method
+    for method in (
+        Method(PROPOSED),
+        Method("baseline-abs", "abs"),
+        Method("baseline-abs-2018", "abs", "2018"),
+        Method("baseline-clip", "clip"),
+        Method("baseline-raise", "raise"),
+    )
 }
+"""By name."""

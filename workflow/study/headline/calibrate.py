@@ -24,7 +24,7 @@ def calibrate_seeds(data_dir: str | Path, method: str, out_dir: str | Path) -> N
     for seed, folder in found_seeds(data_dir):
         path = Path(out_dir) / f"{folder.name}.json"
         try:
-            calibration = METHODS[method](read_dataset(folder / "dataset"))
+            calibration = METHODS[method].calibrate(read_dataset(folder / "dataset"))
         except Undetermined as error:
             status = "not_converged" if isinstance(error, NotConverged) else "undetermined"
             write_json(path, {"format": FAILURE_FORMAT, "status": status, "reasons": list(error.reasons)})

@@ -27,7 +27,7 @@ from study.headline.calibrate import FAILURE_FORMAT
 ERROR_COLUMNS = {
     "case": "row of the grid",
     "seed": "of all chance in the scene",
-    "method": "manifold (ours), published-READING (the paper's), or initial (the model before calibration)",
+    "method": "proposed, baseline-READING (the original paper's method), or initial (the model before calibration)",
     "status": "converged, or how the fit ended; a row without numbers has no calibration",
     "alignment": "raw: poses as predicted; aligned: after the best rigid motion of the base",
     "position_mean_mm": "over the evaluation poses (equation 18)",
@@ -56,7 +56,7 @@ PARAMETER_COLUMNS = {
     "parameter": "a alpha d theta beta by joint, and the sensor's pose on the flange",
     "unit": "of the next four columns: mm or deg",
     "value": "calibrated",
-    "truth": "planted",
+    "truth": "injected",
     "error": "value less truth",
     "std": "the calibration's own standard error; empty where the parameter was held",
     "normalized_error": "error / std, of unit spread where the standard errors are true",

@@ -1,4 +1,4 @@
-"""The picture of a study's cell, as a PNG and the places of what stands in it."""
+"""The picture of a study's workcell, as a PNG and the places of what stands in it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def write_picture(
 
     Raises:
         InvalidInput: The scene is at fault.
-        SimulationError: Too few postures see a plate.
+        SimulationError: Too few postures see a target plane.
     """
     from matplotlib.image import imsave
 

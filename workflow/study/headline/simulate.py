@@ -23,7 +23,7 @@ def simulate_seeds(
 
     Raises:
         InvalidInput: The scene is at fault.
-        SimulationError: Too few postures see a plate.
+        SimulationError: Too few postures see a target plane.
     """
     # The simulator is an extra; a study of one's own data does without.
     from scalar.simulation.config import load_config

@@ -128,9 +128,9 @@ def place_published(errors: pd.DataFrame, published: pd.DataFrame) -> pd.DataFra
                     "method": method,
                     "quantity": quantity,
                     "published": value,
-                    "ours_mean": ours.mean() if len(ours) else float("nan"),
-                    "ours_min": ours.min() if len(ours) else float("nan"),
-                    "ours_max": ours.max() if len(ours) else float("nan"),
+                    "simulated_mean": ours.mean() if len(ours) else float("nan"),
+                    "simulated_min": ours.min() if len(ours) else float("nan"),
+                    "simulated_max": ours.max() if len(ours) else float("nan"),
                     "percentile": 100.0 * np.mean(ours < value) if len(ours) else float("nan"),
                     "seeds": len(ours),
                 }

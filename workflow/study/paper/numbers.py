@@ -1,6 +1,6 @@
 """The numbers that the paper quotes: every leaf of the results' files by one key, already rounded and with its unit.
 
-A key is the place of a number in its file behind the part it belongs to, ``headline.methods.manifold.raw.position_mean_mm.mean``. Its
+A key is the place of a number in its file behind the part it belongs to, ``headline.methods.proposed.raw.position_mean_mm.mean``. Its
 unit is the one in its name, or in the nearest name around it (``_mm``, ``_deg``). A number comes in several roundings, for the
 text to choose from; how it looks is decided here, once, so that the text holds no digits at all.
 """

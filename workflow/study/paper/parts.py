@@ -19,12 +19,11 @@ from scalar.effects.unattributed import Unattributed
 from scalar.estimation import identifiability, outlying_points, pose_consistency
 from scalar.geometry import parallel_axes
 from scalar.units import MM
-from study.common.methods import INITIAL
+from study.common.methods import INITIAL, PROPOSED
 from study.common.statistics import BAND, QUANTITIES
 
 EQUATIONS_PER_POSE = 2
 """A scan of a plane is a straight line: an offset and a slope, however many points it has."""
-OURS = "manifold"
 NOISES = 2
 """Effects that are noises: jitter of the poses, and an error common to a scan."""
 
@@ -136,13 +135,13 @@ def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
     For the comparison of orders: the share of seeds in which a single pass wins where little can be gained.
     """
     methods = parts["headline"]["methods"]
-    ours, initial = methods[OURS], methods[INITIAL]
+    ours, initial = methods[PROPOSED], methods[INITIAL]
     found: dict[str, Any] = {
-        "published_over_ours": {
+        "published_over_proposed": {
             _unitless(name): ours["published"][name]["value"] / ours["raw"][name]["mean"]
             for name in QUANTITIES
         },
-        "initial_over_ours": {
+        "initial_over_proposed": {
             _unitless(name): initial["raw"][name]["mean"] / ours["raw"][name]["mean"] for name in QUANTITIES
         },
     }

@@ -1,4 +1,4 @@
-"""The closed loop: what was named for what, how large an effect has to be, errors after, and what answers are worth."""
+"""The blind trials: what was named for what, how large an effect has to be, errors after, and what answers are worth."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from matplotlib.patches import Patch
 from study.plots.style import LOOKS, new_figure, numeral, styled
 
 WORDS = {"none": "nothing", "unattributed": "unattributed", "failed": "no answer"}
-KINDS = (  # column of power.csv, words, colour, hatch: told apart in grey as well
+KINDS = (  # column of power.csv, words, colour, hatch: distinguished in grey as well
     ("right", "named right, target included", "#0072b2", ""),
     ("listed", "another name, the right one listed beside it", "#56b4e9", "///"),
     ("elsewhere", "right name, wrong target", "#e69f00", "..."),
     ("wrong", "wrong name", "#d55e00", "xxx"),
     ("unattributed", "unattributed", "#cc79a7", "\\\\\\"),
-    ("silent", "declared silent", "#999999", ""),
+    ("unobservable", "declared unobservable", "#999999", ""),
     ("missed", "nothing found", "#eeeeee", ""),
 )
 _GREYS = LinearSegmentedColormap.from_list("shares", ["#ffffff", "#9ecae1", "#08306b"])
 _DARK = 0.55  # of the colour scale: text on darker cells is white
-_OURS = LOOKS["manifold"].colour
+_OURS = LOOKS["proposed"].colour
 
 
 def words(case: str) -> str:
@@ -37,7 +37,7 @@ def words(case: str) -> str:
 
 
 def draw_confusion(confusion: pd.DataFrame, least_size: float = 1.0) -> Figure:
-    """Return the confusion matrix: rows what was planted, columns the first name given, shares of a row in a cell.
+    """Return the confusion matrix: rows what was injected, columns the first name given, shares of a row in a cell.
 
     Args:
         confusion: confusion.csv. least_size: Sizes below it are left out; multiples of the natural size.
@@ -72,7 +72,7 @@ def draw_confusion(confusion: pd.DataFrame, least_size: float = 1.0) -> Figure:
             range(len(cases)), [f"{words(c)}  ({int(n)})" for c, n in zip(cases, counts.sum(1), strict=True)]
         )
         ax.tick_params(length=0, labelsize=8)
-        ax.set_ylabel("planted (number of sets)")
+        ax.set_ylabel("injected (number of sets)")
         ax.set_xlabel("named first")
         ax.xaxis.set_label_position("top")
         ax.grid(visible=False)
@@ -146,7 +146,7 @@ def _power_panel(ax: Axes, rows: Any, half: Any) -> None:
 
 
 def draw_errors_after(errors: pd.DataFrame, size: float = 1.0) -> Figure:
-    """Return the position error before, after and at the floor, a row a case, medians over the sets named right.
+    """Return the position error before, after and of the matched control, a row a case, medians over the sets named right.
 
     Args:
         errors: errors.csv. size: Which size is shown; a multiple of the natural one.
@@ -157,20 +157,20 @@ def draw_errors_after(errors: pd.DataFrame, size: float = 1.0) -> Figure:
     with styled():
         figure = new_figure(8.6, 1.2 + 0.29 * len(rows))
         ax = figure.subplots()
-        columns = [rows[f"mean_{when}_mm"].to_numpy(dtype=float) for when in ("before", "after", "floor")]
-        before, after, floor = columns
+        columns = [rows[f"mean_{when}_mm"].to_numpy(dtype=float) for when in ("before", "after", "control")]
+        before, after, control = columns
         ax.hlines(place, np.min(columns, axis=0), np.max(columns, axis=0), color="#bbbbbb", linewidth=1.2)
         look: Any = {"linestyle": "none", "markersize": 7, "markeredgecolor": "black", "markeredgewidth": 0.7}
         ax.plot(before, place, "D", color="#bbbbbb", label="before: no effect in the model", **look)
         ax.plot(after, place, "o", color=_OURS, label="after: the effects found in the model", **look)
         bar: Any = {"color": "black", "markersize": 13, "markeredgewidth": 1.8, "linestyle": "none"}
-        ax.plot(floor, place, "|", label="floor: the same scene without the effect", **bar)
+        ax.plot(control, place, "|", label="matched control: the same scene without the effect", **bar)
         ax.set_xscale("log")
         ax.set_xlabel("mean position error over 10,000 poses, base aligned [mm]")
-        ratio = rows["after_over_floor"].to_numpy(dtype=float)
+        ratio = rows["after_over_control"].to_numpy(dtype=float)
         right = ax.secondary_yaxis("right")
         right.set_yticks(place, [f"{numeral(r, 3)}" for r in ratio], fontsize=7.5)
-        right.set_ylabel("after / floor, median", fontsize=8)
+        right.set_ylabel("after / matched control, median", fontsize=8)
         right.tick_params(length=0)
         ax.set_yticks(
             place, [f"{words(c)}  ({n})" for c, n in zip(rows["case"], rows["sets"], strict=True)], fontsize=8
@@ -181,7 +181,7 @@ def draw_errors_after(errors: pd.DataFrame, size: float = 1.0) -> Figure:
 
 
 def draw_reliability(reliability: pd.DataFrame) -> Figure:
-    """Return the share of named effects that are planted, against how sure the diagnosis said it was.
+    """Return the share of named effects that are injected, against how sure the diagnosis said it was.
 
     Args:
         reliability: reliability.csv.
@@ -201,7 +201,7 @@ def draw_reliability(reliability: pd.DataFrame) -> Figure:
             note: Any = {"xytext": (6, -10), "textcoords": "offset points", "fontsize": 7.5}
             ax.annotate(str(int(n)), (at, share), **note)
         ax.set_xlabel("confidence stated with an effect")
-        ax.set_ylabel("share of those effects that were planted")
+        ax.set_ylabel("share of those effects that were injected")
         ax.set_xlim(0, 1.02)
         ax.set_ylim(0, 1.03)
         ax.legend(loc="upper left")

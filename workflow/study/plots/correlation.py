@@ -33,7 +33,7 @@ def grouped(names: list[str]) -> tuple[list[str], dict[str, int]]:
 
 
 def draw_correlation(correlation: pd.DataFrame) -> Figure:
-    """Return the matrix: colour is sign and size, numbers where two parameters can hardly be told apart.
+    """Return the matrix: colour is sign and size, numbers where two parameters can hardly be distinguished.
 
     Args:
         correlation: As ``study.headline.workspace.correlation`` gives it.

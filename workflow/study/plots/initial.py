@@ -14,7 +14,7 @@ def draw_initial(errors: pd.DataFrame, placed: pd.DataFrame) -> Figure:
     """Return a panel a quantity: the share of our initial models below each value, and the paper's model.
 
     Args:
-        errors: errors.csv. placed: published_among_ours.csv.
+        errors: errors.csv. placed: published_among_simulated.csv.
     """
     look = LOOKS["initial"]
     ours = errors[(errors["method"] == "initial") & (errors["alignment"] == "raw")]

@@ -1,4 +1,4 @@
-"""The first loop: published points with what candidates predict, the support of each, and what the method can tell."""
+"""Published points with what candidates predict, the support of each, and what the method can tell."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _SWEEPS = {
     "noise": "noise of a point [mm]",
     "poses": "poses on three planes",
     "points": "points a scan",
-    "plane_offset": "rough planes off by [mm]",
-    "plane_tilt": "rough planes tilted by [°]",
+    "plane_offset": "offset of the initial planes [mm]",
+    "plane_tilt": "tilt of the initial planes [°]",
 }
 _STATED = "stated"
 _SHOWN = 3  # explanations beside the stated noise: more bands than this hide one another
@@ -56,7 +56,9 @@ def draw_curves(candidates: pd.DataFrame, predictions: pd.DataFrame) -> Figure:
                 [], [], marker="o", linestyle="", color=PUBLISHED_COLOUR, label="published, one run a point"
             )
         ]
-        handles.append(Line2D([], [], color="#666666", linestyle=":", label="stated noise alone, our cell"))
+        handles.append(
+            Line2D([], [], color="#666666", linestyle=":", label="stated noise alone, our workcell")
+        )
         for name, (colour, line) in zip(names, looks, strict=False):
             handles.append(Line2D([], [], color=colour, linestyle=line, linewidth=1.8, label=labels[name]))
         figure.legend(handles=handles, loc="outside upper center", ncols=3)
@@ -109,7 +111,10 @@ def draw_support(candidates: pd.DataFrame) -> Figure:
             for x, name in ((0.84, "misfit_factor"), (0.94, "misfit_factor_with_offset")):
                 words.text(x, at, f"{row[name]:.2f}", va="center", ha="center", fontsize=8)
         words.set_xlim(0.0, 1.0)
-        for limit, text, side in ((3.0, "alike ", "right"), (np.log(1000.0), " factor 1000", "left")):
+        for limit, text, side in (
+            (3.0, "indistinguishable ", "right"),
+            (np.log(1000.0), " factor 1000", "left"),
+        ):
             ax.axvline(limit, color="black", linestyle="--", linewidth=0.9)
             ax.text(limit, top, text, fontsize=7.5, ha=side)
         ax.set_xscale("symlog", linthresh=3.0)
@@ -144,12 +149,14 @@ def _magnitudes(row: dict[str, Any]) -> str:
 
 
 def draw_recovery(candidates: pd.DataFrame, recovery: pd.DataFrame) -> Figure:
-    """Return the confusion: how often each tried candidate is not told apart from the best, by what was planted."""
+    """Return the confusion: how often each tried candidate is indistinguishable from the best, by what was injected."""
     table: Any = recovery
-    names = list(dict.fromkeys(table["planted"]))
+    names = list(dict.fromkeys(table["injected"]))
     labels = dict(zip(candidates["candidate"], candidates["label"], strict=True))
     shares = (
-        table.pivot(index="planted", columns="tried", values="not_told_apart").loc[names, names].to_numpy()
+        table.pivot(index="injected", columns="tried", values="indistinguishable")
+        .loc[names, names]
+        .to_numpy()
     )
     with styled():
         figure = new_figure(9.2, 0.38 * len(names) + 3.4)
@@ -174,6 +181,6 @@ def draw_recovery(candidates: pd.DataFrame, recovery: pd.DataFrame) -> Figure:
         ax.set_xticks(range(len(names)), names, rotation=55, ha="right", rotation_mode="anchor")
         ax.set_yticks(range(len(names)), [labels[name] for name in names])
         ax.grid(visible=False)
-        ax.set_xlabel("tried: not told apart from the best, in per cent of the sets")
-        ax.set_ylabel("planted")
+        ax.set_xlabel("tried: indistinguishable from the best, in per cent of the sets")
+        ax.set_ylabel("injected")
     return figure

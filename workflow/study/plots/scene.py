@@ -19,10 +19,10 @@ _BACKGROUND = 0.995
 
 
 def draw_scene(picture: str | Path, places: Mapping[str, Sequence[float]]) -> Figure:
-    """Return the picture, cropped to what it shows, plates and scanner named.
+    """Return the picture, cropped to what it shows, target planes and scanner named.
 
     Args:
-        picture: PNG. places: ``{name: (x, y)}`` in pixels from the upper left; ``base`` and ``scanner``, the rest are plates.
+        picture: PNG. places: ``{name: (x, y)}`` in pixels from the upper left; ``base`` and ``scanner``, the rest are target planes.
     """
     image: Any = imread(picture)[..., :3]
     rows, columns = np.nonzero((image < _BACKGROUND).any(axis=2))

@@ -43,7 +43,7 @@ def draw_sequential(errors: pd.DataFrame, summary: pd.DataFrame) -> Figure:
 
 
 def _by_passes(ax: Axes, rows: Any) -> None:
-    """Draw median and band over the seeds after each pass; a seed that has settled stays where it is."""
+    """Draw median and band over the seeds after each pass; a seed that has converged stays where it is."""
     at_once = rows[rows["way"] == "at_once"][_QUANTITY]
     before = rows[rows["way"] == "initial"][_QUANTITY]
     most = max(int(rows["passes"].max()), 1)

@@ -26,13 +26,13 @@ class Look:
 
 LOOKS = {
     "initial": Look("initial model", "#7f7f7f", "D"),
-    "published-abs": Look("paper's way, √|·|", "#d55e00", "^"),
-    "published-abs-2018": Look("paper's way, √|·|, lmfit of 2018", "#009e73", "P"),
-    "published-clip": Look("paper's way, √max(0, ·)", "#e69f00", "v"),
-    "published-raise": Look("paper's way, √ as it is", "#cc79a7", "s"),
-    "manifold": Look("manifold (ours)", "#0072b2", "o"),
+    "baseline-abs": Look("baseline, √|·|", "#d55e00", "^"),
+    "baseline-abs-2018": Look("baseline, √|·|, lmfit of 2018", "#009e73", "P"),
+    "baseline-clip": Look("baseline, √max(0, ·)", "#e69f00", "v"),
+    "baseline-raise": Look("baseline, √ as it is", "#cc79a7", "s"),
+    "proposed": Look("proposed method", "#0072b2", "o"),
 }
-"""The argument of the root in the paper's way may become negative; the name says what is done then."""
+"""The argument of the root in the baseline may become negative; the name says what is done then."""
 
 PUBLISHED_COLOUR = "#000000"
 

@@ -17,11 +17,11 @@ from study.plots.style import LOOKS, PUBLISHED_COLOUR, QUANTITY_LABELS, new_figu
 _PANELS = (("position_mean_mm", "position_max_mm"), ("orientation_mean_deg", "orientation_max_deg"))
 BOUND_ROWS = "cramer-rao"
 _LINES: dict[str, Any] = {
-    "manifold": "-",
-    "published-abs": "--",
-    "published-abs-2018": (0, (5, 1, 1, 1, 1, 1)),
-    "published-clip": "-.",
-    "published-raise": ":",
+    "proposed": "-",
+    "baseline-abs": "--",
+    "baseline-abs-2018": (0, (5, 1, 1, 1, 1, 1)),
+    "baseline-clip": "-.",
+    "baseline-raise": ":",
 }
 _FLOOR = {"mm": 1e-4, "deg": 1e-5}  # smaller errors are drawn as triangles on the lower edge
 _ZERO = 3.0  # on a logarithmic axis 0 stands this factor left of the smallest value
@@ -142,7 +142,7 @@ def write_failures(ax: Axes, raw: Any, methods: list[str], values: np.ndarray, s
             place: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": size}
             ax.text(x, -line, "·" if none else text, **place, **look).set_in_layout(False)
     ax.set_ylim(-len(methods) + 0.5, 0.5)
-    names = [LOOKS[method].label.replace("paper's way, ", "") for method in methods]
+    names = [LOOKS[method].label.replace("baseline, ", "") for method in methods]
     ax.set_yticks(-np.arange(len(methods)), names, fontsize=7)
     ax.tick_params(axis="y", length=0)
     ax.grid(visible=False)

@@ -13,7 +13,7 @@ from study.plots.style import LOOKS, new_figure, numeral, styled
 
 _MARKERS = ("^", "s", "v", "D", "P", "X")
 _COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
-_OURS = LOOKS["manifold"].colour
+_OURS = LOOKS["proposed"].colour
 _SURE = 3.0  # times the median standard error: poses that hardly see the joint are left out of that panel
 _SHOWN = 0.995  # of the dots lie within the axes
 
@@ -54,14 +54,14 @@ def draw_worked_example(
 
 
 def _residuals(ax: Axes, poses: pd.DataFrame, when: str, limit: float) -> None:
-    """Draw the mean height of every scan over its plate."""
+    """Draw the mean height of every scan over its target plane."""
     for k, (plane, group) in enumerate(poses.groupby("plane", sort=True)):
         style: Any = {"markersize": 3.4, "linestyle": "none", "alpha": 0.8, "markeredgewidth": 0}
         look = {"marker": _MARKERS[k % len(_MARKERS)], "color": _COLOURS[k % len(_COLOURS)]}
         ax.plot(group["angle_deg"], group[f"residual_{when}_mm"], label=str(plane), **look, **style)
     ax.axhline(0.0, color="black", linewidth=0.7)
     ax.set_ylim(-1.25 * limit, 1.1 * limit)
-    ax.set_ylabel("mean height of a scan over its plate [mm]")
+    ax.set_ylabel("mean height of a scan over its target plane [mm]")
 
 
 def _asked(ax: Axes, poses: pd.DataFrame, curve: pd.DataFrame) -> None:
@@ -111,10 +111,10 @@ def _errors(ax: Axes, errors: pd.DataFrame, numbers: dict[str, Any]) -> None:
         ("poses held out from the fit,\nrms residual", [held["before"], held["after"], held["noise"]]),
         (
             f"{numbers['errors_over']:,} random poses,\nmean position error".replace(",", "\u202f"),
-            [by_when.loc[when, "position_mean_mm"] for when in ("before", "after", "floor")],
+            [by_when.loc[when, "position_mean_mm"] for when in ("before", "after", "control")],
         ),
     ]
-    labels = ("before", "after", "floor: noise; the scene without it")
+    labels = ("before", "after", "noise floor; matched control")
     for k, (label, colour, hatch) in enumerate(
         zip(labels, ("#cccccc", _OURS, "white"), ("", "", "///"), strict=True)
     ):
@@ -130,4 +130,4 @@ def _errors(ax: Axes, errors: pd.DataFrame, numbers: dict[str, Any]) -> None:
     ax.set_ylim(0, 1.25 * top)
     ax.grid(visible=False, axis="x")
     ax.legend(loc="upper left", fontsize=7.5)
-    ax.set_title("5. errors on poses that nobody fitted")
+    ax.set_title("5. errors on poses that were not fitted")

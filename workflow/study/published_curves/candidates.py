@@ -96,9 +96,9 @@ CANDIDATES = (
     Candidate("step", "ranges rounded", ("step",)),
     Candidate("tolerance", "stopped by a loose tolerance", ("tolerance",)),
     Candidate("iterations", "stopped after some iterations", ("iterations",)),
-    Candidate("abs", "root read as √|·|", method="published-abs"),
-    Candidate("abs-2018", "root read as √|·|, solver of 2018", method="published-abs-2018"),
-    Candidate("clip", "root read as √max(0, ·)", method="published-clip"),
+    Candidate("abs", "root read as √|·|", method="baseline-abs"),
+    Candidate("abs-2018", "root read as √|·|, solver of 2018", method="baseline-abs-2018"),
+    Candidate("clip", "root read as √max(0, ·)", method="baseline-clip"),
     Candidate("noise+scan", "more noise, error common to a scan", ("noise", "scan")),
     Candidate("noise+joint", "more noise, joints' spread", ("noise", "joint")),
     Candidate("noise+step", "more noise, ranges rounded", ("noise", "step")),
@@ -147,7 +147,7 @@ def predict(
         for candidate in chosen:
             tables = mean[candidate.name], cov[candidate.name], shares[candidate.name]
             if first != i and not {"tolerance", "iterations"} & set(candidate.magnitudes):
-                for table in tables:  # rough planes matter to the solver's path alone
+                for table in tables:  # initial guesses of the planes matter to the solver's path alone
                     table[:, i] = table[:, first]
                 continue
             for k, node in enumerate(nodes[candidate.name]):

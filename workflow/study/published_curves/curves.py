@@ -19,7 +19,7 @@ class Setting:
 
     Attributes:
         poses: On all planes. points: A scan. sigma: Stated noise of a point [m].
-        offset: Of the rough planes [m]. tilt: Of the rough planes [deg].
+        offset: Of the initial guesses of the planes [m]. tilt: Of the initial guesses of the planes [deg].
     """
 
     poses: int

@@ -1,4 +1,4 @@
-"""Many cells together: samples of the four errors for any effects of any sizes, at any setting.
+"""Many workcells together: samples of the four errors for any effects of any sizes, at any setting.
 
 Shifts of the poses add up before they become errors, so effects are combined where they are linear, and the
 errors' scatter and their correlation come out by themselves.
@@ -18,7 +18,7 @@ from scalar.geometry.se3 import Array
 from scalar.units import DEG, MM
 from study.published_curves.curves import Setting
 from study.published_curves.stops import ITERATIONS, SolverPath, follow, stops_at
-from study.published_curves.workcell import Cell, Shifts, shifts, simulate_cell
+from study.published_curves.workcell import Shifts, Workcell, shifts, simulate_workcell
 
 POOL = 2000  # evaluation poses among which those of the largest errors are looked for
 FOR_MEAN = 250  # poses: the mean over them is sure to about 2 %
@@ -48,10 +48,10 @@ class Sizes:
 
 @dataclass(eq=False)
 class Ensemble:
-    """Cells over seeds, and R draws of every unit error for each.
+    """Workcells over seeds, and R draws of every unit error for each.
 
     Attributes:
-        seeds: Of the cells. D: ``(P, 6, F)`` of the evaluation poses kept, those for the mean first.
+        seeds: Of the workcells. D: ``(P, 6, F)`` of the evaluation poses kept, those for the mean first.
         units: ``{design: one Shifts a seed}``. incidence: mean square of n . u a seed.
         paths: ``{(poses, offset, tilt): one path a seed, of the first seeds}``.
     """
@@ -151,11 +151,11 @@ def build_ensemble(
     followed: int,
     kept: Array | None = None,
 ) -> Ensemble:
-    """Return cells over seeds, at the designs of all settings.
+    """Return workcells over seeds, at the designs of all settings.
 
     Args:
         config: Of the scene; its points a scan and poses are set to the most that any setting asks for.
-        base_dir: Where its robot's path starts. seeds: Of the cells. draws: Of noise a cell.
+        base_dir: Where its robot's path starts. seeds: Of the workcells. draws: Of noise a workcell.
         settings: To be served. steps: Of rounding [m].
         followed: Seeds for which the solver's path is recorded.
         kept: Indices of the evaluation poses; None: chosen here.
@@ -170,19 +170,21 @@ def build_ensemble(
     paths: dict[tuple[int, float, float], list[SolverPath]] = {s: [] for s in starts} if followed else {}
     incidence, D = [], np.zeros(0)
     for number, seed in enumerate(seeds):
-        cell = simulate_cell({**config, "seed": seed}, base_dir, POOL)
+        workcell = simulate_workcell({**config, "seed": seed}, base_dir, POOL)
         rng = np.random.default_rng([seed, 20181001])
         for design in designs:
-            units[design].append(shifts(cell, design, sigmas[design], steps, draws, rng))
-        incidence.append(float(np.mean(cell.incidence**2)))
+            units[design].append(shifts(workcell, design, sigmas[design], steps, draws, rng))
+        incidence.append(float(np.mean(workcell.incidence**2)))
         if kept is None:
-            kept = _poses_to_keep(cell.D, units[designs[-1]][0])
+            kept = _poses_to_keep(workcell.D, units[designs[-1]][0])
         if number == 0:
-            D = cell.D[kept]
+            D = workcell.D[kept]
         if number < followed:
             for start in starts:
                 rng = np.random.default_rng([seed, 7])  # the same directions for every start
-                paths[start].append(follow(cell, start[0], rough_planes(cell, start[1], start[2], rng), kept))
+                paths[start].append(
+                    follow(workcell, start[0], initial_planes(workcell, start[1], start[2], rng), kept)
+                )
         print(
             f"seed {seed}: {len(designs)} designs, {len(starts) if number < followed else 0} paths",
             flush=True,
@@ -203,9 +205,9 @@ def _poses_to_keep(D: Array, units: Shifts) -> Array:
     return np.concatenate([np.arange(FOR_MEAN), np.sort(extreme)])
 
 
-def rough_planes(cell: Cell, offset: float, tilt: float, rng: np.random.Generator) -> Planes:
+def initial_planes(workcell: Workcell, offset: float, tilt: float, rng: np.random.Generator) -> Planes:
     """Return the true planes off by ``offset`` [m] with drawn signs and tilted by ``tilt`` [deg] in drawn directions."""
-    target = cell.planes
+    target = workcell.planes
     signs = rng.choice([-1.0, 1.0], len(target.normals))
     ways = rng.uniform(0.0, 2.0 * np.pi, len(target.normals))
     tangents = np.einsum(

@@ -13,8 +13,8 @@ from scalar.geometry.se3 import Array
 from study.common.statistics import QUANTITIES
 from study.published_curves.candidates import CANDIDATES, STATED, Prediction
 from study.published_curves.curves import Curves
-from study.published_curves.predict import Foretold
-from study.published_curves.recovery import ALIKE, EXCLUDED
+from study.published_curves.predict import Predictions
+from study.published_curves.recovery import EXCLUDED, INDISTINGUISHABLE
 from study.published_curves.support import ALL, Fine, Weighed, held_out, offsets_found, refine, weigh
 
 MEANS = (0, 2)  # of QUANTITIES
@@ -27,8 +27,8 @@ def _variants(curves: Curves, offset: Array) -> dict[str, tuple[tuple[int, ...],
     enough = np.array([setting.poses >= FEW_POSES for setting in curves.settings])
     several = np.array([setting.points > 1 for setting in curves.settings])
     return {
-        "cells_twice_as_different": (ALL, 4.0 * offset, None),
-        "cells_half_as_different": (ALL, 0.25 * offset, None),
+        "workcells_twice_as_different": (ALL, 4.0 * offset, None),
+        "workcells_half_as_different": (ALL, 0.25 * offset, None),
         "mean_errors_only": (MEANS, offset, None),
         "without_few_poses": (ALL, offset, enough),
         "without_single_points": (ALL, offset, several),
@@ -100,8 +100,8 @@ def candidate_table(
 
 
 def _verdict(behind: float, ways: Sequence[float]) -> str:
-    """Return ``supported`` where a candidate is not told apart from the best, ``excluded`` where all ways put it far behind."""
-    if behind < ALIKE:
+    """Return ``supported`` where a candidate is indistinguishable from the best, ``excluded`` where all ways put it far behind."""
+    if behind < INDISTINGUISHABLE:
         return "supported"
     return "excluded" if min(ways) > EXCLUDED else "disfavoured"
 
@@ -145,15 +145,15 @@ def summary_numbers(
     candidates: pd.DataFrame,
     confusion: pd.DataFrame,
     coverage: pd.DataFrame,
-    foretold: Foretold,
+    predicted: Predictions,
     options: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Return what the paper quotes."""
     records = {str(row["candidate"]): row for row in _records(candidates)}
     tested = {name: row for name, row in records.items() if row["verdict"] != "not_tested"}
     ranked = sorted(tested, key=lambda name: -tested[name]["log_evidence"])
-    own: Any = confusion[confusion["planted"] == confusion["tried"]]
-    wrong: Any = confusion[confusion["planted"] != confusion["tried"]]
+    own: Any = confusion[confusion["injected"] == confusion["tried"]]
+    wrong: Any = confusion[confusion["injected"] != confusion["tried"]]
     verdicts = {
         verdict: [name for name in ranked if tested[name]["verdict"] == verdict]
         for verdict in ("supported", "disfavoured", "excluded")
@@ -192,30 +192,30 @@ def summary_numbers(
         "misfit_factor_stated_with_offset": tested[STATED]["misfit_factor_with_offset"],
         "misfit_factor_best": tested[ranked[0]]["misfit_factor"],
         "misfit_factor_best_with_offset": tested[ranked[0]]["misfit_factor_with_offset"],
-        "alike_below": ALIKE,
+        "indistinguishable_below": INDISTINGUISHABLE,
         "excluded_above": EXCLUDED,
         "offset_std": {
             group: dict(zip(QUANTITIES, row, strict=True))
             for group, row in zip(
                 ("point", "scan", "joint"),
-                np.sqrt(np.diag(foretold.offset)).reshape(3, -1).tolist(),
+                np.sqrt(np.diag(predicted.offset)).reshape(3, -1).tolist(),
                 strict=True,
             )
         },
-        "other_cells": {
-            name: dict(zip(QUANTITIES, row, strict=True)) for name, row in foretold.others.items()
+        "other_workcells": {
+            name: dict(zip(QUANTITIES, row, strict=True)) for name, row in predicted.others.items()
         },
         "candidates": {name: _plain(row) for name, row in tested.items()},
         "recovery": {
             "sets": options["recovery_sets"],
             "true_one_best": _mean(own, "best"),
-            "true_one_not_told_apart": _mean(own, "not_told_apart"),
+            "true_one_indistinguishable": _mean(own, "indistinguishable"),
             "true_one_excluded": _mean(own, "excluded"),
             "wrong_one_excluded": _mean(wrong, "excluded"),
             "coverage_68": _mean(coverage, "coverage_68"),
             "coverage_95": _mean(coverage, "coverage_95"),
             "by_candidate": {
-                row["planted"]: {key: row[key] for key in ("best", "not_told_apart", "excluded")}
+                row["injected"]: {key: row[key] for key in ("best", "indistinguishable", "excluded")}
                 for row in _records(own)
             },
         },

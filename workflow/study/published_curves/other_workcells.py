@@ -1,6 +1,6 @@
-"""How far the errors of another cell lie from ours: the spread that an unknown cell lends to every prediction.
+"""How far the errors of another workcell lie from ours: the spread that an unknown workcell lends to every prediction.
 
-The paper states neither ranges nor fan, nor where the plates stand. Whole curves shift by it, all runs alike, and a
+The paper states neither ranges nor fan, nor where the target planes stand. Whole curves shift by it, all runs alike, and a
 candidate must not win or lose by that shift.
 """
 
@@ -22,7 +22,7 @@ _ONE_EFFECT = (
     Sizes(noise=0.0, scan=1e-4),
     Sizes(noise=0.0, joint=1e-4),
 )
-_LEAST = 0.05**2  # variance of a log error: cells differ in more ways than were tried
+_LEAST = 0.05**2  # variance of a log error: workcells differ in more ways than were tried
 
 
 def offset_covariance(
@@ -33,14 +33,14 @@ def offset_covariance(
     seeds: Sequence[int],
     draws: int,
 ) -> tuple[Array, dict[str, list[float]]]:
-    """Return the second moment ``(12, 12)`` of log errors of other cells about ours, and each cell's mean offset.
+    """Return the second moment ``(12, 12)`` of log errors of other workcells about ours, and each workcell's mean offset.
 
     Errors of points, of scans and of joints, four quantities each: a narrow fan harms the one and not the others.
 
     Args:
         config: Of our scene. base_dir: Where its robot's path starts.
         others: ``{name: {dotted key: value}}``, changes of the scene. base: The run that is compared.
-        seeds, draws: As for ``build_ensemble``; the same in all cells.
+        seeds, draws: As for ``build_ensemble``; the same in all workcells.
     """
 
     def means(scene: Mapping[str, Any]) -> Array:

@@ -1,4 +1,4 @@
-"""What every candidate foretells, before any published error is looked at; kept in a file, for it is most of the work."""
+"""What every candidate predicts, before any published error is looked at; kept in a file, for it is most of the work."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ _TABLES = ("nodes", "mean", "covariance", "shares")
 
 
 @dataclass(frozen=True, eq=False)
-class Foretold:
+class Predictions:
     """Predictions, and how far all may be off together.
 
     Attributes:
         predictions: Of the candidates that are effects, by name.
-        offset: ``(12, 12)``, as ``offset_covariance`` returns it. others: ``{cell: mean offsets}``.
+        offset: ``(12, 12)``, as ``offset_covariance`` returns it. others: ``{workcell: mean offsets}``.
     """
 
     predictions: dict[str, Prediction]
@@ -43,27 +43,27 @@ class Foretold:
             np.savez(file, **content)
 
 
-def load_foretold(path: str | Path) -> Foretold:
-    """Return what ``Foretold.save`` wrote."""
+def load_predictions(path: str | Path) -> Predictions:
+    """Return what ``Predictions.save`` wrote."""
     with np.load(path, allow_pickle=False) as content:
         predictions = {
             c.name: Prediction(c, *(content[f"{c.name}/{table}"] for table in _TABLES))
             for c in CANDIDATES
             if f"{c.name}/mean" in content
         }
-        return Foretold(predictions, content["offset"], json.loads(str(content["others"])))
+        return Predictions(predictions, content["offset"], json.loads(str(content["others"])))
 
 
-def foretell(scene: str | Path, published: pd.DataFrame, options: Mapping[str, Any]) -> Foretold:
+def predict_runs(scene: str | Path, published: pd.DataFrame, options: Mapping[str, Any]) -> Predictions:
     """Return what the candidates predict for the settings of the published runs.
 
     Args:
-        scene: Config file of the paper's cell. published: Of published_curves.csv; only its settings matter.
-        options: The config's block ``first_loop`` and ``first_seed``; keys in its schema.
+        scene: Config file of the paper's workcell. published: Of published_curves.csv; only its settings matter.
+        options: The config's block ``published_curves`` and ``first_seed``; keys in its schema.
 
     Raises:
         InvalidInput: The scene is at fault.
-        SimulationError: Too few postures see a plate.
+        SimulationError: Too few postures see a target plane.
     """
     from scalar.simulation.config import load_config
 
@@ -76,11 +76,11 @@ def foretell(scene: str | Path, published: pd.DataFrame, options: Mapping[str, A
         config, scene.parent, seeds, draws, curves.settings, STEPS, options["followed_seeds"]
     )
     predictions = predict(ensemble, CANDIDATES, curves.settings)
-    few = range(first, first + options["other_cell_seeds"])
+    few = range(first, first + options["other_workcell_seeds"])
     offset, others = offset_covariance(
-        config, scene.parent, options["other_cells"], _base(config), few, draws
+        config, scene.parent, options["other_workcells"], _base(config), few, draws
     )
-    return Foretold(predictions, offset, others)
+    return Predictions(predictions, offset, others)
 
 
 def runs_to_weigh(config: Mapping[str, Any], published: pd.DataFrame, options: Mapping[str, Any]) -> Curves:

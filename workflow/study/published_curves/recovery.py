@@ -1,7 +1,7 @@
-"""Can the method tell? Plant each candidate, make curves as the published ones, and weigh them the same way.
+"""Can the method tell? Inject each candidate, make curves as the published ones, and weigh them the same way.
 
-The curves come from cells that the predictions have not seen (other seeds, other draws), each run a cell of its
-own, with the size that the published curves give the candidate. Two rates matter: how often the planted candidate is
+The curves come from workcells that the predictions have not seen (other seeds, other draws), each run a workcell of its
+own, with the size that the published curves give the candidate. Two rates matter: how often the injected candidate is
 not excluded, and how often a wrong one is.
 """
 
@@ -18,11 +18,13 @@ from study.published_curves.curves import Setting
 from study.published_curves.ensemble import Ensemble
 from study.published_curves.support import LEVELS, Fine, weigh
 
-ALIKE = 3.0  # difference of log evidence (a factor of 20) below which two candidates are not told apart
+INDISTINGUISHABLE = (
+    3.0  # difference of log evidence (a factor of 20) below which two candidates are indistinguishable
+)
 EXCLUDED = float(np.log(1000.0))  # above which the worse of two is excluded
 
 
-def plant(
+def inject(
     ensemble: Ensemble,
     candidate: Candidate,
     values: Sequence[float],
@@ -30,11 +32,11 @@ def plant(
     sets: int,
     rng: np.random.Generator,
 ) -> Array:
-    """Return log errors ``(sets, R, 4)`` of curves in which a candidate acts; every run is another cell.
+    """Return log errors ``(sets, R, 4)`` of curves in which a candidate acts; every run is another workcell.
 
     Args:
-        ensemble: Of fresh seeds. candidate: To plant, an effect. values: Its magnitudes [SI].
-        settings: Of the R runs. sets: Of curves. rng: Chooses cells.
+        ensemble: Of fresh seeds. candidate: To inject, an effect. values: Its magnitudes [SI].
+        settings: Of the R runs. sets: Of curves. rng: Chooses workcells.
     """
     y = np.empty((sets, len(settings), 4))
     for i in sorted(range(len(settings)), key=lambda i: (settings[i].design, settings[i].sigma)):
@@ -44,22 +46,22 @@ def plant(
     return y
 
 
-def plant_from_fits(fine: Fine, sets: int, rng: np.random.Generator) -> Array:
+def inject_from_fits(fine: Fine, sets: int, rng: np.random.Generator) -> Array:
     """Return log errors ``(sets, R, 4)`` drawn from what a sweep's fits say; for candidates that are methods."""
     factor = np.linalg.cholesky(fine.covariance[0])
     return fine.mean[0] + np.einsum("rij,srj->sri", factor, rng.standard_normal((sets, *fine.mean[0].shape)))
 
 
 def recover(
-    planted: Mapping[str, tuple[Array, Array]], fines: Mapping[str, Fine], offset: Array
+    injected: Mapping[str, tuple[Array, Array]], fines: Mapping[str, Fine], offset: Array
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the confusion, a row a planted and a tried candidate, and the coverage, a row a planted magnitude.
+    """Return the confusion, a row an injected and a tried candidate, and the coverage, a row an injected magnitude.
 
     Args:
-        planted: ``{name: (curves (S, R, 4), magnitudes (k,))}``. fines: All candidates tried. offset: As in ``weigh``.
+        injected: ``{name: (curves (S, R, 4), magnitudes (k,))}``. fines: All candidates tried. offset: As in ``weigh``.
     """
     confusion, coverage = [], []
-    for name, (curves, values) in planted.items():
+    for name, (curves, values) in injected.items():
         verdicts = {tried: weigh(fine, curves, offset) for tried, fine in fines.items()}
         evidence = np.array([[one.log_evidence for one in verdicts[tried]] for tried in fines])
         behind = evidence.max(axis=0) - evidence
@@ -67,11 +69,11 @@ def recover(
         for k, tried in enumerate(fines):
             confusion.append(
                 {
-                    "planted": name,
+                    "injected": name,
                     "tried": tried,
                     "sets": curves.shape[0],
                     "best": float((best == k).mean()),
-                    "not_told_apart": float((behind[k] < ALIKE).mean()),
+                    "indistinguishable": float((behind[k] < INDISTINGUISHABLE).mean()),
                     "excluded": float((behind[k] > EXCLUDED).mean()),
                     "median_behind": float(np.median(behind[k])),
                 }
@@ -80,7 +82,7 @@ def recover(
             truth, found = float(values[axis]), verdicts[name]
             ratio = np.array([one.median[axis] for one in found]) / truth
             row = {
-                "planted": name,
+                "injected": name,
                 "magnitude": magnitude.name,
                 "unit": magnitude.unit,
                 "truth": truth * magnitude.factor,

@@ -22,7 +22,7 @@ from scalar.estimation.residuals import Residuals
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array, log_so3
 from scalar.sensors.line_laser import LineLaser
-from study.published_curves.workcell import Cell, first_poses
+from study.published_curves.workcell import Workcell, first_poses
 
 ITERATIONS = 40
 """Beyond which a path is not followed: all have ended."""
@@ -42,17 +42,17 @@ class SolverPath:
     points: int
 
 
-def follow(cell: Cell, poses: int, guess: Planes, kept: Array) -> SolverPath:
-    """Return the path from rough planes, the last iterate repeated to ``ITERATIONS``.
+def follow(workcell: Workcell, poses: int, guess: Planes, kept: Array) -> SolverPath:
+    """Return the path from initial guesses of the planes, the last iterate repeated to ``ITERATIONS``.
 
     Args:
-        cell: Noise-free. poses: To use, the first of every plane. guess: The rough planes.
+        workcell: Noise-free. poses: To use, the first of every plane. guess: The initial guesses of the planes.
         kept: Indices of the evaluation poses.
     """
-    rows = first_poses(cell, poses)
-    dataset = cell.dataset.subset(rows) if len(rows) < cell.dataset.n_poses else cell.dataset
-    at = Poses.from_frame(cell.evaluated.iloc[kept], dataset.robot.n_joints, order_is_row=False)
-    T_true = cell.T_true[kept]
+    rows = first_poses(workcell, poses)
+    dataset = workcell.dataset.subset(rows) if len(rows) < workcell.dataset.n_poses else workcell.dataset
+    at = Poses.from_frame(workcell.evaluated.iloc[kept], dataset.robot.n_joints, order_is_row=False)
+    T_true = workcell.T_true[kept]
     measurement = LineLaser.of(dataset)
     T_flange = dataset.robot.flange(dataset.q)
     level = int(np.argmax(np.abs(guess.normals @ dataset.robot.gravity)))
@@ -66,7 +66,7 @@ def follow(cell: Cell, poses: int, guess: Planes, kept: Array) -> SolverPath:
     residuals = Residuals.of(dataset, start, measurement)
     unit = measurement.sigma
     x_start = start.vector
-    where = np.flatnonzero(cell.free)
+    where = np.flatnonzero(workcell.free)
     path: list[tuple[Model, float]] = []
 
     def model_at(x: Array) -> Model:
@@ -86,14 +86,14 @@ def follow(cell: Cell, poses: int, guess: Planes, kept: Array) -> SolverPath:
     )
     by_x(end[0])
     path = path[:ITERATIONS]
-    bases = EffectBases.of(cell.model.nominal, at, ())
+    bases = EffectBases.of(workcell.model.nominal, at, ())
     left = [_away(Kinematics.of(model, at, bases).T_base_sensor, T_true) for model, _ in path]
     left, excess = np.array(left), np.array([excess for _, excess in path])
     pad = ITERATIONS - len(path)
     return SolverPath(
         np.concatenate([left, np.repeat(left[-1:], pad, axis=0)]),
         np.concatenate([excess, np.repeat(excess[-1:], pad)]),
-        cell.ranges.shape[1],
+        workcell.ranges.shape[1],
     )
 
 

@@ -1,9 +1,9 @@
 """The curves weigh a candidate: likelihood over its grid, magnitudes with intervals, evidence, and curves held out.
 
 The log errors of run i are ``y_i ~ N(mu_i + F_i delta, kappa^2 Sigma_i)``, mu and Sigma from the simulated seeds. Two things
-that nobody knows are the same for all runs and free. delta: the authors' cell is not ours, so errors of points, of scans
-and of joints are each off by a factor a quantity (12 numbers, whose spread over cells of other shapes is measured; F_i mixes
-them by their shares in run i). kappa: runs may share their poses (less scatter than from cell to cell) or differ
+that nobody knows are the same for all runs and free. delta: the authors' workcell is not ours, so errors of points, of scans
+and of joints are each off by a factor a quantity (12 numbers, whose spread over workcells of other shapes is measured; F_i mixes
+them by their shares in run i). kappa: runs may share their poses (less scatter than from workcell to workcell) or differ
 in what is not stated (more).
 """
 

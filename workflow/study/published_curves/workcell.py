@@ -1,4 +1,4 @@
-"""One simulated cell, linearised at the truth: what errors of the points of a scan do to the calibrated poses.
+"""One simulated workcell, linearised at the truth: what errors of the points of a scan do to the calibrated poses.
 
 Near the optimum the fit is linear: errors e [m] of the distances from the planes shift the parameters by
 ``K e``, ``K = (J' J)^-1 J'`` (every point with the same weight, as published), and the poses by ``D K e``. So an
@@ -28,8 +28,8 @@ from study.common.memory import dataset_in_memory
 
 
 @dataclass(frozen=True, eq=False)
-class Cell:
-    """A cell of N poses with M points a scan, without noise.
+class Workcell:
+    """A workcell of N poses with M points a scan, without noise.
 
     Attributes:
         dataset: As simulated. model: At the truth. planes: There. free: ``(C,)`` bool, which coordinates are estimated.
@@ -53,14 +53,14 @@ class Cell:
     T_true: Array
 
 
-def simulate_cell(config: Mapping[str, Any], base_dir: Path, poses: int) -> Cell:
-    """Return the cell that a scene describes, its noise off.
+def simulate_workcell(config: Mapping[str, Any], base_dir: Path, poses: int) -> Workcell:
+    """Return the workcell that a scene describes, its noise off.
 
     Args:
         config: Of a scene, complete. base_dir: Where its robot's path starts. poses: To evaluate on.
 
     Raises:
-        SimulationError: Too few postures see a plate.
+        SimulationError: Too few postures see a target plane.
     """
     # The simulator is an extra; a study of one's own data does without.
     from scalar.simulation.scene import simulate
@@ -84,7 +84,7 @@ def simulate_cell(config: Mapping[str, Any], base_dir: Path, poses: int) -> Cell
     there = Kinematics.of(model, at, EffectBases.of(model.nominal, at, ()))
     D = there.screws()
     D[:, 3:] += np.cross(D[:, :3], there.T_base_sensor[:, :3, 3, None], axis=1)
-    return Cell(
+    return Workcell(
         dataset=dataset,
         model=model,
         planes=planes,
@@ -116,10 +116,10 @@ def _distance_derivatives(
     return J
 
 
-def first_poses(cell: Cell, poses: int) -> Array:
+def first_poses(workcell: Workcell, poses: int) -> Array:
     """Return the rows of the first poses of every plane, ``poses`` in all."""
-    planes = np.unique(cell.plane)
-    each = [np.flatnonzero(cell.plane == k)[: poses // len(planes)] for k in planes]
+    planes = np.unique(workcell.plane)
+    each = [np.flatnonzero(workcell.plane == k)[: poses // len(planes)] for k in planes]
     return np.sort(np.concatenate(each))
 
 
@@ -140,27 +140,27 @@ class Shifts:
 
 
 def shifts(
-    cell: Cell,
+    workcell: Workcell,
     design: tuple[int, int],
     sigmas: Sequence[float],
     steps: Sequence[float],
     draws: int,
     rng: np.random.Generator,
 ) -> Shifts:
-    """Return unit shifts for a part of a cell: its first poses of every plane, points of each scan chosen at random.
+    """Return unit shifts for a part of a workcell: its first poses of every plane, points of each scan chosen at random.
 
     Args:
-        cell: To take from. design: Poses on all planes, points a scan.
+        workcell: To take from. design: Poses on all planes, points a scan.
         sigmas: Stated noises [m]. steps: Of rounding [m]. draws: R.
         rng: Of choice and noise.
     """
     poses, M = design
-    rows = first_poses(cell, poses)
-    chosen = np.sort(np.argsort(rng.random((len(rows), cell.ranges.shape[1])), axis=1)[:, :M], axis=1)
-    J = np.take_along_axis(cell.J[rows], chosen[..., None], axis=1)
-    by_joint = np.take_along_axis(cell.by_joint[rows], chosen[..., None], axis=1)
-    w = np.take_along_axis(cell.incidence[rows], chosen, axis=1)
-    ranges = np.take_along_axis(cell.ranges[rows], chosen, axis=1)
+    rows = first_poses(workcell, poses)
+    chosen = np.sort(np.argsort(rng.random((len(rows), workcell.ranges.shape[1])), axis=1)[:, :M], axis=1)
+    J = np.take_along_axis(workcell.J[rows], chosen[..., None], axis=1)
+    by_joint = np.take_along_axis(workcell.by_joint[rows], chosen[..., None], axis=1)
+    w = np.take_along_axis(workcell.incidence[rows], chosen, axis=1)
+    ranges = np.take_along_axis(workcell.ranges[rows], chosen, axis=1)
     A = J.reshape(-1, J.shape[-1])
     scale = np.linalg.norm(A, axis=0)
     Q, R = np.linalg.qr(A / scale)

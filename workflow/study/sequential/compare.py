@@ -43,7 +43,9 @@ ORDERS: dict[str, tuple[str, tuple[str, str]]] = {
 }
 """{way: (where the scanner starts, order of the blocks)}."""
 
-SETTLED = 0.1  # standard errors: alternating is over when no more than this is left to the joint optimum
+CONVERGED_WITHIN = (
+    0.1  # standard errors: alternating is over when no more than this is left to the joint optimum
+)
 MAX_PASSES = 100
 REWEIGHTED_PASSES = 6  # the weights follow the scanner for so long, then stay, so that the passes have an end
 POSES = 1000  # the first of the evaluation poses: their mean is sure to some 2 %
@@ -105,13 +107,13 @@ def compare_sequential(
 
     Args:
         scene: Config file of the scene.
-        cases: ``{name: {dotted key: value}}``, of one cell; all share the seed's postures, the first of them where they ask for fewer.
+        cases: ``{name: {dotted key: value}}``, of one workcell; all share the seed's postures, the first of them where they ask for fewer.
         seeds: To run.
-        alternate: Cases in which passes go on until they settle; in the others there is one.
+        alternate: Cases in which passes are repeated until they converge; in the others there is one.
 
     Raises:
         InvalidInput: The scene is at fault.
-        SimulationError: Too few postures see a plate, or a scan leaves its plate.
+        SimulationError: Too few postures see a target plane, or a scan leaves its target plane.
     """
     # The simulator is an extra; a study of one's own data does without.
     from scalar.simulation.config import complete_config, load_config, poses_wanted
@@ -152,7 +154,7 @@ def compare_ways(dataset: Dataset, truth_poses: pd.DataFrame, alternate: bool) -
     Args:
         dataset: Line scans of planes, the scanner's declared pose stated.
         truth_poses: As in ``truth_poses.csv``.
-        alternate: Whether passes go on until they settle.
+        alternate: Whether passes are repeated until they converge.
     """
     at = Poses.from_frame(truth_poses, dataset.robot.n_joints, order_is_row=False)
     T_true = true_frames(truth_poses)
@@ -187,9 +189,9 @@ def compare_ways(dataset: Dataset, truth_poses: pd.DataFrame, alternate: bool) -
         steps = [getattr(blocks, name) for name in order]
         for done, model, reached in passes(Residuals.of(dataset, first[start]), first[start], steps):
             left = remaining(reached, model, blocks.everything)
-            settled = left < SETTLED
-            last = settled or not alternate or done == MAX_PASSES
-            status = CONVERGED if settled else "stopped" if alternate else "one_pass"
+            converged = left < CONVERGED_WITHIN
+            last = converged or not alternate or done == MAX_PASSES
+            status = CONVERGED if converged else "stopped" if alternate else "one_pass"
             key = {"way": way, "passes": done, "last": last, "status": status if last else ""}
             found += rows(key | {"residual_rms_mm": reached.rms(model) / MM, "remaining_std": left}, model)
             if last:
@@ -198,7 +200,7 @@ def compare_ways(dataset: Dataset, truth_poses: pd.DataFrame, alternate: bool) -
 
 
 def starts(dataset: Dataset, prepared: Prepared) -> dict[str, Model]:
-    """Return the nominal arm and the rough planes with the scanner as declared, and at the linear guess of the most level plane.
+    """Return the nominal arm and the initial guesses of the planes with the scanner as declared, and at the linear guess of the most level plane.
 
     Raises:
         Undetermined: No pose is declared, or the plane's scans determine no guess.

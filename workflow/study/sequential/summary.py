@@ -37,7 +37,7 @@ def summarise_sequential(errors: pd.DataFrame) -> pd.DataFrame:
 
     ``mean`` to ``max`` are over the seeds, in the unit in the quantity's name; ``times_at_once_*`` is the error over that of all at once
     in the same seed, ``worse_than_at_once`` the share of seeds in which it is larger. ``passes_*`` count those that were done;
-    ``unsettled`` the seeds in which they ran out. Seeds in which the model could not be determined are ``failed``.
+    ``not_converged`` the seeds in which they ran out. Seeds in which the model could not be determined are ``failed``.
     """
     rows: list[dict[str, Any]] = []
     table: Any = staged(errors)
@@ -52,7 +52,7 @@ def summarise_sequential(errors: pd.DataFrame) -> pd.DataFrame:
             "failed": int(group["position_mean_mm"].isna().sum()),
             "passes_median": float(np.median(passes)),
             "passes_max": int(passes.max()),
-            "unsettled": int((group["status"] == "stopped").sum()),
+            "not_converged": int((group["status"] == "stopped").sum()),
         }
         for quantity in QUANTITIES:
             values = group.set_index("seed")[quantity].dropna()
@@ -78,7 +78,7 @@ def sequential_numbers(errors: pd.DataFrame, summary: pd.DataFrame) -> dict[str,
     """Return the numbers that a text quotes, raw errors only: ``cases[case]["ways"][way][stage][quantity]``, and
     beside the quantities ``times_at_once`` and ``worse_than_at_once`` of each.
 
-    ``pass_leaves`` is the share of the error that a pass leaves near the joint optimum, as the Jacobian foretells it.
+    ``pass_leaves`` is the share of the error that a pass leaves near the joint optimum, as the Jacobian predicts it.
     """
     cases: dict[str, Any] = {}
     raw: Any = summary[summary["alignment"] == "raw"]
@@ -89,7 +89,10 @@ def sequential_numbers(errors: pd.DataFrame, summary: pd.DataFrame) -> dict[str,
             .setdefault(row["way"], {})
             .setdefault(
                 row["stage"],
-                {name: row[name] for name in ("seeds", "failed", "passes_median", "passes_max", "unsettled")},
+                {
+                    name: row[name]
+                    for name in ("seeds", "failed", "passes_median", "passes_max", "not_converged")
+                },
             )
         )
         entry[row["quantity"]] = {name: row[name] for name in STATISTICS}

@@ -37,7 +37,7 @@ def sweep_numbers(
 
     Args:
         errors: ``{sweep: its errors.csv}``.
-        placed: ``{sweep: its published_among_ours.csv}``.
+        placed: ``{sweep: its published_among_simulated.csv}``.
         labels: ``{sweep: label of its axis}``.
     """
     raw = {name: _judged(table) for name, table in errors.items()}
@@ -231,7 +231,15 @@ def _ratio(few: float, many: float) -> Any:
 
 def _fewest(placed: Any) -> dict[str, Any]:
     """Return by number of poses where the published mean position error falls among our fits that converged."""
-    names = ("ours_min", "ours_median", "ours_max", "percentile", "seeds", "inside_band", "inside_range")
+    names = (
+        "simulated_min",
+        "simulated_median",
+        "simulated_max",
+        "percentile",
+        "seeds",
+        "inside_band",
+        "inside_range",
+    )
     answer: dict[str, Any] = {}
     rows = placed[(placed["quantity"] == MAIN) & placed["value"].isin(FEWEST)]
     for record in rows.to_dict("records"):
@@ -255,8 +263,8 @@ def _inside(placed: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
 
     def count(rows: Any) -> dict[str, int]:
         counts = {name: int(rows[name].sum()) for name in ("inside_band", "inside_range")}
-        below = (rows["published"] < rows["ours_p05"]).sum()
-        above = (rows["published"] > rows["ours_p95"]).sum()
+        below = (rows["published"] < rows["simulated_p05"]).sum()
+        above = (rows["published"] > rows["simulated_p95"]).sum()
         return {"values": len(rows)} | counts | {"below_band": int(below), "above_band": int(above)}
 
     answer: dict[str, Any] = {"points": len(points), "values": len(values), "walls": {}}

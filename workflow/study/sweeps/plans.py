@@ -41,7 +41,7 @@ def write_plans(scene: str | Path, poses_per_plane: int, seeds: Sequence[int], p
 
     Raises:
         InvalidInput: The scene is at fault.
-        SimulationError: Too few postures see a plate.
+        SimulationError: Too few postures see a target plane.
     """
     # The simulator is an extra; a study of one's own data does without.
     from scalar.simulation.config import load_config, poses_wanted
@@ -56,7 +56,7 @@ def write_plans(scene: str | Path, poses_per_plane: int, seeds: Sequence[int], p
         of_seed = config | {"seed": seed, "poses_per_plane": wanted}
         plan = plan_poses(of_seed, base_dir=folder)
         scans = simulate(of_seed, base_dir=folder, plan=plan).true_scans()
-        content[f"{seed}/cell"] = np.array(plan.cell)
+        content[f"{seed}/workcell"] = np.array(plan.workcell)
         for k, q in enumerate(plan.q):
             content[f"{seed}/q/{k}"] = q
             content |= {f"{seed}/{name}/{k}": getattr(scans, name)[k] for name in _TABLES}
@@ -72,21 +72,21 @@ def read_plans(path: str | Path) -> dict[int, Shared]:
 
     shared: dict[int, Shared] = {}
     with np.load(path) as content:
-        seeds = [int(name.split("/")[0]) for name in content.files if name.endswith("/cell")]
+        seeds = [int(name.split("/")[0]) for name in content.files if name.endswith("/workcell")]
         for seed in seeds:
             planes = range(sum(name.startswith(f"{seed}/q/") for name in content.files))
-            cell = str(content[f"{seed}/cell"])
+            workcell = str(content[f"{seed}/workcell"])
             q = tuple(content[f"{seed}/q/{k}"] for k in planes)
             tables = (tuple(content[f"{seed}/{name}/{k}"] for k in planes) for name in _TABLES)
-            shared[seed] = Shared(PosePlan(q, (), cell), Scans(cell, *tables))
+            shared[seed] = Shared(PosePlan(q, (), workcell), Scans(workcell, *tables))
     return shared
 
 
 def serves(plan: PosePlan, config: Mapping[str, Any]) -> bool:
-    """Return whether a plan holds the postures that a config asks for: same cell, enough of them."""
+    """Return whether a plan holds the postures that a config asks for: same workcell, enough of them."""
     from scalar.simulation.config import complete_config, poses_wanted
-    from scalar.simulation.plan import cell_text
+    from scalar.simulation.plan import workcell_text
 
     complete = complete_config(config)
     enough = all(len(q) >= k for q, k in zip(plan.q, poses_wanted(complete), strict=True))
-    return enough and plan.cell == cell_text(complete)
+    return enough and plan.workcell == workcell_text(complete)

@@ -1,7 +1,7 @@
 """One case of a sweep over walls and seeds, in memory: simulate, calibrate in every way, compare with the truth.
 
 No dataset is kept; a row of the table is a seed and a way, and a fit that fails keeps its row. In a sweep the
-paper's way holds what the paper holds, the parameters that the scene declares exact, however few the poses are,
+baseline holds what the paper holds, the parameters that the scene declares exact, however few the poses are,
 and errors are taken over the first 2,000 of the 10,000 evaluation poses: the mean over them differs by some 1 %
 of itself, the maximum is some 1 % lower.
 """
@@ -25,7 +25,7 @@ from scalar.units import MM
 from study.common.bound import POSES, bound_errors
 from study.common.grid import with_overrides
 from study.common.memory import dataset_in_memory
-from study.common.methods import BOUND, CONVERGED, EFFICIENT, INITIAL
+from study.common.methods import BOUND, CONVERGED, EFFICIENT, INITIAL, METHODS, Method
 from study.common.statistics import QUANTITIES
 from study.sweeps.plans import read_plans, serves
 
@@ -36,7 +36,7 @@ SWEEP_COLUMNS = {
     "walls": "kind of walls, a scene each",
     "case": "row of the grid",
     "seed": "of all chance in the scene",
-    "method": "manifold (ours), published-READING (the paper's), initial (before), cramer-rao (the bound), efficient (at it)",
+    "method": "proposed, baseline-READING (the original paper's method), initial (before), cramer-rao (the bound), efficient (at it)",
     "status": "converged, or how the fit ended; a row without numbers has no calibration",
     "alignment": "raw: poses as predicted; aligned: after the best rigid motion of the base",
     "position_mean_mm": "over the evaluation poses (equation 18)",
@@ -47,10 +47,10 @@ SWEEP_COLUMNS = {
     "evaluations": "of the residual, by the solver",
     "reason": "of a failure, its first line",
 }
-_AS_IT_IS = "published-raise"
-_SAME_WITHOUT_A_NEGATIVE_ROOT = ("published-abs", "published-clip")
+_AS_IT_IS = Method("baseline-raise", "raise")
+_SAME_WITHOUT_A_NEGATIVE_ROOT = (Method("baseline-abs", "abs"), Method("baseline-clip", "clip"))
 MAX_EVALUATIONS = 2000
-"""Of the paper's way; a fit that ends takes some hundreds, and one that does not is capped."""
+"""Of the baseline; a fit that ends takes some hundreds, and one that does not is capped."""
 FINEST = 9
 """Decimals of an error in mm or deg: a picometre. Below it a noise-free fit shows the rounding of its own arithmetic."""
 DIGITS = 6
@@ -73,11 +73,11 @@ def sweep_case(
         overrides: ``{dotted key: value}`` of the case.
         seeds: To run.
         methods: Keys of ``study.common.methods.METHODS``.
-        plans: ``{walls: postures and scans, as write_plans wrote them}``; a case of another cell finds its own.
+        plans: ``{walls: postures and scans, as write_plans wrote them}``; a case of another workcell finds its own.
 
     Raises:
         InvalidInput: The scene is at fault.
-        SimulationError: Too few postures see a plate, or a scan leaves its plate.
+        SimulationError: Too few postures see a target plane, or a scan leaves its target plane.
     """
     rows: list[dict[str, Any]] = []
     for walls, scene in scenes.items():
@@ -123,15 +123,15 @@ def _rows_of_scene(
         for name, errors in zip((BOUND, EFFICIENT), bound or (), strict=False):
             yield {"seed": seed, "method": name, "status": name, "alignment": "raw"} | errors
         as_it_is: list[dict[str, Any]] | None = None
-        for method in sorted((INITIAL, *methods), key=lambda name: name != _AS_IT_IS):
-            same = method in _SAME_WITHOUT_A_NEGATIVE_ROOT
+        for method in sorted((INITIAL, *methods), key=lambda name: name != _AS_IT_IS.name):
+            same = METHODS.get(method) in _SAME_WITHOUT_A_NEGATIVE_ROOT
             if same and as_it_is is not None and as_it_is[0]["status"] != "raised":
                 # The root's argument was never negative, so that no reading of it differs in a single bit.
                 found = [row | {"method": method} for row in as_it_is]
             else:
                 key = {"seed": seed, "method": method}
                 found = _rows_of_method(key, dataset, held, T_true, truth_poses)
-            as_it_is = found if method == _AS_IT_IS else as_it_is
+            as_it_is = found if method == _AS_IT_IS.name else as_it_is
             ends.append(f"{method} {found[0]['status']}")
             yield from found
         print(f"{scene.stem}, seed {seed}: {', '.join(ends)}", flush=True)
@@ -158,9 +158,9 @@ def _calibrated(method: str, dataset: Dataset, held: Sequence[str]) -> tuple[Cal
     """Return a calibration, and how its fit ended."""
     if method == INITIAL:
         return Calibration.nominal(dataset), {"status": INITIAL}
-    if method.startswith("published-"):
-        _, reading, *year = method.split("-")
-        end = fit_published(dataset, reading, held, MAX_EVALUATIONS, *year)
+    wanted = METHODS[method]
+    if wanted.reading is not None:
+        end = fit_published(dataset, wanted.reading, held, MAX_EVALUATIONS, wanted.defaults)
         ended = {"status": end.status, "evaluations": end.evaluations, "residual_rms_mm": end.rms / MM}
         return Calibration(end.model, sensor_mapping(dataset)), ended
     found = calibrate(dataset)

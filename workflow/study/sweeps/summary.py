@@ -15,7 +15,7 @@ LOST_MM = 5.0
 
 PLACED_COLUMNS = [
     *("walls", "method", "value", "quantity", "published"),
-    *("ours_min", "ours_p05", "ours_median", "ours_p95", "ours_max"),
+    *("simulated_min", "simulated_p05", "simulated_median", "simulated_p95", "simulated_max"),
     *("inside_band", "inside_range", "percentile", "seeds"),
 ]
 """Of the table of published points among ours."""
@@ -89,7 +89,9 @@ def place_published_curve(errors: pd.DataFrame, published: pd.DataFrame) -> pd.D
                         "value": point["value"],
                         "quantity": quantity,
                         "published": value,
-                        **{f"ours_{name}": over[name] for name in ("min", "p05", "median", "p95", "max")},
+                        **{
+                            f"simulated_{name}": over[name] for name in ("min", "p05", "median", "p95", "max")
+                        },
                         "inside_band": bool(over["p05"] <= value <= over["p95"]),
                         "inside_range": bool(over["min"] <= value <= over["max"]),
                         "percentile": 100.0 * float((values < value).mean()),

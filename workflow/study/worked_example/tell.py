@@ -30,8 +30,8 @@ from study.blind_trials.score import same
 RANKED = 8  # candidates that are shown
 
 
-def write_floor(config: Path, out_dir: Path) -> None:
-    """Write the scene of a config without what it plants, as ``scalar simulate`` does: same poses, same draws of noise.
+def write_control(config: Path, out_dir: Path) -> None:
+    """Write the scene of a config without what it injects, as ``scalar simulate`` does: same poses, same draws of noise.
 
     Raises:
         InvalidInput: The config is at fault.
@@ -39,7 +39,7 @@ def write_floor(config: Path, out_dir: Path) -> None:
     # The simulator is an extra; a diagnosis of one's own data does without.
     from scalar.simulation import load_config, simulate, write_scene
 
-    write_scene(simulate({**load_config(config), "planted": []}, base_dir=config.parent), out_dir)
+    write_scene(simulate({**load_config(config), "injected": []}, base_dir=config.parent), out_dir)
 
 
 def tell(dataset_dir: str | Path) -> dict[str, pd.DataFrame]:
@@ -90,18 +90,18 @@ def _ranking(diagnosis: Diagnosis) -> pd.DataFrame:
     return pd.DataFrame(rows).drop_duplicates("candidate").head(RANKED)
 
 
-def errors(diagnosis_dir: Path, floor: Path, truth: Path, floor_truth: Path) -> pd.DataFrame:
-    """Return ``when, position_mean_mm, ...``: before, after, and the floor, each against its own scene's truth, base aligned.
+def errors(diagnosis_dir: Path, control: Path, truth: Path, control_truth: Path) -> pd.DataFrame:
+    """Return ``when, position_mean_mm, ...``: before, after, and the matched control, each against its own scene's truth, base aligned.
 
     Args:
-        diagnosis_dir: With before.json and after.json. floor: Calibration of the scene without the effect.
-        truth, floor_truth: Folders of the truth of either scene.
+        diagnosis_dir: With before.json and after.json. control: Calibration of the scene without the effect.
+        truth, control_truth: Folders of the truth of either scene.
     """
     rows = []
     for when, path, place in (
         ("before", diagnosis_dir / "before.json", truth),
         ("after", diagnosis_dir / "after.json", truth),
-        ("floor", floor, floor_truth),
+        ("control", control, control_truth),
     ):
         calibration = load_calibration(path)
         robot = calibration.model.robot
@@ -122,15 +122,15 @@ def numbers(
         diagnosis: diagnosis.json. truth: truth.json.
         found: ``errors`` as above. tables: ``tell`` as above.
     """
-    planted, first = truth["effects"][0], diagnosis["effects"][0]
+    injected, first = truth["effects"][0], diagnosis["effects"][0]
     sin, cos = (first["coefficients"][f"{name}_rad"]["value"] for name in ("sin", "cos"))
     ranking = tables["ranking"]
     by_when = found.set_index("when").to_dict("index")
     return {
-        "planted": {
-            "joint": planted["target"]["joint"],
-            "order": planted["target"]["order"],
-            "amplitude_mrad": planted["size"] / MM,
+        "injected": {
+            "joint": injected["target"]["joint"],
+            "order": injected["target"]["order"],
+            "amplitude_mrad": injected["size"] / MM,
             "poses": len(tables["poses"]),
         },
         "found": {
@@ -138,7 +138,7 @@ def numbers(
             "effects": len(diagnosis["effects"]),
             "joint": first["target"]["joint"],
             "order": first["target"]["order"],
-            "right": same(first, planted),
+            "right": same(first, injected),
             "amplitude_mrad": float(np.hypot(sin, cos)) / MM,
             "amplitude_std_mrad": first["coefficients"]["sin_rad"]["std"] / MM,
             "p_value": first["p_value"],
@@ -150,7 +150,7 @@ def numbers(
         },
         "errors": {when: {k: v for k, v in row.items() if k != "poses"} for when, row in by_when.items()},
         "errors_over": int(found["poses"].iloc[0]),
-        "after_over_floor": by_when["after"]["position_mean_mm"] / by_when["floor"]["position_mean_mm"],
+        "after_over_control": by_when["after"]["position_mean_mm"] / by_when["control"]["position_mean_mm"],
         "before_over_after": by_when["before"]["position_mean_mm"] / by_when["after"]["position_mean_mm"],
         "best_evidence_nats": float(ranking["evidence_nats"].iloc[0]),
         "lead_nats": float(

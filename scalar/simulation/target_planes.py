@@ -1,6 +1,6 @@
-"""A flat plate: where its face lies, how large it is, and as what pybullet is to hold it.
+"""A flat target plane: where its face lies, how large it is, and as what pybullet is to hold it.
 
-The face is the plane n . p = d. The plate lies behind it, seen from the arm's shoulder, so that the arm faces
+The face is the plane n . p = d. The target plane lies behind it, seen from the arm's shoulder, so that the arm faces
 it whichever way the normal was written.
 """
 
@@ -22,8 +22,8 @@ ON_FACE = 1e-9  # m; a shoulder nearer to the plane than this is on neither side
 
 
 @dataclass(frozen=True, eq=False)
-class Plate:
-    """A rectangular plate.
+class TargetPlane:
+    """A rectangular target plane.
 
     Attributes:
         name: of the plane, as in the dataset.
@@ -31,7 +31,7 @@ class Plate:
         centre: (3,) [m] middle of the face. axes: (3, 3), columns u, v in the face and w out of it, towards
             the arm.
         size: (2,) [m] along u and v. thickness: [m], behind the face.
-        mesh: None for a flat plate; else vertices (V, 3) [m] in the base frame and triangles (F, 3).
+        mesh: None for a flat target plane; else vertices (V, 3) [m] in the base frame and triangles (F, 3).
     """
 
     name: str
@@ -44,18 +44,18 @@ class Plate:
     mesh: tuple[Array, Array] | None = None
 
     def solid(self) -> tuple[Array, Array]:
-        """Return vertices (8, 3) [m] and triangles (12, 3) of the flat plate, turned outwards."""
+        """Return vertices (8, 3) [m] and triangles (12, 3) of the flat target plane, turned outwards."""
         corners = np.array([[u, v, w] for w in (0.0, -1.0) for v in (-0.5, 0.5) for u in (-0.5, 0.5)])
         vertices = self.centre + (corners * [*self.size, self.thickness]) @ self.axes.T
         return vertices, np.array(SOLID_TRIANGLES)
 
-    def moved(self, **changes: Any) -> "Plate":
-        """Return the plate with some attributes replaced: for effects that bend or shift it."""
+    def moved(self, **changes: Any) -> "TargetPlane":
+        """Return the target plane with some attributes replaced: for effects that bend or shift it."""
         return replace(self, **changes)
 
 
-def plate_from_mapping(plane: Mapping[str, Any], shoulder: Array) -> Plate:
-    """Return the plate of an entry of the config's `planes`.
+def target_plane_from_mapping(plane: Mapping[str, Any], shoulder: Array) -> TargetPlane:
+    """Return the target plane of an entry of the config's `planes`.
 
     u is level where it can be: for an upright wall v points up; for a floor u is the base frame's x. The
     given centre is moved onto the plane along its normal; without one, the point of the plane next to the
@@ -76,7 +76,7 @@ def plate_from_mapping(plane: Mapping[str, Any], shoulder: Array) -> Plate:
     reference = np.array([0.0, 0.0, 1.0]) if abs(w[2]) < np.sqrt(0.5) else np.array([0.0, 1.0, 0.0])
     v = reference - (reference @ w) * w
     v = v / np.linalg.norm(v)
-    return Plate(
+    return TargetPlane(
         name=plane["name"],
         normal=normal,
         distance=distance,

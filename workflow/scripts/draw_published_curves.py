@@ -1,4 +1,4 @@
-"""Draw the figures of the first loop."""
+"""Draw what explains the published curves."""
 
 from job import logged
 

@@ -1,4 +1,4 @@
-"""Plant and diagnose the sets of one case, cell and batch of repetitions."""
+"""Inject and diagnose the sets of one case, workcell and batch of repetitions."""
 
 from job import logged
 
@@ -10,4 +10,4 @@ with logged(snakemake.log):
     from study.common.tables import write_table
 
     study, at, params = load_study(snakemake.params.config), snakemake.wildcards, snakemake.params
-    write_table(snakemake.output[0], run_sets(study, at.case, at.cell, at.repetitions, Path(params.root)))
+    write_table(snakemake.output[0], run_sets(study, at.case, at.workcell, at.repetitions, Path(params.root)))

@@ -15,12 +15,12 @@ from study.published_curves.candidates import CANDIDATES, STATED, predict_from_f
 from study.published_curves.curves import Curves
 from study.published_curves.ensemble import build_ensemble
 from study.published_curves.findings import candidate_table, prediction_table, summary_numbers
-from study.published_curves.predict import Foretold, runs_to_weigh
-from study.published_curves.recovery import plant, plant_from_fits, recover
+from study.published_curves.predict import Predictions, runs_to_weigh
+from study.published_curves.recovery import inject, inject_from_fits, recover
 from study.published_curves.support import Fine, Weighed, refine, weigh
 
 WANTED = 2.0  # of the logarithm of the likelihood, by which a magnitude must help to count as found
-FRESH = 1000  # seeds of planted curves count up from here
+FRESH = 1000  # seeds of injected curves count up from here
 
 
 @dataclass(frozen=True)
@@ -34,29 +34,29 @@ class Findings:
     numbers: dict[str, Any]
 
 
-def close_first_loop(
+def explain_published_curves(
     scene: str | Path,
     published: pd.DataFrame,
     sweeps: Mapping[str, pd.DataFrame],
-    foretold: Foretold,
+    predicted: Predictions,
     options: Mapping[str, Any],
 ) -> Findings:
     """Return what the published curves say of every candidate.
 
     Args:
-        scene: Config file of the paper's cell. published: Of published_curves.csv. sweeps: errors.csv by sweep.
-        foretold: As ``foretell`` returns it. options: The config's block ``first_loop``; keys in its schema.
+        scene: Config file of the paper's workcell. published: Of published_curves.csv. sweeps: errors.csv by sweep.
+        predicted: As ``predict_runs`` returns it. options: The config's block ``published_curves``; keys in its schema.
 
     Raises:
         InvalidInput: The scene is at fault.
-        SimulationError: Too few postures see a plate.
+        SimulationError: Too few postures see a target plane.
     """
     from scalar.simulation.config import load_config
 
     scene = Path(scene)
     config = load_config(scene)
     curves = runs_to_weigh(config, published, options)
-    predictions, offset = dict(foretold.predictions), foretold.offset
+    predictions, offset = dict(predicted.predictions), predicted.offset
     for candidate in CANDIDATES:
         if candidate.method:
             found = predict_from_fits(candidate, curves, sweeps, options["walls"])
@@ -73,7 +73,7 @@ def close_first_loop(
         predictions=prediction_table(curves, fines, verdicts, offset),
         recovery=confusion,
         coverage=coverage,
-        numbers=summary_numbers(curves, candidates, confusion, coverage, foretold, options),
+        numbers=summary_numbers(curves, candidates, confusion, coverage, predicted, options),
     )
 
 
@@ -86,10 +86,10 @@ def _recovery(
     offset: Array,
     options: Mapping[str, Any],
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return confusion and coverage, every candidate planted as large as the curves would have it."""
+    """Return confusion and coverage, every candidate injected as large as the curves would have it."""
     values = {name: verdicts[name].best for name in fines}
     for name, fine in fines.items():
-        # Where the curves want nothing of it there is nothing to plant: the middle of its range instead.
+        # Where the curves want nothing of it there is nothing to inject: the middle of its range instead.
         idle = verdicts[name].log_peak < verdicts[STATED].log_peak + WANTED
         if idle or verdicts[name].at_edge.any():
             axes = fine.prediction.candidate.axes
@@ -111,12 +111,12 @@ def _recovery(
         min(count, options["followed_seeds"]),
     )
     rng = np.random.default_rng(FRESH)
-    planted = {}
+    injected = {}
     for name, fine in fines.items():
         candidate, sets = fine.prediction.candidate, options["recovery_sets"]
         if candidate.method:
-            y = plant_from_fits(fine, sets, rng)
+            y = inject_from_fits(fine, sets, rng)
         else:
-            y = plant(fresh, candidate, values[name].tolist(), curves.settings, sets, rng)
-        planted[name] = y, values[name]
-    return recover(planted, fines, offset)
+            y = inject(fresh, candidate, values[name].tolist(), curves.settings, sets, rng)
+        injected[name] = y, values[name]
+    return recover(injected, fines, offset)

@@ -1,4 +1,4 @@
-"""Draw the figures of the closed loop from its summaries."""
+"""Draw the figures of the blind trials from their summaries."""
 
 from job import logged
 

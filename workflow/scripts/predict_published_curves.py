@@ -4,7 +4,7 @@ from job import logged
 
 with logged(snakemake.log):
     from study.common.tables import read_table
-    from study.published_curves.predict import foretell
+    from study.published_curves.predict import predict_runs
 
     given = snakemake.input
-    foretell(given.scene, read_table(given.published), snakemake.params.options).save(snakemake.output[0])
+    predict_runs(given.scene, read_table(given.published), snakemake.params.options).save(snakemake.output[0])

@@ -1,4 +1,4 @@
-"""Score a closed loop: its tables and its numbers."""
+"""Score the blind trials: their tables and their numbers."""
 
 from job import logged
 

@@ -1,0 +1,121 @@
+# The blind trials: inject, diagnose blind, score. A target of its own, `snakemake blind_trials`, and about an hour on
+# two cores; a run that was stopped goes on where it was. Its summaries are small enough to be committed:
+#   cp results/blind_trials/summaries/* paper/summaries/blind_trials/
+from study.blind_trials.cases import load_study
+
+try:
+    TRIALS_CONFIG = ROOT / config.get("blind_trials", "configs/blind_trials.yaml")
+    TRIALS = load_study(TRIALS_CONFIG)
+except InvalidInput as error:
+    raise WorkflowError(str(error)) from None
+TRIALS_DIR = f"{RESULTS}/blind_trials"
+TRIALS_TABLES = [
+    "confusion",
+    "power",
+    "thresholds",
+    "by_workcell",
+    "nulls",
+    "pairs",
+    "unknown",
+    "errors",
+    "reliability",
+    "unobservable",
+    "wrong_answers",
+]
+TRIALS_FIGURES = ["confusion", "power", "errors", "reliability"]
+
+
+wildcard_constraints:
+    workcell="|".join(TRIALS.workcells),
+    repetitions=r"\d+-\d+",
+
+
+localrules:
+    blind_trials,
+
+
+def trial_scene(wildcards):
+    """Return the scene of a workcell and its robot's file."""
+    scene = ROOT / TRIALS.workcells[wildcards.workcell]["scene"]
+    robot = load_yaml(scene).get("robot")
+    return [
+        local(path.resolve()) for path in [scene, *([scene.parent / robot] if isinstance(robot, str) else [])]
+    ]
+
+
+rule run_blind_trials:
+    input:
+        scene=trial_scene,
+        modules=modules("study.blind_trials.run", "study.common.tables"),
+    output:
+        f"{TRIALS_DIR}/sets/{{case}}/{{workcell}}/{{repetitions}}.csv",
+    log:
+        f"{RESULTS}/logs/blind_trials/{{case}}/{{workcell}}/{{repetitions}}.log",
+    threads: 1
+    params:
+        config=local(TRIALS_CONFIG),
+        root=local(ROOT),
+        # So that an edit of the config runs again what it changes, and nothing else.
+        sets=lambda w: repr(
+            (
+                TRIALS.scene,
+                TRIALS.workcells[w.workcell],
+                list(TRIALS.sets(w.case, w.workcell, w.repetitions)),
+            )
+        ),
+    message:
+        "Blind trials: {wildcards.case} in {wildcards.workcell}, repetitions {wildcards.repetitions}"
+    script:
+        "../scripts/run_blind_trials.py"
+
+
+rule summarise_blind_trials:
+    input:
+        sets=[f"{TRIALS_DIR}/sets/{'/'.join(job)}.csv" for job in TRIALS.jobs()],
+        modules=modules(
+            "study.blind_trials.summaries",
+            "study.blind_trials.benefit",
+            "study.blind_trials.numbers",
+            "study.common.tables",
+        ),
+    output:
+        **{name: f"{TRIALS_DIR}/summaries/{name}.csv" for name in TRIALS_TABLES},
+        numbers=f"{TRIALS_DIR}/summaries/numbers.json",
+    log:
+        f"{RESULTS}/logs/blind_trials/summarise.log",
+    threads: 1
+    params:
+        config=local(TRIALS_CONFIG),
+    message:
+        "Scoring the blind trials"
+    script:
+        "../scripts/summarise_blind_trials.py"
+
+
+rule draw_blind_trials:
+    input:
+        summaries=[f"{TRIALS_DIR}/summaries/{name}.csv" for name in TRIALS_TABLES],
+        modules=modules("study.plots.blind_trials", "study.common.tables"),
+    output:
+        **{
+            f"{name}_{suffix}": path
+            for name in TRIALS_FIGURES
+            for suffix, path in figure(
+                f"{TRIALS_DIR}/figures/{name}", f"figure_blind_trials_{name}", "Blind trials", shows=name
+            ).items()
+        },
+    log:
+        f"{RESULTS}/logs/blind_trials/draw.log",
+    threads: 1
+    params:
+        figures=TRIALS_FIGURES,
+    message:
+        "Drawing the blind trials"
+    script:
+        "../scripts/draw_blind_trials.py"
+
+
+rule blind_trials:
+    input:
+        rules.summarise_blind_trials.output,
+        rules.draw_blind_trials.output,
