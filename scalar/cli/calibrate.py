@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from scalar.cli.corrected import corrected_description
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, listed, made
 from scalar.units import DEG, MM
@@ -57,7 +58,7 @@ def calibrate(
     data = read_dataset(dataset)
     wanted = parse_effects(effects, data) if effects else ()
     given = carried(load_calibration(effects_from).model, data) if effects_from else None
-    with progress("calibrating"):
+    with corrected_description(dataset, output), progress("calibrating"):
         result = calibrate(
             data, effects=wanted, fixed_effects=given.effects if given else (), fix=listed(hold)
         )
@@ -78,6 +79,7 @@ def describe_calibration(calibration: Calibration) -> str:
         f"{model.robot.name}: {summary['poses']} poses, {summary['points']} points; "
         f"residual {calibration.residual_rms / MM:.4g} mm RMS",
     ]
+    lines += [f"  look again: {suspicion['sentence']}" for suspicion in summary.get("setup", [])]
     misfit, p_value = summary.get("misfit"), summary.get("misfit_p_value")
     if misfit is not None and p_value is not None:
         if misfit > _MISFIT_WORTH_SAYING and p_value < 1e-3:

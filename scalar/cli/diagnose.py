@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from scalar.cli.corrected import corrected_description
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, made
 
@@ -42,7 +43,7 @@ def diagnose(dataset: Path, output: Path) -> None:
     from scalar.report.output import write_diagnosis
 
     data = read_dataset(dataset)
-    with stages() as advance:
+    with corrected_description(dataset, output), stages() as advance:
         result = diagnose(data, progress=advance)
         advance("writing the report")
         write_diagnosis(result, made(output))
@@ -62,6 +63,8 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
         "unattributed": "the residual holds structure that no known effect explains",
     }[d["verdict"]]
     lines = [f"{diagnosis.dataset.name}: {verdict}"]
+    setup = diagnosis.calibration_before.summary["setup"]
+    lines += [f"  look again: {suspicion['sentence']}" for suspicion in setup]
     for entry in d["effects"][:_EFFECTS_NAMED]:
         title = words.title(entry["name"], entry["target"], entry.get("depends_on", ()))
         lines.append(f"  {title}{_sizes(entry)}")

@@ -25,10 +25,14 @@ from scalar.diagnosis.unmodelled_structure import with_flexible_terms
 from scalar.diagnosis.variance_components import VarianceComponent, WhitenedMeasurement, whitening_for
 from scalar.effects.effect import Effect
 from scalar.effects.unattributed import Unattributed
+from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.conclude import conclude
 from scalar.estimation.geometry_fit import geometry_fit
-from scalar.estimation.gross_errors import clean, clean_given_effects
+from scalar.estimation.gross_errors import Cleaned, clean, clean_given_effects
 from scalar.estimation.joint_fit import fit_from
+from scalar.estimation.prepare import GROSS_ERROR
+from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
+from scalar.estimation.setup.suspicion import MOST_LEFT
 from scalar.geometry.se3 import Array
 
 MAX_RANKING = 25
@@ -47,10 +51,11 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
         Undetermined: The data cannot determine even the geometry.
     """
     progress("cleaning")
-    cleaned = clean(dataset)
+    cleaned = _cleaned(dataset)
     for _ in range(MAX_CLEANINGS):
         model, prepared = geometry_fit(cleaned.dataset)
         before = refit(cleaned.dataset, model, prepared.free, ())
+        _refuse_misfit(dataset, before)
         tried = named_candidates(cleaned.dataset)
         progress("hunting")
         found = select_forward(before, tried)
@@ -88,6 +93,35 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
         unobservable=tuple(unobservable_effects(after, [candidate for candidate, _ in tried.tried])),
         ranking=tuple(ranking[:MAX_RANKING]),
     )
+
+
+def _cleaned(dataset: Dataset) -> Cleaned:
+    """Return a dataset without gross errors; a set-up that makes all of it contradict itself is refused.
+
+    Raises:
+        InvalidInput: One other reading of the set-up explains the data.
+        Undetermined: Nothing can be said of what is right.
+    """
+    try:
+        return clean(dataset)
+    except (InvalidInput, Undetermined):
+        refuse_wrong_setup(dataset)
+        raise
+
+
+def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
+    """Refuse data that the rigid model misses by more than any effect makes.
+
+    Raises:
+        InvalidInput: One other reading of the set-up explains the data.
+        Undetermined: None does.
+    """
+    distances = _distances(state)
+    typical = float(np.median(distances))
+    if typical > MOST_LEFT:
+        refuse_wrong_setup(dataset)
+    if typical > GROSS_ERROR:
+        raise misfit_refused(state.dataset, distances)
 
 
 def _final_fit(state: FittedState, noise: tuple[VarianceComponent, ...]) -> Any:

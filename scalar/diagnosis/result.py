@@ -124,6 +124,10 @@ class Diagnosis:
                     {"pose": pose, "lies_on": plane} for pose, plane in self.cleaned.mislabelled_poses
                 ],
             },
+            "setup": [
+                {key: suspicion[key] for key in ("what", "where", "rms_before_mm", "rms_after_mm")}
+                for suspicion in self.calibration_before.summary["setup"]
+            ],
             "noise": {
                 "within_scan_mm": self.after.residuals.measurement.sigma / MM,
                 "between_scans_mm": between_scans(self.after) / MM,

@@ -19,7 +19,8 @@ from scalar.estimation.gross_errors import clean
 from scalar.estimation.joint_fit import fit_all
 from scalar.estimation.prepare import GROSS_ERROR, prepare
 from scalar.estimation.result import Calibration
-from scalar.units import MM
+from scalar.estimation.setup.refusal import misfit_refused, pose_distances, refuse_wrong_setup
+from scalar.estimation.setup.suspicion import MOST_LEFT
 
 
 def calibrate(
@@ -41,24 +42,27 @@ def calibrate(
         InvalidInput: The data contradict themselves.
         Undetermined: The data cannot determine the model, or the fit did not converge.
     """
-    prepared = prepare(dataset, fix)
     try:
+        prepared = prepare(dataset, fix)
         found, residuals = fit_all(dataset, prepared, effects, fixed_effects)
+        distances = pose_distances(residuals, found.model)
+        if np.median(distances) > MOST_LEFT:
+            refuse_wrong_setup(dataset)
+        if distances.max() > GROSS_ERROR:
+            _refuse_gross_errors(dataset)
+            raise misfit_refused(dataset, distances)
+        return conclude(dataset, prepared, found, residuals)
     except NotConverged:
+        refuse_wrong_setup(dataset)
         _refuse_gross_errors(dataset)
         raise
-    squares, counts = residuals.squared_distances(found.model)
-    distances = np.sqrt(squares / counts)
-    if distances.max() > GROSS_ERROR:
-        _refuse_gross_errors(dataset)
-    if distances.max() > GROSS_ERROR:
-        worst = int(dataset.pose_ids[np.argmax(distances)])
-        raise Undetermined(
-            [f"the best fit is still {residuals.rms(found.model) / MM:.0f} mm RMS off, pose {worst} most of all: this is not "
-             "the robot, the sensor or the planes that dataset.yaml describes; check conventions, units and plane labels; "
-             "'scalar diagnose' can say more"]
-        )  # fmt: skip
-    return conclude(dataset, prepared, found, residuals)
+    except Undetermined:
+        refuse_wrong_setup(dataset)
+        raise
+    except InvalidInput as error:
+        if any((fault.column or "").startswith("planes.") for fault in error.faults):
+            refuse_wrong_setup(dataset)
+        raise
 
 
 def _refuse_gross_errors(dataset: Dataset) -> None:

@@ -15,6 +15,7 @@ from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration, reporting, sensor_mapping
+from scalar.estimation.setup.plausibility import implausible
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array
 from scalar.sensors.line_laser import LineLaser
@@ -59,11 +60,24 @@ def conclude(dataset: Dataset, prepared: Prepared, found: Fit, residuals: Residu
         "singular_values": [float(s) for s in prepared.identifiability.singular_values],
     }
     _check_plausible(model)
+    covariance = covariance * spread.inflation
+    std = np.full(len(names), np.nan)
+    std[found.free] = np.sqrt(np.diag(covariance))
+    summary["setup"] = [
+        {**suspicion.to_mapping(), "sentence": suspicion.sentence}
+        for suspicion in implausible(
+            dataset,
+            model,
+            std,
+            rotation_observed=residuals.measurement.sees_sensor_rotation,
+            misfit_ratio=spread.ratio if residuals.measurement.sigma_stated else None,
+        )
+    ]
     return Calibration(
         model=model,
         sensor=sensor_mapping(dataset),
         free=tuple(name for name, is_free in zip(names, found.free, strict=True) if is_free),
-        covariance=covariance * spread.inflation,
+        covariance=covariance,
         held=held,
         gauge=tuple(
             {"held": h.name, "reason": h.reason, "moves_with": list(h.moves_with), "cause": h.cause}

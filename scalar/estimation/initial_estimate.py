@@ -90,38 +90,60 @@ def estimate_initially(
         Undetermined: No pose is stated, and the data determine no linear guess.
     """
     measurement = residuals.measurement
-    T_base_flange = robot.flange(residuals.poses.q)
-    proposals: list[tuple[str, Array, bool]] = []
-    if T_flange_sensor is not None:
-        proposals.append(("nominal pose", T_flange_sensor, True))
-    failure: Undetermined | None = None
-    if isinstance(measurement, LineLaser):
-        for use in _plane_choices(measurement, target, robot):
-            try:
-                proposals.append(("linear guess", _alternate(measurement, T_base_flange, target, use), True))
-                proposals.append(
-                    ("linear guess", linear_guess(measurement, T_base_flange, target, use), False)
-                )
-            except Undetermined as error:
-                failure = error
-            if T_flange_sensor is not None:
-                break
-    if not proposals:
-        raise (
-            failure
-            if failure is not None
-            else Undetermined(["state sensor.nominal_pose: this kind of sensor needs it"])
-        )
     best: InitialEstimate | None = None
     lowest = np.inf
-    for origin, T, refit_planes in proposals:
-        planes = measurement.fitted_target(T_base_flange @ T, target) if refit_planes else target
+    for origin, T, planes in proposals(measurement, robot, residuals.poses.q, target, T_flange_sensor):
         found = _refined(residuals, Model.at(robot, T, planes))
         if best is None or found.chi_squared < lowest:
             model = found.model.rebased()
             best, lowest = InitialEstimate(model, residuals.rms(model), origin), found.chi_squared
     assert best is not None
     return best
+
+
+def proposals(
+    measurement: Any, robot: Robot, q: Array, target: Any, T_flange_sensor: Array | None
+) -> list[tuple[str, Array, Any]]:
+    """Return where a fit may start: (origin, sensor's pose on the flange ``(4, 4)``, target) each.
+
+    Args:
+        measurement: The dataset as rows.
+        robot: Nominal.
+        q: ``(N, n)`` [rad], joint angles.
+        target: At its initial guess.
+        T_flange_sensor: The sensor's nominal pose, or None.
+
+    Raises:
+        Undetermined: Neither a stated pose nor a linear guess is to be had.
+    """
+    T_base_flange = robot.flange(q)
+    found: list[tuple[str, Array, Any]] = []
+    if T_flange_sensor is not None:
+        planes = measurement.fitted_target(T_base_flange @ T_flange_sensor, target)
+        found.append(("nominal pose", T_flange_sensor, planes))
+    failure = Undetermined(["state sensor.nominal_pose: this kind of sensor needs it"])
+    if isinstance(measurement, LineLaser):
+        for use in _plane_choices(measurement, target, robot):
+            try:
+                T = _alternate(measurement, T_base_flange, target, use)
+                found.append(("linear guess", T, measurement.fitted_target(T_base_flange @ T, target)))
+                found.append(("linear guess", linear_guess(measurement, T_base_flange, target, use), target))
+            except Undetermined as error:
+                failure = error
+            if T_flange_sensor is not None:
+                break
+    if not found:
+        raise failure
+    return found
+
+
+def sensor_and_target(residuals: Residuals, model: Model) -> Array:
+    """Return which coordinates ``(P,)`` are those of the sensor, as far as it is observed, and of the target."""
+    free = np.zeros(len(model.vector), dtype=bool)
+    free[model.blocks["target"]] = True
+    sensor = model.blocks["sensor"].start
+    free[sensor : sensor + (6 if residuals.measurement.sees_sensor_rotation else 3)] = True
+    return free
 
 
 def _plane_choices(measurement: LineLaser, target: Planes, robot: Robot) -> list[Array]:
@@ -142,9 +164,4 @@ def _alternate(measurement: LineLaser, T_base_flange: Array, target: Planes, use
 
 
 def _refined(residuals: Residuals, model: Model) -> Fit:
-    """Return the fit of sensor and target alone, the arm being fixed."""
-    free = np.zeros(len(model.vector), dtype=bool)
-    free[model.blocks["target"]] = True
-    sensor = model.blocks["sensor"].start
-    free[sensor : sensor + (6 if residuals.measurement.sees_sensor_rotation else 3)] = True
-    return fit(residuals, model, free, tolerance=COARSE)
+    return fit(residuals, model, sensor_and_target(residuals, model), tolerance=COARSE)

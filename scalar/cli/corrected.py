@@ -1,0 +1,36 @@
+"""Offer a corrected dataset.yaml where the table of joints is what contradicts the data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import click
+
+from scalar.cli.options import made
+
+CORRECTED = "corrected-dataset.yaml"
+
+
+@contextmanager
+def corrected_description(dataset: Path, output: Path) -> Iterator[None]:
+    """Write ``corrected-dataset.yaml`` to the output folder if what is done inside refuses the table of joints.
+
+    Args:
+        dataset: The folder that is read.
+        output: The folder that results go to.
+    """
+    from scalar.data.description import DESCRIPTION
+    from scalar.data.io.plain_yaml import dump_yaml, load_yaml
+    from scalar.estimation.setup.suspicion import WrongSetup
+
+    try:
+        yield
+    except WrongSetup as refusal:
+        robot = next((s.robot for s in refusal.suspicions if s.robot is not None), None)
+        if robot is not None:
+            path = made(output) / CORRECTED
+            dump_yaml({**load_yaml(dataset / DESCRIPTION), "robot": robot.to_mapping()}, path)
+            click.echo(f"scalar: {path} has the table of joints corrected for the first of these", err=True)
+        raise

@@ -1,0 +1,282 @@
+"""What else a set-up may be: the same measurements under one other reading of signs, zeros, conventions, units, labels or order.
+
+Each alternative is a whole dataset. Those that concern the robot alone change its table, so that a corrected ``dataset.yaml``
+can be written; the others change the tables of measurements, which the user has to correct where they came from.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.geometry.robot import GEOMETRY, Robot
+from scalar.geometry.se3 import Array, transform_from_rotation_vector
+from scalar.units import DEG
+
+ZERO_STEP = 30 * DEG  # between the zeros of a joint that are tried: a fit finds its way from half of it
+LENGTH_UNITS = {"inches": 25.4, "metres": 1000.0, "centimetres": 10.0, "feet": 304.8}
+"""What a length that passes for millimetres may be in, and how many millimetres one of it is."""
+GRAD = 0.9 * DEG
+LEAST_TURNS = 4 * np.pi  # rad, that a joint goes through: angles within them are not read as degrees
+A, ALPHA, D, THETA, BETA = range(len(GEOMETRY))
+
+
+@dataclass(frozen=True, eq=False)
+class Alternative:
+    """One other reading of a set-up.
+
+    Attributes:
+        what: ``joint_sign``, ``joint_zero``, ``convention``, ``swapped_joints``, ``angle_unit``, ``length_unit``, ``swapped_planes``,
+            ``shifted_poses`` or ``mirrored``.
+        where: What it concerns, as a person names it: ``joint 4``, ``planes floor and wall``.
+        says: What would be so, as a clause: ``joint 4 counts the other way``.
+        changed: With what the residual is compared: ``with its sign changed``.
+        remedy: What to do where the robot's table is not at fault.
+        dataset: The measurements under this reading.
+        corrects_robot: Whether ``dataset.robot`` is all that differs.
+        joint: From 1, of a joint's zero; else None.
+        zero: What was added to that joint's theta [rad].
+        scale: By which the measured lengths were multiplied: what they leave shrinks with them, and proves nothing by that.
+    """
+
+    what: str
+    where: str
+    says: str
+    changed: str
+    remedy: str
+    dataset: Dataset
+    corrects_robot: bool = False
+    joint: int | None = None
+    zero: float = 0.0
+    scale: float = 1.0
+
+
+def alternatives(dataset: Dataset) -> Iterator[Alternative]:
+    """Yield every alternative that is tried on a dataset, the simplest first."""
+    n = dataset.robot.n_joints
+    moving = [j for j in range(n) if np.ptp(dataset.q[:, j]) > 0]
+    for j in moving:
+        yield _with_robot(
+            dataset,
+            with_sign_changed(dataset.robot, j),
+            "joint_sign",
+            f"joint {j + 1}",
+            f"joint {j + 1} counts the other way",
+            "with its sign changed",
+        )
+    yield from _planes_swapped(dataset)
+    yield from _measurements_otherwise(dataset)
+    yield from _convention(dataset)
+    for i, j in itertools.combinations(moving, 2):
+        yield replace(
+            _with_angles(dataset, _swapped_columns(dataset.q, i, j)),
+            what="swapped_joints",
+            where=f"joints {i + 1} and {j + 1}",
+            says=f"the columns q{i + 1} and q{j + 1} of poses.csv are swapped",
+            changed="with the two columns exchanged",
+            remedy="exchange the two columns in poses.csv",
+        )
+    for j in moving:
+        yield from _zeros(dataset, j)
+    yield from _angle_units(dataset)
+
+
+def with_sign_changed(robot: Robot, joint: int) -> Robot:
+    """Return the arm whose joint (from 0) counts the other way: ``Rz(-q + theta) Tz(d) = Rx(pi) Rz(q - theta) Tz(-d) Rx(-pi)``.
+
+    Hayati's angle lies between the two turns about x, and changes its sign as well: ``Ry(beta) Rx(pi) = Rx(pi) Ry(-beta)``.
+    """
+    geometry = robot.geometry.copy()
+    geometry[ALPHA, joint] = _wrapped(geometry[ALPHA, joint] + np.pi)
+    for kind in (D, THETA, BETA):
+        geometry[kind, joint] = -geometry[kind, joint]
+    T_n_flange = robot.T_n_flange
+    if joint + 1 < robot.n_joints:
+        geometry[ALPHA, joint + 1] = _wrapped(geometry[ALPHA, joint + 1] - np.pi)
+    else:
+        T_n_flange = transform_from_rotation_vector([0.0, 0.0, 0.0], [-np.pi, 0.0, 0.0]) @ T_n_flange
+    limits = robot.limits.copy()
+    return replace(robot, geometry=geometry, T_n_flange=T_n_flange, limits=limits)
+
+
+def with_zero_moved(robot: Robot, joint: int, angle: float) -> Robot:
+    """Return the arm whose joint (from 0) has its zero elsewhere: ``angle`` [rad] is added to its theta."""
+    geometry = robot.geometry.copy()
+    geometry[THETA, joint] = _wrapped(geometry[THETA, joint] + angle)
+    return robot.with_geometry(geometry)
+
+
+def read_as_standard(robot: Robot) -> Robot:
+    """Return the arm whose modified-DH table is read as standard DH: every link's a and alpha act after its joint."""
+    geometry = robot.geometry.copy()
+    a, alpha = geometry[A].copy(), geometry[ALPHA].copy()
+    geometry[A], geometry[ALPHA] = np.r_[0.0, a[:-1]], np.r_[0.0, alpha[:-1]]
+    last = transform_from_rotation_vector([a[-1], 0.0, 0.0], [alpha[-1], 0.0, 0.0])
+    return replace(robot, geometry=geometry, T_n_flange=last @ robot.T_n_flange)
+
+
+def read_as_modified(robot: Robot) -> Robot:
+    """Return the arm whose standard-DH table, already converted, is read as modified DH: a and alpha act before their joint.
+
+    The last link's a and alpha went into the flange's transform; its shift along x and turn about x are taken back from there.
+    """
+    geometry = robot.geometry.copy()
+    turn = robot.T_n_flange[:3, :3]
+    a, alpha = float(robot.T_n_flange[0, 3]), float(np.arctan2(turn[2, 1], turn[1, 1]))
+    geometry[A], geometry[ALPHA] = np.r_[geometry[A, 1:], a], np.r_[geometry[ALPHA, 1:], alpha]
+    last = transform_from_rotation_vector([a, 0.0, 0.0], [alpha, 0.0, 0.0])
+    return replace(robot, geometry=geometry, T_n_flange=np.linalg.inv(last) @ robot.T_n_flange)
+
+
+def _convention(dataset: Dataset) -> Iterator[Alternative]:
+    for says, robot in (
+        ("the table of joints is standard DH", read_as_standard(dataset.robot)),
+        ("the table of joints is modified DH", read_as_modified(dataset.robot)),
+    ):
+        if robot.geometry[BETA].any():
+            continue
+        yield _with_robot(
+            dataset, robot, "convention", "robot.convention", says, "with the table read that way"
+        )
+
+
+def _zeros(dataset: Dataset, joint: int) -> Iterator[Alternative]:
+    for k in range(1, round(2 * np.pi / ZERO_STEP)):
+        angle = _wrapped(k * ZERO_STEP)
+        yield replace(
+            _with_robot(
+                dataset,
+                with_zero_moved(dataset.robot, joint, angle),
+                "joint_zero",
+                f"joint {joint + 1}",
+                f"the zero of joint {joint + 1} is off",
+                "with its zero moved",
+            ),
+            joint=joint + 1,
+            zero=angle,
+        )
+
+
+def _planes_swapped(dataset: Dataset) -> Iterator[Alternative]:
+    names = [plane.name for plane in dataset.planes]
+    if "plane" not in dataset.poses.columns:
+        return
+    labels = dataset.poses["plane"].to_numpy(dtype=object)
+    for a, b in itertools.combinations([n for n in names if n in set(labels)], 2):
+        exchanged = np.where(labels == a, b, np.where(labels == b, a, labels))
+        yield Alternative(
+            "swapped_planes",
+            f"planes {a} and {b}",
+            f"the labels '{a}' and '{b}' are exchanged in poses.csv",
+            "with the two exchanged",
+            f"exchange '{a}' and '{b}' in the column plane of poses.csv",
+            replace(dataset, poses=dataset.poses.assign(plane=exchanged)),
+        )
+
+
+def _measurements_otherwise(dataset: Dataset) -> Iterator[Alternative]:
+    """Yield the measured points in other units, mirrored, and against the pose before or after."""
+    file = "scans.csv" if dataset.planes else "points.csv"
+    if len(dataset.points):
+        for unit, factor in LENGTH_UNITS.items():
+            for name, scale in ((unit, factor), (f"millimetres where {unit} are meant", 1.0 / factor)):
+                yield Alternative(
+                    "length_unit",
+                    file,
+                    f"the lengths in {file} are {scale:g} times too small"
+                    if scale > 1
+                    else f"the lengths in {file} are {1 / scale:g} times too large",
+                    f"with {file} multiplied by {scale:.6g}",
+                    f"look at the unit of {file} ({name}?) and write metres",
+                    replace(dataset, points=dataset.points * scale),
+                    scale=scale,
+                )
+        if dataset.points.shape[1] == 3:
+            yield Alternative(
+                "mirrored",
+                file,
+                f"the frame of {file} is left-handed",
+                "with y counted the other way",
+                f"change the sign of one column of {file}, or exchange two",
+                replace(dataset, points=dataset.points * np.array([1.0, -1.0, 1.0])),
+            )
+    for shift in (1, -1):
+        for labels_go_along in (False, True) if dataset.planes else (False,):
+            moved = _shifted(dataset, shift, labels_go_along)
+            if moved is not None:
+                yield Alternative(
+                    "shifted_poses",
+                    "poses.csv",
+                    f"each measurement belongs to the pose {'before' if shift > 0 else 'after'} the one that it is listed with",
+                    "with the joint angles moved by one row",
+                    "look where the rows of angles and of measurements were joined",
+                    moved,
+                )
+
+
+def _angle_units(dataset: Dataset) -> Iterator[Alternative]:
+    turned_often = float(np.ptp(dataset.q, axis=0).max(initial=0.0)) > LEAST_TURNS
+    for unit, factor in (("degrees", DEG), ("grads", GRAD)) if turned_often else ():
+        yield replace(
+            _with_angles(dataset, dataset.q * factor),
+            what="angle_unit",
+            where="poses.csv",
+            says=f"the joint angles are in {unit}, not in radians",
+            changed=f"with {unit} read",
+            remedy="write radians in poses.csv",
+        )
+    for unit, factor in (
+        ("grads, converted as if they were degrees", GRAD / DEG),
+        ("degrees, converted as if they were grads", DEG / GRAD),
+    ):
+        yield replace(
+            _with_angles(dataset, dataset.q * factor),
+            what="angle_unit",
+            where="poses.csv",
+            says=f"the joint angles were {unit}",
+            changed=f"with the angles multiplied by {factor:.4g}",
+            remedy="convert the angles anew and write radians in poses.csv",
+        )
+
+
+def _with_robot(
+    dataset: Dataset, robot: Robot, what: str, where: str, says: str, changed: str
+) -> Alternative:
+    remedy = "correct the table of joints in dataset.yaml"
+    return Alternative(what, where, says, changed, remedy, replace(dataset, robot=robot), corrects_robot=True)
+
+
+def _with_angles(dataset: Dataset, q: Array) -> Alternative:
+    columns = {f"q{j + 1}": q[:, j] for j in range(q.shape[1])}
+    return Alternative("", "", "", "", "", replace(dataset, poses=dataset.poses.assign(**columns)))
+
+
+def _swapped_columns(q: Array, i: int, j: int) -> Array:
+    swapped = q.copy()
+    swapped[:, [i, j]] = q[:, [j, i]]
+    return swapped
+
+
+def _shifted(dataset: Dataset, shift: int, labels_go_along: bool) -> Dataset | None:
+    """Return the dataset with each row's angles taken from the row ``shift`` before it; rows at the end without one are left out.
+
+    Args:
+        dataset: Poses in the order of acquisition.
+        shift: 1 or -1.
+        labels_go_along: Whether the label of the plane stands with the angles, or with the measurement.
+    """
+    N = dataset.n_poses
+    rows = np.arange(shift, N) if shift > 0 else np.arange(0, N + shift)
+    if len(rows) < 2:
+        return None
+    kept, source = dataset.subset(rows), dataset.poses.iloc[rows - shift]
+    columns = [f"q{j + 1}" for j in range(dataset.robot.n_joints)] + (["plane"] if labels_go_along else [])
+    return replace(kept, poses=kept.poses.assign(**{name: source[name].to_numpy() for name in columns}))
+
+
+def _wrapped(angle: float) -> float:
+    return float(np.arctan2(np.sin(angle), np.cos(angle)))

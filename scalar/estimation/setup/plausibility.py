@@ -1,0 +1,140 @@
+"""Whether a fit ended where a real arm can be: links, zeros and the sensor's place near the data sheet, noise near what is stated."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.estimation.model import Model
+from scalar.estimation.setup.suspicion import Suspicion
+from scalar.geometry.robot import GEOMETRY, LENGTHS
+from scalar.geometry.se3 import Array, log_so3
+from scalar.units import DEG, MM
+
+LINK_SHARE = 0.1  # of the arm's length: no maker's link is off by a tenth of the arm
+LEAST_LINK = 30 * MM  # and never less than this: a small arm's table may leave out a spacer
+ZERO = 10 * DEG  # a joint's zero is off by degrees at most where it was set by marks
+SENSOR_TURN = 45 * DEG  # from the stated pose, which is rough by 30 degrees
+SENSOR_SHIFT = 150 * MM  # from the stated pose
+SIGMAS = 5.0  # standard errors: what is hardly determined may stand anywhere
+SCALE_SPREAD = 0.2  # of the ratios of fitted to nominal lengths: a common ratio says that a unit is wrong
+LEAST_SCALE = 1.3
+QUIET = 0.5  # ratio of the residual to what the stated noise explains: below it the statement is doubted
+
+
+def implausible(
+    dataset: Dataset,
+    model: Model,
+    std: Array,
+    *,
+    rotation_observed: bool,
+    misfit_ratio: float | None = None,
+) -> tuple[Suspicion, ...]:
+    """Return what a fit makes suspect, although it explains the data.
+
+    Args:
+        dataset: What was measured.
+        model: Where the fit ended.
+        std: ``(P,)``, standard errors in the order of ``model.names``; NaN for what is fixed.
+        rotation_observed: Whether this kind of sensor shows how it is turned on the flange.
+        misfit_ratio: The residual over what the stated noise explains, or None where none is stated.
+    """
+    found = [
+        *_lengths(dataset, model, std),
+        *_zeros(dataset, model, std),
+        *_sensor(dataset, model, rotation_observed),
+    ]
+    if misfit_ratio is not None and misfit_ratio < QUIET:
+        found.append(
+            Suspicion(
+                "noise",
+                "sensor.noise",
+                f"the residual is {misfit_ratio:.2g} of what the stated noise makes: the noise is stated too large, "
+                "or the lengths of the measurements are in another unit",
+            )
+        )
+    return tuple(found)
+
+
+def _lengths(dataset: Dataset, model: Model, std: Array) -> list[Suspicion]:
+    nominal, fitted = dataset.robot.geometry, model.robot.geometry
+    errors = std[model.blocks["geometry"]].reshape(nominal.shape)
+    rows = [k for k, kind in enumerate(GEOMETRY) if kind in LENGTHS]
+    change = np.where(np.isfinite(errors), fitted - nominal, 0.0)[rows]
+    limit = max(LEAST_LINK, LINK_SHARE * float(np.abs(nominal[rows]).sum()))
+    off = (np.abs(change) > limit) & (np.abs(change) > SIGMAS * np.nan_to_num(errors[rows]))
+    if not off.any():
+        return []
+    long = np.isfinite(errors[rows]) & (np.abs(nominal[rows]) > LEAST_LINK)
+    ratios = fitted[rows][long] / nominal[rows][long]
+    typical = float(np.median(ratios)) if len(ratios) else 1.0
+    common = (
+        len(ratios) > 1
+        and typical > 0
+        and max(typical, 1 / typical) > LEAST_SCALE
+        and float(np.median(np.abs(ratios - typical))) < SCALE_SPREAD * typical
+    )
+    if common:
+        return [
+            Suspicion(
+                "length_unit",
+                "scans.csv" if dataset.planes else "points.csv",
+                f"all links come out {typical:.3g} times as long as dataset.yaml has them: look at the unit of the measurements "
+                "and of the table of joints (millimetres, inches, metres)",
+            )
+        ]
+    k, j = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
+    name = f"{GEOMETRY[rows[k]]}_{j + 1}"
+    return [
+        Suspicion(
+            "robot",
+            name,
+            f"{name} comes out {abs(change[k, j]) / MM:.0f} mm from the table of joints: is this the robot that was measured?",
+        )
+    ]
+
+
+def _zeros(dataset: Dataset, model: Model, std: Array) -> list[Suspicion]:
+    k = GEOMETRY.index("theta")
+    errors = std[model.blocks["geometry"]].reshape(dataset.robot.geometry.shape)[k]
+    change = model.robot.geometry[k] - dataset.robot.geometry[k]
+    change = np.where(np.isfinite(errors), np.arctan2(np.sin(change), np.cos(change)), 0.0)
+    return [
+        Suspicion(
+            "joint_zero",
+            f"joint {j + 1}",
+            f"the zero of joint {j + 1} is off by {change[j] / DEG:.1f} degrees: correct theta of joint {j + 1} in dataset.yaml, "
+            "or the zero of the encoder",
+        )
+        for j in np.flatnonzero((np.abs(change) > ZERO) & (np.abs(change) > SIGMAS * np.nan_to_num(errors)))
+    ]
+
+
+def _sensor(dataset: Dataset, model: Model, rotation_observed: bool) -> list[Suspicion]:
+    T = dataset.sensor.T_flange_sensor
+    if T is None:
+        return []
+    found = []
+    shift = float(np.linalg.norm(model.T_flange_sensor[:3, 3] - T[:3, 3]))
+    if shift > SENSOR_SHIFT:
+        found.append(
+            _sensor_suspicion(
+                f"the sensor sits {shift / MM:.0f} mm from where nominal_pose has it: correct nominal_pose, or look whether "
+                "one of the last joints counts the other way or has its zero elsewhere"
+            )
+        )
+    turn = log_so3(T[:3, :3].T @ model.T_flange_sensor[:3, :3])
+    angle = float(np.linalg.norm(turn))
+    if rotation_observed and angle > SENSOR_TURN:
+        axis = "xyz"[int(np.argmax(np.abs(turn)))]
+        found.append(
+            _sensor_suspicion(
+                f"the sensor sits turned by {angle / DEG:.0f} degrees, mostly about its {axis}, from where nominal_pose has it: "
+                "correct nominal_pose, look whether an axis of the scans is mirrored, or whether the last joint's zero is another"
+            )
+        )
+    return found
+
+
+def _sensor_suspicion(sentence: str) -> Suspicion:
+    return Suspicion("sensor_pose", "sensor.nominal_pose", sentence)

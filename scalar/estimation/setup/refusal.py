@@ -1,0 +1,45 @@
+"""Refuse data that do not fit their own description, and say what would make them fit."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.errors import Undetermined
+from scalar.estimation.model import Model
+from scalar.estimation.residuals import Residuals
+from scalar.estimation.setup.suspicion import WrongSetup, explain
+from scalar.geometry.se3 import Array
+from scalar.units import MM
+
+
+def pose_distances(residuals: Residuals, model: Model) -> Array:
+    """Return the root mean square distance of every pose from its target ``(N,)`` [m]."""
+    squares, counts = residuals.squared_distances(model)
+    return np.sqrt(squares / counts)
+
+
+def refuse_wrong_setup(dataset: Dataset) -> None:
+    """Refuse a dataset that one other reading of its set-up explains; do nothing where none does.
+
+    Raises:
+        WrongSetup: Saying which, with the residual before and after.
+    """
+    suspicions = explain(dataset)
+    if suspicions:
+        raise WrongSetup(suspicions)
+
+
+def misfit_refused(dataset: Dataset, distances: Array) -> Undetermined:
+    """Return the refusal of a fit that leaves poses farther off than any effect of an arm makes.
+
+    Args:
+        dataset: What was measured.
+        distances: ``(N,)`` [m], as ``pose_distances`` gives them.
+    """
+    worst = int(dataset.pose_ids[np.argmax(distances)])
+    return Undetermined(
+        [f"the best fit is still {np.sqrt(np.mean(distances**2)) / MM:.0f} mm RMS off, pose {worst} most of all: this is not "
+         "the robot, the sensor or the planes that dataset.yaml describes; no single sign, zero, unit, label or convention "
+         "explains it: check several of them, and whether joint angles and measurements belong together"]
+    )  # fmt: skip

@@ -1,0 +1,148 @@
+"""Why a set-up does not fit: the alternatives that explain the data far better than what dataset.yaml says.
+
+Nothing is applied: what is found is said in one sentence with the residual before and after, for the user to correct.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.errors import Fault, InvalidInput
+from scalar.estimation.setup.alternatives import THETA, Alternative, alternatives
+from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
+from scalar.geometry.robot import Robot
+from scalar.units import DEG, MM
+
+FALLS_TO = 0.2  # of the residual as it stands, after a fit: an alternative that leaves more explains nothing
+WORTH_FITTING = 0.6  # of the same, before one: the nominal arm's own errors are in both
+MOST_LEFT = 3 * MM  # of the residual after a fit, that a right set-up leaves: effects on arms make tenths
+NOMINAL_LEFT = 30 * MM  # and before one, the arm nominal: its own errors make several millimetres
+AS_GOOD = 3.0  # times the least residual of a first look: alternatives up to here are fitted in full
+CLEARLY_NEARER = 20 * DEG  # nearer than that to dataset.yaml, one of two that fit alike is the likelier
+MOST_FITTED = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Suspicion:
+    """One thing about the set-up that is suspected.
+
+    Attributes:
+        what: As in ``Alternative``, or ``robot``, ``sensor_pose``, ``noise`` where a fit ended implausibly.
+        where: What it concerns, as a person names it.
+        sentence: What is suspected, with the figures, and what to do.
+        rms_before: Of the residual as things stand [m], or None where no fit was possible.
+        rms_after: With the alternative [m], or None where none was tried.
+        robot: The corrected robot where the table of joints alone is at fault, else None.
+    """
+
+    what: str
+    where: str
+    sentence: str
+    rms_before: float | None = None
+    rms_after: float | None = None
+    robot: Robot | None = None
+
+    def to_mapping(self) -> Mapping[str, Any]:
+        """Return the entry of ``setup`` in diagnosis.json."""
+        return {
+            "what": self.what,
+            "where": self.where,
+            "rms_before_mm": None if self.rms_before is None else self.rms_before / MM,
+            "rms_after_mm": None if self.rms_after is None else self.rms_after / MM,
+        }
+
+
+class WrongSetup(InvalidInput):
+    """The data contradict the set-up that dataset.yaml describes, and one other reading of it explains them.
+
+    Attributes:
+        suspicions: What is suspected, the likeliest first.
+    """
+
+    def __init__(self, suspicions: tuple[Suspicion, ...]) -> None:
+        self.suspicions = suspicions
+        super().__init__([Fault("dataset.yaml", suspicion.sentence) for suspicion in suspicions])
+
+
+def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
+    """Return what about the set-up explains a dataset that its description does not fit; nothing where nothing does.
+
+    Every alternative is looked at with the arm nominal; the few that leave least, and keep sensor and planes nearest to where
+    dataset.yaml has them, are fitted in full. Several are returned where the data do not distinguish them.
+    """
+    as_it_is = first_look(dataset)
+    looks = [(first_look(alternative.dataset), alternative) for alternative in alternatives(dataset)]
+    least = min((look.rms for look, _ in looks), default=np.inf)
+    limit = max(AS_GOOD * least, 2 * MM)
+    worth = [
+        (look, a) for look, a in looks if look.rms <= min(limit, NOMINAL_LEFT) and _better(look, a, as_it_is)
+    ]
+    worth.sort(key=lambda entry: entry[0].off)
+    before = _residual(full_fit(dataset), as_it_is)
+    found: list[tuple[Look, Alternative, Trial]] = []
+    for look, alternative in worth[:MOST_FITTED]:
+        if found and look.off > found[0][0].off + CLEARLY_NEARER:
+            break
+        trial = full_fit(alternative.dataset)
+        if trial is not None and _explains(look, alternative, trial, as_it_is, before):
+            found.append((look, alternative, trial))
+    if not found:
+        return ()
+    lowest = min(trial.rms for _, _, trial in found)
+    return tuple(
+        _suspicion(dataset, alternative, before, trial)
+        for _, alternative, trial in found
+        if trial.rms <= AS_GOOD * lowest
+    )
+
+
+def _better(look: Look, alternative: Alternative, as_it_is: Look) -> bool:
+    """Return whether an alternative leaves far less, or leaves as little with sensor and planes nearer to their places."""
+    left = look.rms / min(alternative.scale, 1.0)
+    return left <= WORTH_FITTING * as_it_is.rms or (
+        left <= AS_GOOD * as_it_is.rms and look.off <= as_it_is.off - CLEARLY_NEARER
+    )
+
+
+def _explains(
+    look: Look, alternative: Alternative, trial: Trial, as_it_is: Look, before: float | None
+) -> bool:
+    """Return whether the fit of an alternative leaves far less than things as they are, or stands far nearer to dataset.yaml."""
+    if trial.rms > MOST_LEFT:
+        return False
+    nearer = look.off <= as_it_is.off - CLEARLY_NEARER
+    return nearer or before is None or trial.rms / min(alternative.scale, 1.0) <= FALLS_TO * before
+
+
+def _residual(trial: Trial | None, look: Look) -> float | None:
+    rms = look.rms if trial is None else min(trial.rms, look.rms)
+    return float(rms) if np.isfinite(rms) else None
+
+
+def _suspicion(dataset: Dataset, alternative: Alternative, before: float | None, trial: Trial) -> Suspicion:
+    says, changed, robot = alternative.says, alternative.changed, alternative.dataset.robot
+    if alternative.joint is not None:
+        j = alternative.joint - 1
+        angle = trial.model.robot.geometry[THETA, j] - dataset.robot.geometry[THETA, j]
+        angle = float(np.arctan2(np.sin(angle), np.cos(angle)))
+        says = f"the zero of joint {alternative.joint} is off by {angle / DEG:.1f} degrees"
+    figures = f"the residual is {trial.rms / MM:.2g} mm {changed}"
+    if before is not None and before > trial.rms / FALLS_TO:
+        figures = f"{changed} the residual falls from {_in_mm(before)} to {_in_mm(trial.rms)} mm"
+    return Suspicion(
+        alternative.what,
+        alternative.where,
+        f"{says}: {figures}; {alternative.remedy}",
+        before,
+        trial.rms,
+        robot if alternative.corrects_robot else None,
+    )
+
+
+def _in_mm(length: float) -> str:
+    return f"{length / MM:.0f}" if length > 10 * MM else f"{length / MM:.2g}"

@@ -1,0 +1,129 @@
+"""How well a reading of the set-up explains the data: a quick fit, and the robust size of what it leaves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.errors import ScalarError
+from scalar.estimation.initial_estimate import COARSE, proposals, sensor_and_target
+from scalar.estimation.least_squares import fit
+from scalar.estimation.model import Model
+from scalar.estimation.prepare import Prepared, prepare
+from scalar.estimation.residuals import Residuals
+from scalar.geometry.planes import Planes
+from scalar.geometry.se3 import Array, log_so3
+from scalar.sensors import measure
+
+MOST_POSES = 60  # of which a first look is made; a set-up that is wrong is wrong everywhere
+STEPS = 12  # of the first look's damped Gauss-Newton
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A reading of the set-up that was fitted.
+
+    Attributes:
+        rms: Of the better part of the poses, their root mean square distance from the target [m].
+        model: Where the fit ended.
+        prepared: How the fit was prepared; None after a first look.
+    """
+
+    rms: float
+    model: Model
+    prepared: Prepared | None
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """A first look at a reading of the set-up, the arm nominal.
+
+    Attributes:
+        rms: As in ``Trial``; infinite where no look was possible.
+        off: How far sensor and planes ended from where dataset.yaml has them: the larger of the angle by which the sensor is turned and
+            that of the worst plane's normal [rad].
+    """
+
+    rms: float
+    off: float
+
+
+def first_look(dataset: Dataset) -> Look:
+    """Return how well a set-up explains some of the poses with the arm nominal: sensor and target alone are fitted."""
+    dataset = thinned(dataset)
+    best = Look(np.inf, np.inf)
+    try:
+        measurement = measure(dataset)
+        guess = measurement.initial_target(dataset)
+        T_nominal = dataset.sensor.T_flange_sensor
+        for _, T, target in proposals(measurement, dataset.robot, dataset.q, guess, T_nominal):
+            model = Model.at(dataset.robot, T, target)
+            model = _few_steps(Residuals.of(dataset, model, measurement), model)
+            look = Look(
+                typical_distance(Residuals.of(dataset, model, measurement), model),
+                _off(model, guess, T_nominal),
+            )
+            best = min(best, look, key=lambda x: x.rms)
+    except (ScalarError, np.linalg.LinAlgError, ValueError, FloatingPointError):
+        pass
+    return best
+
+
+def _few_steps(residuals: Residuals, model: Model) -> Model:
+    """Return the model after a few damped Gauss-Newton steps of sensor and target."""
+    free = sensor_and_target(residuals, model)
+    residual, jacobian = residuals.linearise(model)
+    damping = 1e-3
+    for _ in range(STEPS):
+        J = jacobian[:, free]
+        scale = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+        A = J / scale
+        step = np.linalg.solve(A.T @ A + damping * np.eye(len(scale)), -A.T @ residual) / scale
+        vector = model.vector.copy()
+        vector[free] += step
+        trial = model.with_vector(vector).rebased()
+        new_residual, new_jacobian = residuals.linearise(trial)
+        if new_residual @ new_residual < residual @ residual:
+            gained = 1.0 - (new_residual @ new_residual) / (residual @ residual)
+            model, residual, jacobian, damping = trial, new_residual, new_jacobian, damping / 10
+            if gained < 1e-3:
+                break
+        else:
+            damping *= 10
+    return model
+
+
+def _off(model: Model, guess: Any, T_nominal: Array | None) -> float:
+    off = 0.0
+    if T_nominal is not None:
+        off = float(np.linalg.norm(log_so3(T_nominal[:3, :3].T @ model.T_flange_sensor[:3, :3])))
+    if isinstance(model.target, Planes):
+        cosine = np.abs(np.sum(model.target.normals * guess.normals, axis=1))
+        off = max(off, float(np.max(np.arccos(np.minimum(cosine, 1.0)))))
+    return off
+
+
+def full_fit(dataset: Dataset) -> Trial | None:
+    """Return the fit of sensor, target and geometry, or None where the data cannot determine it or it fails."""
+    try:
+        prepared = prepare(dataset)
+        found = fit(prepared.residuals, prepared.coarse, prepared.free, tolerance=COARSE)
+        return Trial(typical_distance(prepared.residuals, found.model), found.model, prepared)
+    except (ScalarError, np.linalg.LinAlgError, ValueError, FloatingPointError):
+        return None
+
+
+def typical_distance(residuals: Residuals, model: Model) -> float:
+    """Return the median over poses of the root mean square distance from the target [m]: a few wrong poses do not count."""
+    squares, counts = residuals.squared_distances(model)
+    return float(np.median(np.sqrt(squares / counts)))
+
+
+def thinned(dataset: Dataset) -> Dataset:
+    """Return at most ``MOST_POSES`` poses, evenly over the acquisition."""
+    if dataset.n_poses <= MOST_POSES:
+        return dataset
+    return dataset.subset(np.linspace(0, dataset.n_poses - 1, MOST_POSES).round().astype(int))

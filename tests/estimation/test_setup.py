@@ -1,0 +1,177 @@
+"""A set-up that contradicts the data is named, and one that does not is left in peace."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+from scalar.cli import cli
+from scalar.data.dataset import Dataset
+from scalar.diagnosis import diagnose
+from scalar.errors import InvalidInput
+from scalar.estimation.calibrate import calibrate
+from scalar.estimation.setup.alternatives import (
+    alternatives,
+    read_as_modified,
+    read_as_standard,
+    with_sign_changed,
+    with_zero_moved,
+)
+from scalar.estimation.setup.suspicion import WrongSetup
+from scalar.geometry.robot import Robot
+from scalar.units import DEG, MM
+from tests import helpers
+
+
+@pytest.fixture(scope="module")
+def sound() -> Dataset:
+    """Return a sound dataset of ninety scans."""
+    return helpers.make_scene("vs060", poses_per_plane=30, points_per_scan=12, noise=1e-4, seed=5).dataset
+
+
+def with_columns(dataset: Dataset, **columns: np.ndarray) -> Dataset:
+    return replace(dataset, poses=dataset.poses.assign(**columns))
+
+
+def spoiled(dataset: Dataset, what: str) -> Dataset:
+    """Return the dataset with one thing about its set-up wrong, made independently of the alternatives that are tried."""
+    q, N = dataset.q, dataset.n_poses
+    if what == "joint_sign":
+        return with_columns(dataset, q4=-q[:, 3])
+    if what == "joint_zero":
+        return with_columns(dataset, q3=q[:, 2] + 100 * DEG)
+    if what == "swapped_joints":
+        return with_columns(dataset, q2=q[:, 2], q3=q[:, 1])
+    if what == "swapped_planes":
+        swap = {"floor": "wall_x", "wall_x": "floor"}
+        return with_columns(
+            dataset, plane=np.array([swap.get(p, p) for p in dataset.poses["plane"]], dtype=object)
+        )
+    if what == "shifted_poses":
+        later = np.r_[1:N, 0]
+        return with_columns(dataset, **{f"q{j + 1}": q[later, j] for j in range(6)}).subset(np.arange(N - 1))
+    if what == "length_unit":
+        return replace(dataset, points=dataset.points / 25.4)
+    if what == "angle_unit":
+        return with_columns(dataset, **{f"q{j + 1}": q[:, j] * 0.9 for j in range(6)})
+    assert what == "convention"
+    mapping = dataset.robot.to_mapping()
+    for joint in mapping["joints"]:
+        joint.pop("beta")
+    return replace(dataset, robot=Robot.from_mapping({**mapping, "convention": "standard-dh"}))
+
+
+WRONG = {
+    "joint_sign": "joint 4",
+    "joint_zero": "joint 3",
+    "swapped_joints": "joints 2 and 3",
+    "swapped_planes": "planes floor and wall_x",
+    "shifted_poses": "poses.csv",
+    "angle_unit": "poses.csv",
+    "convention": "robot.convention",
+}
+
+
+@pytest.mark.parametrize(("what", "where"), WRONG.items())
+def test_a_wrong_setup_is_named_with_the_residual_before_and_after(sound, what, where):
+    """One thing is wrong: it is named first, with what it leaves below a millimetre, and nothing is calibrated."""
+    try:
+        suspicions = calibrate(spoiled(sound, what)).summary["setup"]
+    except WrongSetup as refusal:
+        suspicions = [{**s.to_mapping(), "sentence": s.sentence} for s in refusal.suspicions]
+        assert suspicions[0]["rms_after_mm"] < 1.0 < suspicions[0]["rms_before_mm"]
+    assert (suspicions[0]["what"], suspicions[0]["where"]) == (what, where)
+
+
+def test_lengths_in_another_unit_are_not_passed_in_silence(sound):
+    """Scans in inches that pass for millimetres shrink the whole arm without a residual: the fit says that all links came out short."""
+    try:
+        suspicions = calibrate(spoiled(sound, "length_unit")).summary["setup"]
+        what = [s["what"] for s in suspicions]
+    except WrongSetup as refusal:
+        what = [s.what for s in refusal.suspicions]
+    assert "length_unit" in what
+
+
+def test_a_mirrored_scan_is_a_sensor_turned_from_its_stated_place(sound):
+    """x counted the other way is a half turn about z: nothing in the residual shows it, the stated pose does."""
+    dataset = replace(
+        sound,
+        points=sound.points * np.array([-1.0, 1.0]),
+        sensor=replace(sound.sensor, T_flange_sensor=calibrate(sound).model.T_flange_sensor),
+    )
+    (suspicion,) = calibrate(dataset).summary["setup"]
+    assert suspicion["what"] == "sensor_pose"
+    assert "turned by 180 degrees" in suspicion["sentence"]
+
+
+@pytest.mark.parametrize("robot", ["vs060", "ur10e", "panda", "puma560"])
+def test_a_sound_setup_is_left_in_peace(robot):
+    """Natural errors of an arm, rough planes, a rough sensor pose: nothing is suspected."""
+    scene = helpers.make_scene(
+        robot, poses_per_plane=40, points_per_scan=10, noise=1e-4, length_error=2 * MM, angle_error=1 * DEG
+    )
+    assert calibrate(scene.dataset).summary["setup"] == []
+
+
+def test_a_diagnosis_refuses_what_a_calibration_refuses(sound):
+    """Where calibrate sends the user, diagnose does not break: it names the same joint."""
+    with pytest.raises(InvalidInput, match="joint 4 counts the other way"):
+        diagnose(spoiled(sound, "joint_sign"))
+
+
+@pytest.mark.parametrize("joint", range(6))
+def test_a_changed_sign_is_undone_by_the_table(joint):
+    """The table of an arm whose joint counts the other way gives the same flange at the negated angle."""
+    robot = Robot.from_mapping(helpers.robot_mapping("vs060"))
+    q = np.random.default_rng(1).uniform(-2, 2, (8, 6))
+    other = q.copy()
+    other[:, joint] *= -1
+    np.testing.assert_allclose(with_sign_changed(robot, joint).flange(other), robot.flange(q), atol=1e-12)
+    moved = q.copy()
+    moved[:, joint] -= 0.3
+    np.testing.assert_allclose(with_zero_moved(robot, joint, 0.3).flange(moved), robot.flange(q), atol=1e-12)
+
+
+def test_a_table_read_one_way_and_back_is_the_same():
+    """Standard and modified DH are two readings of one table: one undoes the other."""
+    robot = Robot.from_mapping(helpers.robot_mapping("vs060"))
+    for there, back in ((read_as_standard, read_as_modified), (read_as_modified, read_as_standard)):
+        again = back(there(robot))
+        np.testing.assert_allclose(again.geometry, robot.geometry, atol=1e-12)
+        np.testing.assert_allclose(again.T_n_flange, robot.T_n_flange, atol=1e-12)
+
+
+def test_alternatives_differ_from_what_is_stated(sound):
+    """Each alternative changes the robot, the angles, the labels or the points, and none repeats another."""
+    seen = []
+    for alternative in alternatives(sound):
+        d = alternative.dataset
+        key = (
+            d.robot.geometry.tobytes(),
+            d.robot.T_n_flange.tobytes(),
+            d.q.tobytes(),
+            d.points.tobytes(),
+            tuple(d.poses["plane"]),
+        )
+        seen.append(key)
+    assert len(set(seen)) == len(seen)
+
+
+def test_the_corrected_table_is_offered_and_works(tmp_path):
+    """`corrected-dataset.yaml` in the output folder, put in the place of dataset.yaml, calibrates."""
+    scene = helpers.make_scene("vs060", poses_per_plane=30, points_per_scan=12, noise=1e-4, seed=6)
+    folder = scene.write(tmp_path / "cell")
+    poses = pd.read_csv(folder / "poses.csv")
+    poses.assign(q4=-poses["q4"]).to_csv(folder / "poses.csv", index=False)
+    run = CliRunner().invoke(cli, ["calibrate", str(folder), "-o", str(tmp_path / "out")])
+    assert run.exit_code == 2
+    assert "joint 4 counts the other way" in run.output
+    corrected = tmp_path / "out" / "corrected-dataset.yaml"
+    (folder / "dataset.yaml").write_bytes(corrected.read_bytes())
+    run = CliRunner().invoke(cli, ["calibrate", str(folder), "-o", str(tmp_path / "out")])
+    assert run.exit_code == 0, run.output
