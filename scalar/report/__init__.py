@@ -14,11 +14,13 @@ def render_report(diagnosis: Diagnosis) -> str:
     """Return the report as HTML.
 
     Everything stands in the one file: the style, the pictures as SVG. Nothing is fetched, no script runs;
-    names from the dataset are escaped, whatever they hold. The same diagnosis gives the same bytes.
+    names from the dataset are escaped, whatever they hold. The same diagnosis gives the same bytes. The page
+    stays under 3 MB: where there are more values than it can hold, pictures draw some of them and say so.
     """
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     from scalar import __version__
+    from scalar.report.inline_svg import COLOURS
     from scalar.report.page import page
 
     environment = Environment(
@@ -28,4 +30,4 @@ def render_report(diagnosis: Diagnosis) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template(TEMPLATE).render(page(diagnosis), version=__version__)
+    return environment.get_template(TEMPLATE).render(page(diagnosis), version=__version__, colours=COLOURS)

@@ -123,9 +123,7 @@ def _columns(diagnosis: Diagnosis) -> list[str]:
             f"{'it' if len(missing) == 1 else 'them'}{order}."
         )
     if diagnosis.dataset.sensor.noise is None:
-        found.append(
-            "FittedState the sensor's noise in dataset.yaml: what is structure is judged against it."
-        )
+        found.append("State the sensor's noise in dataset.yaml: what is structure is judged against it.")
     return found
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scalar.diagnosis.partial_residuals import profiles, seen_share
-from scalar.diagnosis.profiles import View
+from scalar.diagnosis.profiles import Map, Profile, View
 from scalar.diagnosis.separating_poses import separation
 from scalar.diagnosis.variance_components import whitening_for
 from scalar.effects.effect import Effect
@@ -17,7 +17,9 @@ from scalar.effects.joints import JointHarmonic
 from scalar.effects.unattributed import Unattributed
 from scalar.report import words
 from scalar.report.advice import advice
-from scalar.report.pictures import draw, draw_residuals, draw_spread
+from scalar.report.pictures import draw
+from scalar.report.residual_pictures import draw_residuals, draw_scatter
+from scalar.report.thinning import dots_per_panel
 from scalar.sensors.tracker import Tracker
 from scalar.units import DEG, MM
 
@@ -40,7 +42,13 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return everything that the template needs."""
     mapping = diagnosis.to_mapping()
     view = View.of(diagnosis.after, diagnosis.calibration_after.free, diagnosis.calibration_after.covariance)
-    effects = [_card(diagnosis, view, i, finding) for i, finding in enumerate(diagnosis.findings)]
+    with_pictures = len(diagnosis.findings[:_MANY_PICTURES])
+    traces = [profiles(view, i) for i in range(with_pictures)]
+    most = dots_per_panel(2 * (sum(len(t) for t in traces) + 1))
+    effects = [
+        _card(diagnosis, view, i, finding, traces[i] if i < with_pictures else [], most)
+        for i, finding in enumerate(diagnosis.findings)
+    ]
     if diagnosis.noise and not diagnosis.flexible_terms:
         effects.append(_noise_card(diagnosis))
     return {
@@ -51,9 +59,10 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         "sentence": _sentence(mapping, effects),
         "errors": _errors(mapping),
         "effects": effects,
-        "residuals": draw_residuals(diagnosis.before, diagnosis.after),
+        "residuals": draw_residuals(diagnosis.before, diagnosis.after, most),
         "ranking": _ranking(diagnosis),
         "silent": _silent(diagnosis),
+        "tracked": diagnosis.dataset.sensor.kind == "tracker",
         "set_aside": mapping["outliers"],
         "noise": _noise(diagnosis, mapping),
         "advice": advice(diagnosis, mapping),
@@ -69,7 +78,7 @@ def _about(diagnosis: Diagnosis) -> str:
     ]
     parts.append(f"{dataset.n_poses} poses")
     if len(dataset.planes):
-        parts.append(f"{len(np.unique(dataset.plane_index))} plates")
+        parts.append(f"{len(np.unique(dataset.plane_index))} target planes")
     if dataset.sensor.kind == "line-laser":
         parts.append(f"{len(dataset.points):,} points".replace(",", "\u202f"))
     return " · ".join(parts)
@@ -88,49 +97,51 @@ def _sentence(mapping: Mapping[str, Any], effects: list[dict[str, Any]]) -> str:
     texts = [e["clause"] + (f" ({e['size']})" if e["size"] else "") for e in effects]
     more = len(texts) - _NAMED_IN_SENTENCE
     if more > 1:
-        texts = [*texts[:_NAMED_IN_SENTENCE], f"{more} effects more"]
+        texts = [*texts[:_NAMED_IN_SENTENCE], f"{more} more effects"]
     opening = words.capital(words.listed(texts))
     if all(e["is_noise"] for e in effects):
         held = f"On poses held out from the fit the error is {words.number(after)} mm; {level}."
-        return f"{opening}: a spread, not a shift, which no correction removes. {held}"
+        return f"{opening}: {effects[0]['text']}. {held}"
+    change = "falls" if after < before else "changes"
     return (
         f"{opening}. With {'this' if len(effects) == 1 else 'these'} in the model, the error on poses "
-        "held out from the fit falls from "
-        f"{words.number(before)} to {words.number(after)} mm; {level}."
+        f"held out from the fit {change} from {words.number(before)} to {words.number(after)} mm; {level}."
     )
 
 
-def _errors(mapping: Mapping[str, Any]) -> list[dict[str, Any]]:
+def _errors(mapping: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the bars of the errors: all are lengths, and all have one scale."""
     residual = mapping["residual"]
-    largest = max(residual[w]["held_out_max_mm"] for w in ("before", "after"))
-    rows = []
-    for label, key in (("root mean square", "held_out_rms_mm"), ("worst pose", "held_out_max_mm")):
-        values = [residual[w][key] for w in ("before", "after")]
-        # Each quantity has a scale of its own: a worst pose would make the rest look like nothing.
-        scale = 1.08 * max(*values, residual["floor_mm"]) if key == "held_out_rms_mm" else 1.08 * largest
-        floor = residual["floor_mm"] if key == "held_out_rms_mm" else None
-        rows.append(
+    floor = residual["floor_mm"]
+    errors = {
+        label: [(when, residual[when][key]) for when in ("before", "after")]
+        for label, key in (("root mean square", "held_out_rms_mm"), ("worst pose", "held_out_max_mm"))
+    }
+    scale = 1.04 * max([floor, *(value for bars in errors.values() for _, value in bars)])
+    return {
+        "floor": {"text": words.number(floor), "percent": _percent(floor, scale)},
+        "rows": [
             {
                 "label": label,
                 "bars": [
-                    {"when": when, "text": words.number(v), "percent": _percent(v, scale)}
-                    for when, v in zip(("before", "after"), values, strict=True)
+                    {"when": when, "text": words.number(value), "percent": _percent(value, scale)}
+                    for when, value in bars
                 ],
-                "floor": None
-                if floor is None
-                else {"text": words.number(floor), "percent": _percent(floor, scale)},
             }
-        )
-    return rows
+            for label, bars in errors.items()
+        ],
+    }
 
 
 def _percent(value: float, scale: float) -> float:
     return round(100.0 * value / scale, 1) if scale > 0 else 0.0
 
 
-def _card(diagnosis: Diagnosis, view: View, index: int, finding: Finding) -> dict[str, Any]:
+def _card(
+    diagnosis: Diagnosis, view: View, index: int, finding: Finding, traces: list[Profile | Map], most: int
+) -> dict[str, Any]:
     effect = finding.effect
-    traces = profiles(view, index) if index < _MANY_PICTURES else []
+    poses = diagnosis.after.dataset.poses["pose"].to_numpy()
     return {
         "title": words.effect_title(effect),
         "clause": words.statement(effect.name, effect.target, words.effect_title(effect)),
@@ -144,7 +155,7 @@ def _card(diagnosis: Diagnosis, view: View, index: int, finding: Finding) -> dic
         "after": words.number(finding.after.rms / MM),
         "seen": f"{100 * seen_share(view, index):.0f} %",
         "table": _coefficients(diagnosis, effect),
-        "pictures": [draw(trace) for trace in traces],
+        "pictures": [draw(trace, poses, most) for trace in traces],
         "confounded": _confounded(diagnosis, index, finding),
     }
 
@@ -175,8 +186,8 @@ def _confounded(diagnosis: Diagnosis, index: int, finding: Finding) -> dict[str,
     if found is not None:
         text = (
             f"Poses with joint {found.joint} between {words.angle(found.low)} and "
-            f"{words.angle(found.high)} would tell it from "
-            f"{titles[0]} best: there the two explanations put the sensor {words.length(found.there)} "
+            f"{words.angle(found.high)} would distinguish it best from "
+            f"{titles[0]}: there the two explanations put the sensor {words.length(found.there)} "
             "apart, and "
             f"{words.length(found.here)} at the poses that were measured."
         )
@@ -188,10 +199,10 @@ def _confounded(diagnosis: Diagnosis, index: int, finding: Finding) -> dict[str,
 def _of_spread(diagnosis: Diagnosis) -> str:
     """Return why what poses spread by is no noise; empty where it is."""
     if diagnosis.exceeds_any_repeatability:
-        return "poses spread by more than any arm's repeatability, and by nothing that was tried: something acts on them"
+        return "the poses scatter by more than the repeatability of any arm, and no candidate explains it: something acts on them"
     if diagnosis.depends_on:
         along = words.listed([words.column(name) for name in diagnosis.depends_on])
-        return f"poses that are neighbours in {along} err alike, which no noise does: something acts on them"
+        return f"the errors of poses follow {along}, as noise does not: something acts on the poses"
     return ""
 
 
@@ -205,12 +216,15 @@ def _noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
     mixed = np.einsum("nij,nj->ni", whitening_for(best), rows)
     pick = slice(None) if isinstance(state.residuals.measurement, Tracker) else slice(0, 1)
     near = [words.title(c["name"], c["target"]) for c in entry["confounded_with"]]
-    how = "to a spread in the joints" if is_angle else "but for an error of its own, common to its points"
+    how = (
+        "the joints scatter from pose to pose"
+        if is_angle
+        else "each scan has an error of its own, common to its points"
+    )
     return {
         "title": words.title(entry["name"], {}),
-        "clause": words.statement(entry["name"], {}, entry["name"]),
-        "text": _of_spread(diagnosis)
-        or f"each {'pose' if is_angle else 'scan'} repeats only {how}: a noise, not a shift",
+        "clause": words.statement(entry["name"], {}, words.title(entry["name"], {})),
+        "text": _of_spread(diagnosis) or f"{how}: a random error, which no correction removes",
         "is_noise": True,
         "flexible": False,
         "size": f"{words.angle(best.std) if is_angle else words.length(best.std)} standard deviation",
@@ -230,7 +244,9 @@ def _noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
                 )
             ],
         },
-        "pictures": [draw_spread(rows[:, pick].ravel(), mixed[:, pick].ravel())],
+        "pictures": [
+            draw_scatter(rows[:, pick].ravel(), mixed[:, pick].ravel(), not diagnosis.component_is_no_noise)
+        ],
         "confounded": {"names": words.listed(near, "or"), "poses": ""} if near else None,
     }
 
@@ -239,6 +255,8 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
     squared = max(diagnosis.before.background().squared, 1e-300)
     taken = {f.effect.key for f in diagnosis.findings}
     top = max([entry.evidence for entry in diagnosis.ranking] + [1e-9])
+    # A candidate with several sets of columns has one line, for its best.
+    best = {words.effect_title(entry.effect): entry for entry in reversed(diagnosis.ranking)}
     rows = [
         {
             "title": words.capital(words.effect_title(entry.effect)),
@@ -249,6 +267,7 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
             "taken": entry.effect.key in taken,
         }
         for entry in diagnosis.ranking
+        if best[words.effect_title(entry.effect)] is entry
     ]
     return {"first": rows[:_RANKS_SHOWN], "rest": rows[_RANKS_SHOWN:]}
 

@@ -18,10 +18,11 @@ from scalar.data.dataset import Dataset
 from scalar.diagnosis import Diagnosis, diagnose
 from scalar.diagnosis.partial_residuals import beside_everything, profiles, seen_share
 from scalar.diagnosis.profiles import Profile, View
+from scalar.diagnosis.scan_residuals import signed_residual
 from scalar.diagnosis.separating_poses import separation
 from scalar.effects.joints import JointHarmonic
 from scalar.report import render_report, words
-from scalar.report.svg import Panel, nice_ticks, range_of, tick_labels
+from scalar.units import MM
 from tests.helpers import make_scene
 
 JOINT, ORDER, AMPLITUDE, PHASE = 4, 3, 6e-4, 0.7
@@ -120,13 +121,54 @@ def test_page_opens_offline(page: str) -> None:
         "object",
         "embed",
         "a",
-        "use",
     }
-    for _, attributes in parser.tags:
+    for tag, attributes in parser.tags:
         assert not {name for name in attributes if name.startswith("on")}
-        assert not {"src", "href", "xlink:href", "srcset"} & set(attributes)
+        assert not {"src", "xlink:href", "srcset", "xmlns"} & set(attributes)
+        assert "href" not in attributes or (tag == "use" and str(attributes["href"]).startswith("#"))
+        assert all("url(" not in str(v) or str(v).startswith("url(#") for v in attributes.values())
     style = re.search(r"<style>(.*?)</style>", page, re.DOTALL)
     assert style and "url(" not in style.group(1) and "@import" not in style.group(1)
+    assert "http:" not in page and "https:" not in page
+
+
+def test_identifiers_are_unique_and_resolved(page: str) -> None:
+    """No two elements have the same identifier, and every reference within the page has its element."""
+    tags = structure(page).tags
+    names = [attributes["id"] for _, attributes in tags if "id" in attributes]
+    assert len(set(names)) == len(names) > 0
+    wanted = {str(a["href"])[1:] for _, a in tags if "href" in a}
+    wanted |= {name for _, a in tags for name in re.findall(r"url\(#([^)]+)\)", str(a.get("clip-path", "")))}
+    assert wanted <= set(names)
+
+
+def test_a_dot_tells_its_pose_and_value(nothing: Diagnosis) -> None:
+    """In the picture of the residual every pose has a dot, and the dot says the pose, the place and the
+    residual in millimetres."""
+    said = re.findall(r"<title>pose (\d+) at order ([\d.]+): (\S+) mm</title>", render_report(nothing))
+    state = nothing.after
+    poses, residual = state.dataset.poses["pose"].to_numpy(), signed_residual(state) / MM
+    expected = {
+        int(p): (float(o), r) for p, o, r in zip(poses, state.residuals.poses.order, residual, strict=True)
+    }
+    pictures = len(re.findall(r'role="img"', render_report(nothing)))
+    assert {int(p) for p, _, _ in said} == set(expected)
+    if pictures == 1:
+        assert len(said) == len(expected)
+        for pose, order, value in said:
+            assert float(order) == pytest.approx(expected[int(pose)][0])
+            assert float(value.replace("−", "-")) == pytest.approx(expected[int(pose)][1], rel=6e-3)
+
+
+def test_bars_of_the_errors_have_one_scale(found: Diagnosis, page: str) -> None:
+    """The four bars of errors, all in millimetres, are as long as their numbers say, to a pixel or so."""
+    residual = found.to_mapping()["residual"]
+    keys = [(w, k) for k in ("held_out_rms_mm", "held_out_max_mm") for w in ("before", "after")]
+    values = np.array([residual[w][k] for w, k in keys])
+    widths = np.array(
+        [float(w) for w in re.findall(r'<i class="(?:before|after)" style="width:([\d.]+)%"', page)]
+    )
+    np.testing.assert_allclose(widths / widths.max(), values / values.max(), atol=0.002)
 
 
 def test_page_is_well_formed(page: str) -> None:
@@ -134,6 +176,7 @@ def test_page_is_well_formed(page: str) -> None:
     parser = structure(page)
     assert parser.balanced and not parser.open
     pictures = re.findall(r'<svg viewBox="0 0 \d{3} .*?</svg>', page, re.DOTALL)
+    assert len(pictures) == page.count("<svg")
     assert len(pictures) >= 4
     for picture in pictures:
         root = ElementTree.fromstring(picture)
@@ -240,19 +283,6 @@ def test_terminal_summary_is_short_and_plain(found: Diagnosis, nothing: Diagnosi
         assert text.isascii()
 
 
-@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6), st.integers(3, 8), st.booleans())
-def test_ticks_are_even_and_inside(low: float, span: float, count: int, angle: bool) -> None:
-    """Ticks are multiples of one step within the range, about as many as asked, and no two have the same
-    label."""
-    span = max(span, abs(low) * 1e-6)
-    ticks = nice_ticks(low, low + span, count, angle)
-    assert np.all(ticks >= low - 1e-6 * span) and np.all(ticks <= low + span * (1 + 1e-6))
-    if len(ticks) > 1:
-        np.testing.assert_allclose(np.diff(ticks), ticks[1] - ticks[0], rtol=1e-5)
-        assert len(set(tick_labels(ticks))) == len(ticks)
-    assert angle or count / 2.5 - 1 <= len(ticks) <= 2.5 * count + 1
-
-
 @given(st.floats(-1e12, 1e12, allow_nan=False), st.integers(2, 6))
 def test_numbers_read_back(value: float, digits: int) -> None:
     """A number that is written for people is the number, to the digits that are shown."""
@@ -264,19 +294,3 @@ def test_numbers_read_back(value: float, digits: int) -> None:
     else:
         back = float(text)
     assert back == pytest.approx(value, rel=0.6 * 10.0 ** (1 - digits))
-
-
-@given(st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=30))
-def test_range_holds_what_it_is_of(values: list[float]) -> None:
-    """A range of all values holds each of them strictly, even where all are the same."""
-    low, high = range_of([np.array(values)])
-    assert low < min(values) and max(values) < high
-
-
-def test_panel_draws_only_what_lies_inside_and_escapes_words() -> None:
-    """Dots beyond the axes or not finite are left out and counted; labels cannot open a tag."""
-    panel = Panel((0.0, 1.0), (0.0, 1.0), title=HOSTILE, x_label=HOSTILE_PLANE, y_label="<b>")
-    assert panel.dots(np.array([0.5, 2.0, np.nan]), np.array([0.5, 0.5, 0.5]), "dot") == 2
-    root = ElementTree.fromstring(panel.markup(HOSTILE_PLANE))
-    assert root.get("aria-label") == HOSTILE_PLANE
-    assert not root.findall(".//script") and not root.findall(".//b")

@@ -1,0 +1,74 @@
+"""Axes in the units that people read: labels, values, ranges, and what a dot says of its pose."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from scalar.diagnosis.profiles import Axis
+from scalar.geometry.se3 import Array
+from scalar.report.words import number
+from scalar.units import DEG, MM
+
+_UNITS = {
+    "rad": (DEG, "°"),
+    "m": (MM, "mm"),
+    "m/m": (MM, "mm per m"),
+    "s": (1.0, "s"),
+    "degC": (1.0, "°C"),
+    "1": (1.0, ""),
+    "": (1.0, ""),
+}
+
+
+def unit_of(axis: Axis) -> str:
+    """Return the unit that the values of an axis are shown in; empty where they have none."""
+    return _UNITS[axis.unit][1]
+
+
+def in_words(axis: Axis) -> str:
+    """Return an axis label with its unit."""
+    return f"{axis.label} [{unit_of(axis)}]" if unit_of(axis) else axis.label
+
+
+def shown(axis: Axis, values: Array) -> Array:
+    """Return values in the unit that they are shown in."""
+    return np.asarray(values, dtype=float) / _UNITS[axis.unit][0]
+
+
+def dot_titles(poses: Array, where: Sequence[tuple[Axis, Array]], axis: Axis, values: Array) -> list[str]:
+    """Return what each dot says when it is pointed at: pose, place, value, in the units of the axes.
+
+    Args:
+        poses: ``(N,)``, the identifier of each dot's pose.
+        where: The axes of the place and ``(N,)`` values along them, as shown.
+        axis: Of the value.
+        values: ``(N,)``, as shown.
+    """
+    places = zip(*([_written(a, v) for v in column] for a, column in where), strict=True)
+    return [
+        f"pose {pose} at {', '.join(place)}: {_written(axis, value)}"
+        for pose, place, value in zip(poses, places, values, strict=True)
+    ]
+
+
+def _written(axis: Axis, value: float) -> str:
+    unit = unit_of(axis)
+    if axis.label == "order of acquisition":
+        return f"order {value:g}"
+    return f"{number(float(value))}{'' if unit in ('', '°') else ' '}{unit}"
+
+
+def range_of(values: Sequence[Array], share: float = 1.0, around_zero: bool = False) -> tuple[float, float]:
+    """Return a range that holds a share of all finite values, with a margin; about zero where asked."""
+    pool = np.concatenate([np.asarray(v, dtype=float).ravel() for v in values])
+    pool = pool[np.isfinite(pool)]
+    if not len(pool):
+        return -1.0, 1.0
+    tail = (1.0 - share) / 2
+    low, high = (float(v) for v in np.quantile(pool, [tail, 1.0 - tail]))
+    if around_zero:
+        low, high = min(low, 0.0), max(high, 0.0)
+    margin = 0.06 * (high - low) or max(abs(high), 1e-12) * 0.1
+    return low - margin, high + margin
