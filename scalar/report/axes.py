@@ -53,11 +53,14 @@ def dot_titles(poses: Array, where: Sequence[tuple[Axis, Array]], axis: Axis, va
     ]
 
 
-def _written(axis: Axis, value: float) -> str:
+def with_unit(axis: Axis, value: float, digits: int = 3) -> str:
+    """Return a value, in the unit that it is shown in, with that unit."""
     unit = unit_of(axis)
-    if axis.label == "order of acquisition":
-        return f"order {value:g}"
-    return f"{number(float(value))}{'' if unit in ('', '°') else ' '}{unit}"
+    return f"{number(float(value), digits)}{'' if unit in ('', '°') else ' '}{unit}"
+
+
+def _written(axis: Axis, value: float) -> str:
+    return f"order {value:g}" if axis.label == "order of acquisition" else with_unit(axis, value)
 
 
 def range_of(values: Sequence[Array], share: float = 1.0, around_zero: bool = False) -> tuple[float, float]:

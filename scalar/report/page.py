@@ -57,7 +57,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": mapping["verdict"],
         "headline": VERDICTS[mapping["verdict"]],
         "sentence": _sentence(mapping, effects),
-        "errors": _errors(mapping),
+        "errors": _errors(mapping, bool(diagnosis.findings)),
         "effects": effects,
         "residuals": draw_residuals(diagnosis.before, diagnosis.after, most),
         "ranking": _ranking(diagnosis),
@@ -101,7 +101,7 @@ def _sentence(mapping: Mapping[str, Any], effects: list[dict[str, Any]]) -> str:
     opening = words.capital(words.listed(texts))
     if all(e["is_noise"] for e in effects):
         held = f"On poses held out from the fit the error is {words.number(after)} mm; {level}."
-        return f"{opening}: {effects[0]['text']}. {held}"
+        return f"{opening}. {words.capital(effects[0]['text'])}. {held}"
     change = "falls" if after < before else "changes"
     return (
         f"{opening}. With {'this' if len(effects) == 1 else 'these'} in the model, the error on poses "
@@ -109,12 +109,13 @@ def _sentence(mapping: Mapping[str, Any], effects: list[dict[str, Any]]) -> str:
     )
 
 
-def _errors(mapping: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the bars of the errors: all are lengths, and all have one scale."""
+def _errors(mapping: Mapping[str, Any], changed: bool) -> dict[str, Any]:
+    """Return the bars of the errors: all are lengths, and all have one scale; one bar a row where nothing
+    was added to the model."""
     residual = mapping["residual"]
     floor = residual["floor_mm"]
     errors = {
-        label: [(when, residual[when][key]) for when in ("before", "after")]
+        label: [(when, residual[when][key]) for when in (("before", "after") if changed else ("after",))]
         for label, key in (("root mean square", "held_out_rms_mm"), ("worst pose", "held_out_max_mm"))
     }
     scale = 1.04 * max([floor, *(value for bars in errors.values() for _, value in bars)])
@@ -124,7 +125,12 @@ def _errors(mapping: Mapping[str, Any]) -> dict[str, Any]:
             {
                 "label": label,
                 "bars": [
-                    {"when": when, "text": words.number(value), "percent": _percent(value, scale)}
+                    {
+                        "when": when,
+                        "label": when if changed else "",
+                        "text": words.number(value),
+                        "percent": _percent(value, scale),
+                    }
                     for when, value in bars
                 ],
             }
@@ -199,7 +205,7 @@ def _confounded(diagnosis: Diagnosis, index: int, finding: Finding) -> dict[str,
 def _of_spread(diagnosis: Diagnosis) -> str:
     """Return why what poses spread by is no noise; empty where it is."""
     if diagnosis.exceeds_any_repeatability:
-        return "the poses scatter by more than the repeatability of any arm, and no candidate explains it: something acts on them"
+        return "the poses scatter by more than the repeatability of any arm, and no effect was found that explains it: something acts on them"
     if diagnosis.depends_on:
         along = words.listed([words.column(name) for name in diagnosis.depends_on])
         return f"the errors of poses follow {along}, as noise does not: something acts on the poses"
@@ -286,9 +292,10 @@ def _silent(diagnosis: Diagnosis) -> list[dict[str, str]]:
 def _noise(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> dict[str, Any]:
     noise = mapping["noise"]
     stated = diagnosis.dataset.sensor.noise
+    between = noise["between_scans_mm"]
     return {
         "within": words.number(noise["within_scan_mm"]),
-        "between": words.number(noise["between_scans_mm"], 2),
+        "between": f"{words.number(between, 2)} mm" if between > 0 else "",
         "source": "as the dataset states it" if stated is not None else "as these data show it",
         "scans": diagnosis.dataset.sensor.kind == "line-laser",
     }

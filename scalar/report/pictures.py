@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from scalar.diagnosis.profiles import Axis, Map, Profile
 from scalar.geometry.se3 import Array
-from scalar.report.axes import dot_titles, in_words, range_of, shown, unit_of
+from scalar.report.axes import dot_titles, in_words, range_of, shown, with_unit
 from scalar.report.panel import Panel
 from scalar.report.thinning import in_caption, thinned
 
@@ -217,7 +217,7 @@ def _draw_map(trace: Map, poses: Array, most: int) -> Pair:
         panels[1].markup(f"{what}, with the effect: what remains"),
         sentences(
             f"{what}.",
-            f"The larger the area, the larger the value; the largest are {largest:.2g} {unit_of(trace.y_axis)}.",
+            f"The larger the area, the larger the value; the largest are {with_unit(trace.y_axis, largest, 2)}.",
             trace.note,
             in_caption(int(some.sum()), len(some)),
         ),

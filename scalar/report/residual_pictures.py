@@ -19,7 +19,8 @@ _SHAPES = (
     ("x", "×"),
 )  # of planes: as Matplotlib and as the key draws them
 _SERIES = ("blue", "orange", "green", "purple")
-_SMALLEST_REACH, _LARGEST_REACH = 3.5, 12.0  # of a histogram, in standard deviations
+_SMALLEST_REACH, _LARGEST_REACH = 3.5, 40.0  # of a histogram, in standard deviations
+_BINS = 60  # of a histogram
 _HEIGHT_OVER_PLANE = {
     "line-laser": "mean height of a scan over its plane",
     "probe": "height of a contact over its plane",
@@ -73,11 +74,12 @@ def draw_scatter(before: Array, after: Array, random: bool) -> Pair:
         after: ``(K,)``, in those of the noise with the variance component.
         random: Whether the scatter is noise; else it is only drawn as though it were.
     """
-    reach = float(np.clip(np.quantile(np.abs(before), 0.995), _SMALLEST_REACH, _LARGEST_REACH))
-    edges = np.linspace(-reach, reach, 41)
+    reach = float(np.clip(np.quantile(np.abs(before), 0.98), _SMALLEST_REACH, _LARGEST_REACH))
+    edges = np.linspace(-reach, reach, _BINS + 1)
     heights = [np.histogram(values, edges, density=True)[0] for values in (before, after)]
+    beyond = int(np.count_nonzero(np.abs(before) > reach))
     top = 1.1 * max(0.4, *(float(h.max()) for h in heights))
-    x = np.linspace(-reach, reach, 161)
+    x = np.linspace(-reach, reach, 401)
     panels = []
     for title, h in zip(TITLES, heights, strict=True):
         x_axis, y_axis = Axis("residual, standard deviations", ""), Axis("density", "")
@@ -92,6 +94,7 @@ def draw_scatter(before: Array, after: Array, random: bool) -> Pair:
         sentences(
             f"{what}.",
             "Where the noise explains the residual, the bars follow the curve.",
+            f"Beyond the axes: {beyond} of {before.size} residuals without the effect." if beyond else "",
             "" if random else "The scatter is drawn here as though it were random, which it is not.",
         ),
         (("■", "fill", "what was measured"), ("━", "orange", "what the noise explains")),

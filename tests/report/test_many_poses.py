@@ -1,0 +1,61 @@
+"""A report of very many poses: it is drawn, opens, and stays small."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from scalar.diagnosis import Diagnosis
+from scalar.diagnosis.fitted_state import refit
+from scalar.diagnosis.hold_out import held_out_errors
+from scalar.diagnosis.result import Finding
+from scalar.effects.joints import JointHarmonic
+from scalar.estimation.conclude import conclude
+from scalar.estimation.geometry_fit import geometry_fit
+from scalar.estimation.gross_errors import clean
+from scalar.estimation.joint_fit import fit_from
+from scalar.report import render_report
+from tests.helpers import make_scene
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("poses", [3_000, 12_000])
+def test_a_report_of_many_tracked_poses_stays_below_three_megabytes(poses: int) -> None:
+    """Thousands of tracked poses and an effect give a page of less than 3 MB, whose captions say what is not
+    drawn. The diagnosis is put together from its parts: the search would take minutes."""
+    dataset = make_scene(kind="tracker", seed=1, poses_per_plane=poses // 3).dataset
+    cleaned = clean(dataset)
+    model, prepared = geometry_fit(cleaned.dataset)
+    before = refit(cleaned.dataset, model, prepared.free, ())
+    after = refit(
+        cleaned.dataset, before.model, prepared.free, (JointHarmonic(2, (3,)), JointHarmonic(3, (4,)))
+    )
+    calibrations = [
+        conclude(cleaned.dataset, prepared, *fit_from(cleaned.dataset, state.model, state.free))
+        for state in (before, after)
+    ]
+    errors = [held_out_errors(state) for state in (before, after)]
+    effects = calibrations[1].model.effects
+    page = render_report(
+        Diagnosis(
+            dataset=dataset,
+            cleaned=cleaned,
+            before=before,
+            after=after,
+            held_out_before=errors[0],
+            held_out_after=errors[1],
+            calibration_before=calibrations[0],
+            calibration_after=calibrations[1],
+            findings=tuple(Finding(effect, 1e-9, *errors, (), 0.9) for effect in effects),
+            noise=(),
+            depends_on=(),
+            unobservable=(),
+            ranking=(),
+        )
+    )
+    assert f"{poses} poses" in page
+    assert len(page.encode()) < 3e6
+    drawn = {int(n): int(count) for n, count in re.findall(r"(\d+) of (\d+) values are drawn", page)}
+    assert all(count > n for n, count in drawn.items())
+    assert bool(drawn) == (poses > 3_000)
