@@ -1,5 +1,6 @@
 # make            set up .venv, then run the main job: snakemake --cores 2
-# make test       set up .venv, then run the tests
+# make test       set up .venv, then run the tests, a file at a time on each core
+# make test-kernels   the tests four times, with the arithmetic of four processors
 # make env        set up .venv alone; nothing is done if it is up to date
 # make lint       ruff, pyright, snakefmt        make format   let ruff and snakefmt rewrite
 # make bench      the side-by-side figures       make lock     resolve the requirements again
@@ -10,7 +11,7 @@
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all env test lint format bench lock clean readme-figures
+.PHONY: all env test test-kernels lint format bench lock clean readme-figures
 
 SHELL := /bin/sh
 CORES ?= 2
@@ -73,8 +74,14 @@ $(COMPILED): $(INSTALLED) $(SOURCES)
 all: env
 	$(RUN) snakemake --cores $(CORES)
 
+# A file stays in one process, so that what its tests share is made once.
+PARALLEL = -n $(CORES) --dist loadfile --no-loadscope-reorder
+
 test: env
-	$(RUN) python -m pytest $(PYTEST_ARGS)
+	$(RUN) python -m pytest $(PARALLEL) $(PYTEST_ARGS)
+
+test-kernels: env
+	$(RUN) python -m tests.all_kernels $(PARALLEL) $(PYTEST_ARGS)
 
 lint: env
 	$(RUN) ruff check .

@@ -5,6 +5,8 @@ import os
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[variable] = "1"  # same seed, same bytes, on one core or two
 os.environ["MPLBACKEND"] = "Agg"  # no test opens a window
+# Many tests start Python again, a workflow some hundred times: each would compile all imports anew.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 from hypothesis import settings  # noqa: E402
 
@@ -13,3 +15,9 @@ from hypothesis import settings  # noqa: E402
 settings.register_profile("by-hand", deadline=None, print_blob=True)
 settings.register_profile("ci", parent=settings.get_profile("by-hand"), derandomize=True, database=None)
 settings.load_profile("ci" if os.environ.get("CI") else "by-hand")
+
+
+def pytest_collection_modifyitems(items):
+    """Put files with slow tests first: where two workers share the files, neither is left alone with a long one at the end."""
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)

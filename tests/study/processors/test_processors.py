@@ -1,0 +1,83 @@
+"""One machine imitates several processors, and what is compared between them is what the tables hold."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+from study.headline.evaluate import ERROR_COLUMNS
+from study.headline.summary import QUANTITIES
+from study.processors.compare import COMPARED, compare_processors, processor_numbers, relative_range
+from study.processors.kernels import KERNELS, environment
+
+REPORT = """
+import hashlib, numpy as np
+from study.processors.kernels import kernels_in_use
+a = np.random.default_rng(0).standard_normal((300, 300))
+print(",".join(sorted(kernels_in_use())), hashlib.sha256((a @ a).tobytes() + np.exp(a).tobytes()).hexdigest())
+"""
+
+
+def report(name: str) -> tuple[set[str], str]:
+    """Return which kernels OpenBLAS runs in a process made for a processor, and a checksum of its arithmetic."""
+    ran = subprocess.run(
+        [sys.executable, "-c", REPORT], env=environment(name), capture_output=True, text=True, check=True
+    )
+    kernels, checksum = ran.stdout.split()
+    return set(kernels.split(",")), checksum
+
+
+def test_every_library_takes_the_kernels_that_are_asked_for():
+    """NumPy's OpenBLAS and SciPy's both do, and the results differ in their bits: the imitation has an effect. What the
+    machine itself cannot run is left out, Prescott's, which any x86 can, never.
+    """
+    found = {name: report(name) for name in KERNELS}
+    possible = {name: checksum for name, (used, checksum) in found.items() if used <= KERNELS[name].names}
+    assert "Prescott" in possible
+    if "Haswell" in possible:
+        assert possible["Haswell"] != possible["Prescott"]
+        assert possible["Haswell"] == possible["Zen"]
+    if "SkylakeX" in possible:
+        assert len(set(possible.values())) == 3
+
+
+def errors(factor: np.ndarray, status: str = "converged") -> pd.DataFrame:
+    """Return errors.csv of one method whose every quantity is 2 times a factor a seed ``(S,)``."""
+    rows = [
+        {"case": "a", "seed": seed, "method": "manifold", "status": status, "alignment": alignment}
+        | dict.fromkeys(COMPARED, 2.0 * value if alignment == "raw" else 1.0 / value)
+        for seed, value in enumerate(factor)
+        for alignment in ("raw", "aligned")
+    ]
+    return pd.DataFrame(rows).reindex(columns=list(ERROR_COLUMNS))
+
+
+def test_a_difference_is_the_range_over_the_mean():
+    """Of two processors whose errors differ by 10 % in one of four seeds: 10 % of that seed, a quarter of the mean over
+    seeds, nothing in the median seed; a status that differs is counted.
+    """
+    low, high = np.array([1.0, 1.0, 1.0, 0.95]), np.array([1.0, 1.0, 1.0, 1.05])
+    tables = {"one": errors(low), "two": errors(high, "capped")}
+    table = compare_processors(tables).set_index("quantity")
+    assert set(table.index) == set(COMPARED)
+    for quantity in COMPARED:
+        row = table.loc[quantity]
+        assert row["single_seed"] == pytest.approx(0.1)
+        assert row["mean"] == pytest.approx(0.025)
+        assert row["median_seed"] == 0.0
+        assert (row["seeds"], row["seeds_differing"], row["status_differing"]) == (4, 1, 4)
+    numbers = processor_numbers(tables, compare_processors(tables))
+    assert (numbers["different"], numbers["seeds"]) == (2, 4)
+    assert numbers["methods"]["manifold"]["converged"] == 0
+    assert {name.rsplit("_", 1)[0] for name in QUANTITIES} <= set(numbers["methods"]["manifold"])
+
+
+def test_the_same_results_do_not_differ():
+    """Processors with the same kernels differ by exactly nothing, zeros included, and count as one."""
+    factor = np.array([0.0, 1.0, 3.0])
+    tables = {"one": errors(factor + 1.0), "two": errors(factor + 1.0)}
+    compared = compare_processors(tables)
+    assert (compared[["mean", "single_seed", "seeds_differing", "status_differing"]] == 0).all(axis=None)
+    assert processor_numbers(tables, compared)["different"] == 1
+    np.testing.assert_array_equal(relative_range(np.array([[0.0, 0.0], [1.0, 3.0]])), [0.0, 1.0])

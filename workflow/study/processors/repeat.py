@@ -1,0 +1,71 @@
+"""Repeat calibrations and their evaluation with the arithmetic of another processor, in a process of its own.
+
+Left out: the simulation, whose measured points are the same bytes with all kernels.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from study.processors.kernels import KERNELS, environment, kernels_in_use
+
+
+def repeat_on(
+    kernels: str, case: str, data_dirs: Sequence[str | Path], methods: Sequence[str], out: str | Path
+) -> None:
+    """Write errors.csv of all seeds and methods, calibrated and evaluated in a process with the kernels of a processor.
+
+    Args:
+        kernels: A key of ``KERNELS``.
+        case: Name of the datasets' case.
+        data_dirs: As ``simulate_seeds`` wrote them.
+        methods: Names of ``study.common.methods.METHODS``.
+        out: The table, columns of ``study.headline.evaluate.ERROR_COLUMNS``.
+
+    Raises:
+        subprocess.CalledProcessError: The process failed, for instance since this machine cannot run the kernels.
+    """
+    command = [
+        sys.executable,
+        "-m",
+        "study.processors.repeat",
+        kernels,
+        case,
+        ",".join(methods),
+        str(out),
+        *map(str, data_dirs),
+    ]
+    print(f"{kernels}: {len(methods)} methods", flush=True)
+    subprocess.run(command, env=environment(kernels), check=True, stdout=sys.stdout, stderr=sys.stderr)
+
+
+def _repeat(kernels: str, case: str, methods: Sequence[str], out: str, data_dirs: Sequence[str]) -> None:
+    """Calibrate and evaluate in this process, whose environment has chosen the kernels."""
+    from study.common.tables import write_table
+    from study.headline.calibrate import calibrate_seeds
+    from study.headline.evaluate import evaluate_seeds
+
+    used = kernels_in_use()
+    if not used or not used <= KERNELS[kernels].names:
+        sys.exit(
+            f"{kernels}: this machine runs the kernels {', '.join(sorted(used)) or 'of no OpenBLAS'} instead"
+        )
+    tables = []
+    for data in data_dirs:
+        with tempfile.TemporaryDirectory(prefix="processors-") as folder:
+            calibrations = {method: f"{folder}/{method}" for method in methods}
+            for method, place in calibrations.items():
+                calibrate_seeds(data, method, place)
+            tables.append(evaluate_seeds(case, data, calibrations).errors)
+    write_table(out, pd.concat(tables, ignore_index=True), digits=17)
+
+
+if __name__ == "__main__":
+    name, case_name, names, table_path, *folders = sys.argv[1:]
+    _repeat(name, case_name, names.split(","), table_path, folders)
