@@ -40,6 +40,10 @@ if (MEASURED_SUMMARIES / "numbers.json").exists():
     for name in MEASURED_FIGURES:
         PAPER_FIGURES[f"measured/{name}.svg"] = f"{RESULTS}/paper/measured/{name}.svg"
 
+PROCESSORS_SUMMARY = PAPER / "summaries/processors/numbers.json"
+if PROCESSORS_SUMMARY.exists():
+    PAPER_NUMBERS["processors"] = local(PROCESSORS_SUMMARY)
+
 
 use rule draw_measured as draw_committed_measured with:
     input:

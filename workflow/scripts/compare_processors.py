@@ -9,5 +9,5 @@ with logged(snakemake.log):
 
     tables = dict(zip(snakemake.params.names, map(read_table, snakemake.input.tables), strict=True))
     compared = compare_processors(tables)
-    write_table(snakemake.output.table, compared, digits=3)
+    write_table(snakemake.output.table, compared)
     write_json(snakemake.output.numbers, processor_numbers(tables, compared))

@@ -75,7 +75,7 @@ def processor_numbers(tables: Mapping[str, pd.DataFrame], compared: pd.DataFrame
     for method, rows in compared.groupby("method", sort=False):
         entries: Any = rows.to_dict("records")
         methods[str(method)] = {
-            entry["quantity"].rsplit("_", 1)[0] if entry["quantity"] in QUANTITIES else entry["quantity"]: {
+            _unitless(entry["quantity"]): {
                 name: entry[name]
                 for name in ("mean", "single_seed", "median_seed", "seeds_differing", "status_differing")
             }
@@ -89,6 +89,12 @@ def processor_numbers(tables: Mapping[str, pd.DataFrame], compared: pd.DataFrame
         "seeds": len(set(first["seed"])),
         "methods": methods,
     }
+
+
+def _unitless(quantity: str) -> str:
+    """Return a quantity's name without its unit: its differences are shares and have none."""
+    stem, _, unit = quantity.rpartition("_")
+    return stem if unit in ("mm", "deg") else quantity
 
 
 def _converged(table: pd.DataFrame, method: str) -> int:
