@@ -87,18 +87,6 @@ def test_only_the_simulator_names_pybullet() -> None:
     assert offenders == []
 
 
-def test_the_simulator_shares_no_model_with_the_estimator() -> None:
-    """No inverse crime: of scalar the simulator imports itself, units, errors and file formats alone."""
-    shared = ("scalar.__version__", "scalar.data", "scalar.errors", "scalar.simulation", "scalar.units")
-    offenders = {
-        f"{path.relative_to(ROOT)}: {name}"
-        for path in python_files("scalar/simulation")
-        for name in imported_names(path)
-        if name.startswith("scalar.") and not name.startswith(shared)
-    }
-    assert offenders == set()
-
-
 def test_versions_agree() -> None:
     """scalar.__version__ is the source; pyproject reads it, CITATION.cff and CHANGELOG.md agree."""
     assert PYPROJECT["project"]["dynamic"] == ["version"]

@@ -18,7 +18,7 @@ import jsonschema
 
 from scalar.data.io.plain_yaml import join_path, load_yaml
 from scalar.errors import Fault, InvalidInput
-from scalar.simulation.injected.checks import injected_faults
+from scalar.simulation.injected_checks import injected_faults
 
 ROBOT_PARAMETERS = ("a", "d", "alpha", "theta", "beta")
 LENGTHS = ("a", "d")

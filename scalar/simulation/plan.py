@@ -19,7 +19,7 @@ from scalar.simulation.scanner import Scanner, scanner_from_mapping
 from scalar.simulation.streams import POSES, TRUE_ARM, WEIGHTS, stream
 from scalar.simulation.target_planes import TargetPlane, target_plane_from_mapping
 from scalar.simulation.transforms import Array
-from scalar.simulation.weights import draw_weights
+from scalar.simulation.weight_guess import draw_weights
 from scalar.simulation.world import World
 from scalar.units import DEG
 

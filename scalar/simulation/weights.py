@@ -1,26 +1,8 @@
-"""What the arm weighs: masses and centres of mass of its links, which sag and tilt need and no dataset tells.
+"""Masses and centres of mass of an arm's links, which sag and tilt need."""
 
-No maker states them, so each link is guessed from its piece of skeleton: a housing of `HOUSING` a metre and a
-drive of `DRIVE`, both lighter towards the wrist, its centre half-way along and a little beside it, drawn. A
-UR10e comes to 37 kg this way (33.5 in its data sheet), a Panda to 32 (18), a VS060 to 27 (27). A config may
-state all of these.
-"""
-
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from scalar.simulation.transforms import Array
-
-if TYPE_CHECKING:
-    from scalar.simulation.arm import Arm
-
-HOUSING = 12.0  # kg/m of skeleton, before the taper
-DRIVE = 3.0  # kg a link, before the taper
-TAPER = (1.3, 0.5)  # of the first link and of the last
-BESIDE = 0.02  # m; standard deviation of each coordinate of a centre of mass
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,26 +17,3 @@ class Weights:
     masses: Array
     centres: Array
     sensor: float
-
-
-def draw_weights(arm: "Arm", block: Mapping[str, Any], rng: np.random.Generator) -> Weights:
-    """Return the weights of the config's `masses` block, with guesses for what it leaves out."""
-    n = arm.n
-    ends = [np.array([arm.a[i + 1], 0.0, 0.0]) for i in range(n - 1)] + [arm.T_n_flange[:3, 3]]
-    tips = [arm.joint_origin(i + 1)[:3, 3] for i in range(n - 1)] + [arm.T_n_flange[:3, 3]]
-    lengths = np.array([_norm(e) + _norm(t - e) for e, t in zip(ends, tips, strict=True)])
-    middles = [
-        (_norm(e) * e / 2 + _norm(t - e) * (e + t) / 2) / max(_norm(e) + _norm(t - e), 1e-9)
-        for e, t in zip(ends, tips, strict=True)
-    ]
-    masses = np.linspace(*TAPER, n) * (HOUSING * lengths + DRIVE)
-    centres = np.array(middles) + BESIDE * rng.standard_normal((n, 3))
-    if block["links_kg"] is not None:
-        masses = np.array(block["links_kg"], float)
-    if block["centres_m"] is not None:
-        centres = np.array(block["centres_m"], float)
-    return Weights(masses, centres, float(block["sensor_kg"]))
-
-
-def _norm(vector: Array) -> float:
-    return float(np.linalg.norm(vector))

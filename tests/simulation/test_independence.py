@@ -29,10 +29,3 @@ def test_the_simulator_imports_nothing_of_the_estimator():
     for path in FOLDER.rglob("*.py"):
         ours = {name for name in imported(path) if name == "." or name.split(".")[0] == "scalar"}
         assert {name for name in ours if not name.startswith("scalar.simulation")} <= ALLOWED, path.name
-
-
-def test_pybullet_stays_inside():
-    """Calibrating one's own data needs no pybullet: no file outside the simulator imports it."""
-    for path in FOLDER.parent.rglob("*.py"):
-        if not path.is_relative_to(FOLDER):
-            assert "pybullet" not in set(imported(path)), path
