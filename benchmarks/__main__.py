@@ -16,13 +16,13 @@ from benchmarks.scenes import paper_scene, repeated  # noqa: E402
 from benchmarks.start_up import start_up  # noqa: E402
 from benchmarks.timing import Times, interleaved, ratio  # noqa: E402
 from scalar.estimation.calibrate import calibrate  # noqa: E402
+from scalar.units import MS  # noqa: E402
 
 YARDSTICK = "lmfit, finite differences, all points"
 WHOLE = "scalar calibrate: guess, SVD, reweighting, fit"
 TARGET = 20.0
 POINTS = (10, 100, 1000)
 LARGE = 100  # times 120 poses
-MS = 1e-3
 
 
 def row(name: str, times: Times, yardstick: Times, result: Result, best: Result) -> str:

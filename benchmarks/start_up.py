@@ -11,9 +11,9 @@ from pathlib import Path
 
 from benchmarks.scenes import write_paper_scene
 from benchmarks.timing import interleaved, ratio
+from scalar.units import MS
 
 YARDSTICK = "python -c 'import numpy, pandas'"
-MS = 1e-3
 
 
 def start_up(rounds: int) -> None:

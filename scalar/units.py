@@ -2,13 +2,19 @@
 
 Inside, everything is in metres, radians, seconds and float64. Multiply by a constant of this module to enter
 SI, divide by it to leave: ``0.1 * MM`` is a tenth of a millimetre in metres, ``angle / DEG`` an angle
-in degrees. This is the only file in which these numbers stand.
+in degrees. These numbers stand in this file only; a test looks for them elsewhere.
 """
 
 import math
 
 MM = 1e-3
 """One millimetre [m]."""
+
+UM = 1e-6
+"""One micrometre [m]."""
+
+MS = 1e-3
+"""One millisecond [s]."""
 
 DEG = math.pi / 180.0
 """One degree [rad]."""

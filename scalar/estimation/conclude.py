@@ -19,6 +19,7 @@ from scalar.estimation.setup.plausibility import implausible
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array
 from scalar.sensors.line_laser import LineLaser
+from scalar.units import DEG, MM
 
 MISFIT_P_VALUE = 1e-3  # a residual less likely than this under the noise says that the model lacks something
 
@@ -163,15 +164,14 @@ def _check_plausible(model: Model) -> None:
     change = np.abs(model.robot.geometry - model.nominal.geometry)
     reasons = []
     for k, kind in enumerate(GEOMETRY):
-        bound, unit, factor = (
-            (_LARGEST_LENGTH_CHANGE, "mm", 1e3)
-            if kind in ("a", "d")
-            else (_LARGEST_ANGLE_CHANGE, "deg", 180 / np.pi)
+        is_length = kind in LENGTHS
+        bound, unit, name = (
+            (_LARGEST_LENGTH_CHANGE, MM, "mm") if is_length else (_LARGEST_ANGLE_CHANGE, DEG, "deg")
         )
         for i in np.flatnonzero(change[k] > bound):
             reasons.append(
-                f"{kind}_{i + 1} ran {change[k, i] * factor:.0f} {unit} away from its nominal value, past the bound of "
-                f"{bound * factor:.0f} {unit}: the poses hardly see it, or the nominal robot is not this one"
+                f"{kind}_{i + 1} ran {change[k, i] / unit:.0f} {name} away from its nominal value, past the bound of "
+                f"{bound / unit:.0f} {name}: the poses hardly determine it, or the nominal robot is another one; check robot.joints in dataset.yaml"
             )
     if reasons:
         raise Undetermined(reasons)

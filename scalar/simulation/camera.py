@@ -6,6 +6,7 @@ import numpy as np
 import pybullet
 
 from scalar.simulation.transforms import Array
+from scalar.units import DEG
 
 FIELD_OF_VIEW_DEG = 24.0
 NEAREST, FARTHEST = 0.3, 3.0  # that is drawn, in distances of the camera
@@ -40,9 +41,7 @@ class Camera:
             camera = cls.of(target, towards, distance, width, height)
             seen = camera.pixels(points)
             off = (seen.min(0) + seen.max(0)) / 2 - [width / 2, height / 2]
-            pixel = (
-                2 * distance * np.tan(np.radians(FIELD_OF_VIEW_DEG) / 2) / height
-            )  # in metres, at the target
+            pixel = 2 * distance * np.tan(FIELD_OF_VIEW_DEG * DEG / 2) / height  # in metres, at the target
             target = target + camera.view[:2, :3].T @ (off * [pixel, -pixel])
             distance *= float((np.ptp(seen, axis=0) / [width, height]).max()) * MARGIN
         return cls.of(target, towards, distance, width, height)

@@ -19,6 +19,7 @@ from scalar.simulation.scene import SimulatedScene
 from scalar.simulation.shapes import Mesh, box, link_shapes, sheet, tube
 from scalar.simulation.transforms import Array, rotation_from_quaternion
 from scalar.simulation.world import World
+from scalar.units import DEG
 
 TARGET_PLANE_COLOURS = ((0.93, 0.94, 0.95), (0.80, 0.87, 0.94), (0.96, 0.90, 0.80))
 LINE_COLOURS = ((0.33, 0.36, 0.40), (0.16, 0.38, 0.62), (0.72, 0.45, 0.10))
@@ -71,7 +72,7 @@ def render_scene(
     """
     workcell = scene.workcell
     corners = np.concatenate([target_plane.solid()[0] for target_plane in workcell.target_planes])
-    azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
+    azimuth, elevation = azimuth_deg * DEG, elevation_deg * DEG
     towards = np.array([np.cos(azimuth), np.sin(azimuth), np.tan(elevation)])
     camera = Camera.fitted(corners, towards, width, height)
     ends = _scan_ends(scene)

@@ -16,12 +16,11 @@ from scalar.data.poses import Poses
 from scalar.effects.joints import JointHarmonic
 from scalar.estimation.result import Calibration
 from scalar.geometry.se3 import Array
-from scalar.units import DEG
+from scalar.units import DEG, MRAD
 
 STEP_DEG = 2.0
 NEAR = 3  # poses within half a step on each side, or within two steps, that make an angle one that was seen
 COLUMNS = ("joint", "angle_deg", "error_mrad", "std_mrad", "seen")
-_MRAD = 1e-3
 
 
 def gear_errors(found: Calibration, dataset: Dataset) -> pd.DataFrame:
@@ -40,8 +39,8 @@ def gear_errors(found: Calibration, dataset: Dataset) -> pd.DataFrame:
                 {
                     "joint": joint,
                     "angle_deg": angles,
-                    "error_mrad": error / _MRAD,
-                    "std_mrad": np.sqrt(variance) / _MRAD,
+                    "error_mrad": error / MRAD,
+                    "std_mrad": np.sqrt(variance) / MRAD,
                     "seen": _seen(dataset.q[:, joint - 1] / DEG, angles),
                 }
             )

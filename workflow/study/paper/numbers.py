@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from scalar.errors import Fault, InvalidInput
+from scalar.units import MM, MRAD
 
 MOST_DIGITS = 5  # significant ones that a text may ask for
 EXPONENT_BELOW, EXPONENT_FROM = 1e-4, 1e6  # outside them a number is written with a power of ten
@@ -29,7 +30,7 @@ UNITS = {
     "percent": "%",
 }
 """Last word of a name: what stands behind the number."""
-TO_PAPER = {"m": ("mm", 1e3), "rad": ("mrad", 1e3)}
+TO_PAPER = {"m": ("mm", 1 / MM), "rad": ("mrad", 1 / MRAD)}
 """Units in which nobody reads small errors, and what they become where the number is below a tenth."""
 POWER = "×10^"
 """Stands before the exponent of a number too small or too large to be written out; the text sets it as a power."""

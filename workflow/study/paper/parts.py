@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import asin, degrees, hypot
+from math import asin, hypot
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from scalar.effects.catalogue import CATALOGUE, MAX_ORDER, MAX_RIPPLE_ORDER
 from scalar.effects.unattributed import Unattributed
 from scalar.estimation import identifiability, outlying_points, pose_consistency
 from scalar.geometry import parallel_axes
-from scalar.units import MM
+from scalar.units import DEG, MM
 from study.common.methods import INITIAL, PROPOSED
 from study.common.statistics import BAND, QUANTITIES
 
@@ -67,7 +67,7 @@ def setup(scene: Path, tilted: Path, seeds: int) -> dict[str, Any]:
         "range_far_mm": far / MM,
         "incidence_deg": config["sensor"]["incidence_max_deg"],
         "wall_distance_m": config["planes"][1]["distance_m"],
-        "walls_lean_deg": max(degrees(asin(abs(n[2]) / hypot(*n))) for n in leaning),
+        "walls_lean_deg": max(asin(abs(n[2]) / hypot(*n)) for n in leaning) / DEG,
         "plane_offset_mm": config["plane_guess"]["offset_m"] / MM,
         "plane_tilt_deg": config["plane_guess"]["tilt_deg"],
         "length_error_mm": config["initial_model"]["length_std_m"] / MM,

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from scalar.units import MM, UM
 from study.plots.style import new_figure, numeral, styled
 
 _VIEWS = (("side", "distance from the base's axis [m]", "height [m]"), ("above", "x [m]", "y [m]"))
@@ -17,7 +18,6 @@ _STATES = (
     ("claimed_mm", "after, claimed by the covariance"),
 )
 _FEWEST = 3  # poses in a cell that is shown
-_PER_MM = 1000.0  # micrometres
 
 
 def draw_workspace(errors: pd.DataFrame, seeds: int) -> Figure:
@@ -36,7 +36,7 @@ def draw_workspace(errors: pd.DataFrame, seeds: int) -> Figure:
         after = _range(enough, ["after_mm", "claimed_mm"])
         for column, (state, title) in zip(axes.T, _STATES, strict=True):
             low, high = _range(enough, [state]) if state == "before_mm" else after
-            factor, unit = (1.0, "mm") if state == "before_mm" else (_PER_MM, "µm")
+            factor, unit = (1.0, "mm") if state == "before_mm" else (MM / UM, "µm")
             for ax, (view, across, up) in zip(column, _VIEWS, strict=True):
                 rows = enough[enough["view"] == view]
                 x, y, grid = _grid(rows, state)

@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from scalar.geometry.se3 import Array
+from scalar.units import MM, MRAD
 from study.common.methods import CONVERGED
 from study.common.statistics import QUANTITIES
 from study.published_curves.curves import Curves, Setting
@@ -46,9 +47,9 @@ STEPS = _doubling(1e-4, 7)
 MAGNITUDES = {
     "noise": Magnitude("noise", "factor", 1.0, _doubling(0.5, 6)),
     "shared": Magnitude("shared", "share", 1.0, _doubling(0.03125, 7)),
-    "scan": Magnitude("scan", "mm", 1e3, _doubling(5e-6, 8)),
-    "joint": Magnitude("joint", "mrad", 1e3, _doubling(5e-6, 8)),
-    "step": Magnitude("step", "mm", 1e3, STEPS),
+    "scan": Magnitude("scan", "mm", 1 / MM, _doubling(5e-6, 8)),
+    "joint": Magnitude("joint", "mrad", 1 / MRAD, _doubling(5e-6, 8)),
+    "step": Magnitude("step", "mm", 1 / MM, STEPS),
     "tolerance": Magnitude("tolerance", "relative", 1.0, tuple(0.9 * 4.0**k for k in range(-10, 1))),
     "iterations": Magnitude("iterations", "count", 1.0, tuple(float(k) for k in range(2, 16))),
 }
