@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import lmfit
 import numpy as np
 
-from scalar.baseline.fit import calibrate_published
+from scalar.baseline.fit import calibrate_baseline
 from scalar.data.dataset import Dataset
 from scalar.estimation.least_squares import Fit, fit
 from scalar.estimation.lmfit_parameters import from_lmfit, to_lmfit
@@ -81,7 +81,7 @@ class Contest:
     def published(self) -> Result:
         """As printed: 43 parameters, every point, finite differences, ``clip``; from the paper's start."""
         held = self.prepared.identifiability.fixed_names
-        found = calibrate_published(self.dataset, reading="clip", points="all", held=held)
+        found = calibrate_baseline(self.dataset, reading="clip", points="all", fixed=held)
         return self._result(found.model.vector, found.covariance, int(found.summary["evaluations"]))
 
     def _all_points(self, model: Model) -> np.ndarray:

@@ -1,6 +1,6 @@
-"""The paper's own way once more, for sweeps: the same finite differences, all of their columns at once.
+"""The baseline again, faster, for sweeps: the same finite differences, all of their columns at once.
 
-``calibrate_published`` leaves the derivatives to lmfit, which asks for the residual of all scans once for each
+``calibrate_baseline`` leaves the derivatives to lmfit, which asks for the residual of all scans once for each
 parameter. Here the same forward differences, with the step that lmfit asks of MINPACK, are asked for together: a plane
 is carried forward through the joints as a row ``(n, -d) T``, the scanner's axes backward, and a parameter's
 column needs its own link only. MINPACK then takes the steps it would have taken, and every column counts as an
@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import leastsq
 
-from scalar.baseline.fit import DEFAULTS, DH_KINDS, READINGS, SENSOR, Parameterisation, first_guess
+from scalar.baseline.fit import DEFAULTS, first_guess
+from scalar.baseline.parameterisation import DH_KINDS, READINGS, SENSOR, Parameterisation
 from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
 from scalar.geometry.robot import link_transforms
@@ -28,11 +29,11 @@ _CONTACT = [3, 0, 2]  # columns of a frame that meet a plane's row: the origin, 
 
 @dataclass(frozen=True, eq=False)
 class Ended:
-    """How a fit of the published way ended.
+    """How a fit of the baseline ended.
 
     Attributes:
         model: In reporting coordinates: at the optimum; at the last trial if capped; at the start if raised.
-        status: ``converged``, ``capped``, ``raised`` or ``stopped``, as ``calibrate_published`` has them.
+        status: ``converged``, ``capped``, ``raised`` or ``stopped``, as ``calibrate_baseline`` has them.
         evaluations: Of the residual, a column of the derivatives counted as one.
         rms: Root mean square distance of points and planes [m].
     """
@@ -51,15 +52,15 @@ class _NotANumber(Exception):
     pass
 
 
-def fit_published(
-    dataset: Dataset, reading: str, held: Sequence[str], max_nfev: int, defaults: str = "now"
+def fit_baseline(
+    dataset: Dataset, reading: str, fixed: Sequence[str], max_nfev: int, defaults: str = "now"
 ) -> Ended:
-    """Return where the published way ends on a dataset of line scans, from its own start.
+    """Return where the baseline ends on a dataset of line scans, from its own start.
 
     Args:
         dataset: What was measured.
-        reading: Of the constraints' root, a key of ``scalar.baseline.fit.READINGS``.
-        held: Names of parameters that stay at their nominal values.
+        reading: Of the constraints' root, a key of ``scalar.baseline.parameterisation.READINGS``.
+        fixed: Names of parameters that stay at their nominal values.
         max_nfev: Most evaluations of the residual.
         defaults: Of lmfit, a key of ``scalar.baseline.fit.DEFAULTS``.
 
@@ -71,7 +72,7 @@ def fit_published(
     start = how.values(first_guess(dataset, measurement, how.planes)[0])
     lmfit = DEFAULTS[defaults]
     step = float(np.sqrt(lmfit["epsfcn"]))
-    distances = Distances(how, dataset.q, measurement, start, held, reading, max_nfev, step)
+    distances = Distances(how, dataset.q, measurement, start, fixed, reading, max_nfev, step)
     x, status = start[distances.free], "stopped"
     with np.errstate(all="ignore"):
         try:
@@ -107,7 +108,7 @@ class Distances:
         q: Array,
         measurement: LineLaser,
         start: Array,
-        held: Sequence[str],
+        fixed: Sequence[str],
         reading: str,
         max_nfev: int,
         step: float,
@@ -127,7 +128,7 @@ class Distances:
         names = how.names
         stems = ("r", *(f"normal_{name}" for name in how.planes.names))
         self.thirds = np.array([names.index(f"{stem}_z") for stem in stems])
-        fixed = {*held, *(names[i] for i in self.thirds)}
+        fixed = {*fixed, *(names[i] for i in self.thirds)}
         self.free = np.array([i for i, name in enumerate(names) if name not in fixed])
         self.evaluations = 0
         self.latest = np.full(len(self.free), np.nan)

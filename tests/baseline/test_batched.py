@@ -9,8 +9,9 @@ import lmfit
 import numpy as np
 import pytest
 
-from scalar.baseline.batched import Distances, Ended, fit_published
-from scalar.baseline.fit import DEFAULTS, READINGS, Parameterisation, calibrate_published, first_guess
+from scalar.baseline.batched import Distances, Ended, fit_baseline
+from scalar.baseline.fit import DEFAULTS, calibrate_baseline, first_guess
+from scalar.baseline.parameterisation import READINGS, Parameterisation
 from scalar.sensors.line_laser import LineLaser
 from tests import helpers
 
@@ -69,8 +70,8 @@ def ends(upright, reading, defaults, nudge=0):
         last_bit = np.spacing(data.points) * rng.choice([-1.0, 0.0, 1.0], size=data.points.shape)
         data = replace(data, points=data.points + last_bit)
     held = helpers.PUBLISHED_HELD
-    theirs = calibrate_published(data, reading=reading, points="compressed", held=held, defaults=defaults)
-    return fit_published(data, reading, held, 5000, defaults), theirs
+    theirs = calibrate_baseline(data, reading=reading, points="compressed", fixed=held, defaults=defaults)
+    return fit_baseline(data, reading, held, 5000, defaults), theirs
 
 
 REPRODUCIBLE = [
@@ -147,11 +148,11 @@ def test_one_step_from_the_same_state_is_the_same(upright, reading, defaults, ag
     first_trial = 1 + 32 + 1  # the residual at the start, a column a parameter, the residual at the trial
     held = helpers.PUBLISHED_HELD
     data = dataset(upright)
-    ours = fit_published(data, reading, held, first_trial, defaults)
-    theirs = calibrate_published(
-        data, reading=reading, points="compressed", held=held, max_nfev=first_trial, defaults=defaults
+    ours = fit_baseline(data, reading, held, first_trial, defaults)
+    theirs = calibrate_baseline(
+        data, reading=reading, points="compressed", fixed=held, max_nfev=first_trial, defaults=defaults
     )
-    start = fit_published(data, "raise", held, 1, defaults).model.vector
+    start = fit_baseline(data, "raise", held, 1, defaults).model.vector
     assert ours.status == theirs.summary["status"] == "capped"
     assert np.abs(ours.model.vector - start).max() > 1e-3, "the trial is not the start"
     assert ours.model.vector == pytest.approx(theirs.model.vector, abs=agreement)
@@ -176,7 +177,7 @@ def test_the_defaults_of_now_are_those_of_the_lmfit_that_is_installed():
     """Written down, they change nothing; another lmfit would show here."""
     held = helpers.PUBLISHED_HELD
     data = dataset()
-    ours = fit_published(data, "clip", held, 5000)
+    ours = fit_baseline(data, "clip", held, 5000)
     measurement = LineLaser.of(data)
     how = Parameterisation(data.robot, measurement.initial_target(data))
     start = how.values(first_guess(data, measurement, how.planes)[0])
@@ -192,7 +193,7 @@ def test_the_defaults_of_now_are_those_of_the_lmfit_that_is_installed():
 
 def test_a_fit_that_runs_on_is_capped_and_keeps_its_last_trial():
     """No more evaluations than allowed, columns counted one by one."""
-    ended = fit_published(dataset(), "clip", helpers.PUBLISHED_HELD, 40)
+    ended = fit_baseline(dataset(), "clip", helpers.PUBLISHED_HELD, 40)
     assert ended.status == "capped"
     assert ended.evaluations <= 40
     assert np.all(np.isfinite(ended.model.vector))

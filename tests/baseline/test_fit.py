@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from scalar.baseline.fit import READINGS, Parameterisation, calibrate_published
+from scalar.baseline.fit import calibrate_baseline
+from scalar.baseline.parameterisation import READINGS, Parameterisation
 from scalar.estimation.least_squares import fit
 from scalar.estimation.prepare import prepare
 from scalar.estimation.residuals import Residuals
@@ -38,12 +39,12 @@ def scene(upright=False, robot="vs060"):
 @functools.cache
 def published(reading="clip", points="all", upright=False, max_nfev=5000):
     """Return the published calibration of the scene."""
-    return calibrate_published(
+    return calibrate_baseline(
         scene(upright).dataset,
         reading=reading,
         points=points,
         max_nfev=max_nfev,
-        held=helpers.PUBLISHED_HELD,
+        fixed=helpers.PUBLISHED_HELD,
     )
 
 
@@ -78,7 +79,7 @@ def test_a_unit_vector_is_three_parameters_one_of_them_constrained(robot, count)
 
 def test_the_held_set_is_derived_and_is_the_papers():
     """Without being told, the same parameters are held on the VS060 as in the paper."""
-    found = calibrate_published(scene().dataset, max_nfev=40)
+    found = calibrate_baseline(scene().dataset, max_nfev=40)
     assert {entry["held"] for entry in found.gauge} == set(helpers.PUBLISHED_HELD)
     assert found.summary["varying"] == 32
 
@@ -176,11 +177,11 @@ def test_what_it_cannot_do_is_refused():
     """Another sensor, an unknown reading or choice of points: an error, not a guess."""
     dataset = scene().dataset
     with pytest.raises(ValueError, match="line-laser"):
-        calibrate_published(helpers.make_scene(kind="tracker", poses_per_plane=5).dataset)
+        calibrate_baseline(helpers.make_scene(kind="tracker", poses_per_plane=5).dataset)
     with pytest.raises(ValueError, match="reading"):
-        calibrate_published(dataset, reading="round")
+        calibrate_baseline(dataset, reading="round")
     with pytest.raises(ValueError, match="points"):
-        calibrate_published(dataset, points="some")
+        calibrate_baseline(dataset, points="some")
 
 
 def test_our_fit_of_compressed_rows_is_scipys_of_all_points():

@@ -440,7 +440,7 @@ def test_an_import_never_replaces_what_is_no_dataset(tmp_path):
 def test_the_example_mappings_are_sound(path):
     """Each loads without a fault, for a robot whose nominal arm reaches as far as such a robot does."""
     from scalar.geometry.robot import Robot
-    from scalar.ingest.mapping import load_mapping
+    from scalar.ingest.mapping_reader import load_mapping
 
     mapping = load_mapping(path)
     robot = Robot.from_mapping(mapping.description.mapping["robot"])

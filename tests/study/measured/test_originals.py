@@ -64,7 +64,7 @@ def test_another_file_of_that_name_is_refused_and_nothing_is_left(tmp_path):
 
 def test_every_listed_set_has_a_mapping_that_names_its_files():
     """What is fetched is what is imported, with a checksum for each."""
-    from scalar.ingest.mapping import load_mapping
+    from scalar.ingest.mapping_reader import load_mapping
 
     for name, originals in read_originals(ROOT / "workflow/resources/measured.csv").items():
         rules = load_mapping(ROOT / f"configs/measured/{name}.yaml").poses.files

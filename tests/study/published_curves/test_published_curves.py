@@ -16,7 +16,7 @@ from study.published_curves.stops import follow, stops_at
 from study.published_curves.support import KAPPA, held_out, log_likelihood, offsets_found, refine, weigh
 from study.published_curves.workcell import shifts, simulate_workcell
 
-from scalar.baseline.fit import calibrate_published
+from scalar.baseline.fit import calibrate_baseline
 from scalar.data.poses import Poses
 from scalar.evaluate import pose_errors, true_frames
 from scalar.simulation.config import load_config
@@ -62,7 +62,7 @@ def test_the_linear_shift_is_what_the_published_fit_finds(workcell, noise):
     config = scene_config(**noise)
     scene = simulate({**config, "truth_poses": 300}, base_dir=SCENES)
     held = config["initial_model"]["exact"]
-    fitted = calibrate_published(dataset_in_memory(scene), reading="clip", points="compressed", held=held)
+    fitted = calibrate_baseline(dataset_in_memory(scene), reading="clip", points="compressed", fixed=held)
     found = pose_errors(true_frames(scene.truth_poses), fitted.predict(scene.truth_poses))
 
     errors = workcell.incidence * (np.linalg.norm(scene.points, axis=-1) - scene.ranges)

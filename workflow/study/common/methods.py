@@ -53,10 +53,10 @@ class Method:
             from scalar.estimation.calibrate import calibrate
 
             return calibrate(dataset)
-        from scalar.baseline.fit import calibrate_published
+        from scalar.baseline.fit import calibrate_baseline
 
         # The compressed rows have the sum of squares of all points, and are faster to evaluate.
-        return calibrate_published(dataset, reading=self.reading, points="compressed", defaults=self.defaults)
+        return calibrate_baseline(dataset, reading=self.reading, points="compressed", defaults=self.defaults)
 
 
 METHODS = {

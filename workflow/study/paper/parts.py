@@ -9,7 +9,8 @@ from typing import Any
 
 import pandas as pd
 
-from scalar.baseline import fit as published
+from scalar.baseline import fit as baseline
+from scalar.baseline.parameterisation import DH_KINDS, SENSOR
 from scalar.diagnosis import forward_selection
 from scalar.diagnosis import unmodelled_structure as unnamed
 from scalar.diagnosis import variance_components as noise
@@ -43,7 +44,7 @@ def setup(scene: Path, tilted: Path, seeds: int) -> dict[str, Any]:
     poses = sum(poses_wanted(config))
     points = config["sensor"]["points_per_scan"]
     near, far = config["sensor"]["range_m"]
-    printed = len(published.DH_KINDS) * joints + len(published.SENSOR) + 4 * planes
+    printed = len(DH_KINDS) * joints + len(SENSOR) + 4 * planes
     constrained = 1 + planes  # unit vectors: the scanner's axis, and the normals
     return {
         "seeds": seeds,
@@ -55,8 +56,8 @@ def setup(scene: Path, tilted: Path, seeds: int) -> dict[str, Any]:
         "points_in_all": poses * points,
         "equations_per_pose": EQUATIONS_PER_POSE,
         "equations": EQUATIONS_PER_POSE * poses,
-        "parameters_dh": len(published.DH_KINDS) * joints,
-        "parameters_sensor": len(published.SENSOR),
+        "parameters_dh": len(DH_KINDS) * joints,
+        "parameters_sensor": len(SENSOR),
         "parameters_planes": 4 * planes,
         "parameters_printed": printed,
         "parameters_constrained": constrained,
@@ -81,7 +82,7 @@ def settings() -> dict[str, Any]:
     return {
         "null_tolerance": identifiability.NULL_TOLERANCE,
         "near_parallel_rad": parallel_axes.NEAR_PARALLEL,
-        "max_evaluations": published.MAX_EVALUATIONS,
+        "max_evaluations": baseline.MAX_EVALUATIONS,
         "band_low": BAND[0],
         "band_high": BAND[1],
         "effects": len(CATALOGUE) - (Unattributed.name in CATALOGUE) + NOISES,

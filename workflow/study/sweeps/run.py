@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from scalar.baseline.batched import fit_published
+from scalar.baseline.batched import fit_baseline
 from scalar.errors import NotConverged, ScalarError, Undetermined
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.result import Calibration, sensor_mapping
@@ -160,7 +160,7 @@ def _calibrated(method: str, dataset: Dataset, held: Sequence[str]) -> tuple[Cal
         return Calibration.nominal(dataset), {"status": INITIAL}
     wanted = METHODS[method]
     if wanted.reading is not None:
-        end = fit_published(dataset, wanted.reading, held, MAX_EVALUATIONS, wanted.defaults)
+        end = fit_baseline(dataset, wanted.reading, held, MAX_EVALUATIONS, wanted.defaults)
         ended = {"status": end.status, "evaluations": end.evaluations, "residual_rms_mm": end.rms / MM}
         return Calibration(end.model, sensor_mapping(dataset)), ended
     found = calibrate(dataset)

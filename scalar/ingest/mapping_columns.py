@@ -1,0 +1,80 @@
+"""Whether the columns that a mapping names are those that the robot and the sensor need."""
+
+import re
+
+from scalar.data.description import Description
+from scalar.data.folder import POINT_COLUMNS
+from scalar.data.located_table import did_you_mean, shorten
+from scalar.ingest.mapping import TEXT_COLUMNS, MappingFile, quantity_of
+
+
+def check_columns(given: Description, mapping: MappingFile) -> None:
+    """Add columns that are missing, misspelt, or belong to another robot or sensor to ``given.faults``."""
+    n, sensor = mapping.description.n_joints, mapping.description.kind
+    points, kinds = mapping.point_columns, sorted(POINT_COLUMNS)
+    joints = [f"q{i + 1}" for i in range(n)]
+    plane = ["plane"] if sensor != "tracker" else []
+    optional = ["pose", "order", "time", "temperature", "session", *(f"approach{i + 1}" for i in range(n))]
+    known = [*joints, *plane, *([] if mapping.points else points), *optional]
+    set_by_file = (
+        set.intersection(*({*rule.text} for rule in mapping.poses.files)) if mapping.poses.files else set()
+    )
+    required = [*joints, *(name for name in plane if name not in set_by_file)]
+    if mapping.points is None:
+        required += points
+    elif not points:
+        given.fault(
+            ("points",), f"a {sensor} has no points of its own, only {', '.join(kinds)} have; remove this key"
+        )
+    else:
+        _check_block(given, "points", ["pose", *points], ["pose", *points])
+        required.append("pose")
+        if not mapping.poses.files:
+            given.fault(
+                ("poses", "files"),
+                "missing; add it: with points in files of their own, each block names its files",
+            )
+    several = sensor == "line-laser" and mapping.points is None
+    if several and mapping.poses.first_of_each is None:
+        given.fault(
+            ("poses", "first_of_each"),
+            "missing; add it: the column that tells the scans apart, a point being a row",
+        )
+    _check_block(given, "poses", required, known)
+    own = {*known, *TEXT_COLUMNS, "x", "y", "z"}
+    covariates = [(("poses", "covariates", name), name) for name in given.get("poses", "covariates") or {}]
+    for i, rule in enumerate(mapping.poses.files):
+        covariates += [(("poses", "files", i, "covariates", name), name) for name in rule.covariates]
+        both = [name for name in (*rule.text, *rule.covariates) if name in mapping.poses.columns]
+        for name in both:
+            given.fault(("poses", "files", i), f"{name} comes from a column as well; keep one of the two")
+        if rule.first_pose is not None and "pose" in mapping.poses.columns:
+            given.fault(
+                ("poses", "files", i, "first_pose"), "ids come from a column as well; keep one of the two"
+            )
+        if "plane" in rule.text and not plane:
+            given.fault(("poses", "files", i, "plane"), "a tracker has no planes; remove this key")
+    for path, name in covariates:
+        if name in own or re.fullmatch(r"(q|approach)[0-9]+", name):
+            given.fault(
+                path, "not a covariate but a column of the format; put it under columns, or rename it"
+            )
+        elif name != name.strip() or not name or re.search(r"[\",\n\r]", name):
+            given.fault(path, f"not a name for a column ({shorten(name)}); use letters, digits and _")
+
+
+def _check_block(given: Description, key: str, required: list[str], known: list[str]) -> None:
+    columns = given.get(key, "columns")
+    for name in columns:
+        if name not in known:
+            hint = did_you_mean(name, [k for k in known if k not in columns])
+            extra = "" if key == "points" else "; a column of your own goes under covariates"
+            message = f"unknown column; {hint}the columns here are {', '.join(known)}{extra}"
+            given.fault((key, "columns", name), message)
+    for name in required:
+        if name not in columns:
+            message = "missing; add it, as {column: name in the file" + (
+                ", unit: m}" if quantity_of(name) == "length" else "}"
+            )
+            message = message.replace("}", ", unit: rad}") if quantity_of(name) == "angle" else message
+            given.fault((key, "columns", name), message)

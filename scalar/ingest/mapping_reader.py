@@ -1,0 +1,149 @@
+"""Read a mapping file, and check all of it before a table is opened.
+
+Keys are checked against the schema, columns and units against the sensor and the number of joints. A length or an angle has to name
+its unit; none is guessed.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from jsonschema import Draft202012Validator
+
+from scalar.data.description import Description, check_description, check_finite, check_schema
+from scalar.data.io.plain_yaml import load_yaml_lines
+from scalar.data.located_table import did_you_mean, shorten
+from scalar.data.unit_suspicions import suspect_description
+from scalar.errors import Fault, InvalidInput
+from scalar.ingest.mapping import TEXT_COLUMNS, Block, Column, FileRule, MappingFile, quantity_of
+from scalar.ingest.mapping_columns import check_columns
+from scalar.ingest.named_units import UNITS, description_to_si
+
+_SI = {"length": "m", "angle": "rad"}
+
+
+@cache
+def _validator() -> Draft202012Validator:
+    text = (
+        resources.files("scalar.ingest").joinpath("schemas/mapping.schema.json").read_text(encoding="utf-8")
+    )
+    return Draft202012Validator(json.loads(text))
+
+
+def load_mapping(path: Path) -> MappingFile:
+    """Return the mapping in a YAML file.
+
+    Raises:
+        InvalidInput: with every fault found; a misspelt key, column or unit is named.
+    """
+    content, lines = load_yaml_lines(path)
+    given = Description(content, lines, path.name)
+    if not isinstance(content, dict):
+        raise InvalidInput(
+            Fault(path.name, "not a mapping; write keys and values, beginning with format: scalar-mapping/1")
+        )
+    check_schema(given, _validator())
+    check_finite(given, {key: value for key, value in content.items() if key != "dataset"}, ())
+    if given.faults:
+        raise InvalidInput(given.faults)
+    description = _description(given, path)
+    poses, points = content["poses"], content.get("points")
+    mapping = MappingFile(
+        description,
+        content.get("text", {}),
+        content.get("matrix", {}).get("variable"),
+        _block(given, "poses", poses),
+        None if points is None else _block(given, "points", points),
+    )
+    if not description.faults:
+        check_columns(given, mapping)
+    if given.get("text", "separator") in (None, ",") and given.get("text", "decimal") == ",":
+        given.fault(
+            ("text", "decimal"), "a comma is the separator already; set text.separator as well, e.g. ';'"
+        )
+    if given.faults or description.faults:
+        raise InvalidInput([*description.faults, *given.faults])
+    return mapping
+
+
+def _description(given: Description, path: Path) -> Description:
+    """Return the content of dataset.yaml to be; what is wrong is in its faults, named as in its file."""
+    inner, inline = given.mapping["dataset"], True
+    units = given.mapping.get("dataset_units", {})
+    lines = {key[1:]: line for key, line in given.lines.items() if key[:1] == ("dataset",)}
+    file = path.name
+    if isinstance(inner, str):
+        inline, other = False, path.parent / inner
+        if units:
+            given.fault(("dataset_units",), f"{inner} is in metres and radians already; remove this key")
+        inner, lines = load_yaml_lines(other)
+        file = other.name
+    wrong: list[tuple[tuple[str | int, ...], str]] = []
+    if inline:
+        inner.setdefault("format", "scalar-dataset/1")
+        inner = {"format": inner["format"], **inner}
+        inner, wrong = description_to_si(inner, units.get("length", "m"), units.get("angle", "rad"))
+    description = Description(inner, lines, file)
+    for place, message in wrong:
+        description.fault(place, message)
+    check_description(description)
+    suspect_description(description)
+    if inline:
+        description.faults = [
+            replace(f, column=f"dataset.{f.column}" if f.column else "dataset") for f in description.faults
+        ]
+    return description
+
+
+def _block(given: Description, key: str, block: Mapping[str, Any]) -> Block:
+    """Return a block of the mapping; its faults go to ``given.faults``."""
+    columns: dict[str, Column] = {}
+    for name, entry in block["columns"].items():
+        columns[name] = _column(given, (key, "columns", name), name, entry, quantity_of(name))
+    for name, entry in block.get("covariates", {}).items():
+        columns[name] = _column(given, (key, "covariates", name), name, entry, None)
+    files = tuple(
+        FileRule(
+            rule["name"],
+            {text: str(rule[text]) for text in TEXT_COLUMNS if text in rule},
+            {name: float(value) for name, value in rule.get("covariates", {}).items()},
+            rule.get("first_pose"),
+        )
+        for rule in block.get("files", [])
+    )
+    dropped = tuple(block.get("drop_without", []))
+    for i, name in enumerate(dropped):
+        if name not in columns:
+            hint = did_you_mean(name, list(columns))
+            given.fault(
+                (key, "drop_without", i),
+                f"no such column here ({shorten(name)}); {hint}write one of {', '.join(columns)}",
+            )
+    return Block(columns, files, dropped, block.get("first_of_each"))
+
+
+def _column(
+    given: Description, path: tuple[str | int, ...], name: str, entry: Mapping[str, Any], quantity: str | None
+) -> Column:
+    unit = entry.get("unit")
+    units = UNITS.get(quantity or "", {})
+    if quantity is None and unit is not None:
+        message = f"{name} is kept as it is, without a unit; remove this key"
+        given.fault((*path, "unit"), message)
+    elif quantity in _SI and unit is None:
+        given.fault((*path, "unit"), f"missing; add it: the unit in the file, {' or '.join(units)}")
+    elif unit is not None and unit not in units:
+        hint = did_you_mean(unit, list(units))
+        given.fault((*path, "unit"), f"unknown ({shorten(unit)}); {hint}write one of {', '.join(units)}")
+    for key in ("sign", "offset"):
+        if key in entry and quantity != "angle":
+            given.fault((*path, key), "only joints have one; remove this key")
+    if "names" in entry and name not in TEXT_COLUMNS:
+        given.fault((*path, "names"), "only plane and session have names; remove this key")
+    to_si = units.get(unit or "", lambda value: value)
+    offset, names = float(entry.get("offset", 0.0)), entry.get("names")
+    return Column(entry["column"], to_si, float(entry.get("sign", 1)), offset, names)

@@ -1,0 +1,117 @@
+"""Read a block of a mapping, poses or points, from its foreign files: columns in SI, and which rows are poses."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from scalar.errors import Fault, InvalidInput
+from scalar.ingest.foreign_tables import RawTable, read_raw
+from scalar.ingest.imported_table import ImportedTable, joined, select_rows
+from scalar.ingest.mapping import JOINT, TEXT_COLUMNS, Block, FileRule, MappingFile
+
+SAME_POSE = 1e-3
+"""Joint angles [rad] may differ by this within the rows of one pose: encoders that dither, no two poses."""
+_EMPTY = "an empty cell; complete it, or let the mapping leave such rows out with drop_without"
+
+
+def read_block(
+    mapping: MappingFile,
+    block: Block,
+    chosen: Sequence[tuple[Path, FileRule]],
+    faults: list[Fault],
+    spread: bool = False,
+) -> tuple[ImportedTable | None, ImportedTable | None]:
+    """Return a block's table over its files, and with `spread` the coordinates of all rows, with ``_row``."""
+    parts: list[ImportedTable] = []
+    spreads: list[ImportedTable] = []
+    n_poses, next_id = 0, 0
+    for path, rule in chosen:
+        try:
+            raw = read_raw(path, mapping.text, mapping.variable)
+            whole = _read_columns(raw, block, rule, faults)
+            keep, owner = _first_rows(raw, whole, block, faults)
+        except InvalidInput as error:
+            faults += error.faults
+            continue
+        table = select_rows(whole, keep)
+        if "pose" not in table.columns:
+            start = next_id if rule.first_pose is None else rule.first_pose
+            table.columns["pose"] = np.arange(start, start + table.n_rows, dtype=float)
+            next_id = start + table.n_rows
+        if spread:
+            coordinates = {name: whole.columns[name] for name in mapping.point_columns}
+            for name in coordinates:
+                del table.columns[name]
+            coordinates["_row"] = owner + float(n_poses)
+            spreads.append(replace(whole, columns=coordinates, bad={}))
+        n_poses += table.n_rows
+        parts.append(table)
+    if faults or not parts:
+        return None, None
+    return joined(parts), joined(spreads) if spreads else None
+
+
+def _read_columns(raw: RawTable, block: Block, rule: FileRule, faults: list[Fault]) -> ImportedTable:
+    """Return the columns of one file in SI, rows without a measurement left out."""
+    columns: dict[str, np.ndarray] = {}
+    empty: dict[str, np.ndarray] = {}
+    for name, column in block.columns.items():
+        try:
+            if name in TEXT_COLUMNS:
+                text, empty[name] = raw.text(column.reference)
+                names = column.names or {}
+                columns[name] = np.array([names.get(cell, cell) for cell in text], dtype=object)
+            else:
+                values, empty[name] = raw.numbers(column.reference, faults)
+                columns[name] = column.to_si(column.sign * values + column.offset)
+        except InvalidInput as error:
+            faults += error.faults
+    if faults:
+        raise InvalidInput(())
+    n = len(raw.lines)
+    for name, text in rule.text.items():
+        columns[name] = np.full(n, text, dtype=object)
+    for name, value in rule.covariates.items():
+        columns[name] = np.full(n, value)
+    keep = np.ones(n, dtype=bool)
+    for name in block.drop_without:
+        keep &= ~empty[name]
+    if not keep.any():
+        wanted = " and ".join(block.drop_without)
+        message = f"no row has {wanted}, so that none is left; check columns and drop_without"
+        raise InvalidInput(Fault(raw.file, message))
+    labels = {name: raw.label(column.reference) for name, column in block.columns.items()}
+    lines, files = raw.lines, np.full(n, raw.file, dtype=object)
+    table = ImportedTable(raw.file, columns, lambda: lines, files=files, labels=labels)
+    for name, missing in empty.items():
+        table.report(faults, name, missing & keep, lambda _: _EMPTY)
+    if block.first_of_each is not None:
+        key = raw.text(block.first_of_each)[0].astype(str)
+        columns["_pose"] = np.unique(key, return_inverse=True)[1].astype(float)
+    return select_rows(table, np.flatnonzero(keep))
+
+
+def _first_rows(
+    raw: RawTable, table: ImportedTable, block: Block, faults: list[Fault]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows that are poses, and for every row its pose ``(N,)``, counted in this file."""
+    if block.first_of_each is None:
+        rows = np.arange(table.n_rows)
+        return rows, rows
+    key = table.columns.pop("_pose")
+    _, first, inverse = np.unique(key, return_index=True, return_inverse=True)
+    keep = np.sort(first)
+    owner = np.searchsorted(keep, first[inverse])
+    lines = table.line_numbers()
+    for name in (name for name in table.columns if JOINT.fullmatch(name)):
+        values = table.columns[name]
+        away = np.abs(values - values[keep][owner]) > SAME_POSE
+
+        def message(i: int, name: str = name) -> str:
+            first = f"row {lines[keep[owner[i]]]}, which has the same {raw.label(block.first_of_each or '')}"
+            return f"{name} differs from that in {first}: these are two poses; correct first_of_each"
+
+        table.report(faults, name, away, message)
+    return keep, owner

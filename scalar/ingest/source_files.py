@@ -1,0 +1,50 @@
+"""Which of the files that the user gives are those that a mapping names."""
+
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from scalar.errors import Fault, InvalidInput
+from scalar.ingest.mapping import FileRule, MappingFile
+
+
+def choose_files(
+    mapping: MappingFile, sources: Sequence[Path], file: str
+) -> tuple[list[tuple[Path, FileRule]], list[tuple[Path, FileRule]]]:
+    """Return the files of the poses and of the points, each with its rule, in the order of the mapping."""
+    blocks = [mapping.poses] + ([mapping.points] if mapping.points else [])
+    rules = [rule for block in blocks for rule in block.files]
+    faults, given = [], []
+    for source in sources:
+        if not source.is_dir():
+            given.append(source)
+        elif not rules:
+            message = f"a folder, and {file} names no files; give the files themselves, or add poses.files"
+            faults.append(Fault(str(source), message))
+        else:
+            names = sorted(path for path in source.iterdir() if path.is_file())
+            given += [path for path in names if any(fnmatchcase(path.name, rule.name) for rule in rules)]
+    if not rules:
+        if faults:
+            raise InvalidInput(faults)
+        return [(path, FileRule(path.name, {}, {})) for path in given], []
+    chosen: list[list[tuple[Path, FileRule]]] = [[], []]
+    used: set[Path] = set()
+    for block, found in zip(blocks, chosen, strict=False):
+        taken: set[Path] = set()
+        for rule in block.files:
+            matching = [path for path in given if fnmatchcase(path.name, rule.name) and path not in taken]
+            if not matching:
+                message = f"{file} names this file, and it is not among the sources; give it, or its folder"
+                faults.append(Fault(rule.name, message))
+            found += [(path, rule) for path in matching]
+            taken.update(matching)
+        used |= taken
+    for path in given:
+        if path not in used:
+            names = ", ".join(rule.name for rule in rules)
+            message = f"{file} has no such file, only {names}; add it to files, or leave it out"
+            faults.append(Fault(str(path), message))
+    if faults:
+        raise InvalidInput(faults)
+    return chosen[0], chosen[1]
