@@ -1,6 +1,6 @@
 """The one reader, writer and checker of measured data: a folder of the format ``scalar-dataset/1``.
 
-A dataset is what calibration and diagnosis see, and all they see. Poses stand in acquisition order; the laser
+A dataset is all that calibration and diagnosis read. Poses stand in acquisition order; the laser
 points of one pose stand together, in the order of the file. The reader raises every fault it finds.
 """
 
@@ -75,7 +75,7 @@ class Dataset:
         source: free text, may be empty.
         robot: the nominal robot.
         sensor: the nominal sensor.
-        planes: the rough planes; empty for a tracker.
+        planes: the initial guesses of the planes; empty for a tracker.
         poses: one row a pose in acquisition order (by `order` where that column is there, else as in the
             file); columns as in poses.csv: `pose` int64, `plane` and `session` text, all others float64.
         points: line-laser ``(P, 2)`` [m], x and z in the sensor frame; tracker ``(N, 3)`` [m], in the

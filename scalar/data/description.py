@@ -216,7 +216,5 @@ def _check_sensor_and_planes(description: Description) -> None:
         and n_planes < MIN_PLANES
         and isinstance(description.get("planes"), list | None)
     ):
-        message = (
-            f"{n_planes} planes; a {kind} needs at least three, of different directions: add rough guesses"
-        )
+        message = f"{n_planes} planes; a {kind} needs at least three, of different directions: add an initial guess of each to planes"
         description.fault(("planes",), message)

@@ -24,14 +24,18 @@ from scalar.units import DEG, MM
 MISFIT_P_VALUE = 1e-3  # a residual less likely than this under the noise says that the model lacks something
 
 
-def _why_held(name: str, is_effect: bool) -> str:
+def _why_fixed(name: str, is_effect: bool) -> str:
     if name.startswith("beta_"):
         return "nominal; the effect axis_nonparallel frees it"
-    return "held, or it leaves no residual beside the other parameters" if is_effect else "held as asked"
+    return (
+        "fixed, or its residual is a combination of those of other parameters"
+        if is_effect
+        else "fixed as asked"
+    )
 
 
 def conclude(dataset: Dataset, prepared: Prepared, found: Fit, residuals: Residuals) -> Calibration:
-    """Return the calibration of a converged fit: reporting coordinates, standard errors, what was held and why.
+    """Return the calibration of a converged fit: reporting coordinates, standard errors, which parameters are fixed and why.
 
     The covariance is that of the noise, widened where the residual is larger than the noise explains.
     """
@@ -45,7 +49,7 @@ def conclude(dataset: Dataset, prepared: Prepared, found: Fit, residuals: Residu
     held = {h.name: h.reason for h in prepared.identifiability.fixed}
     for name, is_free in zip(names, found.free, strict=True):
         if not is_free and name not in held:
-            held[name] = _why_held(name, "." in name and name not in prepared.initial.model.names)
+            held[name] = _why_fixed(name, "." in name and name not in prepared.initial.model.names)
     summary: dict[str, Any] = {
         "poses": dataset.n_poses,
         "points": len(dataset.points) if len(dataset.points) else dataset.n_poses,
@@ -107,8 +111,8 @@ class Misfit:
 def misfit(residuals: Residuals, model: Model, n_free: int) -> Misfit:
     """Return how far the residual exceeds the noise, the scatter within scans set apart.
 
-    A scan's scatter about its own line holds no news of the model, and there is much of it: left in, it would drown what the model
-    lacks. What remains are two numbers a scan (one a contact, three a tracked point).
+    A scan's scatter about its own line carries no information on the model, and has many degrees of freedom: left in, it would hide
+    what the model lacks. What remains are two numbers a scan (one a contact, three a tracked point).
     """
     measurement = residuals.measurement
     squared = float(np.sum(residuals.residual(model) ** 2))
@@ -133,10 +137,10 @@ def misfit(residuals: Residuals, model: Model, n_free: int) -> Misfit:
 
 
 def _check_rank(model: Model, J: Array, free: Array) -> None:
-    """Refuse error bars for what the data do not determine.
+    """Refuse standard errors of what the data do not determine.
 
     Raises:
-        Undetermined: With the parameters that move together unseen.
+        Undetermined: Naming the parameters that cannot be distinguished.
     """
     scale = np.linalg.norm(J, axis=0)
     _, s, Vt = np.linalg.svd(np.linalg.qr(J / np.where(scale > 0, scale, 1.0), mode="r"))
@@ -146,7 +150,7 @@ def _check_rank(model: Model, J: Array, free: Array) -> None:
     largest = names[np.argsort(-np.abs(Vt[-1]))[:4]]
     raise Undetermined(
         [
-            f"the data do not tell {', '.join(largest)} apart: measure more poses that differ in all joints, or hold one (--hold)"
+            f"the data do not distinguish {', '.join(largest)}: measure more poses that differ in all joints, or fix one of them (--hold)"
         ]
     )
 

@@ -20,17 +20,18 @@ PLAUSIBLE_TARGET = 10.0  # m, rad: nothing is known of the target
 def data_sheet_priors(
     residuals: Residuals, model: Model, free: Array, found: Model
 ) -> tuple[ParameterPrior, ...]:
-    """Return what keeps robot and sensor near the data sheet where the data determine them no better than it does.
+    """Return priors that keep robot and sensor near the data sheet, if the data determine some direction no better than it does.
 
-    In units of what is plausible, ``J s``, a direction whose standard error exceeds 1 is weak. The noise is that of the residual which
-    neither one step of the model nor a fit removes, so that what the model lacks counts. Where no direction is weak nothing is anchored.
-    Where one is, every length and angle is, each by how far it may plausibly be off: what is seen well does not feel it.
+    In units of the prior standard deviations s, with columns ``J s``, a direction whose standard error exceeds 1 is weak. The noise
+    is estimated from the residual that neither one step of the model nor a fit removes, so that what the model lacks counts as noise.
+    Where no direction is weak there is no prior. Where one is, every length and angle gets its prior, which changes little in what
+    the data determine well.
 
     Args:
         residuals: Of the dataset.
-        model: At the start.
+        model: The initial estimate.
         free: ``(P,)`` bool.
-        found: Where a fit from there ended, without anchors: a start may be too far off for one step.
+        found: Where a fit from there ended, without priors: the initial estimate may be too far off for one step.
     """
     residual, J = residuals.linearise(model)
     scatter, lines = _apart_from_scatter(residuals, model)

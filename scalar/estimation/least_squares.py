@@ -95,7 +95,7 @@ def fit(residuals: Residuals, model: Model, free: Array, *, tolerance: float = T
 
     Args:
         residuals: Of the dataset.
-        model: Where to start; held coordinates stay there.
+        model: Initial values; fixed coordinates keep them.
         free: ``(P,)`` bool.
         tolerance: Relative, on cost and coordinates.
     """

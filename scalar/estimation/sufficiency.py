@@ -30,7 +30,7 @@ def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
     Args:
         dataset: What was measured.
         measurement: The same as rows.
-        guess: The rough planes, or the tracker's frames.
+        guess: The initial guesses of the planes, or the tracker's frames.
 
     Raises:
         Undetermined: Fewer than three planes are measured, or there are hardly any poses.
@@ -42,7 +42,7 @@ def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
             reasons.append(
                 f"only {len(seen)} of the planes {', '.join(p.name for p in dataset.planes)} "
                 f"{'is' if len(seen) == 1 else 'are'} measured, and at least three that are not parallel are needed: "
-                "with fewer, robot and planes can move together unseen; scan a third plane"
+                "with fewer, robot and planes can move together without any change of the measurements; scan a third plane"
             )
     equations = count_equations(dataset, measurement)
     unknowns = (6 if measurement.sees_sensor_rotation else 3) + len(guess.vector)
@@ -64,7 +64,7 @@ def check_lines(residuals: Residuals, model: Model) -> None:
         model: With sensor and planes as a first fit found them.
 
     Raises:
-        Undetermined: A plane is seen on a line only.
+        Undetermined: A plane is measured along one line only.
     """
     planes = model.target
     if not isinstance(planes, Planes):
@@ -72,7 +72,7 @@ def check_lines(residuals: Residuals, model: Model) -> None:
     longest, second = _extents(residuals, model)
     on_a_line = second < np.maximum(LEAST_WIDTH * longest, LEAST_WIDTH_SIGMAS * residuals.measurement.sigma)
     reasons = [
-        f"all points on plane '{name}' lie on a line, so its tilt about that line cannot be seen: "
+        f"all points on plane '{name}' lie on a line, so its tilt about that line cannot be determined: "
         "scan it in other places and directions"
         for name in np.array(planes.names)[on_a_line]
     ]
@@ -99,14 +99,14 @@ def check_span(residuals: Residuals, model: Model) -> None:
 
 
 def check_guess(model: Model, guess: Any) -> None:
-    """Refuse rough planes that the points contradict.
+    """Refuse initial guesses of planes that the points contradict.
 
     Args:
         model: With the planes as a fit of everything found them.
-        guess: The rough planes.
+        guess: The initial guesses of the planes.
 
     Raises:
-        InvalidInput: A rough plane is far from where the points lie: a wrong label or a wrong normal.
+        InvalidInput: A guessed plane is far from where the points lie: a wrong label or a wrong normal.
     """
     planes = model.target
     if not isinstance(planes, Planes):
@@ -133,7 +133,7 @@ def _parallel_planes(planes: Planes) -> str:
     angle = np.arccos(min(float(cosines[i, j]), 1.0)) / DEG
     return (
         f"the planes' normals span only two directions ({planes.names[i]} and {planes.names[j]} are {angle:.1f} degrees from "
-        "parallel): motion along the third cannot be seen; place three plates roughly at right angles"
+        "parallel): motion along the third cannot be determined; place three target planes roughly at right angles"
     )
 
 
@@ -174,7 +174,7 @@ def _poses_give(count: int) -> str:
 def check_parameters(
     dataset: Dataset, residuals: Residuals, model: Model, identifiability: Identifiability, n_free: int
 ) -> None:
-    """Refuse data with fewer equations than unknowns, or that leave unseen what no held joint explains.
+    """Refuse data with fewer equations than unknowns, or whose poses leave a parameter undetermined although every joint moves.
 
     Raises:
         Undetermined: With what is missing.
@@ -192,11 +192,11 @@ def check_parameters(
     unseen = [h for h in identifiability.fixed if h.cause == "poses"]
     if unseen:
         raise Undetermined(
-            [f"these poses cannot show {h.name}: {h.reason}; measure more poses that differ in all joints and all over the "
+            [f"these poses do not determine {h.name}: {h.reason}; measure more poses that differ in all joints and all over the "
              "planes" for h in unseen]
         )  # fmt: skip
 
 
 def _excess(identifiability: Identifiability) -> int:
-    """Return how many held parameters these poses alone hide: unknowns that are held only for want of data."""
+    """Return how many parameters are fixed only because of these poses: unknowns that other poses would determine."""
     return sum(h.cause == "poses" for h in identifiability.fixed)

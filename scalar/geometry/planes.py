@@ -1,7 +1,7 @@
 """Planes as points of S^2 x R: ``normal . p = distance`` in the base frame, moved by two tangent coordinates and a distance.
 
-About a reference normal n0 with tangents e1, e2 the plane is ``n = (n0 + u e1 + v e2) / |.|``: no square root that a wall can
-make infinite, and no fourth parameter. ``(-n, -d)`` is the same plane; the sign is that of the rough guess.
+About a reference normal n0 with tangents e1, e2 the plane is ``n = (n0 + u e1 + v e2) / |.|``: no square root whose slope
+is infinite at an upright wall, and no fourth parameter. ``(-n, -d)`` is the same plane; the sign is that of the initial guess.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ PARAMETERS_PER_PLANE = 3
 
 @dataclass(frozen=True, eq=False)
 class Planes:
-    """K planes, free to move about their references.
+    """K planes, parameterised about reference normals.
 
     Attributes:
         names: K names; planes of several sessions are ``floor@2`` and so on.
@@ -36,7 +36,7 @@ class Planes:
 
     @classmethod
     def at(cls, names: Sequence[str], normals: Array, distances: Array | Sequence[float]) -> Planes:
-        """Return planes at rest at the given normals ``(K, 3)`` and distances ``(K,)`` [m]."""
+        """Return planes whose references are the given normals ``(K, 3)`` and distances ``(K,)`` [m]."""
         normals = np.asarray(normals, dtype=float)
         normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
         return cls(
@@ -86,7 +86,7 @@ class Planes:
         return replace(self, tangent_coordinates=table[:, :2].copy(), distances=table[:, 2].copy())
 
     def rebased(self) -> Planes:
-        """Return the same planes, their references moved to where they are."""
+        """Return the same planes with their current normals as references."""
         return Planes.at(self.names, self.normals, self.distances)
 
     def expressed_about(self, guess: Planes) -> Planes:

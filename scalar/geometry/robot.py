@@ -1,8 +1,8 @@
 """A serial chain of revolute joints in complete modified Denavit-Hartenberg parameters, and the screw of each of them.
 
 ``T_{i-1,i} = Rx(alpha_i) Tx(a_i) Ry(beta_i) Rz(q_i + theta_i) Tz(d_i)`` (Craig, with Hayati's beta for near-parallel axes),
-between a fixed transform before the first joint and one after the last. Assumes revolute joints and rigid links; what bends or
-drifts comes in as offsets to ``q`` and to the geometry, pose by pose (see ``scalar.effects``).
+between a fixed transform before the first joint and one after the last. Assumes revolute joints and rigid links; compliance
+and drift enter as offsets to ``q`` and to the geometry, pose by pose (see ``scalar.effects``).
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class Robot:
         flange = _fixed_transform(mapping.get("flange"))
         if mapping.get("convention", "modified-dh") == "standard-dh":
             if geometry[4].any():
-                raise ValueError("beta belongs to modified DH; a standard-DH chain cannot hold it")
+                raise ValueError("beta belongs to modified DH; a standard-DH chain has no such parameter")
             a, alpha = geometry[0].copy(), geometry[1].copy()
             geometry[0], geometry[1] = np.r_[0.0, a[:-1]], np.r_[0.0, alpha[:-1]]
             last = transform_from_rotation_vector([a[-1], 0.0, 0.0], [alpha[-1], 0.0, 0.0])
