@@ -16,7 +16,7 @@ from scalar.estimation.prepare import Prepared
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration, reporting, sensor_mapping
 from scalar.estimation.setup.plausibility import implausible
-from scalar.geometry.robot import GEOMETRY
+from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
 from scalar.sensors.line_laser import LineLaser
 from scalar.units import DEG, MM
