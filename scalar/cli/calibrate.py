@@ -121,8 +121,10 @@ def describe_calibration(calibration: Calibration) -> str:
     lines += transfer.describe(summary.get("effects_from"))
     near = summary.get("kept_near_data_sheet") or {}
     if near:
-        lines.append(f"  kept near the data sheet, because these poses hardly see it: {', '.join(near)}")
+        lines.append(
+            f"  kept near the data sheet, because these poses hardly determine it: {', '.join(near)}"
+        )
     if calibration.gauge:
-        lines.append(f"  held, because the data cannot see it ({len(calibration.gauge)}):")
+        lines.append(f"  fixed, because the data do not determine them ({len(calibration.gauge)}):")
         lines += [f"    {entry['held']}: {entry['reason']}" for entry in calibration.gauge]
     return "\n".join(lines)

@@ -1,0 +1,60 @@
+"""Which parameters are fixed: as many as there are null directions, such that the rest is determined, conventions first."""
+
+import numpy as np
+import pytest
+
+from scalar.estimation.gauge_choice import choose_fixed, preference
+from tests import helpers
+
+
+def deficient(rng, columns, null):
+    """Return a Jacobian of unit columns whose null space has a given basis ``(C, r)``, and an orthonormal basis of it."""
+    basis = np.linalg.qr(null)[0]
+    J = rng.standard_normal((3 * columns, columns))
+    J -= J @ basis @ basis.T
+    scale = np.linalg.norm(J, axis=0)
+    return J / scale, np.linalg.qr(basis * scale[:, None])[0]
+
+
+@pytest.mark.parametrize("r", [1, 3, 6])
+@pytest.mark.parametrize("seed", range(5))
+def test_what_remains_free_is_determined(r, seed):
+    """One column for each null direction, and without them the Jacobian has full rank."""
+    rng = np.random.default_rng(seed)
+    J, null = deficient(rng, 15, rng.standard_normal((15, r)))
+    chosen = choose_fixed(null, list(rng.permutation(15)), J)
+    assert len(set(chosen)) == len(chosen) == r
+    s = np.linalg.svd(np.delete(J, chosen, axis=1), compute_uv=False)
+    assert s[-1] > 1e-4 * s[0]
+
+
+@pytest.mark.parametrize("preferred", [2, 7])
+def test_of_two_that_serve_alike_the_preferred_is_fixed(preferred):
+    """Two parameters of which only the sum is observed: the one that comes first in the order is fixed."""
+    null = np.zeros((10, 1))
+    null[2], null[7] = 1.0, -1.0
+    J, null = deficient(np.random.default_rng(0), 10, null)
+    order = [preferred, *(i for i in range(10) if i != preferred)]
+    assert choose_fixed(null, order, J) == [preferred]
+
+
+def test_a_preferred_parameter_that_hardly_helps_is_not_fixed():
+    """A parameter with a share of a thousandth in the null direction would leave the rest badly conditioned: another is taken."""
+    null = np.zeros((10, 1))
+    null[0], null[4], null[8] = 1e-3, 1.0, -1.0
+    J, null = deficient(np.random.default_rng(0), 10, null)
+    assert choose_fixed(null, list(range(10)), J) == [4]
+
+
+def test_nothing_is_fixed_where_everything_is_observed():
+    """Without a null direction there is nothing to choose."""
+    J = np.linalg.qr(np.random.default_rng(0).standard_normal((20, 5)))[0]
+    assert choose_fixed(np.zeros((5, 0)), [0, 1, 2, 3, 4], J) == []
+
+
+def test_conventions_come_before_what_was_measured():
+    """The base comes first, then the flange, and sensor and planes last: their values are what a user wants to know."""
+    robot = helpers.make_scene(poses_per_plane=3).dataset.robot
+    names = ("distance_floor", "sensor_x", "a_3", "theta_6", "a_1", "alpha_4")
+    order = [names[i] for i in preference(robot, names)]
+    assert order == ["a_1", "theta_6", "a_3", "alpha_4", "sensor_x", "distance_floor"]
