@@ -128,8 +128,8 @@ class Distances:
         names = how.names
         stems = ("r", *(f"normal_{name}" for name in how.planes.names))
         self.thirds = np.array([names.index(f"{stem}_z") for stem in stems])
-        fixed = {*fixed, *(names[i] for i in self.thirds)}
-        self.free = np.array([i for i, name in enumerate(names) if name not in fixed])
+        not_free = {*fixed, *(names[i] for i in self.thirds)}
+        self.free = np.array([i for i, name in enumerate(names) if name not in not_free])
         self.evaluations = 0
         self.latest = np.full(len(self.free), np.nan)
         self._found: Array | None = None
