@@ -216,9 +216,9 @@ def starts(dataset: Dataset, prepared: Prepared) -> dict[str, Model]:
     guess = linear_guess(
         measurement, dataset.robot.flange(dataset.q), planes, measurement.target_index == level
     )
-    anchors = prepared.initial.model.priors
+    priors = prepared.initial.model.priors
     return {
-        name: replace(Model.at(dataset.robot, T, planes), anchors=anchors)
+        name: replace(Model.at(dataset.robot, T, planes), priors=priors)
         for name, T in (("declared", declared), ("linear guess", guess))
     }
 
