@@ -1,8 +1,8 @@
-"""What can go wrong that is not a mistake in this program, and the exit status that each kind earns.
+"""Errors that are not defects of this program, and the exit status of each kind.
 
-Two kinds are told apart, because the user does different things about them: the input is at fault
+There are two kinds, because the user does different things about them: the input is at fault
 (`InvalidInput`, exit 2: repair the file), or the input is sound and cannot determine the model
-(`Undetermined`, exit 3: measure more, or hold more). Everything else that is raised is a defect
+(`Undetermined`, exit 3: measure more, or fix more parameters). Everything else that is raised is a defect
 of this package.
 """
 
@@ -67,12 +67,12 @@ class InvalidInput(ScalarError):
         super().__init__(self.faults)
 
     def __str__(self) -> str:
-        """Return one line a fault."""
+        """Return one line for each fault."""
         return "\n".join(str(fault) for fault in self.faults)
 
 
 class Undetermined(ScalarError):
-    """The input is sound but cannot determine the model; `reasons`: what cannot be seen, what would fix it.
+    """The input is sound but cannot determine the model; `reasons`: what is not determined, and what to measure.
 
     Args:
         reasons: one sentence or several, each a line.
@@ -85,7 +85,7 @@ class Undetermined(ScalarError):
         super().__init__(self.reasons)
 
     def __str__(self) -> str:
-        """Return one line a reason."""
+        """Return one line for each reason."""
         return "\n".join(printable(reason) for reason in self.reasons)
 
 

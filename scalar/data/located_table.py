@@ -1,4 +1,4 @@
-"""A table of numbers and text, and the row and column of everything that is wrong in it.
+"""A table of numbers and text that names the row and column of every fault in it.
 
 A row is the line that a text editor shows, the header being line 1; rows of a Parquet file count from 1.
 Files are read in `scalar.data.io.csv_reader` and `scalar.data.io.parquet_reader`.
@@ -134,7 +134,7 @@ def header_faults(file: str, names: list[str], layout: Layout, row: int | None =
 
 
 def check_cells(table: Table, layout: Layout, faults: list[Fault]) -> None:
-    """Report text that is missing, numbers that are not finite, and integers that are none."""
+    """Report text that is missing, numbers that are not finite, and integers that are not whole."""
     for name, values in table.columns.items():
         if name in layout.text:
             empty = np.array([not cell for cell in values], dtype=bool)

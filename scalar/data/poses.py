@@ -1,4 +1,4 @@
-"""What is known of each pose besides the measurement: joint angles, and when, how warm and from where it was reached."""
+"""What is recorded of each pose besides the measurement: joint angles, time, temperature, direction of approach."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def is_joint(column: str) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """N poses as the encoders and the clock saw them.
+    """N poses as the encoders read them, with what else was recorded.
 
     Attributes:
         q: ``(N, n)`` [rad].

@@ -1,9 +1,8 @@
 """What may be wrong with the tables of a dataset, each by itself and one against another.
 
 Every check adds the faults it finds to a list and goes on, so that a user repairs a folder in one round. A
-check whose premise another fault has taken away is left out, so that one mistake is not reported as ten.
-Whether the numbers have the right units is asked in `scalar.data.unit_suspicions`; whether they can determine a model,
-by the calibrator.
+check that makes no sense because of an earlier fault is left out, so that one mistake is not reported as ten.
+`scalar.data.unit_suspicions` asks whether the numbers have the right units, and the estimator whether they determine a model.
 """
 
 import re

@@ -18,7 +18,7 @@ class Kinematics:
     """Where the sensor is in N poses, and how it moves with every coordinate of the model.
 
     Attributes:
-        model: At which all was taken.
+        model: The model at which everything below is computed.
         frames: ``(N, n + 1, 4, 4)``.
         geometry_offsets: ``(N, 5, n)`` or None.
         T_base_tilted: ``(N, 4, 4)`` or None: the motion of the base that effects make.
@@ -62,7 +62,7 @@ class Kinematics:
         """Return the screw of the sensor, in the base frame, by every coordinate of robot, sensor and effects.
 
         Args:
-            joint_effects: Whether those by effects on joints are wanted; else they are left zero.
+            joint_effects: Whether to compute the columns of effects on joints; else they are zero.
 
         Returns:
             ``(N, 6, P)`` in the order of ``Model.names``; zero for the target's coordinates and for effects on points.

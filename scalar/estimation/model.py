@@ -1,6 +1,6 @@
-"""The model that is fitted: a robot, a sensor on its flange, a target, and effects; and its coordinates.
+"""The model that is fitted, a robot, a sensor on its flange, a target and effects, with the coordinates of its parameters.
 
-A point of the model's manifold is reached from a reference by a flat vector: the geometry as it is, the sensor's translation and
+A vector of coordinates leads from a reference to any other point of the model's manifold: the geometry itself, the sensor's translation and
 a rotation vector about its reference rotation, the target's coordinates, the effects' coefficients. One order of names serves
 everywhere: ``a_1 .. beta_n, sensor_x .. sensor_rz, normal_<plane>_u .., <effect>.<coefficient>``.
 """
@@ -45,7 +45,7 @@ class Model:
 
     Attributes:
         robot: The arm, its geometry as estimated.
-        nominal: The arm as the data sheet has it; the effects' columns are taken there.
+        nominal: The arm of the data sheet; the effects' columns are computed with it.
         reference_rotation: ``(3, 3)``, of the sensor on the flange.
         sensor: ``(6,)``, translation [m] and rotation vector [rad] about the reference: ``R = exp(r) R_reference``.
         target: Planes or tracker frames.
@@ -125,7 +125,7 @@ class Model:
         )
 
     def rebased(self) -> Model:
-        """Return the same model with rotations and normals counted from where they are."""
+        """Return the same model with its current rotation and normals as references."""
         T = self.T_flange_sensor
         sensor = np.r_[self.sensor[:3], 0.0, 0.0, 0.0]
         return replace(self, reference_rotation=T[:3, :3], sensor=sensor, target=self.target.rebased())

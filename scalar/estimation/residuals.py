@@ -1,7 +1,8 @@
 """The whitened residual of a model on a dataset, its signed components, and its analytic Jacobian.
 
-Rows are those of the sensor (``scalar.sensors``), pose by pose, then the rows of what is known beforehand: planes that the user declared
-``known``. A row's derivative is its wrench times the screw of every coordinate, so no derivative is ever taken through a chain.
+Rows are those of the sensor (``scalar.sensors``), pose by pose, then the rows of prior information: planes that the user declared
+``known``, prior sizes of effects, priors on parameters. The derivative of a row by a coordinate is the row's wrench times the
+coordinate's screw.
 """
 
 from __future__ import annotations
@@ -90,7 +91,7 @@ class Residuals:
         ]
 
     def _at(self, model: Model) -> tuple[Kinematics, Rows]:
-        """Return kinematics and rows at a model, kept since a Jacobian follows a residual at the same object."""
+        """Return kinematics and rows at a model; they are kept, since a fit asks for the Jacobian where it asked for the residual."""
         if self._latest is None or self._latest[0] is not model:
             kinematics = self.kinematics(model)
             rows = self.measurement.rows(kinematics.T_base_sensor, model.target, self.point_effects(model))
@@ -133,11 +134,11 @@ class Residuals:
         return rows.residual.ravel(), jacobian.reshape(N * m, -1)
 
     def _priors(self, model: Model) -> tuple[Array, Array]:
-        """Return the rows of what is known beforehand and their Jacobian: reference planes, how large effects may be, priors."""
+        """Return the rows of prior information and their Jacobian: reference planes, prior sizes of effects, priors on parameters."""
         blocks = model.blocks
         if (
             self.known is None and not model.effects and not model.priors
-        ):  # most fits: not worth the dozen calls below at each step
+        ):  # most fits: spare them the calls below at each step
             return np.zeros(0), np.zeros((0, blocks["effects"].stop))
         coefficients = model.vector[blocks["effects"]]
         sizes = np.concatenate([np.zeros(0), *(effect.plausible_sizes for effect in model.effects)])

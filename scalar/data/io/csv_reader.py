@@ -1,4 +1,4 @@
-"""Read CSV files: in C while nothing is wrong with them, cell by cell once something is.
+"""Read CSV files: with a fast parser if they are sound, else cell by cell to find every fault.
 
 The fast way parses a whole file at once. Only where that fails is the file read again cell by cell, to find
 every fault and its row, or to accept what the fast way is too strict for (``+1.5``).

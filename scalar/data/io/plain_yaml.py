@@ -1,4 +1,4 @@
-"""YAML as plain data: mappings, lists, text, numbers, and nothing that runs, expands or surprises.
+"""YAML as plain data: mappings, lists, text and numbers, without tags, anchors or aliases.
 
 The scalars are those of YAML 1.2's core schema, so ``1e-4`` is a number and ``no`` is text. The document is
 built straight from the parser's events, with the limits checked while they stream: no tag, no anchor and no
