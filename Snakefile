@@ -34,6 +34,7 @@ include: "workflow/rules/blind_trials.smk"
 include: "workflow/rules/worked_example.smk"
 include: "workflow/rules/claims.smk"
 include: "workflow/rules/paper.smk"
+include: "workflow/rules/aliases.smk"
 
 
 localrules:

@@ -14,8 +14,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pandas as pd
 import pytest
+from PIL import Image
 
 ROOT = Path(__file__).parents[1]
 SMOKE = ("--configfile", "configs/smoke.yaml")
@@ -57,6 +59,10 @@ def planned(folder: Path, *arguments: str) -> dict[str, int]:
     return jobs(ran.stdout)
 
 
+NEARLY_WHITE = 250  # of 255
+LEAST_INK = 0.01  # of the pixels: axes and labels alone have more
+
+
 @contextmanager
 def edited(path: Path, old: str, new: str) -> Iterator[None]:
     """Replace text in a file for a while; its time stamp comes back as well."""
@@ -84,7 +90,7 @@ def rules() -> set[str]:
     paths = [
         path
         for path in (ROOT / "workflow/rules").glob("*.smk")
-        if path.stem not in ("measured", "blind_trials", "processors")
+        if path.stem not in ("measured", "blind_trials", "processors", "aliases")
     ]
     text = "".join(path.read_text(encoding="utf-8") for path in paths)
     # From committed summaries, though it stands with the target of its own.
@@ -99,14 +105,19 @@ def test_every_rule_runs(built):
     assert len(list((folder / RESULTS / "logs").rglob("*.log"))) == sum(jobs(output).values())
 
 
-def test_every_figure_is_there(built):
-    """Each is a whole PNG and a whole SVG."""
+def test_every_figure_shows_something_whole(built):
+    """Each is a picture with ink inside it and a clear margin around it, so that nothing is blank or cut off, and a whole SVG."""
     folder, _ = built
     pngs = sorted((folder / RESULTS).rglob("figures/*.png"))
     assert len(pngs) >= 5
     for png in pngs:
-        assert png.read_bytes().startswith(b"\x89PNG"), png
-        assert png.stat().st_size > 3000, png
+        picture = np.asarray(Image.open(png).convert("RGB")).min(axis=2) < NEARLY_WHITE
+        assert LEAST_INK < picture.mean() < 1.0, png
+        if png.stem != "scene":  # a rendered picture fills its frame
+            edges = picture[0], picture[-1], picture[:, 0], picture[:, -1]
+            assert not any(edge.any() for edge in edges), png
+        boxes = [half.any() for half in (*np.array_split(picture, 3), *np.array_split(picture, 3, axis=1))]
+        assert all(boxes), png
         ElementTree.parse(png.with_suffix(".svg"))
 
 
@@ -360,3 +371,25 @@ def test_the_same_seeds_give_the_same_bytes_on_one_core(built, tmp_path):
     _, different, missing = filecmp.cmpfiles(folder / RESULTS, again / RESULTS, files, shallow=False)
     assert len(files) > 30
     assert different == missing == []
+
+
+@pytest.mark.parametrize(
+    ("former", "present"),
+    [
+        ("closed_loop", "blind_trials"),
+        ("foretell_first_loop", "predict_published_curves"),
+        ("close_first_loop", "explain_published_curves"),
+        ("draw_first_loop", "draw_published_curves"),
+        ("example_floor", "example_control"),
+    ],
+)
+def test_former_names_of_targets_still_work(former, present):
+    """What a script asked for by a former name is made by the rule of the present name."""
+    wanted = [
+        jobs(snakemake(ROOT, name, "--dry-run", "--forceall", "--quiet", "reason", "--nolock", *SMOKE).stdout)
+        for name in (former, present)
+    ]
+    assert present in wanted[1]
+    assert {name: n for name, n in wanted[0].items() if name not in (former, "total")} == {
+        name: n for name, n in wanted[1].items() if name != "total"
+    }

@@ -131,3 +131,21 @@ def test_every_key_of_the_schema_is_closed():
         else:
             assert "additionalProperties" in schema
             assert schema["additionalProperties"] is not True
+
+
+@pytest.mark.parametrize(
+    ("config", "place", "old", "new"),
+    [
+        (PAPER | {"planted": [{"effect": "joint_scale"}]}, "planted", "planted", "injected"),
+        (
+            PAPER | {"injected": [{"effect": "thermal_drift", "course": "warm_up"}]},
+            "injected[0].course",
+            "course",
+            "profile",
+        ),
+    ],
+)
+def test_a_former_key_is_refused_with_the_present_one(config, place, old, new):
+    """A scene of an older version is not read silently without its effects: the message names the new key."""
+    message = refusal(config)
+    assert place in message and f"the key {old!r} is now called {new!r}" in message

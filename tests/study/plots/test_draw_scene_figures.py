@@ -23,7 +23,7 @@ def errors() -> pd.DataFrame:
     rng = np.random.default_rng(2)
     rows = [
         {"view": view, "u_m": 0.05 + 0.1 * i, "v_m": 0.05 + 0.1 * j, "poses": 1 if i == j == 0 else 9}
-        | dict(zip(("before_mm", "after_mm", "claimed_mm"), rng.random(3) * [10, 0.1, 0.1], strict=True))
+        | dict(zip(("before_mm", "after_mm", "predicted_mm"), rng.random(3) * [10, 0.1, 0.1], strict=True))
         for view in ("side", "above")
         for i in range(3)
         for j in range(3)
@@ -56,7 +56,7 @@ def test_strong_correlations_have_their_number():
 def test_the_map_has_units_and_states():
     """Each state and its unit is named; no calibration at all is said."""
     text = words(draw_workspace(errors(), 5))
-    for word in ("before", "found", "claimed", "[mm]", "[µm]", "5 simulated workcells"):
+    for word in ("before", "found", "predicted", "[mm]", "[µm]", "5 simulated workcells"):
         assert word in text
     assert "no fit" in words(draw_workspace(errors().head(0), 0))
 

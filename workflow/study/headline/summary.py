@@ -48,7 +48,7 @@ def _groups(table: Any, *columns: str) -> Iterator[tuple[Any, Any]]:
 
 
 def summarise_parameters(parameters: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a case, method and estimated parameter: errors found beside the standard errors claimed.
+    """Return a row a case, method and estimated parameter: errors found beside the standard errors stated.
 
     ``normalized_rms`` is near 1 and ``within_2_std`` near 0.95 where the standard errors are true.
     """

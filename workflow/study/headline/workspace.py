@@ -20,7 +20,7 @@ from study.common.seeds import found_seeds
 from study.headline.calibrate import FAILURE_FORMAT
 
 BIN = 0.06  # m: side of a cell of the map
-STATES = ("before_mm", "after_mm", "claimed_mm")
+STATES = ("before_mm", "after_mm", "predicted_mm")
 
 
 def correlation(calibration: Calibration) -> pd.DataFrame:
@@ -43,8 +43,8 @@ def map_errors(
         calibration_dirs: As ``calibrate_seeds`` wrote them, in the same order.
 
     Returns:
-        ``view, u_m, v_m, poses, before_mm, after_mm, claimed_mm``, a row a cell of the map that any evaluation pose lies in. View ``side``:
-        distance from the base's axis and height; ``above``: x and y. ``u_m`` and ``v_m`` are the cell's middle. ``claimed_mm`` is the root
+        ``view, u_m, v_m, poses, before_mm, after_mm, predicted_mm``, a row a cell of the map that any evaluation pose lies in. View ``side``:
+        distance from the base's axis and height; ``above``: x and y. ``u_m`` and ``v_m`` are the cell's middle. ``predicted_mm`` is the root
         of the mean trace of the covariance that the calibration itself gives.
     """
     squares: list[Array] = []

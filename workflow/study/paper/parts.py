@@ -11,9 +11,7 @@ import pandas as pd
 
 from scalar.baseline import fit as baseline
 from scalar.baseline.parameterisation import DH_KINDS, SENSOR
-from scalar.diagnosis import forward_selection
-from scalar.diagnosis import unmodelled_structure as unnamed
-from scalar.diagnosis import variance_components as noise
+from scalar.diagnosis import forward_selection, unmodelled_structure, variance_components
 from scalar.diagnosis.hold_out import BLOCKS_PER_FOLD, FOLDS
 from scalar.effects.catalogue import CATALOGUE, MAX_ORDER, MAX_RIPPLE_ORDER
 from scalar.effects.unattributed import Unattributed
@@ -25,8 +23,8 @@ from study.common.statistics import BAND, QUANTITIES
 
 EQUATIONS_PER_POSE = 2
 """A scan of a plane is a straight line: an offset and a slope, however many points it has."""
-NOISES = 2
-"""Effects that are noises: jitter of the poses, and an error common to a scan."""
+VARIANCE_COMPONENTS = 2
+"""Effects that are variance components: jitter of the poses, and an error common to a scan."""
 
 
 def setup(scene: Path, tilted: Path, seeds: int) -> dict[str, Any]:
@@ -85,15 +83,15 @@ def settings() -> dict[str, Any]:
         "max_evaluations": baseline.MAX_EVALUATIONS,
         "band_low": BAND[0],
         "band_high": BAND[1],
-        "effects": len(CATALOGUE) - (Unattributed.name in CATALOGUE) + NOISES,
+        "effects": len(CATALOGUE) - (Unattributed.name in CATALOGUE) + VARIANCE_COMPONENTS,
         "highest_order": MAX_ORDER,
         "highest_ripple": MAX_RIPPLE_ORDER,
         "alpha": forward_selection.ALPHA,
         "least_improvement": forward_selection.LEAST_IMPROVEMENT,
         "swap_margin": forward_selection.SWAP_MARGIN,
         "confounded_margin": forward_selection.CONFOUNDED_MARGIN,
-        "noise_alpha": noise.P_VALUE,
-        "unnamed_alpha": unnamed.ALPHA,
+        "variance_component_alpha": variance_components.P_VALUE,
+        "unattributed_alpha": unmodelled_structure.ALPHA,
         "folds": FOLDS,
         "blocks": FOLDS * BLOCKS_PER_FOLD,
         "point_sigmas": outlying_points.POINT_SIGMAS,

@@ -107,8 +107,8 @@ def _tick(method: str, summary: pd.DataFrame) -> str:
 def _legend(n_seeds: int) -> list[Line2D | Patch]:
     grey = {"color": "#555555", "linestyle": "none", "marker": "o", "markersize": 4}
     return [
-        Line2D([], [], **grey, label="raw, a dot a seed (held parameters at their truth)"),
-        Line2D([], [], **grey, markerfacecolor="white", label="aligned (best rigid move of the base)"),
+        Line2D([], [], **grey, label="raw, a dot a seed (fixed parameters at their true values)"),
+        Line2D([], [], **grey, markerfacecolor="white", label="aligned (best rigid motion of the base)"),
         Patch(facecolor="#555555", alpha=0.22, label=f"5 to 95 % of {n_seeds} seeds"),
         Line2D([], [], color="black", linewidth=1.4, label="median; number: mean over the seeds, raw"),
         Line2D(

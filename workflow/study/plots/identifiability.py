@@ -1,4 +1,4 @@
-"""The singular values of what is seen: how many directions no residual shows, and how clear the gap is."""
+"""The singular values of the Jacobian: how many directions are unobservable, and how clear the gap is."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _FLOOR = 1e-19  # a singular value that is exactly zero is drawn here
 
 
 def draw_singular_values(values: pd.DataFrame, directions: pd.DataFrame) -> Figure:
-    """Return the singular values from the largest on, those that count as zero hollow, and what is held.
+    """Return the singular values from the largest on, those that count as zero hollow, and what is fixed.
 
     Args:
         values: singular_values.csv. directions: null_directions.csv.
@@ -27,7 +27,7 @@ def draw_singular_values(values: pd.DataFrame, directions: pd.DataFrame) -> Figu
             "o",
             color="#0072b2",
             markersize=5,
-            label=f"{(~null).sum()} that are seen",
+            label=f"{(~null).sum()} identified directions",
         )
         ax.plot(
             values["index"][null],
@@ -37,7 +37,7 @@ def draw_singular_values(values: pd.DataFrame, directions: pd.DataFrame) -> Figu
             markeredgecolor="#d55e00",
             markeredgewidth=1.4,
             markersize=6,
-            label=f"{null.sum()} that count as zero",
+            label=f"{null.sum()} counted as zero",
         )
         ax.axhline(
             values["tolerance"].iloc[0],
@@ -53,6 +53,6 @@ def draw_singular_values(values: pd.DataFrame, directions: pd.DataFrame) -> Figu
         ax.set_ylabel("singular value / largest (columns of unit length)")
         if len(directions):
             held = ", ".join(directions["held"])
-            ax.set_title(f"held because of them: {held}", fontsize=9)
+            ax.set_title(f"fixed because of them: {held}", fontsize=9)
         ax.legend(loc="lower left")
     return figure

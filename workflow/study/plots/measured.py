@@ -14,7 +14,7 @@ MODELS = (  # model in errors.csv, words, colour, hatch
     ("base_and_tool", "base and tool only", "#999999", ""),
     ("geometry", "and the geometry", "#56b4e9", "///"),
     ("geometry_and_effects", "and the effects found", "#0072b2", ""),
-    ("effects_of", "another campaign's effects, held", "#009e73", "..."),
+    ("effects_of", "another campaign's effects, fixed", "#009e73", "..."),
     ("effects_on_shuffled_angles", "control: angles of other poses", "#d55e00", "xxx"),
 )
 CAMPAIGNS = (("#0072b2", "-"), ("#d55e00", "--"), ("#009e73", ":"))

@@ -1,4 +1,4 @@
-"""The error of each parameter beside the standard error claimed for it (the paper's section IV-D)."""
+"""The error of each parameter beside the standard error stated for it (the paper's section IV-D)."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _sizes(ax: Axes, rows: pd.DataFrame, unit: str, title: str, colour: str) -> 
         0.75,
         color=colour,
         alpha=0.3,
-        label="standard error claimed, mean over the seeds",
+        label="standard error stated, mean over the seeds",
     )
     ax.plot(
         x,

@@ -99,7 +99,7 @@ def _candidates(ax: Axes, ranking: pd.DataFrame) -> None:
     ax.set_yticks(place, names, fontsize=7.5)
     ax.set_xlim(0, 1.22 * max(float(evidence.max()), 1.0))
     ax.grid(visible=False, axis="y")
-    ax.set_xlabel("evidence [nats] (share of the residual that it explains)")
+    ax.set_xlabel("log evidence (BIC) [nats] (share of the residual that it explains)")
     ax.set_title("2. every candidate scored on that residual: the best eight")
 
 

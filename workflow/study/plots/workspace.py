@@ -15,7 +15,7 @@ _VIEWS = (("side", "distance from the base's axis [m]", "height [m]"), ("above",
 _STATES = (
     ("before_mm", "before"),
     ("after_mm", "after, found"),
-    ("claimed_mm", "after, claimed by the covariance"),
+    ("predicted_mm", "after, predicted by the covariance"),
 )
 _FEWEST = 3  # poses in a cell that is shown
 
@@ -33,7 +33,7 @@ def draw_workspace(errors: pd.DataFrame, seeds: int) -> Figure:
             figure.text(0.5, 0.5, "no fit gave a calibration", ha="center")
             return figure
         axes = figure.subplots(2, 3, height_ratios=[1.1, 1])
-        after = _range(enough, ["after_mm", "claimed_mm"])
+        after = _range(enough, ["after_mm", "predicted_mm"])
         for column, (state, title) in zip(axes.T, _STATES, strict=True):
             low, high = _range(enough, [state]) if state == "before_mm" else after
             factor, unit = (1.0, "mm") if state == "before_mm" else (MM / UM, "µm")
