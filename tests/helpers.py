@@ -249,7 +249,7 @@ class Scene:
             for i in range(robot.n_joints)
         ]
         mapping: dict[str, Any] = {
-            "format": "scalar-dataset/1",
+            "format": "scalar-dataset/2",
             "name": self.dataset.name,
             "robot": {
                 "name": robot.name,

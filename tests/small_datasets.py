@@ -16,7 +16,7 @@ def description(kind: str = "line-laser") -> dict[str, Any]:
     half = 1.5707963267948966
     joints = [{"a": 0.1 * i, "alpha": half * (i % 2), "d": 0.2, "theta": 0.0} for i in range(6)]
     mapping: dict[str, Any] = {
-        "format": "scalar-dataset/1",
+        "format": "scalar-dataset/2",
         "name": "small",
         "robot": {"name": "arm", "convention": "modified-dh", "joints": joints},
         "sensor": {

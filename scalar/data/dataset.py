@@ -1,4 +1,4 @@
-"""The one reader, writer and checker of measured data: a folder of the format ``scalar-dataset/1``.
+"""The one reader, writer and checker of measured data: a folder of the format ``scalar-dataset/2``, or 1.
 
 A dataset is all that calibration and diagnosis read. Poses stand in acquisition order; the laser
 points of one pose stand together, in the order of the file. The reader raises every fault it finds.
@@ -26,7 +26,6 @@ from scalar.geometry.se3 import transform_from_rotation_vector
 if TYPE_CHECKING:
     import pandas as pd
 
-FORMAT = "scalar-dataset/1"
 KNOWN_POSE_COLUMNS = ("pose", "plane", "order", "time", "temperature", "session")
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 
+from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.plain_yaml import Lines, join_path
 from scalar.data.located_table import did_you_mean, shorten
 from scalar.errors import Fault
@@ -104,7 +105,9 @@ def _validator() -> Draft202012Validator:
 def check_description(description: Description) -> None:
     """Add the faults of dataset.yaml to ``description.faults``."""
     if not isinstance(description.mapping, dict):
-        description.fault((), "not a mapping; write keys and values, beginning with format: scalar-dataset/1")
+        description.fault(
+            (), f"not a mapping; write keys and values, beginning with format: {DATASET_FORMAT}"
+        )
         return
     check_schema(description, _validator())
     check_finite(description, description.mapping, ())

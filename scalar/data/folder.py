@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from scalar.data.description import DESCRIPTION, Description, check_description
+from scalar.data.formats import refuse_files
 from scalar.data.io.csv_reader import read_csv
 from scalar.data.io.parquet_reader import read_parquet
 from scalar.data.io.plain_yaml import load_yaml_lines
@@ -61,6 +62,7 @@ def examine_folder(path: Path, faults: list[Fault]) -> Content | None:
     kind = description.kind
     if kind is not None:
         faults += unknown_data_files(kind, names)
+    faults += refuse_files(description.get("format"), names)
     if kind in POINT_FILES:
         points = _read_points(path, kind, names, faults)
         if points is not None:

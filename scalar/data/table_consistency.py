@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from scalar.data.description import DESCRIPTION, MIN_PLANES, Description
+from scalar.data.formats import refuse_pose_column
 from scalar.data.located_table import Layout, Table, did_you_mean, shorten
 from scalar.errors import Fault
 
@@ -26,7 +27,7 @@ def poses_layout(description: Description) -> Layout:
     def refuse(name: str) -> str | None:
         match = _JOINT_COLUMN.fullmatch(name)
         if not match or not n:
-            return None
+            return refuse_pose_column(description.get("format"), name)
         return f"the robot has joints 1 to {n}; remove the column, or complete robot.joints in {DESCRIPTION}"
 
     approach = tuple(f"approach{i + 1}" for i in range(n))

@@ -26,7 +26,14 @@ from scalar.sensors.tracker import TrackerFrames
 if TYPE_CHECKING:
     import pandas as pd
 
-FORMAT = "scalar-calibration/1"
+FORMAT = "scalar-calibration/2"
+VERSION_1 = "scalar-calibration/1"
+"""Read, no longer written: it nests the names of the free parameters and their matrix under ``covariance``."""
+KEYS = frozenset(
+    {"format", "robot", "sensor", "parameters", "gauge", "effects", "residual_rms_m", "planes", "tracker_frames", "summary"}
+    | {"names", "covariance"}
+)  # fmt: skip
+PARAMETER_KEYS = frozenset({"value", "std", "unit", "held", "reason"})
 PREDICTION_COLUMNS = ("pose", "x", "y", "z", "rx", "ry", "rz")
 
 
@@ -144,10 +151,8 @@ class Calibration:
             "planes": self._planes(),
             "tracker_frames": self._frames(),
             "summary": dict(self.summary),
-            "covariance": {
-                "names": list(self.free),
-                "matrix": [list(map(float, row)) for row in self.covariance],
-            },
+            "names": list(self.free),
+            "covariance": [list(map(float, row)) for row in self.covariance],
         }
 
     def _planes(self) -> list[dict[str, Any]]:
@@ -218,16 +223,35 @@ def load_calibration(path: str | Path) -> Calibration:
         ) from None
     except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
         raise InvalidInput([Fault(str(path), f"not a calibration: {error}")]) from None
-    if not isinstance(mapping, dict) or mapping.get("format") != FORMAT:
+    if not isinstance(mapping, dict) or mapping.get("format") not in (VERSION_1, FORMAT):
         raise InvalidInput(
             [Fault(str(path), f"not a calibration: its format is not '{FORMAT}'", None, "format")]
         )
     try:
+        mapping = _as_version_2(mapping)
+        unknown = [key for key in mapping if key not in KEYS]
+        unknown += [
+            f"parameters.{name}.{key}"
+            for name, entry in mapping["parameters"].items()
+            for key in entry
+            if key not in PARAMETER_KEYS
+        ]
+        if unknown:  # to ignore what a later release wrote would give a wrong answer
+            message = "not known to this release of scalar; use the release that wrote the file"
+            raise InvalidInput([Fault(str(path), message, None, key) for key in unknown])
         return _from_mapping(mapping)
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise InvalidInput(
             [Fault(str(path), f"damaged calibration: {type(error).__name__} {error}")]
         ) from None
+
+
+def _as_version_2(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the content of a calibration of either version as that of version 2."""
+    if mapping["format"] == FORMAT:
+        return mapping
+    nested = mapping["covariance"]
+    return {**mapping, "format": FORMAT, "names": nested["names"], "covariance": nested["matrix"]}
 
 
 def _from_mapping(mapping: Mapping[str, Any]) -> Calibration:
@@ -260,14 +284,12 @@ def _from_mapping(mapping: Mapping[str, Any]) -> Calibration:
     effects = tuple(effect_from_mapping(effect) for effect in mapping["effects"])
     model = Model(calibrated, nominal, np.eye(3), np.r_[T[:3, 3], log_so3(T[:3, :3])], target, effects)
     model = model.with_vector(np.array([float(parameters[name]["value"]) for name in model.names]))
-    covariance = mapping["covariance"]
+    names = mapping["names"]
     return Calibration(
         model=model,
         sensor=sensor,
-        free=tuple(covariance["names"]),
-        covariance=np.array(covariance["matrix"], dtype=float).reshape(
-            len(covariance["names"]), len(covariance["names"])
-        ),
+        free=tuple(names),
+        covariance=np.array(mapping["covariance"], dtype=float).reshape(len(names), len(names)),
         held={name: p["reason"] for name, p in parameters.items() if p["held"]},
         gauge=tuple(mapping["gauge"]),
         residual_rms=float(mapping["residual_rms_m"]),

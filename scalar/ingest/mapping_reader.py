@@ -15,6 +15,7 @@ from typing import Any
 from jsonschema import Draft202012Validator
 
 from scalar.data.description import Description, check_description, check_finite, check_schema
+from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.plain_yaml import load_yaml_lines
 from scalar.data.located_table import did_you_mean, shorten
 from scalar.data.unit_suspicions import suspect_description
@@ -84,7 +85,7 @@ def _description(given: Description, path: Path) -> Description:
         file = other.name
     wrong: list[tuple[tuple[str | int, ...], str]] = []
     if inline:
-        inner.setdefault("format", "scalar-dataset/1")
+        inner.setdefault("format", DATASET_FORMAT)
         inner = {"format": inner["format"], **inner}
         inner, wrong = description_to_si(inner, units.get("length", "m"), units.get("angle", "rad"))
     description = Description(inner, lines, file)

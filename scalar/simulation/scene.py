@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scalar.data.formats import DATASET_FORMAT
 from scalar.simulation.arm import arm_mapping, pose_mapping
 from scalar.simulation.config import complete_config, poses_wanted
 from scalar.simulation.declared import draw_errors, guess_plane
@@ -38,8 +39,6 @@ from scalar.simulation.streams import (
 from scalar.simulation.transforms import Array
 from scalar.simulation.truth import arm_frames, evaluation_poses, truth_mapping
 from scalar.simulation.world import World
-
-FORMAT = "scalar-dataset/1"
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,7 +253,7 @@ def _dataset_mapping(config: Mapping[str, Any], workcell: Workcell, noise: Noise
         sensor["noise"] = noise.range_std
     sensor["error_axis"] = workcell.scanner.error_axis
     return {
-        "format": FORMAT,
+        "format": DATASET_FORMAT,
         "name": config["name"],
         "source": "simulated with pybullet by scalar",
         "robot": arm_mapping(declared),

@@ -32,7 +32,7 @@ def put(*path: Any) -> Callable[[dict[str, Any]], None]:
 J = ("robot", "joints", 2)
 POSE, KNOWN = "sensor.nominal_pose", "planes[1].known"
 EDITS = [
-    (put("format", "scalar-dataset/2"), "format", "cannot be read by this version; write scalar-dataset/1"),
+    (put("format", "scalar-dataset/3"), "format", "write one of scalar-dataset/1, scalar-dataset/2"),
     (put("nmae", "x"), "nmae", "unknown key"),
     (put("name", ""), "name", "empty"),
     (put("name", ["a"]), "name", "not text"),

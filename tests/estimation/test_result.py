@@ -46,7 +46,7 @@ def test_what_is_saved_predicts_the_same(scene, calibration, tmp_path):
 
 
 def test_the_file_has_what_interfaces_promise(calibration, tmp_path):
-    """Keys of format scalar-calibration/1, and numbers that are finite or null."""
+    """Keys of format scalar-calibration/2, and numbers that are finite or null."""
     calibration.save(tmp_path / "c.json")
     text = (tmp_path / "c.json").read_text()
     content = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} in the file"))
@@ -130,7 +130,7 @@ def damage(content, how):
     elif how == "a null":
         content["parameters"]["a_2"]["value"] = None
     elif how == "a covariance of another size":
-        content["covariance"]["matrix"] = [[1.0, 2.0]]
+        content["covariance"] = [[1.0, 2.0]]
     elif how == "an unknown effect":
         content["effects"] = [{"name": "no_such_effect", "target": {}, "coefficients": {}}]
     elif how == "a robot of fewer joints":
