@@ -26,9 +26,9 @@ def evaluate(calibration: Path, truth: Path, output: Path) -> None:
       scalar evaluate out/calibration.json sim/truth -o out
     """
     from scalar.data.io.atomic import write_json
-    from scalar.estimation.frame_tables import read_truth
     from scalar.estimation.result import load_calibration
     from scalar.evaluate import evaluate
+    from scalar.evaluate.truth import read_truth
 
     model = load_calibration(calibration)
     robot = model.model.robot

@@ -7,20 +7,24 @@ points of one pose stand together, in the order of the file. The reader raises e
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from scalar.data.arrays import content_of_arrays
 from scalar.data.description import DESCRIPTION
-from scalar.data.folder import FILES, POINT_COLUMNS, POSES, Content, examine_folder, read_folder
+from scalar.data.folder import FILES, POINT_COLUMNS, POINT_FILES, POSES, Content, examine_folder, read_folder
+from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.atomic import atomic_directory
 from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.data.located_table import Table
 from scalar.errors import Fault, InvalidInput
-from scalar.geometry.robot import Robot
+from scalar.geometry.robot import Robot, fixed_transform_mapping
 from scalar.geometry.se3 import transform_from_rotation_vector
 
 if TYPE_CHECKING:
@@ -47,6 +51,32 @@ class PlaneGuess:
     distance_std: float | None = None
     normal_std: float | None = None
 
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> PlaneGuess:
+        """Return the plane of an entry of ``planes`` in dataset.yaml; its normal may have any length."""
+        normal = np.array(mapping["normal"], dtype=float)
+        length = float(np.linalg.norm(normal))
+        known = mapping.get("known", {})
+        distance_std = _float(known.get("distance_std"))
+        return cls(
+            name=mapping["name"],
+            normal=normal / length,
+            distance=float(mapping["distance"]) / length,
+            distance_std=None if distance_std is None else distance_std / length,
+            normal_std=_float(known.get("normal_std")),
+        )
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the plane as dataset.yaml writes it."""
+        mapping: dict[str, Any] = {
+            "name": self.name,
+            "normal": [float(x) for x in self.normal],
+            "distance": float(self.distance),
+        }
+        if self.distance_std is not None or self.normal_std is not None:
+            mapping["known"] = {"distance_std": self.distance_std, "normal_std": self.normal_std}
+        return mapping
+
 
 @dataclass(frozen=True, eq=False)
 class Sensor:
@@ -63,6 +93,15 @@ class Sensor:
     T_flange_sensor: np.ndarray | None
     noise: float | None = None
     error_axis: str = "ray"
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the sensor as dataset.yaml writes it."""
+        mapping: dict[str, Any] = {"kind": self.kind}
+        if self.T_flange_sensor is not None:
+            mapping["nominal_pose"] = fixed_transform_mapping(np.asarray(self.T_flange_sensor, dtype=float))
+        if self.noise is not None:
+            mapping["noise"] = float(self.noise)
+        return mapping | {"error_axis": self.error_axis}
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +129,83 @@ class Dataset:
     poses: pd.DataFrame
     points: np.ndarray
     starts: np.ndarray
+
+    @classmethod
+    def from_arrays(
+        cls,
+        *,
+        robot: Robot,
+        sensor: Sensor,
+        q: ArrayLike,
+        points: ArrayLike | Sequence[ArrayLike] | None = None,
+        planes: Sequence[PlaneGuess] = (),
+        plane: Sequence[str] | None = None,
+        columns: Mapping[str, ArrayLike] | None = None,
+        pose_ids: ArrayLike | None = None,
+        name: str = "arrays",
+        source: str = "",
+    ) -> Dataset:
+        """Return a dataset of arrays, checked as strictly as a folder is.
+
+        Args:
+            robot: the nominal robot.
+            sensor: the nominal sensor; its kind says what `points`, `planes` and `plane` have to be.
+            q: ``(N, n)`` [rad], joint angles as the encoders read them, a row a pose.
+            points: line-laser: N arrays ``(M_i, 2)``, or one ``(N, M, 2)`` [m], x and z in the sensor frame; tracker:
+                ``(N, 3)`` [m], in the tracker's frame; probe: None.
+            planes: the rough planes; none for a tracker.
+            plane: ``(N,)``, the name of the plane that each pose measures; None for a tracker.
+            columns: the optional columns of poses.csv by name, ``(N,)`` each: ``order``, ``time`` [s], ``temperature``
+                [deg C], ``session``, ``approach`` as ``(N, n)`` of -1 and 1, and any covariate.
+            pose_ids: ``(N,)`` integers, which results use to name a pose; 1 to N if None.
+            name: of the dataset.
+            source: free text.
+
+        Raises:
+            InvalidInput: with all the faults found, each with its array, its row (counted from 1) and its column.
+
+        Example:
+            A tracker that sees two poses of an arm of one joint, whose flange is 0.5 m from its axis:
+
+            >>> import numpy as np
+            >>> from scalar import Dataset, Robot, Sensor
+            >>> joint = {"a": 0.0, "alpha": 0.0, "d": 0.3, "theta": 0.0}
+            >>> flange = {"translation": [0.5, 0.0, 0.0], "rotation_vector": [0.0, 0.0, 0.0]}
+            >>> robot = Robot.from_mapping({"name": "arm", "joints": [joint], "flange": flange})
+            >>> dataset = Dataset.from_arrays(
+            ...     robot=robot,
+            ...     sensor=Sensor("tracker", np.eye(4), noise=1e-4),
+            ...     q=[[0.0], [1.5]],
+            ...     points=[[0.5, 0.0, 0.3], [0.0354, 0.4987, 0.3]],
+            ... )
+            >>> dataset.n_poses, dataset.points.shape
+            (2, (2, 3))
+        """
+        mapping = _description(name, source, robot, sensor, planes)
+        content = content_of_arrays(mapping, q, points, plane, pose_ids, columns or {})
+        # Not the rotation vectors that dataset.yaml would hold: they keep the last digit of a transform only nearly.
+        return replace(_build(content), robot=robot, sensor=sensor, planes=tuple(map(_unit, planes)))
+
+    def write(self, path: str | os.PathLike[str], *, table_format: str = "csv") -> None:
+        """Write the dataset as a folder, which appears whole or not at all.
+
+        Args:
+            path: of the folder; replaced if it is a dataset already and holds nothing else.
+            table_format: ``csv`` or ``parquet``, for the points.
+
+        Raises:
+            InvalidInput: the folder cannot be written, or holds something else than a dataset.
+        """
+        import pandas as pd
+
+        tables: dict[str, pd.DataFrame] = {}
+        names = POINT_COLUMNS.get(self.sensor.kind)
+        if names is not None:
+            table = pd.DataFrame(self.points, columns=list(names[1:]))
+            table.insert(0, "pose", np.repeat(self.pose_ids, np.diff(self.starts)))
+            tables[POINT_FILES[self.sensor.kind][0].partition(".")[0]] = table
+        mapping = _description(self.name, self.source, self.robot, self.sensor, self.planes)
+        write_dataset(path, mapping=mapping, poses=self.poses, table_format=table_format, **tables)
 
     @property
     def n_poses(self) -> int:
@@ -158,6 +274,12 @@ def read_dataset(path: str | os.PathLike[str]) -> Dataset:
 
     Raises:
         InvalidInput: with all the faults found, each with its file, row and column.
+
+    Example:
+        >>> from scalar import read_dataset
+        >>> dataset = read_dataset("my-cell")
+        >>> dataset.sensor.kind, dataset.q.shape
+        ('tracker', (60, 6))
     """
     return _build(read_folder(Path(path)))
 
@@ -167,6 +289,19 @@ def validate_dataset(path: str | os.PathLike[str]) -> list[Fault]:
     faults: list[Fault] = []
     examine_folder(Path(path), faults)
     return faults
+
+
+def _description(
+    name: str, source: str, robot: Robot, sensor: Sensor, planes: Sequence[PlaneGuess]
+) -> dict[str, Any]:
+    """Return the content of dataset.yaml."""
+    mapping: dict[str, Any] = {"format": DATASET_FORMAT, "name": name}
+    if source:
+        mapping["source"] = source
+    mapping |= {"robot": robot.to_mapping(), "sensor": sensor.to_mapping()}
+    if planes:
+        mapping["planes"] = [plane.to_mapping() for plane in planes]
+    return mapping
 
 
 def _build(content: Content) -> Dataset:
@@ -190,25 +325,20 @@ def _build(content: Content) -> Dataset:
         source=mapping.get("source") or "",
         robot=Robot.from_mapping(mapping["robot"]),
         sensor=Sensor(kind, T_flange_sensor, _float(sensor.get("noise")), sensor.get("error_axis", "ray")),
-        planes=() if kind == "tracker" else tuple(_plane(plane) for plane in mapping["planes"]),
+        planes=()
+        if kind == "tracker"
+        else tuple(PlaneGuess.from_mapping(plane) for plane in mapping["planes"]),
         poses=frame,
         points=xyz,
         starts=starts,
     )
 
 
-def _plane(mapping: dict[str, Any]) -> PlaneGuess:
-    normal = np.array(mapping["normal"], dtype=float)
-    length = float(np.linalg.norm(normal))
-    known = mapping.get("known", {})
-    distance_std = _float(known.get("distance_std"))
-    return PlaneGuess(
-        name=mapping["name"],
-        normal=normal / length,
-        distance=float(mapping["distance"]) / length,
-        distance_std=None if distance_std is None else distance_std / length,
-        normal_std=_float(known.get("normal_std")),
-    )
+def _unit(plane: PlaneGuess) -> PlaneGuess:
+    """Return the plane with a normal of length one, which is kept to the last digit where it has that length."""
+    if abs(np.linalg.norm(plane.normal) - 1.0) < 1e-12:
+        return plane
+    return PlaneGuess.from_mapping(plane.to_mapping())
 
 
 def _float(value: Any) -> float | None:

@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+def _numbers(name: str, values: ArrayLike) -> Array:
+    try:
+        numbers = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidInput(Fault("poses", "not numbers", None, name)) from None
+    if not np.all(np.isfinite(numbers)):
+        raise InvalidInput(Fault("poses", "a number is not finite", None, name))
+    return numbers
 
 
 def is_joint(column: str) -> bool:
@@ -50,6 +62,35 @@ class Poses:
         numeric = frame.select_dtypes("number").columns
         columns = {c: frame[c].to_numpy(dtype=float) for c in numeric if c not in (*joints, "pose", "order")}
         return cls(frame[joints].to_numpy(dtype=float), order, columns)
+
+    @classmethod
+    def from_arrays(cls, q: ArrayLike, columns: Mapping[str, ArrayLike], n_joints: int) -> Poses:
+        """Return the poses to predict for, from arrays; without ``order``, the state at the end.
+
+        Args:
+            q: ``(N, n)`` [rad].
+            columns: Of poses.csv by name, ``(N,)`` each, or one number for all poses; ``approach`` may be ``(N, n)``.
+            n_joints: How many joints the robot has, n.
+
+        Raises:
+            InvalidInput: An array has another shape, or holds what is not a finite number.
+        """
+        angles = _numbers("q", q)
+        if angles.ndim != 2 or angles.shape[1] != n_joints:
+            message = f"an array of shape {angles.shape}; the robot asks for (poses, {n_joints})"
+            raise InvalidInput(Fault("poses", message, None, "q"))
+        given: dict[str, Array] = {}
+        for name, values in columns.items():
+            numbers = _numbers(name, values)
+            if name == "approach" and numbers.shape == angles.shape:
+                given |= {f"approach{i + 1}": column for i, column in enumerate(numbers.T)}
+            elif numbers.shape in ((), (len(angles),)):
+                given[name] = np.broadcast_to(numbers, len(angles))
+            else:
+                message = f"an array of shape {numbers.shape}; write one number, or ({len(angles)},)"
+                raise InvalidInput(Fault("poses", message, None, name))
+        order = given.pop("order", np.full(len(angles), np.inf))
+        return cls(angles, order, given)
 
     def __len__(self) -> int:
         """Return the number of poses."""

@@ -49,6 +49,12 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
     Raises:
         InvalidInput: The data contradict themselves.
         Undetermined: The data cannot determine even the geometry.
+
+    Example:
+        >>> from scalar import diagnose, read_dataset
+        >>> diagnosis = diagnose(read_dataset("my-cell"))
+        >>> diagnosis.verdict, [finding.effect.name for finding in diagnosis.findings]
+        ('effect', ['joint_scale'])
     """
     progress("cleaning")
     cleaned = _cleaned(dataset)

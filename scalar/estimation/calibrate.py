@@ -41,6 +41,12 @@ def calibrate(
     Raises:
         InvalidInput: The data contradict themselves.
         Undetermined: The data cannot determine the model, or the fit did not converge.
+
+    Example:
+        >>> from scalar import calibrate, read_dataset
+        >>> calibration = calibrate(read_dataset("my-cell"))
+        >>> calibration.residual_rms < 1e-3  # m
+        True
     """
     try:
         prepared = prepare(dataset, fix)

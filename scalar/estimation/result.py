@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import write_json
@@ -101,40 +102,69 @@ class Calibration:
             for name, value, unit in zip(model.names, model.vector, model.units, strict=True)
         }
 
-    def predict(self, poses: pd.DataFrame) -> Array:
+    def predict(self, q: ArrayLike | pd.DataFrame, **columns: ArrayLike) -> Array:
         """Return the sensor's frames in the base frame ``(N, 4, 4)``, all effects applied.
 
         Args:
-            poses: A table with q1..qn [rad] and the optional columns of poses.csv; without ``order``, the state at the end.
+            q: ``(N, n)`` [rad], joint angles as the encoders read them; or a table with q1..qn and the optional columns
+                of poses.csv.
+            columns: The optional columns of poses.csv that an effect needs, by name, beside an array: ``temperature``
+                [deg C], ``time`` [s], ``order`` (without it: the state at the end), ``approach`` as ``(N, n)``; ``(N,)``
+                each, or one number for all poses.
 
         Raises:
-            InvalidInput: A column that an effect needs is missing.
-        """
-        return self._kinematics(poses).T_base_sensor
+            InvalidInput: A column that an effect needs is missing, or an array has another shape.
 
-    def predict_std(self, poses: pd.DataFrame) -> tuple[Array, Array]:
+        Example:
+            A calibration of an arm of one joint, with nothing estimated:
+
+            >>> import numpy as np
+            >>> from scalar import Calibration, Dataset, Robot, Sensor
+            >>> joint = {"a": 0.0, "alpha": 0.0, "d": 0.3, "theta": 0.0}
+            >>> robot = Robot.from_mapping({"name": "arm", "joints": [joint]})
+            >>> dataset = Dataset.from_arrays(
+            ...     robot=robot, sensor=Sensor("tracker", np.eye(4)), q=[[0.0], [1.0]], points=np.eye(2, 3)
+            ... )
+            >>> calibration = Calibration.nominal(dataset)
+            >>> T_base_sensor = calibration.predict([[0.0], [0.5], [1.0]])
+            >>> T_base_sensor.shape, float(T_base_sensor[1, 2, 3])
+            ((3, 4, 4), 0.3)
+        """
+        return self._kinematics(q, columns).T_base_sensor
+
+    def predict_std(self, q: ArrayLike | pd.DataFrame, **columns: ArrayLike) -> tuple[Array, Array]:
         """Return the standard errors of the predicted poses, what is held being taken as exact.
+
+        Args:
+            q: As in ``predict``.
+            columns: As in ``predict``.
 
         Returns:
             Position ``(N,)`` [m] and orientation ``(N,)`` [rad]: root of the trace of each 3 x 3 covariance; NaN where the fit
             gave no covariance.
         """
-        kinematics = self._kinematics(poses)
-        columns = np.array([self.model.names.index(name) for name in self.free], dtype=int)
+        kinematics = self._kinematics(q, columns)
+        free = np.array([self.model.names.index(name) for name in self.free], dtype=int)
         # What is measured against moves no prediction, so only the marginal covariance of the rest is asked for, by its square root.
         target = self.model.blocks["target"]
-        moves = (columns < target.start) | (columns >= target.stop)
+        moves = (free < target.start) | (free >= target.stop)
         covariance = self.covariance[np.ix_(moves, moves)]
         if not np.all(np.isfinite(covariance)):
-            return np.full(len(poses), np.nan), np.full(len(poses), np.nan)
+            n_poses = len(kinematics.T_base_sensor)
+            return np.full(n_poses, np.nan), np.full(n_poses, np.nan)
         values, vectors = np.linalg.eigh(covariance)
         root = vectors * np.sqrt(np.maximum(values, 0.0))
-        screws = kinematics.screws()[:, :, columns[moves]] @ root
+        screws = kinematics.screws()[:, :, free[moves]] @ root
         moving = screws[:, 3:] + np.cross(screws[:, :3], kinematics.T_base_sensor[:, :3, 3, None], axis=1)
         return np.linalg.norm(moving, axis=(1, 2)), np.linalg.norm(screws[:, :3], axis=(1, 2))
 
-    def _kinematics(self, poses: pd.DataFrame) -> Kinematics:
-        at = Poses.from_frame(poses, self.model.robot.n_joints, order_is_row=False)
+    def _kinematics(self, q: ArrayLike | pd.DataFrame, columns: Mapping[str, ArrayLike]) -> Kinematics:
+        n_joints = self.model.robot.n_joints
+        if hasattr(q, "columns"):  # a table; pandas is not imported to see that an array is none
+            table: Any = q
+            at = Poses.from_frame(table.assign(**columns), n_joints, order_is_row=False)
+        else:
+            at = Poses.from_arrays(q, columns, n_joints)
         return Kinematics.of(self.model, at, EffectBases.of(self.model.nominal, at, self.model.effects))
 
     def to_mapping(self) -> dict[str, Any]:
@@ -184,8 +214,21 @@ class Calibration:
         ]
 
     def save(self, path: str | Path) -> None:
-        """Write ``calibration.json``, whole or not at all."""
+        """Write ``calibration.json``, whole or not at all.
+
+        Raises:
+            InvalidInput: The place cannot be written.
+        """
         write_json(path, self.to_mapping())
+
+    @staticmethod
+    def load(path: str | Path) -> Calibration:
+        """Return the calibration in a file that ``save`` wrote, of this version of the format or of version 1.
+
+        Raises:
+            InvalidInput: The file is missing, is not a calibration, or has what this release does not know.
+        """
+        return load_calibration(path)
 
 
 def reporting(model: Model, guess: Any) -> Model:

@@ -36,6 +36,17 @@ class Robot:
         T_base_0: ``(4, 4)``, fixed transform before the first joint.
         T_n_flange: ``(4, 4)``, fixed transform after the last joint.
         gravity: ``(3,)`` [m/s^2] in the base frame.
+
+    Example:
+        An arm of two links, stretched out:
+
+        >>> import numpy as np
+        >>> from scalar import Robot
+        >>> joints = [{"a": a, "alpha": 0.0, "d": 0.0, "theta": 0.0} for a in (0.0, 0.4)]
+        >>> robot = Robot.from_mapping({"name": "two links", "joints": joints})
+        >>> T_base_flange = robot.flange(np.array([[np.pi / 2, 0.0]]))
+        >>> T_base_flange[0, :3, 3].round(12).tolist()
+        [0.0, 0.4, 0.0]
     """
 
     name: str

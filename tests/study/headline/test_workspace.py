@@ -8,9 +8,9 @@ from study.headline.workspace import STATES, correlation, map_errors
 
 from scalar.data.dataset import read_dataset
 from scalar.estimation.calibrate import calibrate
-from scalar.estimation.frame_tables import read_truth
 from scalar.estimation.result import Calibration
 from scalar.evaluate import evaluate
+from scalar.evaluate.truth import read_truth
 from scalar.units import MM
 
 SMALL = {"poses_per_plane": 14, "sensor.points_per_scan": 20, "truth_poses": 400}

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from scalar.data.dataset import Dataset, PlaneGuess, Sensor
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import transform_from_rotation_vector
@@ -19,29 +17,23 @@ if TYPE_CHECKING:
 
 def dataset_in_memory(scene: SimulatedScene) -> Dataset:
     """Return what ``read_dataset`` would return of the scene's folder, to the digits that its tables keep."""
-    mapping = scene.dataset
-    sensor = mapping["sensor"]
+    mapping, poses = scene.dataset, scene.poses
+    robot, sensor = Robot.from_mapping(mapping["robot"]), mapping["sensor"]
     nominal = sensor.get("nominal_pose")
     T_flange_sensor = None
     if nominal is not None:
         T_flange_sensor = transform_from_rotation_vector(nominal["translation"], nominal["rotation_vector"])
-    n_poses, n_points = scene.points.shape[:2]
-    return Dataset(
+    joints = [f"q{i + 1}" for i in range(robot.n_joints)]
+    others = [name for name in poses.columns if name not in ("pose", "plane", *joints)]
+    return Dataset.from_arrays(
+        robot=robot,
+        sensor=Sensor(sensor["kind"], T_flange_sensor, sensor.get("noise"), sensor["error_axis"]),
+        q=poses[joints].to_numpy(),
+        points=scene.points,
+        planes=[PlaneGuess.from_mapping(plane) for plane in mapping["planes"]],
+        plane=list(poses["plane"]),
+        columns={name: poses[name].to_numpy() for name in others},
+        pose_ids=poses["pose"].to_numpy(),
         name=mapping["name"],
         source=mapping["source"],
-        robot=Robot.from_mapping(mapping["robot"]),
-        sensor=Sensor(sensor["kind"], T_flange_sensor, sensor.get("noise"), sensor["error_axis"]),
-        planes=tuple(
-            PlaneGuess(
-                name=plane["name"],
-                normal=np.array(plane["normal"]) / np.linalg.norm(plane["normal"]),
-                distance=float(plane["distance"]) / float(np.linalg.norm(plane["normal"])),
-                distance_std=None,
-                normal_std=None,
-            )
-            for plane in mapping["planes"]
-        ),
-        poses=scene.poses,
-        points=scene.points.reshape(-1, 2),
-        starts=np.arange(n_poses + 1, dtype=np.int64) * n_points,
     )

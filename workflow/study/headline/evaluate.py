@@ -16,9 +16,9 @@ import numpy as np
 import pandas as pd
 
 from scalar.data.dataset import read_dataset
-from scalar.estimation.frame_tables import read_truth
 from scalar.estimation.result import Calibration, load_calibration
 from scalar.evaluate import Evaluation, evaluate
+from scalar.evaluate.truth import read_truth
 from scalar.units import DEG, MM
 from study.common.methods import CONVERGED, INITIAL
 from study.common.seeds import found_seeds

@@ -11,9 +11,9 @@ import pandas as pd
 
 from scalar.data.dataset import read_dataset
 from scalar.data.io.plain_yaml import load_yaml
-from scalar.estimation.frame_tables import read_truth
 from scalar.estimation.result import Calibration, load_calibration
 from scalar.evaluate import pose_errors, true_frames
+from scalar.evaluate.truth import read_truth
 from scalar.geometry.se3 import Array
 from scalar.units import MM
 from study.common.seeds import found_seeds

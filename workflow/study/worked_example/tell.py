@@ -20,9 +20,9 @@ from scalar.diagnosis.partial_residuals import profiles
 from scalar.diagnosis.profiles import Profile, View
 from scalar.diagnosis.scan_residuals import signed_residual
 from scalar.effects.joints import JointHarmonic
-from scalar.estimation.frame_tables import read_truth
 from scalar.estimation.result import load_calibration
 from scalar.evaluate import Evaluation, evaluate
+from scalar.evaluate.truth import read_truth
 from scalar.report.words import effect_title
 from scalar.units import DEG, MM
 from study.blind_trials.score import same

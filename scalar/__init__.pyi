@@ -1,0 +1,27 @@
+from .data.dataset import Dataset, PlaneGuess, Sensor, read_dataset
+from .diagnosis.diagnose import diagnose
+from .diagnosis.result import Diagnosis
+from .effects.effect import Effect
+from .errors import InvalidInput, ScalarError, Undetermined
+from .estimation.calibrate import calibrate
+from .estimation.result import Calibration
+from .geometry.robot import Robot
+from .sensors.measurement import Measurement
+
+__all__ = [
+    "Calibration",
+    "Dataset",
+    "Diagnosis",
+    "Effect",
+    "InvalidInput",
+    "Measurement",
+    "PlaneGuess",
+    "Robot",
+    "ScalarError",
+    "Sensor",
+    "Undetermined",
+    "calibrate",
+    "diagnose",
+    "read_dataset",
+]
+__version__: str

@@ -1,0 +1,138 @@
+"""A dataset from arrays in memory: put into the tables that a folder would hold, and checked by the same rules.
+
+What a folder may not hold, arrays may not hold either; a fault names the table, the row (counted from 1) and the column.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from scalar.data.description import Description, check_description
+from scalar.data.folder import POINT_COLUMNS, Content
+from scalar.data.located_table import Layout, Table, check_cells, header_faults
+from scalar.data.table_consistency import check_points, check_poses, poses_layout
+from scalar.data.unit_suspicions import suspect_description, suspect_joint_angles, suspect_points
+from scalar.errors import Fault, InvalidInput
+
+
+def content_of_arrays(
+    mapping: dict[str, Any],
+    q: ArrayLike,
+    points: Any,
+    plane: Sequence[str] | None,
+    pose_ids: ArrayLike | None,
+    columns: Mapping[str, ArrayLike],
+) -> Content:
+    """Return the content of the folder that would hold these arrays.
+
+    Args:
+        mapping: the plain data of dataset.yaml.
+        q: ``(N, n)`` [rad], joint angles as the encoders read them.
+        points: ``(N, k)``, ``(N, M, k)`` or N arrays ``(M_i, k)`` [m]; None for a sensor without a table of points.
+        plane: ``(N,)`` names of planes; None for a sensor that measures none.
+        pose_ids: ``(N,)`` integers; 1 to N if None.
+        columns: further columns of poses.csv by name, ``(N,)`` each; ``approach`` may be ``(N, n)``.
+
+    Raises:
+        InvalidInput: with all the faults found.
+    """
+    description = Description(mapping, {}, "dataset")
+    check_description(description)
+    suspect_description(description)
+    faults = description.faults
+    angles = np.asarray(q, dtype=float)
+    if angles.ndim != 2 or angles.shape[1] != description.n_joints:
+        shape = f"of shape {angles.shape}; the robot asks for (poses, {description.n_joints})"
+        raise InvalidInput([*faults, Fault("poses", shape, None, "q")])
+    ids = np.arange(1, len(angles) + 1) if pose_ids is None else np.asarray(pose_ids)
+    layout = poses_layout(description)
+    poses = _poses(angles, ids, plane, columns, layout, faults)
+    if poses is not None:
+        check_poses(poses, description, faults)
+        suspect_joint_angles(poses, description, faults)
+    kind = description.kind
+    table = None
+    if kind is not None:
+        table = _points(points, ids, kind, faults)
+    if kind is not None and table is not None:
+        check_points(table, poses, kind, faults)
+        suspect_points(table, kind, faults)
+    if faults or poses is None:
+        raise InvalidInput(faults)
+    return Content(mapping, poses, table)
+
+
+def _table(file: str, columns: dict[str, np.ndarray]) -> Table:
+    rows = len(next(iter(columns.values())))
+    return Table(file, columns, lambda: np.arange(1, rows + 1))
+
+
+def _poses(
+    q: np.ndarray,
+    ids: np.ndarray,
+    plane: Sequence[str] | None,
+    extra: Mapping[str, ArrayLike],
+    layout: Layout,
+    faults: list[Fault],
+) -> Table | None:
+    """Return the table of poses, None where a column is not a row a pose."""
+    given: dict[str, Any] = {"pose": ids}
+    if plane is not None:
+        given["plane"] = plane
+    given |= {f"q{i + 1}": column for i, column in enumerate(q.T)}
+    for name, values in extra.items():
+        if name == "approach":
+            given |= {f"approach{i + 1}": column for i, column in enumerate(np.asarray(values).T)}
+        else:
+            given[name] = values
+    columns: dict[str, np.ndarray] = {}
+    wrong: list[Fault] = []
+    for name, values in given.items():
+        try:
+            column = np.array(values, dtype=object if name in layout.text else float)
+        except (TypeError, ValueError):
+            wrong.append(Fault("poses", "not a number for each pose", None, name))
+            continue
+        if name in layout.text:
+            column = np.array([str(value).strip() for value in column], dtype=object)
+        if column.shape != (len(q),):
+            wrong.append(Fault("poses", f"of shape {column.shape}; write ({len(q)},)", None, name))
+        columns[name] = column
+    wrong += header_faults("poses", list(columns), layout, None)
+    faults += wrong
+    if wrong:
+        return None
+    table = _table("poses", columns)
+    check_cells(table, layout, faults)
+    return table
+
+
+def _points(points: Any, ids: np.ndarray, kind: str, faults: list[Fault]) -> Table | None:
+    """Return the table of points, None for a sensor that has none or where the arrays do not fit it."""
+    names = POINT_COLUMNS.get(kind)
+    if names is None:
+        if points is not None:
+            faults.append(Fault("points", f"a {kind} has no points; leave them out"))
+        return None
+    if points is None:
+        faults.append(Fault("points", f"missing; a {kind} needs {','.join(names[1:])} [m] for each pose"))
+        return None
+    of_poses = [np.atleast_2d(np.asarray(each, dtype=float)) for each in points]
+    width = len(names) - 1
+    if len(of_poses) != len(ids):
+        faults.append(Fault("points", f"points of {len(of_poses)} poses; q has {len(ids)}"))
+        return None
+    misfits = [i for i, each in enumerate(of_poses) if each.ndim != 2 or each.shape[1] != width]
+    if misfits:
+        shape = f"points of shape {of_poses[misfits[0]].shape}; a {kind} needs (points, {width})"
+        faults.append(Fault("points", shape, misfits[0] + 1))
+        return None
+    owner = np.repeat(ids, [len(each) for each in of_poses]).astype(float)
+    stacked = np.concatenate(of_poses) if of_poses else np.empty((0, width))
+    table = _table("points", {"pose": owner, **dict(zip(names[1:], stacked.T, strict=True))})
+    check_cells(table, Layout(names), faults)
+    return table

@@ -1,0 +1,23 @@
+"""A calibration against the truth of a simulated set."""
+
+from scalar.evaluate.pose_errors import (
+    Evaluation,
+    PoseErrors,
+    aligned_to,
+    best_rigid_motion,
+    evaluate,
+    pose_errors,
+    true_frames,
+)
+from scalar.evaluate.truth import read_truth
+
+__all__ = [
+    "Evaluation",
+    "PoseErrors",
+    "aligned_to",
+    "best_rigid_motion",
+    "evaluate",
+    "pose_errors",
+    "read_truth",
+    "true_frames",
+]

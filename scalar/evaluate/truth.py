@@ -1,0 +1,52 @@
+"""The truth of a simulated set: the folder that ``scalar simulate`` writes beside the dataset."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scalar.data.pose_tables import read_pose_table
+from scalar.errors import Fault, InvalidInput
+from scalar.estimation.frame_tables import FRAME_COLUMNS
+from scalar.geometry.robot import GEOMETRY
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def read_truth(
+    folder: Path, n_joints: int, limits: Array | None = None
+) -> tuple[pd.DataFrame, dict[str, Any] | None]:
+    """Return the true poses of a simulated set and the content of its ``truth.json``, or None where that is missing.
+
+    Raises:
+        InvalidInput: There are no true poses, or a file is damaged.
+    """
+    poses = read_pose_table(folder / "truth_poses.csv", n_joints, FRAME_COLUMNS, limits)
+    path = folder / "truth.json"
+    if not path.exists():
+        return poses, None
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise InvalidInput([Fault(str(path), f"not JSON: {error}")]) from None
+    try:
+        _check_truth(content)
+    except (TypeError, ValueError, KeyError, AttributeError):
+        message = "not a truth: expected 'parameters' and 'planes' as 'scalar simulate' writes them"
+        raise InvalidInput([Fault(str(path), message)]) from None
+    return poses, content
+
+
+def _check_truth(content: dict[str, Any]) -> None:
+    """Raise whatever NumPy or Python raises where a number, a list or a mapping is not what its place asks for."""
+    parameters, planes = content.get("parameters", {}), content.get("planes")
+    for key in (*GEOMETRY, "t", "r"):
+        np.array(parameters.get(key, []), dtype=float).reshape(-1)
+    if planes is not None:
+        normals = np.array(planes["normals"], dtype=float).reshape(-1, 3)
+        np.array(planes["distances"], dtype=float).reshape(len(normals))
