@@ -61,6 +61,9 @@ def planned(folder: Path, *arguments: str) -> dict[str, int]:
 
 NEARLY_WHITE = 250  # of 255
 LEAST_INK = 0.01  # of the pixels: axes and labels alone have more
+WITHOUT_A_PLOT = {
+    "parameters_baseline-raise"
+}  # says in words that no fit of the small run gave standard errors
 
 
 @contextmanager
@@ -112,12 +115,13 @@ def test_every_figure_shows_something_whole(built):
     assert len(pngs) >= 5
     for png in pngs:
         picture = np.asarray(Image.open(png).convert("RGB")).min(axis=2) < NEARLY_WHITE
-        assert LEAST_INK < picture.mean() < 1.0, png
+        assert picture.any() and not picture.all(), png
         if png.stem != "scene":  # a rendered picture fills its frame
             edges = picture[0], picture[-1], picture[:, 0], picture[:, -1]
             assert not any(edge.any() for edge in edges), png
         boxes = [half.any() for half in (*np.array_split(picture, 3), *np.array_split(picture, 3, axis=1))]
-        assert all(boxes), png
+        if png.stem not in WITHOUT_A_PLOT:
+            assert picture.mean() > LEAST_INK and all(boxes), png
         ElementTree.parse(png.with_suffix(".svg"))
 
 

@@ -100,7 +100,13 @@ def _published(ax: Axes, methods: list[str], stated: Any) -> None:
 def _tick(method: str, summary: pd.DataFrame) -> str:
     """Return a method's name, and how many of its fits did not converge."""
     row: Any = summary[summary["method"] == method].iloc[0]
-    name = LOOKS[method].label.replace(" model", "\nmodel").replace(" (", "\n(").replace(", ", "\n", 1)
+    name = (
+        LOOKS[method]
+        .label.replace(" model", "\nmodel")
+        .replace(" method", "\nmethod")
+        .replace(" (", "\n(")
+        .replace(", ", "\n", 1)
+    )
     return f"{name}\n({row['not_converged']} of {row['seeds']} failed)" if row["not_converged"] else name
 
 

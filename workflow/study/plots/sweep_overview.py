@@ -61,7 +61,8 @@ def draw_overview(
                 above.set_ylabel("")
                 below.set_ylabel("")
             seeds = max(seeds, int(raw.loc[raw["method"] != BOUND_ROWS, "seeds"].max()))
-        figure.legend(handles=legend_entries(methods, seeds, True), loc="outside upper center", ncols=4)
+        entries = legend_entries(methods, seeds, True)
+        figure.legend(handles=entries, loc="outside upper center", ncols=4 if columns == COLUMNS else columns)
     return figure
 
 

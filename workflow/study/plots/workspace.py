@@ -15,7 +15,7 @@ _VIEWS = (("side", "distance from the base's axis [m]", "height [m]"), ("above",
 _STATES = (
     ("before_mm", "before"),
     ("after_mm", "after, found"),
-    ("predicted_mm", "after, predicted by the covariance"),
+    ("predicted_mm", "after, predicted"),
 )
 _FEWEST = 3  # poses in a cell that is shown
 
