@@ -4,7 +4,6 @@ import json
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from scalar.effects.catalogue import CATALOGUE, effect_from_mapping, effect_to_mapping, parse_effects
@@ -177,4 +176,3 @@ def test_a_drift_without_its_column_is_refused():
         parse_effects("thermal_drift:temperature", plain)
     (by_order,) = parse_effects("thermal_drift", plain)
     assert by_order.to_mapping()["by"] == "order"
-    assert isinstance(plain.poses, pd.DataFrame)

@@ -105,7 +105,7 @@ def _tick(method: str, summary: pd.DataFrame) -> str:
         .label.replace(" model", "\nmodel")
         .replace(" method", "\nmethod")
         .replace(" (", "\n(")
-        .replace(", ", "\n", 1)
+        .replace(", ", "\n")
     )
     return f"{name}\n({row['not_converged']} of {row['seeds']} failed)" if row["not_converged"] else name
 

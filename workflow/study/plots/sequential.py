@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from study.plots.style import Look, new_figure, numeral, styled
 
@@ -62,7 +64,7 @@ def _by_passes(ax: Axes, rows: Any) -> None:
         [0], [before.median()], "X", color="black", markersize=7, linestyle="none", label="initial model (median)"
     )  # fmt: skip
     ax.set_yscale("log")
-    ax.yaxis.set_major_formatter("{x:g}")
+    _plain_numbers(ax.yaxis)
     ax.set_xlim(-0.3, most + 0.3)
     ax.set_xticks(range(0, most + 1, max(1, most // 6)))
     ax.set_xlabel("passes (each block fitted once a pass)")
@@ -98,11 +100,18 @@ def _single_passes(ax: Axes, raw: Any, summary: pd.DataFrame) -> None:
     ax.set_ylim(-len(cases) + 0.42, 0.45)
     ax.grid(visible=False, axis="y")
     ax.tick_params(axis="y", length=0)
-    ax.xaxis.set_major_formatter("{x:g}")
+    _plain_numbers(ax.xaxis)
     for i in range(1, len(cases)):
         ax.axhline(0.45 - i, color="#dddddd", linewidth=0.6)
     ax.set_xlabel("error after one pass / error of all at once (mean position)")
     ax.set_title("left of the line a single pass is better", fontsize=9)
+
+
+def _plain_numbers(axis: Axis) -> None:
+    """Label the 1, 2 and 5 of each decade of a logarithmic axis, as decimal numbers, and no other tick."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _words(summary: pd.DataFrame, case: str, separator: str = ", ") -> str:

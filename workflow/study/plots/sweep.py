@@ -25,7 +25,7 @@ _LINES: dict[str, Any] = {
 }
 _FLOOR = {"mm": 1e-4, "deg": 1e-5}  # smaller errors are drawn as triangles on the lower edge
 _ZERO = 3.0  # on a logarithmic axis 0 stands this factor left of the smallest value
-_NEAR = 0.045  # of the axis: labels of ticks nearer than this to one another are left out
+_NEAR = 0.055  # of the axis: labels of ticks nearer than this to one another are left out, numbers are turned
 
 
 def draw_sweep(summary: pd.DataFrame, published: pd.DataFrame, label: str, scale: str = "log") -> Figure:
@@ -138,8 +138,9 @@ def write_failures(ax: Axes, raw: Any, methods: list[str], values: np.ndarray, s
                 "color": "#aaaaaa" if none else LOOKS[method].colour,
                 "fontweight": "normal" if none else "bold",
             }
-            size = 4.8 if near[row["value"]] else 6.8
-            place: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": size}
+            place: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 6.8}
+            if near[row["value"]]:
+                place |= {"fontsize": 6.0, "rotation": 90}  # upright numbers would stand on one another
             ax.text(x, -line, "·" if none else text, **place, **look).set_in_layout(False)
     ax.set_ylim(-len(methods) + 0.5, 0.5)
     names = [LOOKS[method].label.replace("baseline, ", "") for method in methods]

@@ -61,7 +61,7 @@ def _residuals(ax: Axes, poses: pd.DataFrame, when: str, limit: float) -> None:
         ax.plot(group["angle_deg"], group[f"residual_{when}_mm"], label=str(plane), **look, **style)
     ax.axhline(0.0, color="black", linewidth=0.7)
     ax.set_ylim(-1.25 * limit, 1.1 * limit)
-    ax.set_ylabel("mean height of a scan over its target plane [mm]")
+    ax.set_ylabel("mean height of a scan\nover its target plane [mm]")
 
 
 def _asked(ax: Axes, poses: pd.DataFrame, curve: pd.DataFrame) -> None:
