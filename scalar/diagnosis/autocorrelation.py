@@ -17,7 +17,7 @@ from scipy.stats import norm, rankdata
 
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.variance_components import directions
-from scalar.estimation.identifiability import STILL
+from scalar.estimation.settings import DEFAULTS
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 
@@ -34,7 +34,7 @@ def depends_on(state: FittedState) -> list[str]:
     poses = state.residuals.poses
     plates = state.residuals.measurement.target_index
     whole = np.zeros(len(z))
-    moving = [j for j in range(poses.q.shape[1]) if np.ptp(poses.q[:, j]) > STILL]
+    moving = [j for j in range(poses.q.shape[1]) if np.ptp(poses.q[:, j]) > DEFAULTS.identifiability.still]
     angles = {f"q{j + 1}": poses.q[:, j] for j in moving}
     chances: dict[tuple[str, ...], float] = {}
     for name, values in (angles | _courses(state) | _places(state)).items():

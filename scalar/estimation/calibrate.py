@@ -17,8 +17,9 @@ from scalar.errors import Fault, InvalidInput, NotConverged, Undetermined
 from scalar.estimation.conclude import conclude
 from scalar.estimation.gross_errors import clean
 from scalar.estimation.joint_fit import fit_all
-from scalar.estimation.prepare import GROSS_ERROR, prepare
+from scalar.estimation.prepare import prepare
 from scalar.estimation.result import Calibration
+from scalar.estimation.settings import DEFAULTS, EstimationSettings
 from scalar.estimation.setup.refusal import misfit_refused, pose_distances, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT
 
@@ -29,6 +30,7 @@ def calibrate(
     effects: Sequence[Effect] = (),
     fixed_effects: Sequence[Effect] = (),
     fix: Sequence[str] = (),
+    settings: EstimationSettings = DEFAULTS,
 ) -> Calibration:
     """Return the calibration of a dataset: robot, sensor, target and effects at once.
 
@@ -37,6 +39,7 @@ def calibrate(
         effects: To estimate, from where their coefficients stand.
         fixed_effects: To apply as they are.
         fix: Further parameters to fix at their nominal values, by name.
+        settings: Thresholds.
 
     Raises:
         InvalidInput: The data contradict themselves.
@@ -49,18 +52,18 @@ def calibrate(
         True
     """
     try:
-        prepared = prepare(dataset, fix)
-        found, residuals = fit_all(dataset, prepared, effects, fixed_effects)
+        prepared = prepare(dataset, fix, settings)
+        found, residuals = fit_all(dataset, prepared, effects, fixed_effects, settings.fit)
         distances = pose_distances(residuals, found.model)
         if np.median(distances) > MOST_LEFT:
             refuse_wrong_setup(dataset)
-        if distances.max() > GROSS_ERROR:
-            _refuse_gross_errors(dataset)
+        if distances.max() > settings.sufficiency.gross_error:
+            _refuse_gross_errors(dataset, settings)
             raise misfit_refused(dataset, distances)
-        return conclude(dataset, prepared, found, residuals)
+        return conclude(dataset, prepared, found, residuals, settings.fit)
     except NotConverged:
         refuse_wrong_setup(dataset)
-        _refuse_gross_errors(dataset)
+        _refuse_gross_errors(dataset, settings)
         raise
     except Undetermined:
         refuse_wrong_setup(dataset)
@@ -71,14 +74,14 @@ def calibrate(
         raise
 
 
-def _refuse_gross_errors(dataset: Dataset) -> None:
+def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None:
     """Refuse a dataset with poses that contradict the rest, naming them.
 
     Raises:
         InvalidInput: Poses lie on another plane than said, or on none.
         Undetermined: So many contradict each other that none can be trusted.
     """
-    cleaned = clean(dataset)
+    cleaned = clean(dataset, settings)
     rows = {int(pose): row for row, pose in enumerate(dataset.pose_ids)}
     faults = [
         Fault(

@@ -15,13 +15,12 @@ from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration, reporting, sensor_mapping
+from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.estimation.setup.plausibility import implausible
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
 from scalar.sensors.line_laser import LineLaser
 from scalar.units import DEG, MM
-
-MISFIT_P_VALUE = 1e-3  # a residual less likely than this under the noise says that the model lacks something
 
 
 def _why_fixed(name: str, is_effect: bool) -> str:
@@ -34,7 +33,13 @@ def _why_fixed(name: str, is_effect: bool) -> str:
     )
 
 
-def conclude(dataset: Dataset, prepared: Prepared, found: Fit, residuals: Residuals) -> Calibration:
+def conclude(
+    dataset: Dataset,
+    prepared: Prepared,
+    found: Fit,
+    residuals: Residuals,
+    settings: FitSettings = DEFAULTS.fit,
+) -> Calibration:
     """Return the calibration of a converged fit: reporting coordinates, standard errors, which parameters are fixed and why.
 
     The covariance is that of the noise, widened where the residual is larger than the noise explains.
@@ -44,7 +49,7 @@ def conclude(dataset: Dataset, prepared: Prepared, found: Fit, residuals: Residu
     residual, jacobian = residuals.linearise(model)
     _check_rank(model, jacobian[:, found.free], found.free)
     covariance, _ = covariance_and_step(jacobian[:, found.free], residual)
-    spread = misfit(residuals, model, int(found.free.sum()))
+    spread = misfit(residuals, model, int(found.free.sum()), settings.misfit_p_value)
     names = model.names
     held = {h.name: h.reason for h in prepared.identifiability.fixed}
     for name, is_free in zip(names, found.free, strict=True):
@@ -64,7 +69,7 @@ def conclude(dataset: Dataset, prepared: Prepared, found: Fit, residuals: Residu
         "kept_near_data_sheet": {a.name: a.reason for a in model.priors if a.reason},
         "singular_values": [float(s) for s in prepared.identifiability.singular_values],
     }
-    _check_plausible(model)
+    _check_plausible(model, settings)
     covariance = covariance * spread.inflation
     std = np.full(len(names), np.nan)
     std[found.free] = np.sqrt(np.diag(covariance))
@@ -108,7 +113,9 @@ class Misfit:
     inflation: float
 
 
-def misfit(residuals: Residuals, model: Model, n_free: int) -> Misfit:
+def misfit(
+    residuals: Residuals, model: Model, n_free: int, least_p_value: float = DEFAULTS.fit.misfit_p_value
+) -> Misfit:
     """Return how far the residual exceeds the noise, the scatter within scans set apart.
 
     A scan's scatter about its own line carries no information on the model, and has many degrees of freedom: left in, it would hide
@@ -132,7 +139,7 @@ def misfit(residuals: Residuals, model: Model, n_free: int) -> Misfit:
     ratio = squared / freedom
     if isinstance(measurement, LineLaser) or measurement.sigma_stated:
         p_value = float(chi2.sf(squared, freedom))
-        return Misfit(float(np.sqrt(ratio)), p_value, ratio if p_value < MISFIT_P_VALUE else 1.0)
+        return Misfit(float(np.sqrt(ratio)), p_value, ratio if p_value < least_p_value else 1.0)
     return Misfit(float(np.sqrt(ratio)), None, ratio)
 
 
@@ -155,11 +162,7 @@ def _check_rank(model: Model, J: Array, free: Array) -> None:
     )
 
 
-_LARGEST_LENGTH_CHANGE = 0.5  # m
-_LARGEST_ANGLE_CHANGE = 1.5  # rad
-
-
-def _check_plausible(model: Model) -> None:
+def _check_plausible(model: Model, settings: FitSettings) -> None:
     """Refuse a robot that no workshop could have built from its data sheet.
 
     Raises:
@@ -170,7 +173,7 @@ def _check_plausible(model: Model) -> None:
     for k, kind in enumerate(GEOMETRY):
         is_length = kind in LENGTHS
         bound, unit, name = (
-            (_LARGEST_LENGTH_CHANGE, MM, "mm") if is_length else (_LARGEST_ANGLE_CHANGE, DEG, "deg")
+            (settings.largest_length_change, MM, "mm") if is_length else (settings.largest_angle_change, DEG, "deg")
         )
         for i in np.flatnonzero(change[k] > bound):
             reasons.append(

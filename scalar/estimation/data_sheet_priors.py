@@ -6,19 +6,18 @@ import numpy as np
 
 from scalar.estimation.model import Model, ParameterPrior
 from scalar.estimation.residuals import Residuals
+from scalar.estimation.settings import DEFAULTS, IdentifiabilitySettings
 from scalar.geometry.se3 import Array
 from scalar.sensors.line_laser import LineLaser
 from scalar.units import DEG, MM
 
-PLAUSIBLE_LENGTH = 5e-3  # m: how far a length may be from the data sheet
-PLAUSIBLE_ANGLE = 0.0175  # rad, a degree: the same for an angle
-PLAUSIBLE_SENSOR = (0.05, 0.2)  # m, rad: a sensor's place is known less well
-_ENOUGH_TO_JUDGE = 10  # degrees of freedom for the residual to say how large the noise is
-PLAUSIBLE_TARGET = 10.0  # m, rad: nothing is known of the target
-
 
 def data_sheet_priors(
-    residuals: Residuals, model: Model, free: Array, found: Model
+    residuals: Residuals,
+    model: Model,
+    free: Array,
+    found: Model,
+    settings: IdentifiabilitySettings = DEFAULTS.identifiability,
 ) -> tuple[ParameterPrior, ...]:
     """Return priors that keep robot and sensor near the data sheet, if the data determine some direction no better than it does.
 
@@ -32,6 +31,7 @@ def data_sheet_priors(
         model: The initial estimate.
         free: ``(P,)`` bool.
         found: Where a fit from there ended, without priors: the initial estimate may be too far off for one step.
+        settings: Thresholds.
     """
     residual, J = residuals.linearise(model)
     scatter, lines = _apart_from_scatter(residuals, model)
@@ -39,11 +39,15 @@ def data_sheet_priors(
     after = float(left @ left) - _apart_from_scatter(residuals, found)[0]
     index = np.flatnonzero(free)
     k = len(index)
-    scale = prior_std(model)
+    scale = prior_std(model, settings)
     factor = np.asarray(np.linalg.qr(np.column_stack([J[:, index] * scale[index], residual]), mode="r"))
     freedom = lines - k
     excess = min(float(np.sum(factor[k:, -1] ** 2)) - scatter, after)
-    noise = max(float(np.sqrt(excess / freedom)), 1.0) if freedom >= _ENOUGH_TO_JUDGE and excess > 0 else 1.0
+    noise = (
+        max(float(np.sqrt(excess / freedom)), 1.0)
+        if freedom >= settings.enough_to_judge and excess > 0
+        else 1.0
+    )
     _, s, Vt = np.linalg.svd(factor[:k, :k])
     if s[-1] >= noise:
         return ()
@@ -76,11 +80,15 @@ def _apart_from_scatter(residuals: Residuals, model: Model) -> tuple[float, int]
     )
 
 
-def prior_std(model: Model) -> Array:
+def prior_std(model: Model, settings: IdentifiabilitySettings = DEFAULTS.identifiability) -> Array:
     """Return how far each coordinate may be from where it is said to be, ``(P,)`` [m or rad]."""
     blocks = model.blocks
-    scale = np.full(len(model.names), PLAUSIBLE_TARGET)
+    scale = np.full(len(model.names), settings.plausible_target)
     lengths = np.array([unit == "m" for unit in model.units])
-    scale[blocks["geometry"]] = np.where(lengths[blocks["geometry"]], PLAUSIBLE_LENGTH, PLAUSIBLE_ANGLE)
-    scale[blocks["sensor"]] = np.where(lengths[blocks["sensor"]], *PLAUSIBLE_SENSOR)
+    scale[blocks["geometry"]] = np.where(
+        lengths[blocks["geometry"]], settings.plausible_length, settings.plausible_angle
+    )
+    scale[blocks["sensor"]] = np.where(
+        lengths[blocks["sensor"]], settings.plausible_sensor_place, settings.plausible_sensor_turn
+    )
     return scale

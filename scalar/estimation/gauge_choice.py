@@ -9,12 +9,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import qr
 
+from scalar.estimation.settings import IdentifiabilitySettings
 from scalar.geometry.parallel_axes import near_parallel
 from scalar.geometry.robot import GEOMETRY, Robot
 from scalar.geometry.se3 import Array
-
-_SPAN_TOLERANCE = 0.05  # what a parameter must add to those already fixed to be worth fixing
-_CONDITION_SLACK = 30.0  # how much worse than the rank-revealing set the preferred one may be
 
 
 def preference(robot: Robot, names: tuple[str, ...]) -> list[int]:
@@ -45,7 +43,9 @@ def preference(robot: Robot, names: tuple[str, ...]) -> list[int]:
     return sorted(range(len(names)), key=lambda i: keys[i])
 
 
-def choose_fixed(null: Array, order: list[int], J_scaled: Array) -> list[int]:
+def choose_fixed(
+    null: Array, order: list[int], J_scaled: Array, settings: IdentifiabilitySettings
+) -> list[int]:
     """Return the indices of the candidates to fix, one for each null direction.
 
     The preferred set is taken unless it leaves the Jacobian much worse conditioned than the rank-revealing one.
@@ -54,6 +54,7 @@ def choose_fixed(null: Array, order: list[int], J_scaled: Array) -> list[int]:
         null: ``(C, r)``, orthonormal null space of the scaled Jacobian.
         order: Candidates, preferred first.
         J_scaled: ``(rows, C)``, its columns of unit length.
+        settings: Thresholds.
     """
     r = null.shape[1]
     if r == 0:
@@ -62,7 +63,7 @@ def choose_fixed(null: Array, order: list[int], J_scaled: Array) -> list[int]:
     basis = np.zeros((0, r))
     for i in order:
         rest = null[i] - basis.T @ (basis @ null[i])
-        if np.linalg.norm(rest) > _SPAN_TOLERANCE:
+        if np.linalg.norm(rest) > settings.span_tolerance:
             chosen.append(i)
             basis = np.vstack([basis, rest / np.linalg.norm(rest)])
             if len(chosen) == r:
@@ -70,7 +71,7 @@ def choose_fixed(null: Array, order: list[int], J_scaled: Array) -> list[int]:
     revealing = [int(i) for i in np.asarray(qr(null.T, mode="r", pivoting=True)[-1])[:r]]
     if (
         len(chosen) < r
-        or _smallest_kept(J_scaled, chosen) < _smallest_kept(J_scaled, revealing) / _CONDITION_SLACK
+        or _smallest_kept(J_scaled, chosen) < _smallest_kept(J_scaled, revealing) / settings.condition_slack
     ):
         return revealing
     return chosen

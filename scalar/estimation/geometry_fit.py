@@ -6,17 +6,18 @@ from scalar.data.dataset import Dataset
 from scalar.estimation.least_squares import fit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared, prepare
+from scalar.estimation.settings import DEFAULTS, EstimationSettings
 
 _TOLERANCE = 1e-6  # relative: enough to compare millimetres
 
 
-def geometry_fit(dataset: Dataset) -> tuple[Model, Prepared]:
+def geometry_fit(dataset: Dataset, settings: EstimationSettings = DEFAULTS) -> tuple[Model, Prepared]:
     """Return a model whose geometry, sensor and target are fitted coarsely, and the preparation of the dataset.
 
     Raises:
         InvalidInput: An initial guess of a plane is wrong beyond repair.
         Undetermined: The data cannot determine the model.
     """
-    prepared = prepare(dataset)
+    prepared = prepare(dataset, settings=settings)
     found = fit(prepared.residuals, prepared.coarse, prepared.free, tolerance=_TOLERANCE)
     return found.model.rebased(), prepared

@@ -15,15 +15,13 @@ from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.outlying_points import without_outlying_points
 from scalar.estimation.plane_labels import other_labels
 from scalar.estimation.pose_consistency import (
-    MOST_SET_ASIDE,
     coarsely_consistent,
     finely_consistent,
     in_runs,
     outlier_limit,
 )
+from scalar.estimation.settings import DEFAULTS, EstimationSettings, GrossErrorSettings
 from scalar.geometry.se3 import Array
-
-MOST_LATE = 0.02  # of the poses: with more that only stand out given effects, the effects are not yet right
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,17 +41,17 @@ class Cleaned:
     points: int
 
 
-def clean(dataset: Dataset) -> Cleaned:
+def clean(dataset: Dataset, settings: EstimationSettings = DEFAULTS) -> Cleaned:
     """Return a dataset without gross errors.
 
     Raises:
         Undetermined: So much is off that nothing can be said of what is right.
     """
-    dataset, n_points, corrupted = without_outlying_points(dataset)
+    dataset, n_points, corrupted = without_outlying_points(dataset, settings.gross_errors)
     keep = ~corrupted
-    keep &= coarsely_consistent(dataset, keep)
+    keep &= coarsely_consistent(dataset, keep, settings.gross_errors)
     try:
-        keep = finely_consistent(dataset, keep)
+        keep = finely_consistent(dataset, keep, settings)
     except InvalidInput as error:
         # The guesses of the planes may be wrong, or the labels: the data alone cannot say which.
         raise Undetermined(
@@ -63,12 +61,12 @@ def clean(dataset: Dataset) -> Cleaned:
             ]
         ) from None
     off = [int(i) for i in np.flatnonzero(~keep)]
-    if len(off) > MOST_SET_ASIDE * dataset.n_poses:
+    if len(off) > settings.gross_errors.most_set_aside * dataset.n_poses:
         raise Undetermined(
             [f"{len(off)} of {dataset.n_poses} poses contradict the rest: no part of the data can be trusted over another; "
              "check the plane labels in poses.csv, the nominal robot and the units"]
         )  # fmt: skip
-    labels = other_labels(dataset, keep, off)
+    labels = other_labels(dataset, keep, off, settings)
     ids = dataset.pose_ids
     return Cleaned(
         dataset.subset(keep) if len(off) else dataset,
@@ -78,7 +76,9 @@ def clean(dataset: Dataset) -> Cleaned:
     )
 
 
-def clean_given_effects(cleaned: Cleaned, distance: Array) -> Cleaned:
+def clean_given_effects(
+    cleaned: Cleaned, distance: Array, settings: GrossErrorSettings = DEFAULTS.gross_errors
+) -> Cleaned:
     """Return the cleaned dataset without poses that stand out once effects are modelled; the same object where there are none.
 
     Without its effect in the model, a plane that moved or an arm that sags enlarges all residuals, and a gross error may hide among them.
@@ -86,11 +86,12 @@ def clean_given_effects(cleaned: Cleaned, distance: Array) -> Cleaned:
     Args:
         cleaned: By ``clean``.
         distance: ``(N,)`` [m], root mean square distance of every pose that remains, effects applied.
+        settings: Thresholds.
     """
     dataset = cleaned.dataset
-    off = distance >= outlier_limit(distance)
-    off &= ~in_runs(dataset, off)
-    if not off.any() or off.sum() > MOST_LATE * dataset.n_poses:
+    off = distance >= outlier_limit(distance, settings)
+    off &= ~in_runs(dataset, off, settings)
+    if not off.any() or off.sum() > settings.most_late * dataset.n_poses:
         return cleaned
     late = tuple(int(pose) for pose in dataset.pose_ids[off])
     return replace(cleaned, dataset=dataset.subset(~off), outlier_poses=cleaned.outlier_poses + late)

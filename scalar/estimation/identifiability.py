@@ -19,13 +19,12 @@ from scalar.estimation.gauge_choice import choose_fixed, preference
 from scalar.estimation.model import Model
 from scalar.estimation.perfect_jacobian import perfect_jacobian
 from scalar.estimation.residuals import Residuals
+from scalar.estimation.settings import DEFAULTS, IdentifiabilitySettings
 from scalar.geometry.parallel_axes import with_parallel_axes
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
-NULL_TOLERANCE = 1e-8  # of the largest singular value, columns scaled to unit length
-STRUCTURAL_POSES_PER_TARGET = 40
-STILL = 2e-3  # rad, a tenth of a degree: a joint that moves less than this does not move (a loaded brake gives a little)
+STRUCTURAL_POSES_PER_TARGET = 40  # anywhere within the limits: many more equations than parameters
 _ZERO_COLUMN = 1e-12  # of the largest column: a parameter that no residual depends on
 _STRUCTURAL = 1e-5  # of a direction of unit length: less of it outside the structural null space is rounding
 
@@ -63,28 +62,35 @@ class Identifiability:
         return [f"{one.name} is fixed: {one.reason}." for one in self.fixed]
 
 
-def analyse(residuals: Residuals, model: Model, candidates: Array) -> Identifiability:
+def analyse(
+    residuals: Residuals,
+    model: Model,
+    candidates: Array,
+    settings: IdentifiabilitySettings = DEFAULTS.identifiability,
+) -> Identifiability:
     """Return which directions the poses of a dataset do not determine, and which parameters to fix because of them.
 
     Args:
         residuals: Of the dataset.
         model: Where the Jacobian is taken; its target should fit the data roughly. Its effects are left out.
         candidates: ``(P,)`` bool over robot, sensor and target: what would be free if the data determined it.
+        settings: Thresholds.
     """
+    tolerance = settings.null_tolerance
     ideal = replace(model, robot=with_parallel_axes(model.robot), effects=()).rebased()
     measurement, q = residuals.measurement, residuals.poses.q.copy()
-    still = np.ptp(q, axis=0) < STILL
+    still = np.ptp(q, axis=0) < settings.still
     q[:, still] = np.median(q[:, still], axis=0)
     J = perfect_jacobian(residuals, measurement, ideal, q, measurement.target_index)[:, candidates]
     names = tuple(name for name, wanted in zip(ideal.names, candidates, strict=True) if wanted)
-    scale, values, null = _null_space(J)
+    scale, values, null = _null_space(J, tolerance)
     q_any, index_any = _any_poses(ideal.robot, int(measurement.target_index.max()) + 1)
     J_any = perfect_jacobian(residuals, measurement, ideal, q_any, index_any)[:, candidates]
-    structural = _null_space_of_scaled(J_any / scale)[1]
+    structural = _null_space_of_scaled(J_any / scale, tolerance)[1]
     q_any[:, still] = q[:1, still]
     J_still = perfect_jacobian(residuals, measurement, ideal, q_any, index_any)[:, candidates]
-    hidden_by_still = _null_space_of_scaled(J_still / scale)[1]
-    chosen = choose_fixed(null, preference(ideal.robot, names), J / scale)
+    hidden_by_still = _null_space_of_scaled(J_still / scale, tolerance)[1]
+    chosen = choose_fixed(null, preference(ideal.robot, names), J / scale, settings)
     directions = np.zeros((0, len(names)))
     if chosen:
         directions = np.linalg.solve(null[chosen].T, null.T) / scale * scale[chosen][:, None]
@@ -111,16 +117,16 @@ def _any_poses(robot: Robot, n_targets: int) -> tuple[Array, Array]:
     return robot.limits[:, 0] + unit * np.ptp(robot.limits, axis=1), np.arange(count) % n_targets
 
 
-def _null_space(J: Array) -> tuple[Array, Array, Array]:
+def _null_space(J: Array, tolerance: float) -> tuple[Array, Array, Array]:
     """Return the column scales ``(C,)``, the scaled singular values ``(C,)`` and an orthonormal null space ``(C, r)``."""
     scale = np.linalg.norm(J, axis=0)
     dead = scale <= _ZERO_COLUMN * scale.max(initial=0.0)
     scale = np.where(dead, 1.0, scale)
-    return scale, *_null_space_of_scaled(np.where(dead, 0.0, J / scale))
+    return scale, *_null_space_of_scaled(np.where(dead, 0.0, J / scale), tolerance)
 
 
-def _null_space_of_scaled(J: Array) -> tuple[Array, Array]:
+def _null_space_of_scaled(J: Array, tolerance: float) -> tuple[Array, Array]:
     _, s, Vt = np.linalg.svd(np.linalg.qr(J, mode="r"), full_matrices=True)
     values = np.zeros(J.shape[1])
     values[: len(s)] = s / s[0]
-    return values, Vt[values < NULL_TOLERANCE].T
+    return values, Vt[values < tolerance].T

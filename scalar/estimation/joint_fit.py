@@ -15,14 +15,16 @@ from scalar.estimation.least_squares import Fit, covariance_and_step, fit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared
 from scalar.estimation.residuals import Residuals
+from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.geometry.se3 import Array
-
-MAX_REWEIGHTINGS = 6
-REWEIGHTING_STEP = 0.02  # standard deviations: reweighting ends when it moves the optimum by less
 
 
 def fit_all(
-    dataset: Dataset, prepared: Prepared, effects: Sequence[Effect] = (), fixed_effects: Sequence[Effect] = ()
+    dataset: Dataset,
+    prepared: Prepared,
+    effects: Sequence[Effect] = (),
+    fixed_effects: Sequence[Effect] = (),
+    settings: FitSettings = DEFAULTS.fit,
 ) -> tuple[Fit, Residuals]:
     """Return the joint fit of everything that the data determine, and the residuals whitened at its optimum.
 
@@ -31,6 +33,7 @@ def fit_all(
         prepared: The same, prepared.
         effects: To estimate, from where their coefficients stand.
         fixed_effects: To apply as they are.
+        settings: Thresholds.
 
     Raises:
         NotConverged: A fit stopped before it reached an optimum.
@@ -42,13 +45,17 @@ def fit_all(
     residuals = prepared.residuals
     if model.effects:
         residuals = Residuals.of(dataset, model).reweighted(model)
-        free &= ~unobservable_coefficients(residuals, model, free)
+        free &= ~unobservable_coefficients(residuals, model, free, settings.unseen_share)
     found = fit(residuals, model, free, tolerance=COARSE)
-    return fit_from(dataset, found.model, free, residuals)
+    return fit_from(dataset, found.model, free, residuals, settings)
 
 
 def fit_from(
-    dataset: Dataset, model: Model, free: Array, residuals: Residuals | None = None
+    dataset: Dataset,
+    model: Model,
+    free: Array,
+    residuals: Residuals | None = None,
+    settings: FitSettings = DEFAULTS.fit,
 ) -> tuple[Fit, Residuals]:
     """Return the fit from a model near the optimum, reweighted until that changes nothing, and the residuals whitened at its optimum.
 
@@ -57,6 +64,7 @@ def fit_from(
         model: Where to start.
         free: ``(P,)`` bool.
         residuals: Of the dataset for this model, or None to take them from the dataset.
+        settings: Thresholds.
 
     Raises:
         NotConverged: It stopped before it reached an optimum.
@@ -64,13 +72,13 @@ def fit_from(
     if residuals is None:
         residuals = Residuals.of(dataset, model)
     found: Fit | None = None
-    for _ in range(MAX_REWEIGHTINGS):
+    for _ in range(settings.max_reweightings):
         model = (model if found is None else found.model).rebased()
         residuals = residuals.reweighted(model)
         found = fit(residuals, model, free)
         again = residuals.reweighted(found.model)
         residual, jacobian = again.linearise(found.model)
-        if covariance_and_step(jacobian[:, free], residual)[1] < REWEIGHTING_STEP:
+        if covariance_and_step(jacobian[:, free], residual)[1] < settings.settled_step:
             break
     assert found is not None
     if not found.converged:
@@ -81,12 +89,9 @@ def fit_from(
     return found, residuals
 
 
-# Share of a column's length that must be left after projection on all columns before it. With less, the coefficient is as good as
-# unobservable, and a fit may run away along it.
-_LEAST_SHARE = 3e-3
-
-
-def unobservable_coefficients(residuals: Residuals, model: Model, free: Array) -> Array:
+def unobservable_coefficients(
+    residuals: Residuals, model: Model, free: Array, least_share: float = DEFAULTS.fit.unseen_share
+) -> Array:
     """Return which free coefficients of effects ``(P,)`` are combinations of parameters and coefficients before them."""
     J = residuals.linearise(model)[1]
     where = model.blocks["effects"]
@@ -101,7 +106,7 @@ def unobservable_coefficients(residuals: Residuals, model: Model, free: Array) -
     for i, column in zip(columns[n_before:], R.T[n_before:], strict=True):
         rest = column - basis[:, :known] @ (basis[:, :known].T @ column)
         rest -= basis[:, :known] @ (basis[:, :known].T @ rest)
-        if np.linalg.norm(rest) <= _LEAST_SHARE * np.linalg.norm(column):
+        if np.linalg.norm(rest) <= least_share * np.linalg.norm(column):
             unobservable[i] = True
         else:
             basis[:, known] = rest / np.linalg.norm(rest)

@@ -8,18 +8,16 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.robust_scale import MAD_TO_STD
+from scalar.estimation.settings import DEFAULTS, GrossErrorSettings
 from scalar.geometry.se3 import Array
 
-POINT_SIGMAS = 5.0  # robust standard deviations of a scan beyond which a point is off its own line
-LEAST_POINT_ERROR = 2e-4  # m; and never less than this
-LEAST_POINTS = 5  # of a scan, for a line to have outliers
-CORRUPTED_SHARE = 1.0 / 3.0  # of a scan's points off its line: with more, the whole scan is corrupted
-_ROUNDS = 12  # of reweighting
 _LEAST_SCALE = 1e-9  # m: keeps the weights of a noise-free scan finite
 _LEAST_RATIO = 0.3  # of the scale: nearer to the line, points weigh the same
 
 
-def without_outlying_points(dataset: Dataset) -> tuple[Dataset, int, Array]:
+def without_outlying_points(
+    dataset: Dataset, settings: GrossErrorSettings = DEFAULTS.gross_errors
+) -> tuple[Dataset, int, Array]:
     """Return the dataset without points that are off their own scan's line, their number, and which scans are corrupted.
 
     Each scan's line is found by iteratively reweighted least squares that tends to the least absolute distance, which tolerates a
@@ -27,22 +25,22 @@ def without_outlying_points(dataset: Dataset) -> tuple[Dataset, int, Array]:
     """
     counts = np.diff(dataset.starts)
     corrupted = np.zeros(dataset.n_poses, dtype=bool)
-    if dataset.sensor.kind != "line-laser" or counts.max(initial=0) < LEAST_POINTS:
+    if dataset.sensor.kind != "line-laser" or counts.max(initial=0) < settings.least_points:
         return dataset, 0, corrupted
     first = dataset.starts[:-1]
     scan = np.repeat(np.arange(len(counts)), counts)
     distance = np.zeros(len(dataset.points))
     weight = np.ones(len(dataset.points))
     scale = np.full(len(counts), np.inf)
-    for _ in range(_ROUNDS):
+    for _ in range(settings.point_rounds):
         distance = np.abs(_line_distance(dataset.points, weight, first, scan))
         scale = np.maximum(MAD_TO_STD * _median_within(distance, scan, first, counts), _LEAST_SCALE)
         weight = 1.0 / np.maximum(distance / scale[scan], _LEAST_RATIO)
     floor = np.median(scale)  # a short scan's own spread is low by chance now and then
-    limit = np.maximum(POINT_SIGMAS * np.maximum(scale, floor), LEAST_POINT_ERROR)
-    off = (distance > limit[scan]) & (counts[scan] >= LEAST_POINTS)
+    limit = np.maximum(settings.point_sigmas * np.maximum(scale, floor), settings.least_point_error)
+    off = (distance > limit[scan]) & (counts[scan] >= settings.least_points)
     share = np.add.reduceat(off.astype(float), first) / counts
-    corrupted = share > CORRUPTED_SHARE
+    corrupted = share > settings.corrupted_share
     drop = off & ~corrupted[scan]
     if not drop.any():
         return dataset, 0, corrupted

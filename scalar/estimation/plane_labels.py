@@ -8,25 +8,27 @@ from scalar.data.dataset import Dataset
 from scalar.errors import ScalarError
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.pose_consistency import outlier_limit, pose_distances
+from scalar.estimation.settings import EstimationSettings
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 from scalar.sensors import measure
 
-LABEL_RATIO = 0.2  # a pose is mislabelled where another plane is nearer than this share of its own distance
 
-
-def other_labels(dataset: Dataset, keep: Array, off: list[int]) -> dict[int, str]:
+def other_labels(
+    dataset: Dataset, keep: Array, off: list[int], settings: EstimationSettings
+) -> dict[int, str]:
     """Return for poses that are off, by index, the name of the plane that they do lie on, where there is one.
 
     Args:
         dataset: What was measured.
         keep: ``(N,)`` bool, the poses that agree with their labels.
         off: Indices of the others.
+        settings: Thresholds.
     """
     if dataset.sensor.kind == "tracker" or not len(off):
         return {}
     try:
-        model, _ = geometry_fit(dataset.subset(keep))
+        model, _ = geometry_fit(dataset.subset(keep), settings)
     except ScalarError:
         return {}
     planes = model.target
@@ -36,7 +38,8 @@ def other_labels(dataset: Dataset, keep: Array, off: list[int]) -> dict[int, str
         [pose_distances(dataset, T, planes, np.full(dataset.n_poses, k)) for k in range(len(planes.names))],
         axis=1,
     )[off]
-    limit = outlier_limit(pose_distances(dataset, T, planes, measure(dataset).target_index)[keep])
+    distances_own = pose_distances(dataset, T, planes, measure(dataset).target_index)
+    limit = outlier_limit(distances_own[keep], settings.gross_errors)
     own = [
         planes.names.index(name) if name in planes.names else -1
         for name in dataset.poses["plane"].to_numpy()[off]
@@ -45,6 +48,6 @@ def other_labels(dataset: Dataset, keep: Array, off: list[int]) -> dict[int, str
     for i, distances, mine in zip(off, every, own, strict=True):
         best = int(np.argmin(distances))
         near = distances[best] < limit
-        if best != mine and near and distances[best] < LABEL_RATIO * distances[mine]:
+        if best != mine and near and distances[best] < settings.gross_errors.label_ratio * distances[mine]:
             labels[int(i)] = planes.names[best].split("@")[0]
     return labels

@@ -16,23 +16,12 @@ from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.robust_scale import robust_std
+from scalar.estimation.settings import EstimationSettings, GrossErrorSettings
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 from scalar.sensors import measure
-from scalar.units import MM
 
-POSE_SIGMAS = 10.0  # robust standard deviations beyond which a pose is off
-LEAST_POSE_ERROR = 1.0 * MM  # and never less than this
-COARSE_POSE_ERROR = 20.0 * MM  # with the arm still nominal, whose own errors make several millimetres
-CORE_SHARE = 0.6  # of the poses on a plane that are trusted at first
-MOST_SET_ASIDE = 0.45  # of the poses: with more, nothing can be said of which are right
-CONTIGUOUS_RUN = 4  # successive poses of one plane that are all off are a change, not outliers
-RUN_BY_CHANCE = 0.05  # expected number of runs as long that scattered outliers would make
-_ROUNDS = 12
-_CONCENTRATIONS = 4
-_HEAVY_TAIL = (
-    2.0  # root mean square over median of the poses' distances; a chi law of two numbers has about 1.2
-)
+_LEAST_SHARE, _MOST_SHARE = 1e-3, 0.95  # of poses off, so that its logarithm says how long runs are by chance
 
 
 def pose_distances(dataset: Dataset, T_base_sensor: Array, planes: Planes, index: Array) -> Array:
@@ -48,7 +37,7 @@ def pose_distances(dataset: Dataset, T_base_sensor: Array, planes: Planes, index
     return np.sqrt(np.add.reduceat(f * f, dataset.starts[:-1]) / counts)
 
 
-def coarsely_consistent(dataset: Dataset, usable: Array) -> Array:
+def coarsely_consistent(dataset: Dataset, usable: Array, settings: GrossErrorSettings) -> Array:
     """Return which of the usable poses ``(N,)`` agree roughly with the planes, the arm and the sensor being nominal."""
     T_flange_sensor = dataset.sensor.T_flange_sensor
     if dataset.sensor.kind == "tracker" or T_flange_sensor is None:
@@ -60,14 +49,14 @@ def coarsely_consistent(dataset: Dataset, usable: Array) -> Array:
     index = measurement.target_index
     planes, keep = guess, usable
     distance = pose_distances(dataset, T, planes, index)
-    for _ in range(_ROUNDS):
-        core = _core(dataset, distance, usable)
+    for _ in range(settings.pose_rounds):
+        core = _core(dataset, distance, usable, settings)
         subset = dataset.subset(core)
         fitted = measure(subset)
         planes_found: Any = fitted.fitted_target(T[core], fitted.initial_target(subset))
         planes = _merged(planes, planes_found)
         distance = pose_distances(dataset, T, planes, index)
-        limit = max(COARSE_POSE_ERROR, POSE_SIGMAS * robust_std(distance[core]))
+        limit = max(settings.coarse_pose_error, settings.pose_sigmas * robust_std(distance[core]))
         new = usable & (distance < limit)
         if np.array_equal(new, keep):
             break
@@ -84,29 +73,30 @@ def _merged(planes: Planes, found: Planes) -> Planes:
     return Planes.at(planes.names, normals, distances)
 
 
-def finely_consistent(dataset: Dataset, keep: Array) -> Array:
+def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSettings) -> Array:
     """Return which poses agree with a calibration of the geometry.
 
     Where some do not, they would distort a fit to all: the geometry is first fitted to the better part of the poses, until that part
     no longer changes, and then to all that agree with it.
     """
-    model, prepared = geometry_fit(dataset.subset(keep))
+    gross = settings.gross_errors
+    model, prepared = geometry_fit(dataset.subset(keep), settings)
     distance = _distances_under(dataset, model)
     # Thirty free parameters follow a single wrong pose and spread its centimetres over all others: no ratio of distances shows
     # that, but their size does.
-    if np.all(distance[keep] < LEAST_POSE_ERROR) and not _heavy_tailed(distance[keep]):
-        return _agreeing(dataset, distance, keep)
+    if np.all(distance[keep] < gross.least_pose_error) and not _heavy_tailed(distance[keep], gross):
+        return _agreeing(dataset, distance, keep, gross)
     usable = core = keep
-    for _ in range(_CONCENTRATIONS):
-        core = _core(dataset, _left_out(dataset, model, prepared.free, core), usable)
-        model, prepared = geometry_fit(dataset.subset(core))
+    for _ in range(gross.concentrations):
+        core = _core(dataset, _left_out(dataset, model, prepared.free, core), usable, gross)
+        model, prepared = geometry_fit(dataset.subset(core), settings)
         distance = _distances_under(dataset, model)
-    keep = _agreeing(dataset, distance, core)
-    for _ in range(_ROUNDS):
-        if keep.sum() < (1 - MOST_SET_ASIDE) * dataset.n_poses:
+    keep = _agreeing(dataset, distance, core, gross)
+    for _ in range(gross.pose_rounds):
+        if keep.sum() < (1 - gross.most_set_aside) * dataset.n_poses:
             return keep
-        distance = _distances_under(dataset, geometry_fit(dataset.subset(keep))[0])
-        new = _agreeing(dataset, distance, keep)
+        distance = _distances_under(dataset, geometry_fit(dataset.subset(keep), settings)[0])
+        new = _agreeing(dataset, distance, keep, gross)
         if np.array_equal(new, keep):
             break
         keep = new
@@ -135,29 +125,29 @@ def _left_out(dataset: Dataset, model: Model, free: Array, trained: Array) -> Ar
     return np.linalg.norm(np.linalg.solve(kept, residual[: N * m].reshape(N, m, 1)), axis=(1, 2))
 
 
-def outlier_limit(trusted: Array) -> float:
+def outlier_limit(trusted: Array, settings: GrossErrorSettings) -> float:
     """Return the distance [m] beyond which a pose is off, from the distances ``(N,)`` [m] of poses that are trusted."""
-    return max(LEAST_POSE_ERROR, POSE_SIGMAS * robust_std(trusted))
+    return max(settings.least_pose_error, settings.pose_sigmas * robust_std(trusted))
 
 
-def _heavy_tailed(distances: Array) -> bool:
+def _heavy_tailed(distances: Array, settings: GrossErrorSettings) -> bool:
     """Return whether a few poses are so much farther off than most that they may have distorted the fit."""
-    return float(np.sqrt(np.mean(distances**2))) > _HEAVY_TAIL * float(np.median(distances))
+    return float(np.sqrt(np.mean(distances**2))) > settings.heavy_tail * float(np.median(distances))
 
 
-def _agreeing(dataset: Dataset, distance: Array, trusted: Array) -> Array:
-    agrees = distance < outlier_limit(distance[trusted])
-    return agrees | (in_runs(dataset, ~agrees) & (distance < COARSE_POSE_ERROR))
+def _agreeing(dataset: Dataset, distance: Array, trusted: Array, settings: GrossErrorSettings) -> Array:
+    agrees = distance < outlier_limit(distance[trusted], settings)
+    return agrees | (in_runs(dataset, ~agrees, settings) & (distance < settings.coarse_pose_error))
 
 
-def _core(dataset: Dataset, distance: Array, usable: Array) -> Array:
+def _core(dataset: Dataset, distance: Array, usable: Array, settings: GrossErrorSettings) -> Array:
     """Return the better part of the usable poses on every plane."""
     core = np.zeros(len(usable), dtype=bool)
     index = dataset.plane_index
     for k in np.unique(index):
         mine = np.flatnonzero((index == k) & usable)
         best = mine[np.argsort(distance[mine], kind="stable")]
-        core[best[: max(int(np.ceil(CORE_SHARE * len(best))), 3)]] = True
+        core[best[: max(int(np.ceil(settings.core_share * len(best))), 3)]] = True
     return core
 
 
@@ -169,15 +159,15 @@ def _distances_under(dataset: Dataset, model: Model) -> Array:
     return np.sqrt(squares / counts)
 
 
-def in_runs(dataset: Dataset, off: Array) -> Array:
+def in_runs(dataset: Dataset, off: Array, settings: GrossErrorSettings) -> Array:
     """Return which of the poses that are off stand in runs of successive poses of one plane that are all off."""
     runs = np.zeros_like(off)
     for k in np.unique(dataset.plane_index):
         mine = np.flatnonzero(dataset.plane_index == k)
         edges = np.flatnonzero(np.diff(np.r_[0, off[mine].astype(int), 0]))
-        share = min(max(float(off[mine].mean()), 1e-3), 0.95)
-        by_chance = np.log(RUN_BY_CHANCE / len(mine)) / np.log(share)
+        share = min(max(float(off[mine].mean()), _LEAST_SHARE), _MOST_SHARE)
+        by_chance = np.log(settings.run_by_chance / len(mine)) / np.log(share)
         for begin, end in zip(edges[::2], edges[1::2], strict=True):
-            if end - begin >= max(CONTIGUOUS_RUN, by_chance):
+            if end - begin >= max(settings.contiguous_run, by_chance):
                 runs[mine[begin:end]] = True
     return runs

@@ -15,17 +15,12 @@ from scalar.estimation.initial_estimate import COARSE, InitialEstimate, estimate
 from scalar.estimation.least_squares import Fit, fit
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
+from scalar.estimation.settings import DEFAULTS, EstimationSettings
 from scalar.estimation.sufficiency import check_data, check_guess, check_lines, check_parameters, check_span
 from scalar.geometry.parallel_axes import near_parallel_joints
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array
 from scalar.sensors import measure
-from scalar.units import MM
-
-# m, of a pose after the fit: no effect on an arm makes so much, a wrong label or a wrong pose does.
-GROSS_ERROR = 10 * MM
-# m: a sensor found this near its nominal place is taken to have the symmetry of the nominal one.
-_ALREADY_NOMINAL = 20 * MM
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +42,7 @@ class Prepared:
     free: Array
 
 
-def prepare(dataset: Dataset, fix: Sequence[str] = ()) -> Prepared:
+def prepare(dataset: Dataset, fix: Sequence[str] = (), settings: EstimationSettings = DEFAULTS) -> Prepared:
     """Return a dataset that is ready to be fitted: sensor and target estimated with the arm nominal, and a coarse fit of everything.
 
     Which parameters the poses determine depends on the true arm, and the nominal one may be degrees off. The analysis is made at
@@ -56,6 +51,7 @@ def prepare(dataset: Dataset, fix: Sequence[str] = ()) -> Prepared:
     Args:
         dataset: What was measured.
         fix: Further parameters to fix at their nominal values, by name.
+        settings: Thresholds.
 
     Raises:
         InvalidInput: The initial guess of a plane is wrong beyond repair.
@@ -69,37 +65,50 @@ def prepare(dataset: Dataset, fix: Sequence[str] = ()) -> Prepared:
         dataset, Model.at(dataset.robot, np.eye(4) if T is None else T, guess), measurement
     )
     initial = estimate_initially(residuals, dataset.robot, guess, T)
-    check_lines(residuals, initial.model)
+    check_lines(residuals, initial.model, settings.sufficiency)
     residuals = residuals.reweighted(initial.model)
     candidates = candidate_mask(initial.model, fix)
     try:
         identifiability, free = _identify(
-            dataset, residuals, initial.model, _symmetric(initial.model, T), candidates
+            dataset,
+            residuals,
+            initial.model,
+            _symmetric(initial.model, T, settings.sufficiency.already_nominal),
+            candidates,
+            settings,
         )
     except Undetermined:
-        check_span(residuals, initial.model)  # parallel planes explain whatever else is not determined
+        check_span(
+            residuals, initial.model, settings.sufficiency
+        )  # parallel planes explain whatever else is not determined
         raise
     found = fit(residuals, initial.model, free, tolerance=COARSE)
     if near_parallel_joints(found.model.robot) != near_parallel_joints(dataset.robot):
         identifiability, free, found = _identify_again(
-            dataset, residuals, initial.model, candidates, (identifiability, free, found)
+            dataset, residuals, initial.model, candidates, (identifiability, free, found), settings
         )
-    check_guess(found.model, guess)
-    check_span(residuals, found.model)
-    model = replace(initial.model, priors=data_sheet_priors(residuals, initial.model, free, found.model))
+    check_guess(found.model, guess, settings.sufficiency)
+    check_span(residuals, found.model, settings.sufficiency)
+    priors = data_sheet_priors(residuals, initial.model, free, found.model, settings.identifiability)
+    model = replace(initial.model, priors=priors)
     coarse = model if model.priors else found.model.rebased()
     return Prepared(residuals, replace(initial, model=model), coarse, identifiability, free)
 
 
 def _identify(
-    dataset: Dataset, residuals: Residuals, initial: Model, where: Model, candidates: Array
+    dataset: Dataset,
+    residuals: Residuals,
+    initial: Model,
+    where: Model,
+    candidates: Array,
+    settings: EstimationSettings,
 ) -> tuple[Identifiability, Array]:
     """Return the identifiability at a model, and which coordinates are free because of it.
 
     Raises:
         Undetermined: The poses are too few, or do not determine a parameter although every joint moves.
     """
-    identifiability = analyse(residuals, where, candidates)
+    identifiability = analyse(residuals, where, candidates, settings.identifiability)
     free = candidates & ~np.isin(initial.names, identifiability.fixed_names)
     check_parameters(dataset, residuals, initial, identifiability, int(free.sum()))
     return identifiability, free
@@ -111,6 +120,7 @@ def _identify_again(
     initial: Model,
     candidates: Array,
     first: tuple[Identifiability, Array, Fit],
+    settings: EstimationSettings,
 ) -> tuple[Identifiability, Array, Fit]:
     """Return the identifiability at the coarse fit, and a new coarse fit that goes with it.
 
@@ -118,25 +128,22 @@ def _identify_again(
     """
     found = first[2]
     try:
-        identifiability, free = _identify(dataset, residuals, initial, found.model, candidates)
+        identifiability, free = _identify(dataset, residuals, initial, found.model, candidates, settings)
     except Undetermined:
         return first
     again = fit(residuals, initial, free, tolerance=COARSE)
-    if residuals.rms(again.model) > max(GROSS_ERROR, residuals.rms(found.model)):
+    if residuals.rms(again.model) > max(settings.sufficiency.gross_error, residuals.rms(found.model)):
         return first
     return identifiability, free, again
 
 
-def _symmetric(model: Model, T_nominal: Array | None) -> Model:
-    """Return the model with the sensor at its nominal place if the initial estimate confirms it.
+def _symmetric(model: Model, T_nominal: Array | None, near: float) -> Model:
+    """Return the model with the sensor at its nominal place if the initial estimate confirms it, to ``near`` [m].
 
     With a tool exactly on the flange's axis some parameters are unobservable. An estimate a millimetre off that axis would make
     them look observable.
     """
-    if (
-        T_nominal is None
-        or np.linalg.norm(model.T_flange_sensor[:3, 3] - T_nominal[:3, 3]) > _ALREADY_NOMINAL
-    ):
+    if T_nominal is None or np.linalg.norm(model.T_flange_sensor[:3, 3] - T_nominal[:3, 3]) > near:
         return model
     return Model.at(model.robot, T_nominal, model.target)
 

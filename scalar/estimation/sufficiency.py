@@ -11,17 +11,14 @@ from scalar.errors import Fault, InvalidInput, Undetermined
 from scalar.estimation.identifiability import Identifiability
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
+from scalar.estimation.settings import DEFAULTS, SufficiencySettings
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement
 from scalar.sensors.line_laser import LineLaser
 from scalar.units import DEG
 
-LEAST_PLANES = 3
-LEAST_SPAN = np.sin(10 * DEG)  # of three normals: the smallest singular value, 1 for a right-angled corner
-FARTHEST_GUESS = 60 * DEG  # a rough normal may be this far off the plane that the points lie on
-LEAST_WIDTH = 1e-3  # of a plane's longest extent: narrower than that its points lie on a line
-LEAST_WIDTH_SIGMAS = 5.0  # standard deviations of the sensor: the same, since noise widens a line
+LEAST_PLANES = 3  # space has three dimensions
 
 
 def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
@@ -56,7 +53,9 @@ def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
         raise Undetermined(reasons)
 
 
-def check_lines(residuals: Residuals, model: Model) -> None:
+def check_lines(
+    residuals: Residuals, model: Model, settings: SufficiencySettings = DEFAULTS.sufficiency
+) -> None:
     """Refuse planes that are scanned on one line only.
 
     Args:
@@ -70,7 +69,9 @@ def check_lines(residuals: Residuals, model: Model) -> None:
     if not isinstance(planes, Planes):
         return
     longest, second = _extents(residuals, model)
-    on_a_line = second < np.maximum(LEAST_WIDTH * longest, LEAST_WIDTH_SIGMAS * residuals.measurement.sigma)
+    on_a_line = second < np.maximum(
+        settings.least_width * longest, settings.least_width_sigmas * residuals.measurement.sigma
+    )
     reasons = [
         f"all points on plane '{name}' lie on a line, so its tilt about that line cannot be determined: "
         "scan it in other places and directions"
@@ -80,7 +81,9 @@ def check_lines(residuals: Residuals, model: Model) -> None:
         raise Undetermined(reasons)
 
 
-def check_span(residuals: Residuals, model: Model) -> None:
+def check_span(
+    residuals: Residuals, model: Model, settings: SufficiencySettings = DEFAULTS.sufficiency
+) -> None:
     """Refuse scanned planes that do not span space.
 
     Args:
@@ -94,11 +97,11 @@ def check_span(residuals: Residuals, model: Model) -> None:
     if not isinstance(planes, Planes) or not isinstance(residuals.measurement, LineLaser):
         return
     few = len(planes.normals) < LEAST_PLANES
-    if few or float(np.linalg.svd(planes.normals, compute_uv=False)[-1]) < LEAST_SPAN:
+    if few or float(np.linalg.svd(planes.normals, compute_uv=False)[-1]) < settings.least_span:
         raise Undetermined([_parallel_planes(planes)])
 
 
-def check_guess(model: Model, guess: Any) -> None:
+def check_guess(model: Model, guess: Any, settings: SufficiencySettings = DEFAULTS.sufficiency) -> None:
     """Refuse initial guesses of planes that the points contradict.
 
     Args:
@@ -121,7 +124,7 @@ def check_guess(model: Model, guess: Any) -> None:
             f"planes.{name}.normal",
         )
         for name, c in zip(planes.names, cosine, strict=True)
-        if c < np.cos(FARTHEST_GUESS)
+        if c < np.cos(settings.farthest_guess)
     ]
     if faults:
         raise InvalidInput(faults)

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from scalar.data.dataset import read_dataset
-from scalar.estimation.identifiability import NULL_TOLERANCE
 from scalar.estimation.prepare import prepare
+from scalar.estimation.settings import DEFAULTS
 
 
 def observe(dataset_dir: str | Path) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -25,8 +25,8 @@ def observe(dataset_dir: str | Path) -> tuple[pd.DataFrame, pd.DataFrame]:
         {
             "index": np.arange(1, len(found.singular_values) + 1),
             "singular_value": found.singular_values,
-            "null": found.singular_values < NULL_TOLERANCE,
-            "tolerance": NULL_TOLERANCE,
+            "null": found.singular_values < DEFAULTS.identifiability.null_tolerance,
+            "tolerance": DEFAULTS.identifiability.null_tolerance,
         }
     )
     directions = pd.DataFrame(

@@ -15,7 +15,7 @@ from scalar.diagnosis import forward_selection, unmodelled_structure, variance_c
 from scalar.diagnosis.hold_out import BLOCKS_PER_FOLD, FOLDS
 from scalar.effects.catalogue import CATALOGUE, MAX_ORDER, MAX_RIPPLE_ORDER
 from scalar.effects.unattributed import Unattributed
-from scalar.estimation import identifiability, outlying_points, pose_consistency
+from scalar.estimation.settings import DEFAULTS
 from scalar.geometry import parallel_axes
 from scalar.units import DEG, MM
 from study.common.methods import INITIAL, PROPOSED
@@ -78,7 +78,7 @@ def setup(scene: Path, tilted: Path, seeds: int) -> dict[str, Any]:
 def settings() -> dict[str, Any]:
     """Return what the method is set to, as the code has it."""
     return {
-        "null_tolerance": identifiability.NULL_TOLERANCE,
+        "null_tolerance": DEFAULTS.identifiability.null_tolerance,
         "near_parallel_rad": parallel_axes.NEAR_PARALLEL,
         "max_evaluations": baseline.MAX_EVALUATIONS,
         "band_low": BAND[0],
@@ -94,9 +94,9 @@ def settings() -> dict[str, Any]:
         "unattributed_alpha": unmodelled_structure.ALPHA,
         "folds": FOLDS,
         "blocks": FOLDS * BLOCKS_PER_FOLD,
-        "point_sigmas": outlying_points.POINT_SIGMAS,
-        "pose_sigmas": pose_consistency.POSE_SIGMAS,
-        "least_pose_error_mm": pose_consistency.LEAST_POSE_ERROR / MM,
+        "point_sigmas": DEFAULTS.gross_errors.point_sigmas,
+        "pose_sigmas": DEFAULTS.gross_errors.pose_sigmas,
+        "least_pose_error_mm": DEFAULTS.gross_errors.least_pose_error / MM,
     }
 
 
