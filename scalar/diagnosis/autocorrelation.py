@@ -16,36 +16,40 @@ from scipy.spatial import KDTree
 from scipy.stats import norm, rankdata
 
 from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.settings import DEFAULTS, AutocorrelationSettings
 from scalar.diagnosis.variance_components import directions
-from scalar.estimation.settings import DEFAULTS
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 
 LAGS = (1, 2, 3)
-NEIGHBOURS = 3  # in two variables
-P_VALUE = 1e-4  # corrected for all orders that were tried
-LEAST_POSES = 12  # for neighbours to be near one another
 
 
 def depends_on(state: FittedState) -> list[str]:
     """Return the columns in which neighbouring poses err alike beyond chance, those of the surest order: none where what is left is noise."""
-    z = state.background().residual
+    z, settings = state.background().residual, state.settings.autocorrelation
     along = _along(state, z)
     poses = state.residuals.poses
     plates = state.residuals.measurement.target_index
     whole = np.zeros(len(z))
-    moving = [j for j in range(poses.q.shape[1]) if np.ptp(poses.q[:, j]) > DEFAULTS.identifiability.still]
+    moving = [
+        j
+        for j in range(poses.q.shape[1])
+        if np.ptp(poses.q[:, j]) > state.settings.estimation.identifiability.still
+    ]
     angles = {f"q{j + 1}": poses.q[:, j] for j in moving}
     chances: dict[tuple[str, ...], float] = {}
     for name, values in (angles | _courses(state) | _places(state)).items():
-        near = _in_order(whole, values)
-        tried = [alike(z, _in_order(plates, values)), *(alike(a[:, None], near) for a in along)]
+        near = _in_order(whole, values, settings.least_poses)
+        tried = [
+            alike(z, _in_order(plates, values, settings.least_poses)),
+            *(alike(a[:, None], near) for a in along),
+        ]
         chances[name,] = min(tried) * len(tried)
     for pair in itertools.combinations(angles, 2):
-        near = _near(np.column_stack([angles[name] for name in pair]))
+        near = _near(np.column_stack([angles[name] for name in pair]), settings)
         chances[pair] = min(alike(a[:, None], near) for a in along) * len(along)
     surest = min(chances, key=lambda names: chances[names])
-    return list(surest) if chances[surest] * len(chances) < P_VALUE else []
+    return list(surest) if chances[surest] * len(chances) < settings.alpha_autocorrelation else []
 
 
 def alike(z: Array, near: Array) -> float:
@@ -60,24 +64,24 @@ def alike(z: Array, near: Array) -> float:
     return float(norm.sf(products.sum() / length)) if length > 0 else 1.0
 
 
-def _in_order(groups: Array, order: Array) -> Array:
+def _in_order(groups: Array, order: Array, least_poses: int = DEFAULTS.autocorrelation.least_poses) -> Array:
     """Return the neighbours ``(P, 2)`` in an order ``(N,)`` within each group ``(N,)``."""
     pairs = [np.zeros((0, 2), dtype=int)]
     for group in np.unique(groups):
         mine = np.flatnonzero(groups == group)
-        if len(mine) >= LEAST_POSES:
+        if len(mine) >= least_poses:
             mine = mine[np.argsort(order[mine], kind="stable")]
             pairs += [np.column_stack([mine[lag:], mine[:-lag]]) for lag in LAGS]
     return np.concatenate(pairs)
 
 
-def _near(values: Array) -> Array:
+def _near(values: Array, settings: AutocorrelationSettings = DEFAULTS.autocorrelation) -> Array:
     """Return the neighbours ``(P, 2)`` in two variables ``(N, 2)``, each by its rank; every pair once."""
-    if len(values) < LEAST_POSES:
+    if len(values) < settings.least_poses:
         return np.zeros((0, 2), dtype=int)
     ranks = rankdata(values, axis=0)
-    found = np.asarray(KDTree(ranks).query(ranks, k=NEIGHBOURS + 1)[1])[:, 1:]
-    pairs = np.column_stack([np.repeat(np.arange(len(values)), NEIGHBOURS), found.ravel()])
+    found = np.asarray(KDTree(ranks).query(ranks, k=settings.neighbours + 1)[1])[:, 1:]
+    pairs = np.column_stack([np.repeat(np.arange(len(values)), settings.neighbours), found.ravel()])
     return np.unique(np.sort(pairs, axis=1), axis=0)
 
 
@@ -96,7 +100,10 @@ def _courses(state: FittedState) -> dict[str, Array]:
     dataset = state.dataset
     found = {"time" if "time" in dataset.poses else "order": state.residuals.poses.order}
     for name in ("temperature", *dataset.covariates):
-        if name in dataset.poses and len(np.unique(dataset.poses[name].to_numpy())) > LEAST_POSES:
+        if (
+            name in dataset.poses
+            and len(np.unique(dataset.poses[name].to_numpy())) > state.settings.autocorrelation.least_poses
+        ):
             found[name] = dataset.poses[name].to_numpy(dtype=float)
     return found
 

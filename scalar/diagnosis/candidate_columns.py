@@ -15,6 +15,7 @@ import numpy as np
 from scalar.diagnosis.candidate_set import CandidateEffect, candidates
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.score_test import Background, ChangeScores, Moments, Projected, gram_given
+from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.effects.catalogue import plane_centre
 from scalar.effects.effect import Effect
 from scalar.effects.sensor import SensorSlip
@@ -25,7 +26,6 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-CHANGE_MARGIN = 6  # least number of poses on each side of a change
 _ALWAYS = -np.inf
 
 
@@ -91,9 +91,9 @@ class CandidateSet:
         return len(self.tried) + self.elsewhere + sum(int(touched.sum()) for _, touched in self.changes)
 
 
-def named_candidates(dataset: Dataset) -> CandidateSet:
+def named_candidates(dataset: Dataset, settings: Settings = DEFAULTS) -> CandidateSet:
     """Return everything with a name that may be tried on a dataset."""
-    return CandidateSet.of(candidates(dataset), _changes(dataset))
+    return CandidateSet.of(candidates(dataset, settings.estimation.identifiability.still), _changes(dataset))
 
 
 def _changes(dataset: Dataset) -> list[tuple[Effect, Array]]:
@@ -120,6 +120,7 @@ class CandidateColumns:
             candidates: What is tried.
         """
         self.candidates = candidates
+        self.change_margin = state.settings.selection.change_margin
         self.full = state.background()
         self.E = state.columns_of(candidates.effects, candidates.bases)
         own = self.E.T @ self.E
@@ -145,6 +146,6 @@ class CandidateColumns:
             E = self.E[: N * m, at : at + k].reshape(N, m, k)
             at += k
             if i not in self.moments:
-                self.moments[i] = Moments.of(self.full, E, np.flatnonzero(touched), CHANGE_MARGIN)
+                self.moments[i] = Moments.of(self.full, E, np.flatnonzero(touched), self.change_margin)
             found.append((effect, self.moments[i].score(background, E, effect.plausible_sizes)))
         return found

@@ -39,7 +39,6 @@ from scalar.effects.unattributed import (
     UnattributedWave,
     Variable,
 )
-from scalar.estimation.settings import DEFAULTS
 from scalar.geometry.parallel_axes import near_parallel_joints
 
 if TYPE_CHECKING:
@@ -90,10 +89,10 @@ class CandidateEffect:
         return BaseCompliance(tuple(self.effect.frames[i] for i in chosen), self.effect.alike)
 
 
-def candidates(dataset: Dataset) -> list[CandidateEffect]:
+def candidates(dataset: Dataset, still: float) -> list[CandidateEffect]:
     """Return what can be tried on a dataset; change points are tried apart, at every moment (``scalar.diagnosis.score_test``)."""
     n = dataset.robot.n_joints
-    moving = [j for j in range(1, n + 1) if np.ptp(dataset.q[:, j - 1]) > DEFAULTS.identifiability.still]
+    moving = [j for j in range(1, n + 1) if np.ptp(dataset.q[:, j - 1]) > still]
     pairs = [(j, f) for j in moving for f in range(j, n + 1)]
     found = [
         CandidateEffect(JointCompliance(tuple(p for p in pairs if p[0] == j)), n + 1 - j) for j in moving
@@ -225,10 +224,10 @@ def waves(dataset: Dataset, joint: int) -> list[CandidateEffect]:
     return [CandidateEffect(UnattributedWave(joint, (angle,), float(order))) for order in orders]
 
 
-def flexible(dataset: Dataset) -> list[CandidateEffect]:
+def flexible(dataset: Dataset, still: float) -> list[CandidateEffect]:
     """Return flexible terms that have no name: what is tried on structure that the named effects leave."""
     n = dataset.robot.n_joints
-    moving = [j for j in range(1, n + 1) if np.ptp(dataset.q[:, j - 1]) > DEFAULTS.identifiability.still]
+    moving = [j for j in range(1, n + 1) if np.ptp(dataset.q[:, j - 1]) > still]
     angles = {j: Variable.seen(f"q{j}", dataset.q[:, j - 1]) for j in moving}
     turns = dataset.sensor.kind == "line-laser"
     found: list[Effect] = [UnattributedJoint(j, (angles[v],)) for j in moving for v in moving]

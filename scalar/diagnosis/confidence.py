@@ -14,16 +14,18 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import expit
 
-MOST = 0.97  # share of the answers that seemed sure which were right
-SOBERNESS = 4.5  # by which log odds are divided
+from scalar.diagnosis.settings import DEFAULTS, ConfidenceSettings
 
 
-def confidence(own: float, others: Sequence[float]) -> float:
-    """Return the chance that an answer is right, 0 to ``MOST``.
+def confidence(
+    own: float, others: Sequence[float], settings: ConfidenceSettings = DEFAULTS.confidence
+) -> float:
+    """Return the chance that an answer is right, 0 to ``settings.most``.
 
     Args:
         own: Its evidence [nats].
         others: Those of everything else that would answer otherwise [nats].
+        settings: Temperature and largest confidence.
     """
     against = float(np.logaddexp.reduce([-own, *(other - own for other in others)]))
-    return float(MOST * expit(-against / SOBERNESS))
+    return float(settings.most * expit(-against / settings.temperature))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,13 +14,14 @@ from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet, n
 from scalar.diagnosis.conditional_scores import rivals
 from scalar.diagnosis.confidence import confidence
 from scalar.diagnosis.fitted_state import FittedState, refit
-from scalar.diagnosis.forward_selection import CONFOUNDED_MARGIN, select_forward
+from scalar.diagnosis.forward_selection import select_forward
 from scalar.diagnosis.harmonic_spectrum import as_whitened, has_all_orders, is_shrunk, with_spectrum
 from scalar.diagnosis.hold_out import held_out_errors
 from scalar.diagnosis.merging import merged, same_answer, same_place
 from scalar.diagnosis.observability import unobservable_effects
 from scalar.diagnosis.ranking import rank
 from scalar.diagnosis.result import Diagnosis, Finding
+from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.unmodelled_structure import with_flexible_terms
 from scalar.diagnosis.variance_components import VarianceComponent, WhitenedMeasurement, whitening_for
 from scalar.effects.effect import Effect
@@ -30,21 +31,25 @@ from scalar.estimation.conclude import conclude
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.gross_errors import Cleaned, clean, clean_given_effects
 from scalar.estimation.joint_fit import fit_from
-from scalar.estimation.prepare import GROSS_ERROR
+from scalar.estimation.prepare import Prepared
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT
 from scalar.geometry.se3 import Array
 
 MAX_RANKING = 25
-MAX_CLEANINGS = 3  # gross errors may hide behind effects, and effects behind gross errors
 
 
-def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: None) -> Diagnosis:
+def diagnose(
+    dataset: Dataset,
+    progress: Callable[[str], None] = lambda stage: None,
+    settings: Settings = DEFAULTS,
+) -> Diagnosis:
     """Return what a dataset says of what its model lacks.
 
     Args:
         dataset: What was measured.
         progress: Called with the name of each stage.
+        settings: Thresholds.
 
     Raises:
         InvalidInput: The data contradict themselves.
@@ -57,30 +62,31 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
         ('effect', ['joint_scale'])
     """
     progress("cleaning")
-    cleaned = _cleaned(dataset)
-    for _ in range(MAX_CLEANINGS):
-        model, prepared = geometry_fit(cleaned.dataset)
-        before = refit(cleaned.dataset, model, prepared.free, ())
-        _refuse_misfit(dataset, before)
-        tried = named_candidates(cleaned.dataset)
-        progress("hunting")
-        found = select_forward(before, tried)
-        cleaner = clean_given_effects(cleaned, _distances(found))
+    cleaned = _cleaned(dataset, settings)
+    start = _selected(dataset, cleaned, settings, progress)
+    for _ in range(settings.selection.max_cleanings):
+        cleaner = clean_given_effects(cleaned, _distances(start.found), settings.estimation.gross_errors)
         if cleaner is cleaned:
             break
         cleaned = cleaner
+        start = _selected(dataset, cleaned, settings, progress)
+    prepared, before, tried = start.prepared, start.before, start.tried
     ranking = rank(before, before.background(), CandidateColumns(before, tried))
-    progress("looking for structure without a name")
-    after = with_flexible_terms(found, tried)
+    progress("looking for unmodelled structure")
+    after = with_flexible_terms(start.found, tried)
     progress("joints that err in many orders")
     after = with_spectrum(after, tried)
     noise = tuple(after.variance_components)
     findings = _findings(before, after, tried)
     progress("calibrating")
+    fits = settings.estimation.fit
     calibration_before = conclude(
-        cleaned.dataset, prepared, *fit_from(cleaned.dataset, before.model, before.free)
+        cleaned.dataset,
+        prepared,
+        *fit_from(cleaned.dataset, before.model, before.free, None, fits),
+        settings=fits,
     )
-    calibration_after = conclude(cleaned.dataset, prepared, *_final_fit(after, noise))
+    calibration_after = conclude(cleaned.dataset, prepared, *_final_fit(after, noise), settings=fits)
     # What is reported is what the calibration holds, to the last digit.
     fitted = calibration_after.model.effects
     findings = tuple(replace(f, effect=effect) for f, effect in zip(findings, fitted, strict=True))
@@ -101,7 +107,7 @@ def diagnose(dataset: Dataset, progress: Callable[[str], None] = lambda stage: N
     )
 
 
-def _cleaned(dataset: Dataset) -> Cleaned:
+def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:
     """Return a dataset without gross errors; a set-up that makes all of it contradict itself is refused.
 
     Raises:
@@ -109,7 +115,7 @@ def _cleaned(dataset: Dataset) -> Cleaned:
         Undetermined: Nothing can be said of what is right.
     """
     try:
-        return clean(dataset)
+        return clean(dataset, settings.estimation)
     except (InvalidInput, Undetermined):
         refuse_wrong_setup(dataset)
         raise
@@ -126,14 +132,36 @@ def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
     typical = float(np.median(distances))
     if typical > MOST_LEFT:
         refuse_wrong_setup(dataset)
-    if typical > GROSS_ERROR:
+    if typical > state.settings.estimation.sufficiency.gross_error:
         raise misfit_refused(state.dataset, distances)
+
+
+@dataclass(frozen=True, eq=False)
+class _Selected:
+    """What a cleaned dataset gives: how it was prepared, its states without effects and with those selected, and what was tried."""
+
+    prepared: Prepared
+    before: FittedState
+    found: FittedState
+    tried: CandidateSet
+
+
+def _selected(
+    dataset: Dataset, cleaned: Cleaned, settings: Settings, progress: Callable[[str], None]
+) -> _Selected:
+    """Return the effects that are selected on a dataset once it is cleaned."""
+    model, prepared = geometry_fit(cleaned.dataset, settings.estimation)
+    before = refit(cleaned.dataset, model, prepared.free, (), settings)
+    _refuse_misfit(dataset, before)
+    tried = named_candidates(cleaned.dataset, settings)
+    progress("selecting effects")
+    return _Selected(prepared, before, select_forward(before, tried), tried)
 
 
 def _final_fit(state: FittedState, noise: tuple[VarianceComponent, ...]) -> Any:
     """Return the final fit of a state: on all points, or on profile rows weighted for a noise effect where there is one."""
     if not noise:
-        return fit_from(state.dataset, state.model, state.free)
+        return fit_from(state.dataset, state.model, state.free, None, state.settings.estimation.fit)
     residuals = state.residuals
     residuals = type(residuals)(
         WhitenedMeasurement(residuals.measurement, whitening_for(noise[0])),
@@ -141,7 +169,9 @@ def _final_fit(state: FittedState, noise: tuple[VarianceComponent, ...]) -> Any:
         residuals.bases,
         residuals.known,
     )
-    return fit_from(state.dataset, as_whitened(state).model, state.free, residuals)
+    return fit_from(
+        state.dataset, as_whitened(state).model, state.free, residuals, state.settings.estimation.fit
+    )
 
 
 def _findings(before: FittedState, after: FittedState, tried: CandidateSet) -> tuple[Finding, ...]:
@@ -153,16 +183,20 @@ def _findings(before: FittedState, after: FittedState, tried: CandidateSet) -> t
     columns = CandidateColumns(scored, tried)
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
-        state = refit(after.dataset, state.model, after.geometry_free, effects)
+        state = after.refitted(effects, state.model)
         now = held_out_errors(state)
         own, ranking = rivals(scored, i, columns)
         ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
         others = [s.evidence for s in ranking if not same_answer(s.effect, effect)]
-        near = [s.effect for s in ranking if s.evidence > own.evidence - CONFOUNDED_MARGIN]
+        near = [
+            s.effect
+            for s in ranking
+            if s.evidence > own.evidence - after.settings.selection.confounded_margin
+        ]
         near = [e for e in near if not same_place(e, effect) and not isinstance(effect, Unattributed)]
         if is_shrunk(effect):
             others, near = [], []
-        sure = confidence(own.evidence, others)
+        sure = confidence(own.evidence, others, after.settings.confidence)
         found.append(Finding(effect, own.p_value, error, now, tuple(near), sure))
         error = now
     return tuple(found)

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.data.poses import Poses
+from scalar.diagnosis.measured_rows import MeasuredRows
 from scalar.diagnosis.score_test import Background
+from scalar.diagnosis.settings import DEFAULTS, RefitSettings, Settings
 from scalar.diagnosis.variance_components import VarianceComponent, variance_components, whitening_for
 from scalar.effects.effect import Effect, JointEffect
 from scalar.estimation.effect_bases import JointBasis
@@ -19,17 +21,13 @@ from scalar.estimation.least_squares import fit
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.geometry.se3 import Array
-from scalar.sensors import Measurement, measure
+from scalar.sensors import Measurement
 from scalar.sensors.line_laser import LineLaser
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-_TOLERANCE = 1e-9
-_MAX_STEPS = 10
-_SOUND = 1e-11  # of the largest eigenvalue of the normal equations: below it they have too few digits
 _MOST_NUMBERS = 10_000_000  # of the screws that are worked out at once: 80 MB
-_PROMISED = 1e-8  # of the misfit's variance: a step of a ten thousandth of a standard deviation
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +40,8 @@ class FittedState:
         geometry_free: ``(G,)`` bool over robot, sensor and target: what is free whatever the effects.
         free: ``(P,)`` bool.
         residuals: Whitened at the optimum.
+        settings: Thresholds.
+        rows: The dataset reduced to rows, for refits.
     """
 
     dataset: Dataset
@@ -49,6 +49,13 @@ class FittedState:
     geometry_free: Array
     free: Array
     residuals: Residuals
+    settings: Settings
+    rows: MeasuredRows
+
+    def refitted(self, effects: Sequence[Effect], start: Model | None = None) -> FittedState:
+        """Return the joint optimum with other effects, from where this state, or another model, stands."""
+        model = self.model if start is None else start
+        return refit(self.dataset, model, self.geometry_free, effects, self.settings, self.rows)
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -71,13 +78,21 @@ class FittedState:
     @cached_property
     def _background_within_scans(self) -> Background:
         return Background.of(
-            *self.linearised(), self.dataset.n_poses, self.residuals.measurement.rows_per_pose
+            *self.linearised(),
+            self.dataset.n_poses,
+            self.residuals.measurement.rows_per_pose,
+            self.settings.score_test,
         )
 
     @cached_property
     def variance_components(self) -> list[VarianceComponent]:
         """Return the noises common to a pose that the residual's covariance would be explained by, the likeliest first."""
-        return variance_components(self.background_within_scans(), self.residuals, self.model)
+        return variance_components(
+            self.background_within_scans(),
+            self.residuals,
+            self.model,
+            self.settings.variance_components.alpha_variance_component,
+        )
 
     @cached_property
     def whitening(self) -> Array | None:
@@ -94,7 +109,11 @@ class FittedState:
             return self.background_within_scans()
         residual, jacobian = (whitened(self.whitening, rows) for rows in self.linearised())
         return Background.of(
-            residual, jacobian, self.dataset.n_poses, self.residuals.measurement.rows_per_pose
+            residual,
+            jacobian,
+            self.dataset.n_poses,
+            self.residuals.measurement.rows_per_pose,
+            self.settings.score_test,
         )
 
     def background(self) -> Background:
@@ -142,7 +161,7 @@ class FittedState:
         """Return the columns ``(N m, e)`` of effects on anything but joints."""
         model = replace(self.model, effects=(*self.model.effects, *effects))
         names = extra_basis_of(model.effects)
-        measurement = profile_measurement(self.dataset, self.model, self.residuals, names)
+        measurement = profile_measurement(self.rows.keeping(names), self.model, self.residuals)
         residuals = Residuals.of(self.dataset, model, measurement)
         return whitened(self.whitening, residuals.linearise_measured(model)[1][:, len(self.model.vector) :])
 
@@ -169,19 +188,28 @@ def whitened(whitening: Array | None, rows: Array) -> Array:
     return result.reshape(rows.shape)
 
 
-def profile_measurement(
-    dataset: Dataset, model: Model, residuals: Residuals, extra_basis: Sequence[str]
-) -> Measurement:
-    """Return a dataset's rows for tests: scans as profiles, whitened where the sensor stands in a model."""
-    measurement = measure(dataset, extra_basis)
+def profile_measurement(measurement: Measurement, model: Model, residuals: Residuals) -> Measurement:
+    """Return a dataset's rows for tests: scans as profiles, whitened where the sensor stands in a model.
+
+    Args:
+        measurement: The rows as they are compressed.
+        model: Where the sensor stands.
+        residuals: Of the same dataset, which know the noise within scans.
+    """
     if isinstance(measurement, LineLaser):
-        old = residuals.measurement
-        measurement = replace(measurement, sigma=old.sigma)
+        measurement = replace(measurement, sigma=residuals.measurement.sigma)
         return measurement.profiles(residuals.kinematics(model).T_base_sensor, model.target)
     return measurement
 
 
-def refit(dataset: Dataset, model: Model, geometry_free: Array, effects: Sequence[Effect]) -> FittedState:
+def refit(
+    dataset: Dataset,
+    model: Model,
+    geometry_free: Array,
+    effects: Sequence[Effect],
+    settings: Settings = DEFAULTS,
+    rows: MeasuredRows | None = None,
+) -> FittedState:
     """Return the joint optimum of a model with the given effects, starting from where model and effects stand.
 
     Args:
@@ -189,29 +217,32 @@ def refit(dataset: Dataset, model: Model, geometry_free: Array, effects: Sequenc
         model: Robot, sensor and target to start from.
         geometry_free: ``(G,)`` bool over robot, sensor and target.
         effects: With starting coefficients.
+        settings: Thresholds.
+        rows: The same dataset reduced to rows, or None to reduce it now.
     """
+    rows = MeasuredRows(dataset) if rows is None else rows
     model = replace(model, effects=tuple(effects)).rebased()
     free = np.r_[geometry_free, np.ones(sum(len(e.coefficients) for e in effects), dtype=bool)]
-    names = extra_basis_of(model.effects)
-    residuals = Residuals.of(dataset, model, measure(dataset, names))
-    if isinstance(residuals.measurement, LineLaser):
+    measurement = rows.keeping(extra_basis_of(model.effects))
+    residuals = Residuals.of(dataset, model, measurement)
+    if isinstance(measurement, LineLaser):
         # The sigma of unstated noise comes from the scans; profiles leave the scatter that it is measured from out.
         weighed = residuals.reweighted(model)
-        residuals = Residuals.of(dataset, model, profile_measurement(dataset, model, weighed, names))
+        residuals = Residuals.of(dataset, model, profile_measurement(measurement, model, weighed))
     if effects:
-        free &= ~unobservable_coefficients(residuals, model, free)
-    model = _optimum(residuals, model, free).rebased()
+        free &= ~unobservable_coefficients(residuals, model, free, settings.estimation.fit.unseen_share)
+    model = _optimum(residuals, model, free, settings.refit).rebased()
     again = residuals.reweighted(model)
     if again.measurement is not residuals.measurement:
-        residuals, model = again, _optimum(again, model, free)
-    return FittedState(dataset, model, geometry_free, free, residuals)
+        residuals, model = again, _optimum(again, model, free, settings.refit)
+    return FittedState(dataset, model, geometry_free, free, residuals, settings, rows)
 
 
-def _optimum(residuals: Residuals, model: Model, free: Array) -> Model:
+def _optimum(residuals: Residuals, model: Model, free: Array, settings: RefitSettings) -> Model:
     """Return the optimum near a model: Gauss-Newton steps while each lowers the cost as it promises, else the careful way."""
     start = model
     cost = np.inf
-    for _ in range(_MAX_STEPS):
+    for _ in range(settings.max_steps):
         residual, jacobian = residuals.linearise(model)
         now = float(residual @ residual)
         if now > cost * (1.0 + 1e-9):
@@ -222,13 +253,13 @@ def _optimum(residuals: Residuals, model: Model, free: Array) -> Model:
         scale[scale == 0] = 1.0
         gram, projection = (J.T @ J) / np.outer(scale, scale), (J.T @ residual) / scale
         values, vectors = np.linalg.eigh(gram)
-        if len(values) == 0 or values[0] < _SOUND * values[-1]:
+        if len(values) == 0 or values[0] < settings.sound * values[-1]:
             break
         along = vectors.T @ projection
         vector = model.vector.copy()
         vector[free] -= (vectors @ (along / values)) / scale
         model = model.with_vector(vector)
         promised = float(np.sum(along**2 / values))
-        if promised < _PROMISED * max(1.0, cost / max(len(residual), 1)):
+        if promised < settings.promised * max(1.0, cost / max(len(residual), 1)):
             return model
-    return fit(residuals, start, free, tolerance=_TOLERANCE).model
+    return fit(residuals, start, free, tolerance=settings.tolerance).model

@@ -9,27 +9,19 @@ from __future__ import annotations
 
 from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
 from scalar.diagnosis.conditional_scores import rivals
-from scalar.diagnosis.fitted_state import FittedState, refit
+from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
 from scalar.diagnosis.merging import label, merged
 from scalar.diagnosis.ranking import Scored, rank, refined
 
-ALPHA = 1e-3  # chance of taking an effect where there is none, corrected for all that were tried
-LEAST_IMPROVEMENT = 2.0  # standard errors by which the held-out error has to fall
-SWAP_MARGIN = 3.0  # nats of evidence by which another effect has to explain better to take a place
-CONFOUNDED_MARGIN = 5.0  # nats within which the data do not tell two effects apart
-MAX_EFFECTS = 60  # steps; harmonics of several joints take many
-TRIED = 8  # candidates that are added to see whether held-out poses bear them out, before the hunt gives up
-ROUNDING = 1e-4  # of the noise's variance: a residual below it is rounding, and its structure the computer's
-
 
 def select_forward(state: FittedState, candidates: CandidateSet) -> FittedState:
     """Return the state with every effect of a candidate set that the data bear out."""
-    if state.background().variance < ROUNDING:
+    if state.background().variance < state.settings.selection.rounding:
         return state
     refused: set[str] = set()
     columns = CandidateColumns(state, candidates)
-    for _ in range(MAX_EFFECTS):
+    for _ in range(state.settings.selection.max_effects):
         better = _better(state, columns, refused)
         if better is None:
             break
@@ -43,9 +35,9 @@ def _better(state: FittedState, columns: CandidateColumns, refused: set[str]) ->
     for entry in _best(state, columns):
         if label(entry.effect) in refused:
             continue
-        trial = refit(state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect))
+        trial = state.refitted(merged(state.effects, entry.effect))
         gain = improvement(before_whitened, held_out_errors(trial, state.whitening))
-        if gain >= LEAST_IMPROVEMENT and no_worse(before, held_out_errors(trial)):
+        if gain >= state.settings.selection.least_improvement and no_worse(before, held_out_errors(trial)):
             return trial
         refused.add(label(entry.effect))
     return None
@@ -53,25 +45,29 @@ def _better(state: FittedState, columns: CandidateColumns, refused: set[str]) ->
 
 def _best(state: FittedState, columns: CandidateColumns) -> list[Scored]:
     """Return the few candidates that are beyond chance and explain most, refined, best first."""
-    background = state.background()
-    worth = [e for e in rank(state, background, columns)[:TRIED] if e.p_value <= ALPHA and e.evidence > 0]
+    background, settings = state.background(), state.settings.selection
+    worth = [
+        e
+        for e in rank(state, background, columns)[: settings.tried]
+        if e.p_value <= settings.alpha_named_effect and e.evidence > 0
+    ]
     return sorted((refined(state, background, e) for e in worth), key=lambda entry: -entry.evidence)
 
 
 def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedState, CandidateColumns]:
     """Return a state in which every effect earns its place and none could be replaced by a better one, with its columns."""
-    columns = CandidateColumns(state, candidates)
+    columns, settings = CandidateColumns(state, candidates), state.settings.selection
     for _ in range(4 + len(state.effects)):
         changed = False
         for i, effect in enumerate(state.effects):
             others = tuple(e for k, e in enumerate(state.effects) if k != i)
             own, ranking = rivals(state, i, columns)
-            if own.evidence <= 0 or own.p_value > ALPHA:
-                state, changed = refit(state.dataset, state.model, state.geometry_free, others), True
+            if own.evidence <= 0 or own.p_value > settings.alpha_named_effect:
+                state, changed = state.refitted(others), True
                 break
             best = ranking[0]
-            if label(best.effect) != label(effect) and best.evidence > own.evidence + SWAP_MARGIN:
-                trial = refit(state.dataset, state.model, state.geometry_free, merged(others, best.effect))
+            if label(best.effect) != label(effect) and best.evidence > own.evidence + settings.swap_margin:
+                trial = state.refitted(merged(others, best.effect))
                 better = trial.background().squared < state.background().squared + 1e-9
                 if (better or best.dof < own.dof) and no_worse(
                     held_out_errors(state), held_out_errors(trial)

@@ -17,30 +17,19 @@ import numpy as np
 
 from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
 from scalar.diagnosis.conditional_scores import rivals
-from scalar.diagnosis.fitted_state import FittedState, refit, whitened
-from scalar.diagnosis.forward_selection import ALPHA, LEAST_IMPROVEMENT
+from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import rank
+from scalar.diagnosis.settings import SpectrumSettings
 from scalar.effects.catalogue import MAX_ORDER, MAX_RIPPLE_ORDER
 from scalar.effects.effect import Effect
 from scalar.effects.joints import JointHarmonic, JointRipple
 from scalar.geometry.se3 import Array
 
 BANDS = ((1, 2), (3, 6), (7, 12), (13, 20), (21, 32), (33, 48), (49, 64))
-MANY_ORDERS = (
-    4  # of one joint, found one by one: from there on it is a spectrum rather than an eccentric gear
-)
-ROWS_PER_COLUMN = 2.0  # least number of measured numbers for each coefficient
-MOST_MORE = 4  # effects that are looked for beside all orders, and candidates that are tried for each
 BELIEF_SHARES = (1.0, 0.5, 0.25, 0.125)  # of the sizes that the evidence finds
-PARTS = 5  # that a joint's range is cut in, each left out in turn
 _RANGES = ((JointHarmonic, 1, MAX_ORDER), (JointRipple, MAX_ORDER + 1, MAX_RIPPLE_ORDER))
-_ROUNDS = 60
-_FIRST_SIZE = 3e-5  # rad: where the search for the sizes starts
-_LEAST_SIZE = 1e-7  # rad
-_SETTLED = 1e-3  # relative change of the sizes
-_HARDLY_BOUNDED = 1e-8  # of a unit column: a part left out may take away all that is known of a parameter
 
 
 def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
@@ -53,7 +42,9 @@ def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
     joints = _joints(state)
     dense = [cls(j, tuple(range(low, high + 1))) for j in joints for cls, low, high in _RANGES]
     rows = state.dataset.n_poses * state.residuals.measurement.equations_per_pose
-    if not joints or rows < ROWS_PER_COLUMN * sum(len(effect.coefficients) for effect in dense):
+    if not joints or rows < state.settings.spectrum.rows_per_column * sum(
+        len(effect.coefficients) for effect in dense
+    ):
         return state
     system = _System.of(state, dense)
     sizes, variance = system.most_evident()
@@ -66,7 +57,7 @@ def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
     # Fits weigh rows by the noise that is stated: a belief is set against what they will miss by once all orders are there.
     misfit = np.sqrt(variance) * _excess(state)
     effects = tempered([*smooth, *kept], 1.0 / max(misfit, 1.0))
-    trial = refit(state.dataset, state.model, state.geometry_free, effects)
+    trial = state.refitted(effects)
     trial = _with_more(_borne_out(trial, named), named)
     return trial if improvement(held_out_errors(state), held_out_errors(trial)) > 0 else state
 
@@ -78,11 +69,12 @@ def _borne_out(state: FittedState, named: CandidateSet) -> FittedState:
     kept = [
         effect
         for i, effect in enumerate(state.effects)
-        if not is_shrunk(effect) or rivals(scored, i, columns)[0].p_value <= ALPHA
+        if not is_shrunk(effect)
+        or rivals(scored, i, columns)[0].p_value <= state.settings.selection.alpha_named_effect
     ]
     if len(kept) == len(state.effects):
         return state
-    return refit(state.dataset, state.model, state.geometry_free, kept)
+    return state.refitted(kept)
 
 
 def _with_more(state: FittedState, named: CandidateSet) -> FittedState:
@@ -91,16 +83,18 @@ def _with_more(state: FittedState, named: CandidateSet) -> FittedState:
     Low orders seen through part of a turn look like a weight on the joint: one by one they are taken first, and leave nothing to it.
     """
     rest = CandidateSet.of([c for c, _ in named.tried if not isinstance(c.effect, JointHarmonic)])
-    for _ in range(MOST_MORE):
+    for _ in range(state.settings.spectrum.most_more):
         scored = as_whitened(state)
-        for entry in rank(scored, scored.background(), CandidateColumns(scored, rest))[:MOST_MORE]:
-            if entry.p_value > ALPHA or entry.evidence <= 0:
+        for entry in rank(scored, scored.background(), CandidateColumns(scored, rest))[
+            : state.settings.spectrum.most_more
+        ]:
+            if entry.p_value > state.settings.selection.alpha_named_effect or entry.evidence <= 0:
                 return state
-            trial = refit(
-                state.dataset, state.model, state.geometry_free, merged(state.effects, entry.effect)
-            )
+            trial = state.refitted(merged(state.effects, entry.effect))
             before, after = held_out_errors(state), held_out_errors(trial)
-            if improvement(before, after) >= LEAST_IMPROVEMENT and no_worse(before, after):
+            if improvement(before, after) >= state.settings.selection.least_improvement and no_worse(
+                before, after
+            ):
                 state = trial
                 break
         else:
@@ -150,7 +144,7 @@ def _joints(state: FittedState) -> list[int]:
     orders = {joint: 0 for joint in sorted({effect.joint for effect in found})}
     for effect in found:
         orders[effect.joint] += len(effect.orders)
-    return list(orders) if max(orders.values(), default=0) >= MANY_ORDERS else []
+    return list(orders) if max(orders.values(), default=0) >= state.settings.spectrum.many_orders else []
 
 
 def _is_harmonic_of(effect: Effect, joints: list[int]) -> bool:
@@ -170,12 +164,14 @@ class _System:
         E: ``(R, e)``, the columns of all orders [1/rad].
         residual: ``(R,)``, with the harmonics found one by one taken back.
         band: ``(e,)``, which band a column belongs to.
+        settings: Thresholds.
     """
 
     A: Array
     E: Array
     residual: Array
     band: Array
+    settings: SpectrumSettings
 
     @classmethod
     def of(cls, state: FittedState, dense: Sequence[JointHarmonic]) -> _System:
@@ -195,7 +191,13 @@ class _System:
         norms = np.linalg.norm(others, axis=0)
         band = [BANDS.index(_band(order)) for effect in dense for order in effect.orders for _ in range(2)]
         A = others / np.where(norms > 0, norms, 1.0)
-        return cls(A, state.columns_of(dense), residual[:n] - J[:n, local] @ c, np.array(band))
+        return cls(
+            A,
+            state.columns_of(dense),
+            residual[:n] - J[:n, local] @ c,
+            np.array(band),
+            state.settings.spectrum,
+        )
 
     def most_evident(self) -> tuple[Array, float]:
         """Return the size of every band [rad] of greatest evidence, all else being unknown, and the variance of the rows that goes with them."""
@@ -204,8 +206,8 @@ class _System:
         r = self.residual - Q @ (Q.T @ self.residual)
         G, b, squared = E.T @ E, -(E.T @ r), float(r @ r)
         n = len(r) - self.A.shape[1]
-        sizes, variance = np.full(len(BANDS), _FIRST_SIZE), squared / n
-        for _ in range(_ROUNDS):
+        sizes, variance = np.full(len(BANDS), self.settings.first_size), squared / n
+        for _ in range(self.settings.rounds):
             s = sizes[self.band]
             inverse = np.linalg.inv(s[:, None] * G * s / variance + np.eye(len(s)))
             c = s * (inverse @ (s * b)) / variance
@@ -213,8 +215,8 @@ class _System:
             power = np.bincount(self.band, c * c, len(BANDS))
             rest = squared - 2.0 * float(c @ b) + float(c @ G @ c)
             variance = rest / max(n - float(known.sum()), 1.0)
-            new = np.maximum(np.sqrt(power / np.maximum(known, 1e-9)), _LEAST_SIZE)
-            done = np.max(np.abs(np.log(new / sizes))) < _SETTLED
+            new = np.maximum(np.sqrt(power / np.maximum(known, 1e-9)), self.settings.least_size)
+            done = np.max(np.abs(np.log(new / sizes))) < self.settings.converged
             sizes = new
             if done:
                 break
@@ -223,14 +225,14 @@ class _System:
     def unseen_error(self, sizes: Array, state: FittedState, joints: Sequence[int]) -> float:
         """Return the squared error of poses in parts of the joints' ranges that are left out, each joint's parts in turn."""
         X = np.concatenate([self.A, self.E * sizes[self.band]], axis=1)
-        ridge = np.r_[np.full(self.A.shape[1], _HARDLY_BOUNDED), np.ones(self.E.shape[1])]
+        ridge = np.r_[np.full(self.A.shape[1], self.settings.hardly_bounded), np.ones(self.E.shape[1])]
         gram, projection = X.T @ X + np.diag(ridge), X.T @ self.residual
         m = state.residuals.measurement.rows_per_pose
         total = 0.0
         for joint in joints:
             q = state.dataset.q[:, joint - 1]
-            part = np.searchsorted(np.quantile(q, np.linspace(0, 1, PARTS + 1)[1:-1]), q)
-            for k in range(PARTS):
+            part = np.searchsorted(np.quantile(q, np.linspace(0, 1, self.settings.parts + 1)[1:-1]), q)
+            for k in range(self.settings.parts):
                 out = np.repeat(part == k, m)
                 left = X[out]
                 c = -np.linalg.solve(gram - left.T @ left, projection - left.T @ self.residual[out])

@@ -15,16 +15,10 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from scalar.diagnosis.fitted_state import FittedState, whitened
+from scalar.diagnosis.settings import DEFAULTS, HoldOutSettings
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 from scalar.sensors.line_laser import LineLaser
-
-FOLDS = 5
-BLOCKS_PER_FOLD = 4
-SAME_POSE = 2e-3  # rad of every joint: nearer than this a pose is another's repetition, and holds out nothing beside it
-
-_MOST_GAIN = 5.0  # of the median drop: what a block's gain counts for at most
-_ABOUT = 1.01  # the few poses with long levers decide a root mean square: they may add that much by chance
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,12 +30,14 @@ class HeldOutErrors:
         metric: ``(N,)`` [m^2], mean squared distance of each pose's points.
         counts: ``(N,)``, points of each pose.
         block: ``(N,)``, block of each pose.
+        settings: Thresholds.
     """
 
     whitened: Array
     metric: Array
     counts: Array
     block: Array
+    settings: HoldOutSettings = DEFAULTS.hold_out
 
     @property
     def rms(self) -> float:
@@ -54,25 +50,26 @@ class HeldOutErrors:
         return float(np.sqrt(np.max(self.metric)))
 
 
-def blocks(q: Array) -> tuple[Array, Array]:
+def blocks(q: Array, settings: HoldOutSettings = DEFAULTS.hold_out) -> tuple[Array, Array]:
     """Return the block ``(N,)`` and the fold ``(N,)`` of successive poses; a pose that is commanded again goes with its first time.
 
     Args:
         q: Joint angles ``(N, n)`` [rad] in the order of acquisition.
+        settings: Thresholds.
     """
-    first = first_times(q)
+    first = first_times(q, settings.same_pose)
     new = first == np.arange(len(q))
     n_new = int(new.sum())
-    n_blocks = max(min(FOLDS * BLOCKS_PER_FOLD, n_new // 2), 1)
+    n_blocks = max(min(settings.folds * settings.blocks_per_fold, n_new // 2), 1)
     count = np.cumsum(new) - 1
     block = (count * n_blocks // n_new)[first]
-    return block, block % FOLDS
+    return block, block % settings.folds
 
 
-def first_times(q: Array) -> Array:
+def first_times(q: Array, same_pose: float = DEFAULTS.hold_out.same_pose) -> Array:
     """Return for every pose the first one ``(N,)`` with the same joint angles, itself where it is new."""
     first = np.arange(len(q))
-    pairs = KDTree(q).query_pairs(SAME_POSE, p=np.inf, output_type="ndarray")
+    pairs = KDTree(q).query_pairs(same_pose, p=np.inf, output_type="ndarray")
     for i, j in pairs[np.lexsort((pairs[:, 0], pairs[:, 1]))]:
         first[j] = min(first[j], first[i])
     return first
@@ -89,12 +86,13 @@ def held_out_errors(state: FittedState, whitening: Array | None = None) -> HeldO
     N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
     r_metric, J_metric = _in_metres(state)
     m_metric = len(r_metric) // N
-    block, fold = blocks(state.dataset.q)
+    settings = state.settings.hold_out
+    block, fold = blocks(state.dataset.q, settings)
     whitened_squares, squares = np.zeros(N), np.zeros(N)
     scale = np.linalg.norm(J, axis=0)
     scale[scale == 0] = 1.0
     gram, projection = J.T @ J / np.outer(scale, scale), J.T @ residual / scale
-    for f in range(FOLDS):
+    for f in range(settings.folds):
         out = fold == f
         if not out.any():
             continue
@@ -113,7 +111,7 @@ def held_out_errors(state: FittedState, whitening: Array | None = None) -> HeldO
         rest = (r_metric[test] + J_metric[test] @ step).reshape(-1, m_metric)
         squares[out] = np.sum(rest**2, axis=1)
     _, counts = state.residuals.squared_distances(state.model)
-    return HeldOutErrors(whitened_squares, squares / counts, counts, block)
+    return HeldOutErrors(whitened_squares, squares / counts, counts, block, settings)
 
 
 def _step(gram: Array, projection: Array) -> Array | None:
@@ -154,7 +152,7 @@ def improvement(before: HeldOutErrors, after: HeldOutErrors) -> float:
     drop = before.whitened - after.whitened
     n = int(before.block.max()) + 1
     per_block = np.bincount(before.block, weights=drop, minlength=n)
-    usual = np.minimum(per_block, _MOST_GAIN * float(np.median(np.abs(per_block))))
+    usual = np.minimum(per_block, before.settings.most_gain * float(np.median(np.abs(per_block))))
     return max(_in_standard_errors(per_block), _in_standard_errors(usual))
 
 
@@ -167,4 +165,4 @@ def _in_standard_errors(drops: Array) -> float:
 
 def no_worse(before: HeldOutErrors, after: HeldOutErrors) -> bool:
     """Return whether poses held out are predicted about as well in metres: what only their weights bear out may run away elsewhere."""
-    return after.rms <= _ABOUT * before.rms
+    return after.rms <= (1.0 + before.settings.tolerated_growth) * before.rms

@@ -14,7 +14,6 @@ from scalar.effects.effect import Effect, PointEffect
 from scalar.geometry.se3 import Array
 from scalar.units import DEG, MM
 
-UNOBSERVABLE = 0.01  # of a column's length: with less left beside the model, a usual size of the effect leaves no residual
 USUAL_SIZE = {
     "joint_compliance": 1e-3,
     "joint_harmonic": 3e-4,
@@ -71,7 +70,7 @@ def unobservable_effects(state: FittedState, pool: Sequence[CandidateEffect]) ->
         if not lengths.any() or effect.name in found_names:
             continue
         share = float(np.max(np.linalg.norm(left[:, where], axis=0)[lengths > 0] / lengths[lengths > 0]))
-        if share < UNOBSERVABLE:
+        if share < state.settings.observability.unobservable:
             shift = _hidden_shift(state, effect, E[:, where], J)
             result.append(Unobservable(effect.name, effect.target, share, _words(effect, shift)))
     return result

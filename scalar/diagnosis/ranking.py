@@ -17,8 +17,6 @@ from scalar.effects.sensor import SensorSlip
 from scalar.effects.surface import PlaneMoved
 
 REFINEMENTS = (1.0, 0.5, 0.25)  # of the steps of a first look
-LOOKS = 3  # with steps of each size
-LEAST_GAIN = 0.05  # nats, for another look
 _LEAST_P_VALUE = 1e-300  # below it the distribution's tail is no longer computed
 
 
@@ -118,7 +116,7 @@ def score_of(
 def refined(state: FittedState, background: Background, entry: Scored) -> Scored:
     """Return a scored effect with what is not linear in it fitted: finer looks about the coarse one."""
     for scale in REFINEMENTS:
-        for _ in range(LOOKS):
+        for _ in range(state.settings.selection.refinement_rounds):
             finer = _look(state, background, entry, scale)
             if finer is entry:
                 break
@@ -135,7 +133,7 @@ def _look(state: FittedState, background: Background, entry: Scored, scale: floa
     # The price of the search is that of the coarse one; what is gained is fit.
     was, now = (max(background.squared - e.gain, 1e-300) for e in (entry, best))
     gained = float(0.5 * background.freedom * np.log(was / now))
-    if gained < LEAST_GAIN:
+    if gained < state.settings.selection.least_refinement:
         return entry
     return replace(
         entry,

@@ -14,7 +14,7 @@ from scalar.diagnosis.hold_out import HeldOutErrors
 from scalar.diagnosis.noise_floor import between_scans, floor
 from scalar.diagnosis.observability import Unobservable
 from scalar.diagnosis.ranking import Scored
-from scalar.diagnosis.variance_components import CONFOUNDED, VarianceComponent
+from scalar.diagnosis.variance_components import VarianceComponent
 from scalar.effects.catalogue import effect_to_mapping
 from scalar.effects.effect import Effect
 from scalar.effects.unattributed import Unattributed
@@ -23,7 +23,6 @@ from scalar.estimation.result import Calibration
 from scalar.units import MM
 
 FORMAT = "scalar-diagnosis/2"
-WORST_REPEATABILITY = 4e-4  # rad of each joint: 0.4 mm at arm's length, several times what the worst industrial arms are sold with
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +97,7 @@ class Diagnosis:
         return (
             bool(self.noise)
             and self.noise[0].name == "pose_jitter"
-            and self.noise[0].std > WORST_REPEATABILITY
+            and self.noise[0].std > self.after.settings.variance_components.worst_repeatability
         )
 
     def to_mapping(self) -> dict[str, Any]:
@@ -165,8 +164,14 @@ class Diagnosis:
     def noise_entry(self) -> dict[str, Any]:
         """Return the entry of the likeliest noise effect; without a name where it is beyond belief."""
         best, *others = self.noise
+        settings = self.after.settings
         unit = "std_rad" if best.name == "pose_jitter" else "std_m"
-        near = [s for s in others if best.log_likelihood_gain - s.log_likelihood_gain < CONFOUNDED]
+        near = [
+            s
+            for s in others
+            if best.log_likelihood_gain - s.log_likelihood_gain
+            < settings.variance_components.confounded_likelihood
+        ]
         entry = {
             "name": best.name,
             "target": {},
@@ -175,7 +180,9 @@ class Diagnosis:
             "held_out_rms_before_mm": self.held_out_after.rms / MM,
             "held_out_rms_after_mm": self.held_out_after.rms / MM,
             "confounded_with": [{"name": s.name, "target": {}} for s in near],
-            "confidence": confidence(best.log_likelihood_gain, [s.log_likelihood_gain for s in others]),
+            "confidence": confidence(
+                best.log_likelihood_gain, [s.log_likelihood_gain for s in others], settings.confidence
+            ),
         }
         if self.component_is_no_noise:
             joints = [f"q{i + 1}" for i in range(self.dataset.robot.n_joints)]

@@ -18,14 +18,8 @@ import numpy as np
 from scipy import linalg
 from scipy.special import fdtrc
 
+from scalar.diagnosis.settings import DEFAULTS, ScoreTestSettings
 from scalar.geometry.se3 import Array
-
-UNOBSERVABLE_SHARE = (
-    1e-5  # of a column's squared length: with less left beside the model, a direction is silent
-)
-INDEPENDENT = 1e-10  # of a column's length: with less left beside those before it, it adds no direction
-_UNBOUNDED = 1e3  # standard errors: the size taken for a coefficient that is not bounded
-_LEAST_REMAINDER = 0.2  # of the noise: what a residual is taken to keep, so that no gain looks infinite
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +32,7 @@ class Background:
         freedom: Degrees of freedom of the residual.
         R: ``(F, K)``: the Jacobian by the K free coordinates is ``Q R``, priors included.
         along: ``(F,)``, the rows' components along Q, priors included.
+        settings: Thresholds.
         released: ``(N m, w)`` or None: orthonormal directions within Q that the model explains no longer, an effect being left out.
     """
 
@@ -46,24 +41,32 @@ class Background:
     freedom: int
     R: Array
     along: Array
+    settings: ScoreTestSettings
     released: Array | None = None
 
     @classmethod
-    def of(cls, residual: Array, jacobian: Array, n_poses: int, rows_per_pose: int) -> Background:
+    def of(
+        cls,
+        residual: Array,
+        jacobian: Array,
+        n_poses: int,
+        rows_per_pose: int,
+        settings: ScoreTestSettings = DEFAULTS.score_test,
+    ) -> Background:
         """Return the background of whitened rows and the Jacobian by what is free; rows beyond the poses' are priors.
 
         Rows that are zero for every model (a scan of two points has no curvature) are not counted.
         """
         norms = np.linalg.norm(jacobian, axis=0)
         scale = np.where(norms > 0, norms, 1.0)
-        Q, R = _triangular(jacobian / scale)
+        Q, R = _triangular(jacobian / scale, settings.independent)
         R = R * scale
         along = Q.T @ residual
         rest = residual - Q @ along
         measured = n_poses * rows_per_pose
         live = int(np.count_nonzero(np.any(jacobian != 0, axis=1)))
         freedom = max(live - Q.shape[1], 1)
-        return cls(rest[:measured].reshape(n_poses, -1), Q[:measured], freedom, R, along)
+        return cls(rest[:measured].reshape(n_poses, -1), Q[:measured], freedom, R, along, settings)
 
     def without(self, mine: Array, coefficients: Array, n_priors: int) -> Background:
         """Return the background of the model without some of its columns, in which it is linear: an update of Q, not another.
@@ -79,7 +82,7 @@ class Background:
         norms = np.linalg.norm(others, axis=0)
         pivoted: Any = linalg.qr(others / np.where(norms > 0, norms, 1.0), pivoting=True)
         basis, triangle, _ = pivoted
-        freed = basis[:, np.count_nonzero(np.abs(np.diag(triangle)) > INDEPENDENT) :]
+        freed = basis[:, np.count_nonzero(np.abs(np.diag(triangle)) > self.settings.independent) :]
         gained = freed.T @ (self.along - self.R[:, mine] @ coefficients)
         released = self.Q @ freed
         residual = self.residual + (released @ gained).reshape(self.residual.shape)
@@ -97,15 +100,15 @@ class Background:
         return self.squared / self.freedom
 
 
-def _triangular(columns: Array) -> tuple[Array, Array]:
+def _triangular(columns: Array, independent: float) -> tuple[Array, Array]:
     """Return Q ``(n, F)``, an orthonormal basis of columns ``(n, K)`` of unit or no length, and R ``(F, K)`` with ``columns = Q R``."""
     Q, R = np.linalg.qr(columns)
-    if np.all(np.abs(np.diag(R)) > INDEPENDENT):
+    if np.all(np.abs(np.diag(R)) > independent):
         return Q, R
     # A column that adds nothing takes a place in Q that later columns may lean on: only pivoting puts such columns last.
     pivoted: Any = linalg.qr(columns, mode="economic", pivoting=True)
     Q, R, order = pivoted
-    rank = np.count_nonzero(np.abs(np.diag(R)) > INDEPENDENT)
+    rank = np.count_nonzero(np.abs(np.diag(R)) > independent)
     back = np.empty_like(order)
     back[order] = np.arange(len(order))
     return Q[:, :rank], R[:rank, back]
@@ -147,8 +150,8 @@ class Projected:
         share = np.where(
             squared > 0, np.maximum(np.diag(gram), 0.0) / np.where(squared > 0, squared, 1.0), 0.0
         )
-        scale = in_plausible_units(background.variance, squared, sizes)
-        scale[share <= UNOBSERVABLE_SHARE] = 0.0
+        scale = in_prior_units(background, squared, sizes)
+        scale[share <= background.settings.unobservable_share] = 0.0
         return cls(
             background.variance,
             gram * (scale[:, None] * scale[None, :]) / background.variance,
@@ -198,9 +201,9 @@ def gram_given(background: Background, E: Array, own_gram: Array) -> Array:
     return gram
 
 
-def in_plausible_units(variance: float, squared: Array, sizes: Array) -> Array:
+def in_prior_units(background: Background, squared: Array, sizes: Array) -> Array:
     """Return the factor ``(e,)`` on each column: its plausible size, or many standard errors where it is not bounded."""
-    unbounded = _UNBOUNDED * np.sqrt(variance / np.maximum(squared, 1e-300))
+    unbounded = background.settings.unbounded * np.sqrt(background.variance / np.maximum(squared, 1e-300))
     return np.where(np.isfinite(sizes), sizes, unbounded)
 
 
@@ -220,7 +223,7 @@ def _gain(grams: Array, projections: Array) -> tuple[Array, Array]:
 def remainder(background: Background, gain: float, dof: int) -> tuple[float, int]:
     """Return the squared residual that would remain after a gain, and its degrees of freedom."""
     freedom = max(background.freedom - dof, 1)
-    least = _LEAST_REMAINDER * freedom * min(1.0, background.variance)
+    least = background.settings.least_remainder * freedom * min(1.0, background.variance)
     return max(background.squared - gain, least), freedom
 
 
@@ -291,7 +294,7 @@ class Moments:
         if background.released is not None:
             shared = _from_each_on(background.released, E, self.index)[self.at]
             grams = grams + np.swapaxes(shared, 1, 2) @ shared
-        scale = in_plausible_units(background.variance, self.squared, sizes)
+        scale = in_prior_units(background, self.squared, sizes)
         grams = grams * ((scale[:, None] * scale[None, :]) / background.variance)
         gain, dof = _gain(grams, projection[self.at] * scale / background.variance)
         return ChangeScores(self.index[self.at], background.variance * gain, dof)

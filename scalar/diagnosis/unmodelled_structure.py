@@ -18,7 +18,7 @@ from scalar.diagnosis.conditional_scores import (
     together,
     without_columns,
 )
-from scalar.diagnosis.fitted_state import FittedState, refit
+from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.forward_selection import reconsidered, select_forward
 from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
 from scalar.diagnosis.merging import merged
@@ -31,16 +31,6 @@ from scalar.effects.sensor import SensorSlip
 from scalar.effects.surface import PlaneMoved
 from scalar.effects.unattributed import Unattributed, UnattributedJoint
 
-ALPHA = 1e-5  # chance of seeing structure where there is none, corrected for all terms that were tried
-LEAST_IMPROVEMENT = (
-    2.0  # standard errors by which the held-out error has to fall, blocks being few and unlike
-)
-BETTER_THAN_A_NAME = 7.0  # nats by which a flexible term has to explain better to unseat a name
-HOPELESS = 0.7  # of a name's evidence: with less a coarse look is not refined
-MORE_SHAPES = 2
-MINOR = 0.1  # of what has no name: a name that explains less is not given beside it
-MAX_TERMS = 3
-LOOKED_AT = 4  # terms of those that score best
 COLUMNS_AT_ONCE = 512
 
 
@@ -51,8 +41,8 @@ def with_flexible_terms(state: FittedState, named: CandidateSet) -> FittedState:
         state: Where the hunt for names ended.
         named: What has a name.
     """
-    pools = _banks(flexible(state.dataset))
-    for _ in range(MAX_TERMS):
+    pools = _banks(flexible(state.dataset, state.settings.estimation.identifiability.still))
+    for _ in range(state.settings.flexible_terms.max_terms):
         trial = _unseated(state, pools) or _with_best(state, pools)
         if trial is None:
             break
@@ -77,31 +67,34 @@ def _ranked(
     state: FittedState, backgrounds: Sequence[Background], pools: Sequence[CandidateSet]
 ) -> list[list[Scored]]:
     """Return for each background the best few of all flexible terms, best first."""
+    looked_at = state.settings.flexible_terms.looked_at
     found: list[list[Scored]] = [[] for _ in backgrounds]
     for pool in pools:
         columns = CandidateColumns(state, pool)
         for entries, background in zip(found, backgrounds, strict=True):
-            entries += rank(state, background, columns)[:LOOKED_AT]
-    return [sorted(entries, key=lambda entry: -entry.evidence)[:LOOKED_AT] for entries in found]
+            entries += rank(state, background, columns)[:looked_at]
+    return [sorted(entries, key=lambda entry: -entry.evidence)[:looked_at] for entries in found]
 
 
 def _with_best(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState | None:
     """Return the state with the flexible term that the residual bears out best, or None."""
     background = state.background()
     for entry in _ranked(state, [background], pools)[0]:
-        if entry.p_value > ALPHA or entry.evidence <= 0:
+        if entry.p_value > state.settings.flexible_terms.alpha_flexible_term or entry.evidence <= 0:
             return None
         effect = refined(state, background, entry).effect
-        trial = refit(state.dataset, state.model, state.geometry_free, merged(state.effects, effect))
+        trial = state.refitted(merged(state.effects, effect))
         gain = improvement(held_out_errors(state, state.whitening), held_out_errors(trial, state.whitening))
-        if gain >= LEAST_IMPROVEMENT and no_worse(held_out_errors(state), held_out_errors(trial)):
+        if gain >= state.settings.selection.least_improvement and no_worse(
+            held_out_errors(state), held_out_errors(trial)
+        ):
             return trial
     return None
 
 
 def _unseated(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState | None:
     """Return the state with flexible terms in the place of names that explain their share far worse, or None."""
-    groups = list(_groups(state.effects))
+    groups, settings = list(_groups(state.effects)), state.settings.flexible_terms
     if not groups:
         return None
     left_out = [background_without(state, indices) for indices in groups]
@@ -113,19 +106,19 @@ def _unseated(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState 
             entries = entries + _ranked(state, [without], _banks(waves(state.dataset, gears[0].joint)))[0]
         others = tuple(e for k, e in enumerate(state.effects) if k not in indices)
         for entry in entries:
-            if entry.evidence < HOPELESS * own.evidence:
+            if entry.evidence < settings.hopeless * own.evidence:
                 continue
             best = refined(state, without, entry)
-            trial = refit(state.dataset, state.model, state.geometry_free, merged(others, best.effect))
+            trial = state.refitted(merged(others, best.effect))
             better = best.evidence - own.evidence
-            if gears and better <= BETTER_THAN_A_NAME:
+            if gears and better <= settings.better_than_a_name:
                 trial, more = _with_more_shapes(trial, gears[0].joint)
                 better += more
             # Fewer coefficients may fit a little worse, but must not predict worse.
             worse = improvement(
                 held_out_errors(trial, state.whitening), held_out_errors(state, state.whitening)
             )
-            if better > BETTER_THAN_A_NAME and worse < LEAST_IMPROVEMENT:
+            if better > settings.better_than_a_name and worse < state.settings.selection.least_improvement:
                 return trial
     return None
 
@@ -134,13 +127,13 @@ def _with_more_shapes(state: FittedState, joint: int) -> tuple[FittedState, floa
     """Return a state with up to two more shapes of a joint's error along its own angle, and their evidence [nats]."""
     pools = _banks(curves(state.dataset, joint))
     evidence = 0.0
-    for _ in range(MORE_SHAPES):
+    for _ in range(state.settings.flexible_terms.more_shapes):
         background = state.background()
         best = refined(state, background, _ranked(state, [background], pools)[0][0])
         if best.evidence <= 0:
             break
         evidence += best.evidence
-        state = refit(state.dataset, state.model, state.geometry_free, merged(state.effects, best.effect))
+        state = state.refitted(merged(state.effects, best.effect))
     return state, evidence
 
 
@@ -171,7 +164,7 @@ def _own_names_dropped(state: FittedState) -> FittedState:
     )
     if len(kept) == len(state.effects):
         return state
-    return refit(state.dataset, state.model, state.geometry_free, kept)
+    return state.refitted(kept)
 
 
 def _minor_names_dropped(state: FittedState) -> FittedState:
@@ -192,12 +185,13 @@ def _minor_names_dropped(state: FittedState) -> FittedState:
         i
         for i, effect in enumerate(state.effects)
         if i not in flexible_terms
-        and _explained(state, plain, [i]) < (1.0 if courses and _in_time(effect) else MINOR) * unexplained
+        and _explained(state, plain, [i])
+        < (1.0 if courses and _in_time(effect) else state.settings.flexible_terms.minor) * unexplained
     ]
     if not minor:
         return state
     kept = tuple(effect for i, effect in enumerate(state.effects) if i not in minor)
-    return refit(state.dataset, state.model, state.geometry_free, kept)
+    return state.refitted(kept)
 
 
 def _explained(state: FittedState, plain: Background, indices: Sequence[int]) -> float:

@@ -22,9 +22,6 @@ from scalar.geometry.se3 import Array
 from scalar.sensors.line_laser import LineLaser
 from scalar.sensors.measurement import Measurement, Rows, Target
 
-P_VALUE = 1e-5  # of a spread between poses beyond the noise within scans
-CONFOUNDED = 3.0  # nats of likelihood within which jitter and bias are not told apart
-
 
 @dataclass(frozen=True, eq=False)
 class VarianceComponent:
@@ -48,7 +45,7 @@ class VarianceComponent:
 
 
 def variance_components(
-    background: Background, residuals: Residuals, model: Model
+    background: Background, residuals: Residuals, model: Model, alpha: float
 ) -> list[VarianceComponent]:
     """Return the noise effects that the residual's covariance shows, likeliest first; empty where the noise explains it.
 
@@ -56,6 +53,7 @@ def variance_components(
         background: Of the model's rows, whitened for the noise within scans alone.
         residuals: Of the dataset.
         model: At the optimum.
+        alpha: Chance of a component where there is none.
     """
     rows = background.residual
     # A fit takes up its share of the spread; without it the estimate would be low by that share.
@@ -66,7 +64,7 @@ def variance_components(
         K = D @ np.swapaxes(D, 1, 2)
         gain, v, curvature = _maximum_likelihood(rows, K)
         p = float(0.5 * chi2.sf(2 * gain, 1)) if gain > 0 else 1.0
-        if p < P_VALUE and v > 0:
+        if p < alpha and v > 0:
             std = float(np.sqrt(v))
             found.append(
                 VarianceComponent(

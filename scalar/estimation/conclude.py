@@ -173,7 +173,9 @@ def _check_plausible(model: Model, settings: FitSettings) -> None:
     for k, kind in enumerate(GEOMETRY):
         is_length = kind in LENGTHS
         bound, unit, name = (
-            (settings.largest_length_change, MM, "mm") if is_length else (settings.largest_angle_change, DEG, "deg")
+            (settings.largest_length_change, MM, "mm")
+            if is_length
+            else (settings.largest_angle_change, DEG, "deg")
         )
         for i in np.flatnonzero(change[k] > bound):
             reasons.append(

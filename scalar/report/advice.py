@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 WEAK_LENGTH = 0.2 * MM  # standard error from which more poses are advised
 WEAK_ANGLE = 0.02 * DEG
-STILL = 0.5 * DEG
+HARDLY_MOVED = 0.5 * DEG
 FEW_POSES_A_PLANE = 30
 _WEAK_SHOWN = 4
 
@@ -130,7 +130,7 @@ def _columns(diagnosis: Diagnosis) -> list[str]:
 def _poses(diagnosis: Diagnosis) -> list[str]:
     dataset, found = diagnosis.dataset, []
     spans = np.ptp(dataset.q, axis=0)
-    still = [f"joint {j + 1}" for j in np.flatnonzero(spans < STILL)]
+    still = [f"joint {j + 1}" for j in np.flatnonzero(spans < HARDLY_MOVED)]
     if still:
         found.append(f"Move {listed(still)}: nothing can be said of a joint that stands still.")
     if dataset.sensor.kind != "tracker":

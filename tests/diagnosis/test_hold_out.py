@@ -7,19 +7,20 @@ from hypothesis import strategies as st
 
 from scalar.diagnosis.fitted_state import refit
 from scalar.diagnosis.hold_out import (
-    BLOCKS_PER_FOLD,
-    FOLDS,
     HeldOutErrors,
     blocks,
     held_out_errors,
     improvement,
 )
+from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.catalogue import parse_effects
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.least_squares import fit
 from scalar.estimation.residuals import Residuals
 from tests.diagnosis.cases import scale
 from tests.effects.injected import make_cell
+
+FOLDS, BLOCKS_PER_FOLD = DEFAULTS.hold_out.folds, DEFAULTS.hold_out.blocks_per_fold
 
 
 def settled(dataset, effects=""):

@@ -20,6 +20,8 @@ from scalar.data.dataset import Dataset
 from scalar.data.poses import is_joint
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import first_times, held_out_errors
+from scalar.diagnosis.measured_rows import MeasuredRows
+from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.effect import Effect, JointEffect
 from scalar.estimation.gross_errors import clean
 from scalar.estimation.joint_fit import unobservable_coefficients
@@ -115,7 +117,15 @@ def _fitted(
     residuals = Residuals(whole.measurement, whole.poses, told.bases, whole.known)
     free = np.r_[prepared.free, np.ones(sum(len(e.coefficients) for e in effects), dtype=bool)]
     free &= ~unobservable_coefficients(residuals, model, free) if effects else True
-    return FittedState(dataset, fit(residuals, model, free).model, prepared.free, free, residuals)
+    return FittedState(
+        dataset,
+        fit(residuals, model, free).model,
+        prepared.free,
+        free,
+        residuals,
+        DEFAULTS,
+        MeasuredRows(dataset),
+    )
 
 
 def _settled(dataset: Dataset, model: Any, free: Array, effects: Sequence[Effect]) -> FittedState:
@@ -126,7 +136,15 @@ def _settled(dataset: Dataset, model: Any, free: Array, effects: Sequence[Effect
     found = fit(residuals, model, all_free)
     model = found.model.rebased()
     residuals = residuals.reweighted(model)
-    return FittedState(dataset, fit(residuals, model, all_free).model, free, all_free, residuals)
+    return FittedState(
+        dataset,
+        fit(residuals, model, all_free).model,
+        free,
+        all_free,
+        residuals,
+        DEFAULTS,
+        MeasuredRows(dataset),
+    )
 
 
 def _errors(state: FittedState) -> dict[str, float]:

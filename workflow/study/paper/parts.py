@@ -11,11 +11,9 @@ import pandas as pd
 
 from scalar.baseline import fit as baseline
 from scalar.baseline.parameterisation import DH_KINDS, SENSOR
-from scalar.diagnosis import forward_selection, unmodelled_structure, variance_components
-from scalar.diagnosis.hold_out import BLOCKS_PER_FOLD, FOLDS
+from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.catalogue import CATALOGUE, MAX_ORDER, MAX_RIPPLE_ORDER
 from scalar.effects.unattributed import Unattributed
-from scalar.estimation.settings import DEFAULTS
 from scalar.geometry import parallel_axes
 from scalar.units import DEG, MM
 from study.common.methods import INITIAL, PROPOSED
@@ -78,7 +76,7 @@ def setup(scene: Path, tilted: Path, seeds: int) -> dict[str, Any]:
 def settings() -> dict[str, Any]:
     """Return what the method is set to, as the code has it."""
     return {
-        "null_tolerance": DEFAULTS.identifiability.null_tolerance,
+        "null_tolerance": DEFAULTS.estimation.identifiability.null_tolerance,
         "near_parallel_rad": parallel_axes.NEAR_PARALLEL,
         "max_evaluations": baseline.MAX_EVALUATIONS,
         "band_low": BAND[0],
@@ -86,17 +84,17 @@ def settings() -> dict[str, Any]:
         "effects": len(CATALOGUE) - (Unattributed.name in CATALOGUE) + VARIANCE_COMPONENTS,
         "highest_order": MAX_ORDER,
         "highest_ripple": MAX_RIPPLE_ORDER,
-        "alpha": forward_selection.ALPHA,
-        "least_improvement": forward_selection.LEAST_IMPROVEMENT,
-        "swap_margin": forward_selection.SWAP_MARGIN,
-        "confounded_margin": forward_selection.CONFOUNDED_MARGIN,
-        "variance_component_alpha": variance_components.P_VALUE,
-        "unattributed_alpha": unmodelled_structure.ALPHA,
-        "folds": FOLDS,
-        "blocks": FOLDS * BLOCKS_PER_FOLD,
-        "point_sigmas": DEFAULTS.gross_errors.point_sigmas,
-        "pose_sigmas": DEFAULTS.gross_errors.pose_sigmas,
-        "least_pose_error_mm": DEFAULTS.gross_errors.least_pose_error / MM,
+        "alpha": DEFAULTS.selection.alpha_named_effect,
+        "least_improvement": DEFAULTS.selection.least_improvement,
+        "swap_margin": DEFAULTS.selection.swap_margin,
+        "confounded_margin": DEFAULTS.selection.confounded_margin,
+        "variance_component_alpha": DEFAULTS.variance_components.alpha_variance_component,
+        "unattributed_alpha": DEFAULTS.flexible_terms.alpha_flexible_term,
+        "folds": DEFAULTS.hold_out.folds,
+        "blocks": DEFAULTS.hold_out.folds * DEFAULTS.hold_out.blocks_per_fold,
+        "point_sigmas": DEFAULTS.estimation.gross_errors.point_sigmas,
+        "pose_sigmas": DEFAULTS.estimation.gross_errors.pose_sigmas,
+        "least_pose_error_mm": DEFAULTS.estimation.gross_errors.least_pose_error / MM,
     }
 
 
