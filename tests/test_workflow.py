@@ -80,6 +80,12 @@ def edited(path: Path, old: str, new: str) -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
+def checkout(tmp_path_factory) -> Path:
+    """Return a checkout in which nothing ran."""
+    return copy_checkout(tmp_path_factory.mktemp("fresh"))
+
+
+@pytest.fixture(scope="module")
 def built(tmp_path_factory) -> tuple[Path, str]:
     """Return a checkout in which the small workflow ran, and what it printed."""
     folder = copy_checkout(tmp_path_factory.mktemp("checkout"))
@@ -101,6 +107,7 @@ def rules() -> set[str]:
     return set(re.findall(r"^rule (\w+):", text, re.MULTILINE)) - {"figures"} | of_the_paper
 
 
+@pytest.mark.slow
 def test_every_rule_runs(built):
     """The small config leaves no rule out, and every job says something or nothing in a log of its own."""
     folder, output = built
@@ -108,6 +115,7 @@ def test_every_rule_runs(built):
     assert len(list((folder / RESULTS / "logs").rglob("*.log"))) == sum(jobs(output).values())
 
 
+@pytest.mark.slow
 def test_every_figure_shows_something_whole(built):
     """Each is a picture with ink inside it and a clear margin around it, so that nothing is blank or cut off, and a whole SVG."""
     folder, _ = built
@@ -125,6 +133,7 @@ def test_every_figure_shows_something_whole(built):
         ElementTree.parse(png.with_suffix(".svg"))
 
 
+@pytest.mark.slow
 def test_the_datasets_are_such_as_a_user_has(built):
     """The folders of the workflow are datasets of the format, truth beside and not inside."""
     from scalar.data.dataset import read_dataset
@@ -137,6 +146,7 @@ def test_the_datasets_are_such_as_a_user_has(built):
         assert {path.name for path in (seed / "truth").iterdir()} == {"truth.json", "truth_poses.csv"}
 
 
+@pytest.mark.slow
 def test_tables_hold_a_row_for_every_seed_method_and_alignment(built):
     """Nothing is lost between batches, and every column is explained."""
     from study.headline.evaluate import ERROR_COLUMNS, PARAMETER_COLUMNS, PLANE_COLUMNS
@@ -150,12 +160,14 @@ def test_tables_hold_a_row_for_every_seed_method_and_alignment(built):
     assert list(pd.read_csv(headline / "parameters.csv").columns) == list(PARAMETER_COLUMNS)
 
 
+@pytest.mark.slow
 def test_a_second_run_does_nothing(built):
     """All is up to date."""
     folder, _ = built
     assert "Nothing to be done" in snakemake(folder, *SMOKE).stdout
 
 
+@pytest.mark.slow
 def test_the_report_holds_every_figure_with_its_caption(built):
     """`snakemake --report` writes one file; every caption that a rule names is there."""
     folder, _ = built
@@ -166,6 +178,7 @@ def test_the_report_holds_every_figure_with_its_caption(built):
         assert category in report
 
 
+@pytest.mark.slow
 def test_figures_are_redrawn_from_tables_alone(built):
     """A figure that is gone comes back without a dataset, a fit or an evaluation."""
     folder, _ = built
@@ -177,6 +190,7 @@ def test_figures_are_redrawn_from_tables_alone(built):
     assert figure.read_bytes() == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("module", "reruns", "spares"),
     [
@@ -212,6 +226,7 @@ def test_editing_a_module_reruns_what_depends_on_it(built, module, reruns, spare
     assert planned(folder) == {}
 
 
+@pytest.mark.slow
 def test_the_modules_listed_are_those_that_are_imported(built):
     """A second opinion on the import statements that were read: what Python itself loads."""
     folder, _ = built
@@ -238,6 +253,7 @@ def test_the_modules_listed_are_those_that_are_imported(built):
         assert names <= listed[rule], rule
 
 
+@pytest.mark.slow
 def test_a_row_more_in_a_grid_is_a_case_more(built):
     """Only the new case is simulated; the others stay."""
     folder, _ = built
@@ -249,6 +265,7 @@ def test_a_row_more_in_a_grid_is_a_case_more(built):
     assert "Simulating headline smoke" not in ran.stdout
 
 
+@pytest.mark.slow
 def test_a_row_more_in_a_sweeps_grid_is_a_case_more(built):
     """Only the new case runs, from the postures that are there, and the sweep's figure is drawn again."""
     folder, _ = built
@@ -266,6 +283,7 @@ NEW_SWEEP = """  axes:
     noise:"""
 
 
+@pytest.mark.slow
 def test_a_whole_sweep_is_added_by_a_grid_and_a_line_of_the_config(built):
     """Its cases run and its figures are drawn; of the sweeps that are there, only the summary of all is new."""
     folder, _ = built
@@ -303,11 +321,10 @@ def test_a_whole_sweep_is_added_by_a_grid_and_a_line_of_the_config(built):
         ("configs/grids/smoke.csv", ",14,", ",fourteen,", "fourteen"),
     ],
 )
-def test_a_misspelt_config_fails_at_load_with_its_name(built, file, old, new, named):
+def test_a_misspelt_config_fails_at_load_with_its_name(checkout, file, old, new, named):
     """Before any job starts."""
-    folder, _ = built
-    with edited(folder / file, old, new):
-        ran = snakemake(folder, *SMOKE)
+    with edited(checkout / file, old, new):
+        ran = snakemake(checkout, *SMOKE)
     assert ran.returncode != 0
     assert named in ran.stdout
     assert "Job stats" not in ran.stdout
