@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.effects.effect import BaseEffect, Effect, JointEffect, LinkEffect, SensorEffect
 from scalar.effects.links import ThermalDrift
 from scalar.effects.sensor import SensorSlip
@@ -84,7 +84,8 @@ def _limits(state: FittedState) -> Array:
 def _steps(state: FittedState, index: int, other: Effect) -> Array | None:
     """Return how much the parameters differ between the two explanations, ``(P + k,)``: the other's
     coefficients come last."""
-    J = state.residuals.linearise(state.model)[1]
+    # Both whitened for the variance between poses: rows of two whitenings cannot be compared.
+    J = whitened(state.whitening, state.residuals.linearise(state.model)[1])
     E = state.columns_of([other])
     J, E = J[: len(E)], E[: len(J)]
     start = state.model.blocks["effects"].start + sum(len(e.coefficients) for e in state.effects[:index])
