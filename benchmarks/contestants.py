@@ -19,7 +19,7 @@ from scalar.estimation.lmfit_parameters import from_lmfit, to_lmfit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared, prepare
 from scalar.estimation.residuals import Residuals
-from scalar.sensors.line_laser import contact
+from scalar.sensors.profile import contact
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,15 @@ needs pybullet.
 
 import lazy_loader
 
+from scalar.data.sensor_formats import supply_from
+
 __version__ = "0.1.0"
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+
+def _kinds_of_sensor() -> None:
+    import scalar.sensors  # noqa: F401 - registers the kinds, with the format that each has in a dataset folder
+
+
+supply_from(_kinds_of_sensor)

@@ -6,7 +6,7 @@ from .errors import InvalidInput, ScalarError, Undetermined
 from .estimation.calibrate import calibrate
 from .estimation.result import Calibration
 from .geometry.robot import Robot
-from .sensors.measurement import Measurement
+from .sensors.protocol import Measurement
 
 __all__ = [
     "Calibration",

@@ -22,7 +22,7 @@ from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
 from scalar.geometry.robot import link_transforms
 from scalar.geometry.se3 import Array, exp_so3, transform
-from scalar.sensors.line_laser import LineLaser
+from scalar.sensors import Scans, as_scans, measure
 
 _CONTACT = [3, 0, 2]  # columns of a frame that meet a plane's row: the origin, the axes X and Z
 
@@ -67,7 +67,7 @@ def fit_baseline(
     Raises:
         Undetermined: The data determine no first guess.
     """
-    measurement = LineLaser.of(dataset)
+    measurement = as_scans(measure(dataset))
     how = Parameterisation(dataset.robot, measurement.initial_target(dataset))
     start = how.values(first_guess(dataset, measurement, how.planes)[0])
     lmfit = DEFAULTS[defaults]
@@ -106,7 +106,7 @@ class Distances:
         self,
         how: Parameterisation,
         q: Array,
-        measurement: LineLaser,
+        measurement: Scans,
         start: Array,
         fixed: Sequence[str],
         reading: str,

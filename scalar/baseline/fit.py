@@ -17,13 +17,13 @@ import numpy as np
 from scalar.baseline.parameterisation import READINGS, Parameterisation
 from scalar.data.dataset import Dataset
 from scalar.errors import Undetermined
-from scalar.estimation.initial_estimate import linear_guess
 from scalar.estimation.prepare import candidate_mask, prepare
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration, sensor_mapping
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
-from scalar.sensors.line_laser import LineLaser
+from scalar.sensors import Scans, as_scans, measure
+from scalar.sensors.linear_guess import linear_guess
 
 POINTS = ("all", "compressed")
 DEFAULTS: dict[str, dict[str, Any]] = {
@@ -39,7 +39,7 @@ _STEP = 1e-6  # of the central differences that carry lmfit's covariance to the 
 class _Distances:
     """``n . p - d`` [m] of all points, or of the rows that they are compressed to, at lmfit parameters."""
 
-    def __init__(self, how: Parameterisation, q: Array, measurement: LineLaser, points: str) -> None:
+    def __init__(self, how: Parameterisation, q: Array, measurement: Scans, points: str) -> None:
         self.how, self.q, self.points = how, q, points
         self.index = measurement.target_index.astype(np.intp)
         self.rows = measurement.R_metric
@@ -85,11 +85,7 @@ def calibrate_baseline(
     """
     if reading not in READINGS or points not in POINTS:
         raise ValueError(f"reading is one of {', '.join(READINGS)}, points one of {', '.join(POINTS)}")
-    if dataset.sensor.kind != "line-laser":
-        raise ValueError(
-            f"the baseline is a method for a line-laser, and this sensor is a {dataset.sensor.kind}"
-        )
-    measurement = LineLaser.of(dataset)
+    measurement = as_scans(measure(dataset))
     how = Parameterisation(dataset.robot, measurement.initial_target(dataset))
     gauge: tuple[dict[str, Any], ...] = ()
     if fixed is None:
@@ -115,7 +111,7 @@ def calibrate_baseline(
         covariance=covariance,
         held={name: "fixed, as published" for name, is_free in zip(names, free, strict=True) if not is_free},
         gauge=gauge,
-        residual_rms=Residuals.of(dataset, model, measurement).rms(model),
+        residual_rms=Residuals.of(dataset, model).rms(model),
         summary={
             "parameterisation": "published",
             "reading": reading,
@@ -173,7 +169,7 @@ def _values(parameters: lmfit.Parameters) -> Array:
     return np.array([parameter.value for parameter in parameters.values()], dtype=float)
 
 
-def first_guess(dataset: Dataset, measurement: LineLaser, planes: Planes) -> tuple[Array, str]:
+def first_guess(dataset: Dataset, measurement: Scans, planes: Planes) -> tuple[Array, str]:
     """Return the scanner's linear first guess ``(4, 4)`` from the most level plane; else its nominal pose."""
     level = int(np.argmax(np.abs(planes.normals @ dataset.robot.gravity)))
     T_base_flange = dataset.robot.flange(dataset.q)

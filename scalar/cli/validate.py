@@ -32,19 +32,21 @@ def validate(dataset: Path) -> None:
 
 def describe_content(content: Content) -> str:
     """Return what a dataset holds, a few lines."""
+    from scalar.sensors import kind_named
+
     mapping, poses, points = content.mapping, content.poses, content.points
     robot, sensor = mapping["robot"], mapping["sensor"]
-    kind = sensor["kind"]
+    kind = kind_named(sensor["kind"])
     lines = [
-        f"{mapping['name']}: robot {robot['name']}, {len(robot['joints'])} joints; sensor {kind}",
+        f"{mapping['name']}: robot {robot['name']}, {len(robot['joints'])} joints; sensor {kind.format.kind}",
     ]
-    if kind == "tracker":
-        lines.append(f"  {poses.n_rows} poses tracked")
+    if not kind.format.on_planes:
+        lines.append(f"  {poses.n_rows} poses {kind.measured}")
     else:
         counts = Counter(poses.columns["plane"])
         per_plane = ", ".join(f"{plane['name']} {counts[plane['name']]}" for plane in mapping["planes"])
         lines.append(f"  {poses.n_rows} poses: {per_plane}")
-    if kind == "line-laser" and points is not None:
+    if kind.scans and points is not None:
         sizes = Counter(points.columns["pose"].tolist()).values()
         lines.append(f"  {points.n_rows} points, {min(sizes)} to {max(sizes)} a scan")
     noise = sensor.get("noise")

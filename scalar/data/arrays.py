@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from scalar.data.description import Description, check_description
-from scalar.data.folder import POINT_COLUMNS, Content
+from scalar.data.folder import Content
 from scalar.data.located_table import Layout, Table, check_cells, header_faults
+from scalar.data.sensor_formats import SensorFormat
 from scalar.data.table_consistency import check_points, check_poses, poses_layout
 from scalar.data.unit_suspicions import suspect_description, suspect_joint_angles, suspect_points
 from scalar.errors import Fault, InvalidInput
@@ -54,13 +55,12 @@ def content_of_arrays(
     if poses is not None:
         check_poses(poses, description, faults)
         suspect_joint_angles(poses, description, faults)
-    kind = description.kind
     table = None
-    if kind is not None:
-        table = _points(points, ids, kind, faults)
-    if kind is not None and table is not None:
-        check_points(table, poses, kind, faults)
-        suspect_points(table, kind, faults)
+    if description.format is not None:
+        table = _points(points, ids, description.format, faults)
+        if table is not None and description.format.table is not None:
+            check_points(table, poses, description.format.table, faults)
+            suspect_points(table, description.format.table, faults)
     if faults or poses is None:
         raise InvalidInput(faults)
     return Content(mapping, poses, table)
@@ -111,15 +111,18 @@ def _poses(
     return table
 
 
-def _points(points: Any, ids: np.ndarray, kind: str, faults: list[Fault]) -> Table | None:
+def _points(points: Any, ids: np.ndarray, format: SensorFormat, faults: list[Fault]) -> Table | None:
     """Return the table of points, None for a sensor that has none or where the arrays do not fit it."""
-    names = POINT_COLUMNS.get(kind)
-    if names is None:
+    kind = format.kind
+    if format.table is None:
         if points is not None:
             faults.append(Fault("points", f"a {kind} has no points; leave them out"))
         return None
+    names, units = format.table.columns, ",".join(dict.fromkeys(format.table.units.values()))
     if points is None:
-        faults.append(Fault("points", f"missing; a {kind} needs {','.join(names[1:])} [m] for each pose"))
+        faults.append(
+            Fault("points", f"missing; a {kind} needs {','.join(names[1:])} [{units}] for each pose")
+        )
         return None
     of_poses = [np.atleast_2d(np.asarray(each, dtype=float)) for each in points]
     width = len(names) - 1

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,11 +18,12 @@ from numpy.typing import ArrayLike
 
 from scalar.data.arrays import content_of_arrays
 from scalar.data.description import DESCRIPTION
-from scalar.data.folder import FILES, POINT_COLUMNS, POINT_FILES, POSES, Content, examine_folder, read_folder
+from scalar.data.folder import POSES, Content, examine_folder, known_files, read_folder
 from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.atomic import atomic_directory
 from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.data.located_table import Table
+from scalar.data.sensor_formats import SensorFormat, sensor_formats
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.robot import Robot, fixed_transform_mapping
 from scalar.geometry.se3 import transform_from_rotation_vector
@@ -83,16 +84,18 @@ class Sensor:
     """What is on the flange, nominally.
 
     Attributes:
-        kind: ``line-laser``, ``probe`` or ``tracker``.
-        T_flange_sensor: ``(4, 4)``, rough; None where a line-laser's place is not given.
+        kind: The name of one of the kinds in ``scalar.sensors``.
+        T_flange_sensor: ``(4, 4)``, rough; None where it is not given.
         noise: one standard deviation along the error axis [m], or None.
         error_axis: ``ray`` (from the sensor's origin through the point) or ``z``.
+        options: what the kind asks for beyond these, by the key in dataset.yaml.
     """
 
     kind: str
     T_flange_sensor: np.ndarray | None
     noise: float | None = None
     error_axis: str = "ray"
+    options: Mapping[str, Any] = field(default_factory=dict)
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the sensor as dataset.yaml writes it."""
@@ -101,7 +104,7 @@ class Sensor:
             mapping["nominal_pose"] = fixed_transform_mapping(np.asarray(self.T_flange_sensor, dtype=float))
         if self.noise is not None:
             mapping["noise"] = float(self.noise)
-        return mapping | {"error_axis": self.error_axis}
+        return mapping | {"error_axis": self.error_axis} | dict(self.options)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,8 +119,8 @@ class Dataset:
         planes: the initial guesses of the planes; empty for a tracker.
         poses: one row a pose in acquisition order (by `order` where that column is there, else as in the
             file); columns as in poses.csv: `pose` int64, `plane` and `session` text, all others float64.
-        points: line-laser ``(P, 2)`` [m], x and z in the sensor frame; tracker ``(N, 3)`` [m], in the
-            tracker's frame; probe ``(0, 2)``.
+        points: ``(P, k)``, the table of the measurements, its columns as the kind of the sensor has them: x and z
+            in the sensor frame, or x, y and z in a tracker's frame [m]; ``(0, 2)`` for a sensor without a table.
         starts: ``(N + 1,)`` int64; pose row i owns ``points[starts[i]:starts[i + 1]]``.
     """
 
@@ -199,11 +202,11 @@ class Dataset:
         import pandas as pd
 
         tables: dict[str, pd.DataFrame] = {}
-        names = POINT_COLUMNS.get(self.sensor.kind)
-        if names is not None:
-            table = pd.DataFrame(self.points, columns=list(names[1:]))
+        layout = sensor_formats()[self.sensor.kind].table
+        if layout is not None:
+            table = pd.DataFrame(self.points, columns=list(layout.units))
             table.insert(0, "pose", np.repeat(self.pose_ids, np.diff(self.starts)))
-            tables[POINT_FILES[self.sensor.kind][0].partition(".")[0]] = table
+            tables[layout.stem] = table
         mapping = _description(self.name, self.source, self.robot, self.sensor, self.planes)
         write_dataset(path, mapping=mapping, poses=self.poses, table_format=table_format, **tables)
 
@@ -224,8 +227,8 @@ class Dataset:
 
     @cached_property
     def plane_index(self) -> np.ndarray:
-        """Return which of `planes` each pose looks at, ``(N,)`` int64; -1 for a tracker."""
-        if self.sensor.kind == "tracker":
+        """Return which of `planes` each pose looks at, ``(N,)`` int64; -1 where there are no planes."""
+        if not self.planes:
             return np.full(self.n_poses, -1, dtype=np.int64)
         index = {plane.name: i for i, plane in enumerate(self.planes)}
         return np.array([index[name] for name in self.poses["plane"]], dtype=np.int64)
@@ -318,16 +321,22 @@ def _build(content: Content) -> Dataset:
     T_flange_sensor = None
     if pose is not None:
         T_flange_sensor = transform_from_rotation_vector(pose["translation"], pose["rotation_vector"])
-    kind = sensor["kind"]
-    xyz, starts = _group_points(frame["pose"].to_numpy(), kind, content.points)
+    format = sensor_formats()[sensor["kind"]]
+    xyz, starts = _group_points(frame["pose"].to_numpy(), format, content.points)
     return Dataset(
         name=mapping["name"],
         source=mapping.get("source") or "",
         robot=Robot.from_mapping(mapping["robot"]),
-        sensor=Sensor(kind, T_flange_sensor, _float(sensor.get("noise")), sensor.get("error_axis", "ray")),
-        planes=()
-        if kind == "tracker"
-        else tuple(PlaneGuess.from_mapping(plane) for plane in mapping["planes"]),
+        sensor=Sensor(
+            format.kind,
+            T_flange_sensor,
+            _float(sensor.get("noise")),
+            sensor.get("error_axis", "ray"),
+            {key: sensor[key] for key in format.options if key in sensor},
+        ),
+        planes=tuple(PlaneGuess.from_mapping(plane) for plane in mapping["planes"])
+        if format.on_planes
+        else (),
         poses=frame,
         points=xyz,
         starts=starts,
@@ -345,13 +354,15 @@ def _float(value: Any) -> float | None:
     return None if value is None else float(value)
 
 
-def _group_points(pose_ids: np.ndarray, kind: str, points: Table | None) -> tuple[np.ndarray, np.ndarray]:
+def _group_points(
+    pose_ids: np.ndarray, format: SensorFormat, points: Table | None
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the points sorted by pose row, file order kept within a pose, and where each pose's begin."""
-    if points is None:
+    if points is None or format.table is None:
         return np.empty((0, 2)), np.zeros(len(pose_ids) + 1, dtype=np.int64)
     by_id = np.argsort(pose_ids, kind="stable")
     rows = by_id[np.searchsorted(pose_ids, points.columns["pose"].astype(np.int64), sorter=by_id)]
-    xyz = np.column_stack([points.columns[name] for name in POINT_COLUMNS[kind][1:]])
+    xyz = np.column_stack([points.columns[name] for name in format.table.units])
     if np.any(np.diff(rows) < 0):
         xyz = xyz[np.argsort(rows, kind="stable")]
     counts = np.bincount(rows, minlength=len(pose_ids))
@@ -363,9 +374,8 @@ def write_dataset(
     *,
     mapping: dict[str, Any],
     poses: pd.DataFrame,
-    scans: pd.DataFrame | None = None,
-    points: pd.DataFrame | None = None,
     table_format: str = "csv",
+    **measured: pd.DataFrame | None,
 ) -> None:
     """Write a dataset folder, which appears whole or not at all; numbers read back exactly as they were.
 
@@ -373,9 +383,8 @@ def write_dataset(
         dataset_dir: replaced if it is a dataset already and holds nothing else.
         mapping: the content of dataset.yaml.
         poses: the rows of poses.csv.
-        scans: the rows of a line-laser's scans, `pose,x,z` [m].
-        points: the rows of a tracker's points, `pose,x,y,z` [m].
-        table_format: ``csv`` or ``parquet``, for scans and points.
+        table_format: ``csv`` or ``parquet``, for the measurements.
+        measured: the rows of the measurements, by the name of their file, as in ``scans=`` or ``points=``.
 
     Raises:
         InvalidInput: the folder cannot be written, or holds something else than a dataset.
@@ -386,14 +395,14 @@ def write_dataset(
     with atomic_directory(dataset_dir, may_replace=_is_dataset) as folder:
         dump_yaml(mapping, folder / DESCRIPTION)
         _write_table(poses, folder / POSES)
-        for name, table in (("scans", scans), ("points", points)):
+        for name, table in measured.items():
             if table is not None:
                 _write_table(table, folder / f"{name}.{table_format}")
 
 
 def _is_dataset(path: Path) -> bool:
     """Return whether a folder holds a dataset and nothing else."""
-    if not {item.name for item in path.iterdir()} <= set(FILES):
+    if not {item.name for item in path.iterdir()} <= set(known_files()):
         return False
     try:
         mapping = load_yaml(path / DESCRIPTION)

@@ -16,6 +16,7 @@ from jsonschema.exceptions import ValidationError
 from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.plain_yaml import Lines, join_path
 from scalar.data.located_table import did_you_mean, shorten
+from scalar.data.sensor_formats import SensorFormat, sensor_formats
 from scalar.errors import Fault
 
 DESCRIPTION = "dataset.yaml"
@@ -82,7 +83,12 @@ class Description:
     def kind(self) -> str | None:
         """Return the kind of the sensor, or None if it is not one of those known."""
         kind = self.get("sensor", "kind")
-        return kind if kind in ("line-laser", "probe", "tracker") else None
+        return kind if isinstance(kind, str) and kind in sensor_formats() else None
+
+    @property
+    def format(self) -> SensorFormat | None:
+        """Return what the folder holds of this kind of sensor, or None if the kind is not one of those known."""
+        return None if self.kind is None else sensor_formats()[self.kind]
 
     @property
     def n_joints(self) -> int:
@@ -97,9 +103,18 @@ class Description:
 
 
 @cache
-def _validator() -> Draft202012Validator:
-    text = resources.files("scalar.data").joinpath("schemas/dataset.schema.json").read_text(encoding="utf-8")
-    return Draft202012Validator(json.loads(text))
+def _schema_text() -> str:
+    return resources.files("scalar.data").joinpath("schemas/dataset.schema.json").read_text(encoding="utf-8")
+
+
+def _validator(format: SensorFormat | None) -> Draft202012Validator:
+    """Return the schema of dataset.yaml for a sensor of this format: the kinds that there are, and the keys of this one."""
+    schema = json.loads(_schema_text())
+    sensor = schema["properties"]["sensor"]["properties"]
+    sensor["kind"]["enum"] = list(sensor_formats())
+    del sensor["kind"]["type"]
+    sensor |= {} if format is None else dict(format.options)
+    return Draft202012Validator(schema)
 
 
 def check_description(description: Description) -> None:
@@ -109,7 +124,7 @@ def check_description(description: Description) -> None:
             (), f"not a mapping; write keys and values, beginning with format: {DATASET_FORMAT}"
         )
         return
-    check_schema(description, _validator())
+    check_schema(description, _validator(description.format))
     check_finite(description, description.mapping, ())
     _check_robot(description)
     _check_sensor_and_planes(description)
@@ -190,8 +205,8 @@ def _check_robot(description: Description) -> None:
 
 
 def _check_sensor_and_planes(description: Description) -> None:
-    kind = description.kind
-    if kind in ("probe", "tracker") and description.get("sensor", "nominal_pose") is None:
+    kind, format = description.kind, description.format
+    if format is not None and format.needs_nominal_pose and description.get("sensor", "nominal_pose") is None:
         message = (
             f"missing; a {kind} needs a rough {{translation: [x, y, z], rotation_vector: [0, 0, 0]}} [m, rad]"
         )
@@ -215,7 +230,8 @@ def _check_sensor_and_planes(description: Description) -> None:
             )
     n_planes = len(description.items("planes"))
     if (
-        kind in ("line-laser", "probe")
+        format is not None
+        and format.on_planes
         and n_planes < MIN_PLANES
         and isinstance(description.get("planes"), list | None)
     ):

@@ -10,14 +10,18 @@ from scalar.data.io.csv_reader import read_csv
 from scalar.data.io.parquet_reader import read_parquet
 from scalar.data.io.plain_yaml import load_yaml_lines
 from scalar.data.located_table import Layout, Table, did_you_mean
+from scalar.data.sensor_formats import MeasuredTable, sensor_formats
 from scalar.data.table_consistency import check_points, check_poses, poses_layout, unknown_data_files
 from scalar.data.unit_suspicions import suspect_description, suspect_joint_angles, suspect_points
 from scalar.errors import Fault, InvalidInput
 
 POSES = "poses.csv"
-POINT_COLUMNS = {"line-laser": ("pose", "x", "z"), "tracker": ("pose", "x", "y", "z")}
-POINT_FILES = {"line-laser": ("scans.csv", "scans.parquet"), "tracker": ("points.csv", "points.parquet")}
-FILES = (DESCRIPTION, POSES, *POINT_FILES["line-laser"], *POINT_FILES["tracker"])
+
+
+def known_files() -> tuple[str, ...]:
+    """Return the names of all files that a dataset may have, whatever its sensor."""
+    tables = [format.table for format in sensor_formats().values()]
+    return (DESCRIPTION, POSES, *(file for table in tables if table is not None for file in table.files))
 
 
 @dataclass(frozen=True)
@@ -27,7 +31,7 @@ class Content:
     Attributes:
         mapping: the plain data of dataset.yaml, as its schema says.
         poses: the table of poses, rows as in the file.
-        points: the table of laser points or tracker points; None for a probe.
+        points: the table of the measurements; None for a sensor that has none.
     """
 
     mapping: dict[str, Any]
@@ -63,11 +67,12 @@ def examine_folder(path: Path, faults: list[Fault]) -> Content | None:
     if kind is not None:
         faults += unknown_data_files(kind, names)
     faults += refuse_files(description.get("format"), names)
-    if kind in POINT_FILES:
-        points = _read_points(path, kind, names, faults)
+    table = None if description.format is None else description.format.table
+    if kind is not None and table is not None:
+        points = _read_points(path, kind, table, names, faults)
         if points is not None:
-            check_points(points, poses, kind, faults)
-            suspect_points(points, kind, faults)
+            check_points(points, poses, table, faults)
+            suspect_points(points, table, faults)
     if faults or poses is None:
         return None
     return Content(description.mapping, poses, points)
@@ -91,7 +96,7 @@ def _list_folder(path: Path, faults: list[Fault]) -> list[str] | None:
     example = f"give the folder that holds {DESCRIPTION} and {POSES}"
     try:
         if path.is_file():
-            folder = f" ({str(path.parent)!r}?)" if path.name in FILES else ""
+            folder = f" ({str(path.parent)!r}?)" if path.name in known_files() else ""
             faults.append(Fault(str(path), f"a file, not a folder; {example}{folder}"))
             return None
         names = sorted(item.name for item in path.iterdir())
@@ -111,24 +116,28 @@ def _list_folder(path: Path, faults: list[Fault]) -> list[str] | None:
 
 
 def _missing(file: str, names: list[str]) -> Fault:
-    others = [name for name in names if name not in FILES]
+    others = [name for name in names if name not in known_files()]
     hint = did_you_mean(file, others).replace("did you mean", "is it").replace("? ", "? rename it; ")
     return Fault(file, f"the file is missing; {hint}a dataset needs {DESCRIPTION} and {POSES}")
 
 
-def _read_points(path: Path, kind: str, names: list[str], faults: list[Fault]) -> Table | None:
-    """Return the table of laser or tracker points, None if there is none to use."""
-    files = [name for name in POINT_FILES[kind] if name in names]
+def _read_points(
+    path: Path, kind: str, layout: MeasuredTable, names: list[str], faults: list[Fault]
+) -> Table | None:
+    """Return the table of the measurements, None if there is none to use."""
+    files = [name for name in layout.files if name in names]
     if len(files) > 1:
         faults.append(
             Fault(files[1], f"{files[0]} is there too, and only one can be meant; remove one of them")
         )
         return None
-    columns = ",".join(POINT_COLUMNS[kind])
     if not files:
-        wanted = " or ".join(POINT_FILES[kind])
-        message = f"the file is missing; a {kind} needs {wanted} with the columns {columns} [m]"
-        faults.append(Fault(POINT_FILES[kind][0], message))
+        units = ",".join(dict.fromkeys(layout.units.values()))
+        message = (
+            f"the file is missing; a {kind} needs {' or '.join(layout.files)} with the columns "
+            f"{','.join(layout.columns)} [{units}]"
+        )
+        faults.append(Fault(layout.files[0], message))
         return None
     read = read_parquet if files[0].endswith(".parquet") else read_csv
-    return read(path / files[0], Layout(POINT_COLUMNS[kind]), faults)
+    return read(path / files[0], Layout(layout.columns), faults)

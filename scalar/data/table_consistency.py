@@ -13,6 +13,7 @@ import numpy as np
 from scalar.data.description import DESCRIPTION, MIN_PLANES, Description
 from scalar.data.formats import refuse_pose_column
 from scalar.data.located_table import Layout, Table, did_you_mean, shorten
+from scalar.data.sensor_formats import MeasuredTable, sensor_formats
 from scalar.errors import Fault
 
 _JOINT_COLUMN = re.compile(r"(q|approach)([0-9]+)")
@@ -22,7 +23,7 @@ def poses_layout(description: Description) -> Layout:
     """Return the columns of poses.csv that this description asks for."""
     n = description.n_joints
     joints = tuple(f"q{i + 1}" for i in range(n))
-    plane = ("plane",) if description.kind in ("line-laser", "probe") else ()
+    plane = ("plane",) if _on_planes(description) else ()
 
     def refuse(name: str) -> str | None:
         match = _JOINT_COLUMN.fullmatch(name)
@@ -63,8 +64,12 @@ def check_poses(
         if name not in poses.columns:
             message = "the column is missing; the approach columns come for all joints or for none"
             faults.append(Fault(poses.file, message, 1, name))
-    if description.kind in ("line-laser", "probe") and description.plane_names:
+    if _on_planes(description) and description.plane_names:
         _check_plane_names(poses, description, faults)
+
+
+def _on_planes(description: Description) -> bool:
+    return description.format is not None and description.format.on_planes
 
 
 def _check_unique(table: Table, column: str, faults: list[Fault]) -> None:
@@ -104,12 +109,12 @@ def _check_plane_names(poses: Table, description: Description, faults: list[Faul
         faults.append(Fault(poses.file, text, column="plane"))
 
 
-def check_points(points: Table, poses: Table | None, kind: str, faults: list[Fault]) -> None:
-    """Add the points of unknown poses, and the poses without a point or (tracker) with more than one."""
+def check_points(points: Table, poses: Table | None, layout: MeasuredTable, faults: list[Fault]) -> None:
+    """Add the points of unknown poses, and the poses without a point, or with more than one where one is due."""
     if points.whole and points.n_rows == 0:
         faults.append(Fault(points.file, "there is no point; write a row a point"))
         return
-    if kind == "tracker":
+    if not layout.several_rows:
         _check_unique(points, "pose", faults)
     if poses is None or "pose" not in poses.columns or "pose" not in points.columns:
         return
@@ -127,24 +132,29 @@ def check_points(points: Table, poses: Table | None, kind: str, faults: list[Fau
 
         points.report(faults, "pose", mask, strange_message)
     if points.whole and not np.isnan(ids).any():
-        what = "no laser point" if kind == "line-laser" else "no row"
         missing = ~np.isin(known, ids) & ~np.isnan(known)
 
         def missing_message(i: int) -> str:
-            return f"pose {known[i]:.15g} has {what} in {points.file}; add it there, or remove this pose"
+            return f"pose {known[i]:.15g} has no {layout.row} in {points.file}; add it there, or remove this pose"
 
         poses.report(faults, "pose", missing, missing_message)
 
 
 def unknown_data_files(kind: str, names: Sequence[str]) -> list[Fault]:
     """Return a fault for every data file that a sensor of this kind does not have."""
-    belongs = {"line-laser": "scans", "tracker": "points"}.get(kind)
-    owner = {"scans": "line-laser", "points": "tracker"}
+    tables = {name: format.table for name, format in sensor_formats().items() if format.table is not None}
+    own = tables[kind].files if kind in tables else ()
+    owners = {
+        file: " or ".join(k for k, table in tables.items() if file in table.files)
+        for table in tables.values()
+        for file in table.files
+        if file not in own
+    }
     return [
         Fault(
-            name, f"a {kind} has no such file; remove it, or set sensor.kind: {owner[stem]} in {DESCRIPTION}"
+            name,
+            f"a {kind} has no such file; remove it, or set sensor.kind: {owners[name]} in {DESCRIPTION}",
         )
         for name in names
-        for stem in owner
-        if stem != belongs and name in (f"{stem}.csv", f"{stem}.parquet")
+        if name in owners
     ]

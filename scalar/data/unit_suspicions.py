@@ -9,6 +9,7 @@ import numpy as np
 
 from scalar.data.description import DESCRIPTION, Description, Path
 from scalar.data.located_table import Table
+from scalar.data.sensor_formats import MeasuredTable
 from scalar.errors import Fault
 
 TURN = 2.0 * np.pi
@@ -21,8 +22,6 @@ MAX_CHAIN = 20.0  # m; all a and d together
 MAX_BASE = 200.0  # m; the robot in the coordinates of its hall
 MAX_TOOL = 5.0  # m; the flange's transform, the sensor on the flange
 MAX_PLANE = 50.0  # m; a plane from the robot
-MAX_RANGE = 20.0  # m; a laser point from the sensor
-MAX_TRACKER = 200.0  # m; a tracker's point in its own frame
 MAX_NOISE = 0.05  # m; one standard deviation
 MAX_NORMAL_STD = 0.5  # rad
 GRAVITY = (1.0, 20.0)  # m/s^2
@@ -134,11 +133,11 @@ def suspect_joint_angles(poses: Table, description: Description, faults: list[Fa
             faults.append(Fault(poses.file, message, int(poses.line_numbers()[worst]), name))
 
 
-def suspect_points(points: Table, kind: str, faults: list[Fault]) -> None:
+def suspect_points(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
     """Add columns of points that look like millimetres: one fault a column, with its largest number."""
-    limit, columns = (MAX_RANGE, ("x", "z")) if kind == "line-laser" else (MAX_TRACKER, ("x", "y", "z"))
-    for name in columns:
-        if name not in points.columns or not points.n_rows:
+    limit = layout.largest
+    for name, unit in layout.units.items():
+        if unit != "m" or name not in points.columns or not points.n_rows:
             continue
         lengths = np.abs(_finite(points.columns[name]))
         n_beyond = int(np.count_nonzero(lengths > limit))

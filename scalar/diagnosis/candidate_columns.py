@@ -22,6 +22,7 @@ from scalar.effects.sensor import SensorSlip
 from scalar.effects.surface import PlaneMoved
 from scalar.estimation.effect_bases import JointBasis
 from scalar.geometry.se3 import Array
+from scalar.sensors import kind_of
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -99,9 +100,9 @@ def named_candidates(dataset: Dataset, settings: Settings = DEFAULTS) -> Candida
 def _changes(dataset: Dataset) -> list[tuple[Effect, Array]]:
     everywhere = np.ones(dataset.n_poses, dtype=bool)
     found: list[tuple[Effect, Array]] = [
-        (SensorSlip(_ALWAYS, turns=dataset.sensor.kind == "line-laser"), everywhere)
+        (SensorSlip(_ALWAYS, turns=kind_of(dataset).observes_orientation), everywhere)
     ]
-    if dataset.sensor.kind != "tracker":
+    if dataset.planes:
         for k in np.unique(dataset.plane_index):
             name = dataset.planes[k].name
             effect = PlaneMoved(name, _ALWAYS, None, plane_centre(dataset, name))

@@ -40,6 +40,7 @@ from scalar.effects.unattributed import (
     Variable,
 )
 from scalar.geometry.parallel_axes import near_parallel_joints
+from scalar.sensors import kind_of
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -106,12 +107,14 @@ def candidates(dataset: Dataset, still: float) -> list[CandidateEffect]:
     found += [CandidateEffect(effect) for effect in _backlashes(dataset, moving)]
     found += [CandidateEffect(AxisNonparallel(j)) for j in near_parallel_joints(dataset.robot)]
     found += [CandidateEffect(effect) for effect in _drifts(dataset)]
-    if dataset.sensor.kind == "line-laser":
+    kind = kind_of(dataset)
+    if kind.measures_range:
         found += [
             CandidateEffect(RangeScale()),
             CandidateEffect(RangeOffset()),
             CandidateEffect(RangeDistortion(range_middle(dataset))),
         ]
+    if kind.scans:
         used = {dataset.planes[k].name for k in dataset.plane_index}
         found += [
             CandidateEffect(PlaneBow(p.name, plane_centre(dataset, p.name)))
@@ -139,7 +142,7 @@ def _backlashes(dataset: Dataset, moving: list[int]) -> list[Effect]:
 
 def _creeps(dataset: Dataset) -> list[Effect]:
     """Return plates that creep from some moment on, to the end of the acquisition or until they have settled."""
-    if dataset.sensor.kind == "tracker":
+    if not dataset.planes:
         return []
     order, time = _acquisition(dataset)
     found: list[Effect] = []
@@ -229,7 +232,7 @@ def flexible(dataset: Dataset, still: float) -> list[CandidateEffect]:
     n = dataset.robot.n_joints
     moving = [j for j in range(1, n + 1) if np.ptp(dataset.q[:, j - 1]) > still]
     angles = {j: Variable.seen(f"q{j}", dataset.q[:, j - 1]) for j in moving}
-    turns = dataset.sensor.kind == "line-laser"
+    turns = kind_of(dataset).observes_orientation
     found: list[Effect] = [UnattributedJoint(j, (angles[v],)) for j in moving for v in moving]
     found += [
         UnattributedJoint(j, (angles[a], angles[b]))

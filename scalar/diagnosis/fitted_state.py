@@ -22,7 +22,6 @@ from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement
-from scalar.sensors.line_laser import LineLaser
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -196,10 +195,8 @@ def profile_measurement(measurement: Measurement, model: Model, residuals: Resid
         model: Where the sensor stands.
         residuals: Of the same dataset, which know the noise within scans.
     """
-    if isinstance(measurement, LineLaser):
-        measurement = replace(measurement, sigma=residuals.measurement.sigma)
-        return measurement.profiles(residuals.kinematics(model).T_base_sensor, model.target)
-    return measurement
+    T = residuals.kinematics(model).T_base_sensor
+    return measurement.profiles(T, model.target, residuals.measurement.sigma)
 
 
 def refit(
@@ -225,7 +222,7 @@ def refit(
     free = np.r_[geometry_free, np.ones(sum(len(e.coefficients) for e in effects), dtype=bool)]
     measurement = rows.keeping(extra_basis_of(model.effects))
     residuals = Residuals.of(dataset, model, measurement)
-    if isinstance(measurement, LineLaser):
+    if measurement.scans:
         # The sigma of unstated noise comes from the scans; profiles leave the scatter that it is measured from out.
         weighed = residuals.reweighted(model)
         residuals = Residuals.of(dataset, model, profile_measurement(measurement, model, weighed))

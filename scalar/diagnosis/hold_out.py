@@ -8,8 +8,7 @@ Gauss-Newton step from the joint optimum, exact for what is nearly linear at thi
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -18,7 +17,6 @@ from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.diagnosis.settings import DEFAULTS, HoldOutSettings
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
-from scalar.sensors.line_laser import LineLaser
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,23 +122,11 @@ def _step(gram: Array, projection: Array) -> Array | None:
 
 def _in_metres(state: FittedState) -> tuple[Array, Array]:
     """Return the rows of the poses in metres, every point with the same weight, and their Jacobian."""
-    measurement = state.residuals.measurement
-    N = state.dataset.n_poses
-    if not isinstance(measurement, LineLaser):
-        residual, J = state.linearised()
-        n = N * measurement.rows_per_pose
-        return residual[:n] * measurement.sigma, J[:n] * measurement.sigma
-    rows = metric(state.residuals)
-    residual, J = rows.linearise(state.model)
-    n = N * rows.measurement.rows_per_pose
-    return residual[:n], J[:n, state.free]
-
-
-def metric(residuals: Residuals) -> Residuals:
-    """Return the residuals of scans in metres, every point with the same weight."""
-    measurement: Any = residuals.measurement
-    measurement = replace(measurement, R=measurement.R_metric, profiled=False)
-    return Residuals(measurement, residuals.poses, residuals.bases, residuals.known)
+    residuals = state.residuals
+    measurement, metres = residuals.measurement.in_metres()
+    rows = Residuals(measurement, residuals.poses, residuals.bases, residuals.known)
+    residual, J = rows.linearise_measured(state.model)
+    return residual * metres, J[:, state.free] * metres
 
 
 def improvement(before: HeldOutErrors, after: HeldOutErrors) -> float:

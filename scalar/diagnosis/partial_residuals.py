@@ -15,7 +15,7 @@ import numpy as np
 from scalar.data.poses import Poses, is_joint
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.profiles import Axis, Map, Profile, View, angle_axis, variable_axis
-from scalar.diagnosis.scan_residuals import moved_plate, over_plate, over_range, shift_of_poses
+from scalar.diagnosis.scan_residuals import moved_plate, over_plate, over_range
 from scalar.effects.base import BaseCompliance
 from scalar.effects.effect import JointEffect
 from scalar.effects.joints import JointBacklash, JointCompliance, JointCoupling, JointHarmonic, JointScale
@@ -231,7 +231,7 @@ def beside_everything(view: View, index: int) -> Profile:
     Q = np.linalg.qr(J[:, lengths > 0] / lengths[lengths > 0])[0]
     signal = jacobian[:, mine] @ coefficients
     left = (signal - Q @ (Q.T @ signal))[: N * m].reshape(N, m)
-    x, rest, std = shift_of_poses(view.state, left, view.residual)
+    x, rest, std = view.state.residuals.measurement.shift(left, view.residual)
     ends = np.array([float(x.min()), float(x.max())])
     curve = np.stack([ends, ends, np.zeros(2)])
     note = "What the other parameters would take up is removed from both."

@@ -3,7 +3,6 @@ with a sign."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,116 +12,28 @@ from scalar.diagnosis.profiles import Axis, Map, Profile, View, variable_axis
 from scalar.effects.effect import PointEffect
 from scalar.effects.sensor import RangeDistortion
 from scalar.effects.surface import PlaneBow, PlaneMoved
+from scalar.estimation.residuals import BoundPointEffect
 from scalar.geometry.se3 import Array
-from scalar.sensors.line_laser import LineLaser, contact, point_basis
-from scalar.sensors.tracker import Tracker
-
-PIECES = 4  # that each scan is averaged in: its ends and its middle tell a bent plate from a turned one
-
-
-def shift_of_poses(state: FittedState, predicted: Array, residual: Array) -> tuple[Array, Array, Array]:
-    """Return each pose's shift by a prediction and by the residual [m], with the standard error, ``(N,)``
-    each.
-
-    A scan's shift is the mean height of its points over the plate; a tracked point's is along the prediction.
-
-    Args:
-        state: Gives the weights.
-        predicted, residual: ``(N, m)``, whitened rows.
-    """
-    measurement = state.residuals.measurement
-    if isinstance(measurement, LineLaser):
-        length = 1.0 / measurement.R[:, 0, 0]
-        return predicted[:, 0] * length, residual[:, 0] * length, np.abs(length)
-    if isinstance(measurement, Tracker):
-        size = np.linalg.norm(predicted, axis=1)
-        along = predicted / np.maximum(size, 1e-300)[:, None]
-        sigma = np.full(len(size), measurement.sigma)
-        return size * sigma, np.sum(along * residual, axis=1) * sigma, sigma
-    sigma = np.full(len(residual), measurement.sigma)
-    return predicted[:, 0] * sigma, residual[:, 0] * sigma, sigma
+from scalar.sensors import Pieces
+from scalar.sensors.scan_pieces import PIECES
 
 
 def signed_residual(state: FittedState) -> Array:
-    """Return each pose's residual ``(N,)`` [m]: height over the plate; for a tracker the distance,
-    without a sign."""
+    """Return each pose's residual ``(N,)`` [m], as its kind of sensor shows it: a height over the plane, or a distance without a sign."""
     rows = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
     residual = state.residuals.residual(state.model)[:rows]
-    residual = residual.reshape(state.dataset.n_poses, -1)
-    if isinstance(state.residuals.measurement, Tracker):
-        return np.linalg.norm(residual, axis=1) * state.residuals.measurement.sigma
-    return shift_of_poses(state, residual, residual)[1]
-
-
-@dataclass(frozen=True, eq=False)
-class Pieces:
-    """Scans cut in a few pieces each, averaged. P pieces.
-
-    Attributes:
-        pose: ``(P,)``, which pose.
-        reach: ``(P,)`` [m], measured range, or z.
-        position: ``(P, 3)`` [m], base frame.
-        height: ``(P,)`` [m], over the plate as all effects have it.
-        of_effect: ``(P,)`` [m], what the effect in question adds to the height.
-        incidence: ``(P,)``, ``n . e``: by how much the height grows with the range.
-        std: ``(P,)`` [m], standard error of the height.
-    """
-
-    pose: Array
-    reach: Array
-    position: Array
-    height: Array
-    of_effect: Array
-    incidence: Array
-    std: Array
+    return state.residuals.measurement.shown_residual(residual.reshape(state.dataset.n_poses, -1))
 
 
 def pieces(state: FittedState, effect: PointEffect) -> Pieces:
     """Return the scans in pieces, or a probe's contacts, with what one effect adds."""
-    measurement: Any = state.residuals.measurement
-    planes: Any = state.model.target
-    T = state.residuals.kinematics(state.model).T_base_sensor
-    index = measurement.target_index
-    if not isinstance(measurement, LineLaser):
-        return _contacts(state, effect, T)
-    points, starts, axis = measurement.points, measurement.starts, measurement.error_axis
-    counts = np.diff(starts)
-    scan = np.repeat(np.arange(len(counts)), counts)
-    c = contact(T, planes, index)[0]
-    flat = np.sum(point_basis(("1", "x", "z"), points, axis) * c[scan], axis=1)
-
-    def added(other: PointEffect) -> Array:
-        G = other.contact_columns(state.residuals.poses, T, planes, index, c) @ other.coefficients
-        return np.sum(point_basis(other.basis_names, points, axis) * G[scan], axis=1)
-
-    height = flat + sum((added(e) for e in state.effects if isinstance(e, PointEffect)), np.zeros(len(flat)))
-    ux, uz = point_basis(("ux", "uz"), points, axis).T
-    incidence = c[scan, 1] * ux + c[scan, 2] * uz
-    reach = np.hypot(points[:, 0], points[:, 1]) if axis == "ray" else points[:, 1]
-    position = T[scan, :3, 3] + T[scan, :3, 0] * points[:, :1] + T[scan, :3, 2] * points[:, 1:]
-    rank = np.arange(len(points)) - starts[scan]
-    group = scan * PIECES + rank * PIECES // np.maximum(counts[scan], 1)
-    found, where, size = np.unique(group, return_inverse=True, return_counts=True)
-
-    def mean(values: Array) -> Array:
-        return np.bincount(where, values, len(found)) / size
-
-    std = measurement.sigma * np.abs(mean(incidence)) / np.sqrt(size)
-    place = np.stack([mean(position[:, i]) for i in range(3)], axis=1)
-    return Pieces(
-        found // PIECES, mean(reach), place, mean(height), mean(added(effect)), mean(incidence), std
+    residuals = state.residuals
+    return residuals.measurement.pieces(
+        residuals.kinematics(state.model).T_base_sensor,
+        state.model.target,
+        residuals.point_effects(state.model),
+        BoundPointEffect(effect, residuals.poses),
     )
-
-
-def _contacts(state: FittedState, effect: PointEffect, T: Array) -> Pieces:
-    measurement, planes = state.residuals.measurement, state.model.target
-    N = len(T)
-    whitened = measurement.rows(T, planes, state.residuals.point_effects(state.model)).residual[:, 0]
-    rows = whitened * measurement.sigma
-    at = np.zeros((N, 1))
-    G = effect.contact_columns(state.residuals.poses, T, planes, measurement.target_index, at)[:, 0]
-    sigma = np.full(N, measurement.sigma)
-    return Pieces(np.arange(N), np.zeros(N), T[:, :3, 3], rows, G @ effect.coefficients, np.ones(N), sigma)
 
 
 def _on_plate(state: FittedState, plane: str, pose: Array) -> Array:

@@ -19,8 +19,7 @@ from scalar.diagnosis.score_test import Background
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
-from scalar.sensors.line_laser import LineLaser
-from scalar.sensors.measurement import Measurement, Rows, Target
+from scalar.sensors import Measurement, Rows, Target
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,14 +79,9 @@ def directions(residuals: Residuals, model: Model) -> list[tuple[str, Array]]:
     n = model.robot.n_joints
     by_angle = kinematics.screws()[:, :, 3 * n : 4 * n]
     rows = residuals.measurement.rows(kinematics.T_base_sensor, model.target)
-    m = rows.residual.shape[1]
     jitter = rows.wrench @ by_angle
-    measurement = residuals.measurement
-    if isinstance(measurement, LineLaser):
-        bias = measurement.common_error(kinematics.T_base_sensor, model.target)[:, :, None]
-    else:
-        bias = np.broadcast_to(np.eye(m) / measurement.sigma, (len(by_angle), m, m))
-    return [("pose_jitter", jitter), ("scan_bias", np.array(bias))]
+    bias = residuals.measurement.common_error(kinematics.T_base_sensor, model.target)
+    return [("pose_jitter", jitter), ("scan_bias", bias)]
 
 
 def _maximum_likelihood(rows: Array, K: Array) -> tuple[float, float, float]:
@@ -146,6 +140,21 @@ class WhitenedMeasurement(Measurement):
     def of(cls, dataset: Any) -> Measurement:
         """Not to be made from a dataset."""
         raise NotImplementedError
+
+    @classmethod
+    def target_to_mapping(cls, target: Target, std: Any) -> dict[str, Any]:
+        """Not asked of a measurement that is whitened: its kind saves the target."""
+        raise NotImplementedError
+
+    @classmethod
+    def target_from_mapping(cls, mapping: Any) -> Target:
+        """Not asked of a measurement that is whitened: its kind loads the target."""
+        raise NotImplementedError
+
+    @property
+    def sigma_known(self) -> bool:
+        """Return whether the noise within scans is stated: what whole poses spread by is estimated beside the fit."""
+        return self.inner.sigma_stated
 
     def initial_target(self, dataset: Any) -> Target:
         """Return the inner measurement's."""

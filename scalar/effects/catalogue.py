@@ -23,6 +23,7 @@ from scalar.effects.sensor import RangeDistortion, RangeOffset, RangeScale, Sens
 from scalar.effects.surface import PlaneBow, PlaneMoved
 from scalar.effects.unattributed import Unattributed
 from scalar.errors import Fault, InvalidInput
+from scalar.sensors import kind_of
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -207,7 +208,7 @@ def _drift(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
 def _slip(dataset: Dataset, words: Sequence[str]) -> list[Effect]:
     if not words:
         raise ValueError("say from which order on, as in sensor_slip:120")
-    return [SensorSlip(_order(words[0]), turns=dataset.sensor.kind == "line-laser")]
+    return [SensorSlip(_order(words[0]), turns=kind_of(dataset).observes_orientation)]
 
 
 def _moved(dataset: Dataset, words: Sequence[str]) -> list[Effect]:

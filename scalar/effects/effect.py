@@ -159,7 +159,7 @@ class SensorEffect(Effect):
 class PointEffect(Effect):
     """An error of the measured points or of the surface: it adds functions of the points to the residual.
 
-    ``f_i += sum_b basis_b(p_i) (G c)_b``, the functions as ``scalar.sensors.line_laser.point_basis`` names them.
+    ``f_i += sum_b basis_b(p_i) (G c)_b``, the functions as ``scalar.sensors.profile.point_basis`` names them.
     """
 
     basis_names: ClassVar[tuple[str, ...]]

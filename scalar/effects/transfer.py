@@ -19,6 +19,7 @@ from scalar.effects.surface import PlaneBow, PlaneMoved
 from scalar.effects.unattributed import GRAVITY, Unattributed
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.model import Model
+from scalar.sensors import kind_of
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -87,7 +88,7 @@ def _why_not(effect: Effect, dataset: Dataset) -> str | None:
     if isinstance(effect, JointBacklash) and effect.by == "approach":
         return _missing([f"approach{effect.joint}"], dataset)
     if isinstance(effect, PointEffect):
-        return None if dataset.sensor.kind == "line-laser" else "it is an error of a laser's range"
+        return None if kind_of(dataset).measures_range else "it is an error of a laser's range"
     if isinstance(effect, Unattributed):
         return _why_not_unattributed(effect)
     return None

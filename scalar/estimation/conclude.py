@@ -19,7 +19,6 @@ from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.estimation.setup.plausibility import implausible
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
-from scalar.sensors.line_laser import LineLaser
 from scalar.units import DEG, MM
 
 
@@ -79,7 +78,7 @@ def conclude(
             dataset,
             model,
             std,
-            rotation_observed=residuals.measurement.sees_sensor_rotation,
+            rotation_observed=residuals.measurement.observes_orientation,
             misfit_ratio=spread.ratio if residuals.measurement.sigma_stated else None,
         )
     ]
@@ -123,21 +122,17 @@ def misfit(
     """
     measurement = residuals.measurement
     squared = float(np.sum(residuals.residual(model) ** 2))
-    N = len(residuals.poses)
-    freedom = measurement.rows_per_pose * N - n_free
-    if isinstance(measurement, LineLaser):
-        T = residuals.kinematics(model).T_base_sensor
-        within, _ = measurement.scatter(T, model.target, residuals.point_effects(model))
-        squared -= float(within.sum())
-        lines = np.minimum(np.diff(measurement.starts), measurement.equations_per_pose)
-        freedom = int(lines.sum()) - n_free
+    T = residuals.kinematics(model).T_base_sensor
+    within, _ = measurement.scatter(T, model.target, residuals.point_effects(model))
+    squared -= float(within.sum())
+    freedom = int(measurement.equations.sum()) - n_free
     if residuals.known is not None:
         known = residuals.known
         freedom += 2 * int(np.isfinite(known.normal_std).sum()) + int(np.isfinite(known.distance_std).sum())
     if freedom <= 0:
         return Misfit(1.0, None, 1.0)
     ratio = squared / freedom
-    if isinstance(measurement, LineLaser) or measurement.sigma_stated:
+    if measurement.sigma_known:
         p_value = float(chi2.sf(squared, freedom))
         return Misfit(float(np.sqrt(ratio)), p_value, ratio if p_value < least_p_value else 1.0)
     return Misfit(float(np.sqrt(ratio)), None, ratio)

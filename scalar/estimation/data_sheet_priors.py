@@ -8,7 +8,6 @@ from scalar.estimation.model import Model, ParameterPrior
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS, IdentifiabilitySettings
 from scalar.geometry.se3 import Array
-from scalar.sensors.line_laser import LineLaser
 from scalar.units import DEG, MM
 
 
@@ -71,13 +70,9 @@ def data_sheet_priors(
 
 def _apart_from_scatter(residuals: Residuals, model: Model) -> tuple[float, int]:
     """Return the squared scatter of points about their own scans' lines, which no model explains, and the number of other rows."""
-    measurement, N = residuals.measurement, len(residuals.poses)
-    if not isinstance(measurement, LineLaser):
-        return 0.0, N * measurement.rows_per_pose
+    measurement = residuals.measurement
     within, _ = measurement.scatter(residuals.kinematics(model).T_base_sensor, model.target)
-    return float(within.sum()), int(
-        np.minimum(np.diff(measurement.starts), measurement.equations_per_pose).sum()
-    )
+    return float(within.sum()), int(measurement.equations.sum())
 
 
 def prior_std(model: Model, settings: IdentifiabilitySettings = DEFAULTS.identifiability) -> Array:

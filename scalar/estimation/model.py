@@ -17,7 +17,7 @@ import numpy as np
 from scalar.effects.effect import Effect
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.geometry.se3 import Array, exp_so3, log_so3, transform
-from scalar.sensors.measurement import Target
+from scalar.sensors import Target
 
 SENSOR_PARAMETERS = ("sensor_x", "sensor_y", "sensor_z", "sensor_rx", "sensor_ry", "sensor_rz")
 

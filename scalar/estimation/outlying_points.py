@@ -10,6 +10,7 @@ from scalar.data.dataset import Dataset
 from scalar.estimation.robust_scale import MAD_TO_STD
 from scalar.estimation.settings import DEFAULTS, GrossErrorSettings
 from scalar.geometry.se3 import Array
+from scalar.sensors import kind_of
 
 _LEAST_SCALE = 1e-9  # m: keeps the weights of a noise-free scan finite
 _LEAST_RATIO = 0.3  # of the scale: nearer to the line, points weigh the same
@@ -25,7 +26,7 @@ def without_outlying_points(
     """
     counts = np.diff(dataset.starts)
     corrupted = np.zeros(dataset.n_poses, dtype=bool)
-    if dataset.sensor.kind != "line-laser" or counts.max(initial=0) < settings.least_points:
+    if not kind_of(dataset).scans or counts.max(initial=0) < settings.least_points:
         return dataset, 0, corrupted
     first = dataset.starts[:-1]
     scan = np.repeat(np.arange(len(counts)), counts)

@@ -45,9 +45,10 @@ def perfect_jacobian(
     N, m, t = by_target.shape
     J = wrench @ at.screws()
     where = model.blocks["target"]
-    items = np.zeros((N, m, (where.stop - where.start) // t, t))
-    items[np.arange(N), :, index] = by_target
-    J[:, :, where] = items.reshape(N, m, -1)
+    if t:  # a target that is known has no coordinates
+        items = np.zeros((N, m, (where.stop - where.start) // t, t))
+        items[np.arange(N), :, index] = by_target
+        J[:, :, where] = items.reshape(N, m, -1)
     J = J[usable].reshape(-1, J.shape[2])
     if residuals.known is None:
         return J

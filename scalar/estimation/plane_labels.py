@@ -25,7 +25,7 @@ def other_labels(
         off: Indices of the others.
         settings: Thresholds.
     """
-    if dataset.sensor.kind == "tracker" or not len(off):
+    if not dataset.planes or not len(off):
         return {}
     try:
         model, _ = geometry_fit(dataset.subset(keep), settings)
@@ -34,11 +34,15 @@ def other_labels(
     planes = model.target
     assert isinstance(planes, Planes)
     T = dataset.robot.with_geometry(model.robot.geometry).flange(dataset.q) @ model.T_flange_sensor
+    measurement = measure(dataset)
     every = np.stack(
-        [pose_distances(dataset, T, planes, np.full(dataset.n_poses, k)) for k in range(len(planes.names))],
+        [
+            pose_distances(measurement, T, planes, np.full(dataset.n_poses, k))
+            for k in range(len(planes.names))
+        ],
         axis=1,
     )[off]
-    distances_own = pose_distances(dataset, T, planes, measure(dataset).target_index)
+    distances_own = pose_distances(measurement, T, planes, measurement.target_index)
     limit = outlier_limit(distances_own[keep], settings.gross_errors)
     own = [
         planes.names.index(name) if name in planes.names else -1

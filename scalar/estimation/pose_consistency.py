@@ -19,28 +19,24 @@ from scalar.estimation.robust_scale import robust_std
 from scalar.estimation.settings import EstimationSettings, GrossErrorSettings
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
-from scalar.sensors import measure
+from scalar.sensors import Measurement, measure
 
 _LEAST_SHARE, _MOST_SHARE = 1e-3, 0.95  # of poses off, so that its logarithm says how long runs are by chance
 
 
-def pose_distances(dataset: Dataset, T_base_sensor: Array, planes: Planes, index: Array) -> Array:
+def pose_distances(measurement: Measurement, T_base_sensor: Array, planes: Planes, index: Array) -> Array:
     """Return the root mean square distance of every pose's points to the plane of index ``(N,)``, in metres."""
-    n, d = planes.normals[index], planes.distances[index]
-    o = T_base_sensor[:, :3, 3]
-    if dataset.sensor.kind != "line-laser":
-        return np.abs(np.sum(n * o, axis=1) - d)
-    counts = np.diff(dataset.starts)
-    c = np.einsum("nkx,nx->nk", np.stack([T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2]], axis=1), n)
-    offset = np.sum(n * o, axis=1) - d
-    f = np.sum(dataset.points * np.repeat(c, counts, axis=0), axis=1) + np.repeat(offset, counts)
-    return np.sqrt(np.add.reduceat(f * f, dataset.starts[:-1]) / counts)
+    points, starts = measurement.points_in_base(T_base_sensor)
+    counts = np.diff(starts)
+    of_point = np.repeat(index, counts)
+    f = np.sum(points * planes.normals[of_point], axis=1) - planes.distances[of_point]
+    return np.sqrt(np.add.reduceat(f * f, starts[:-1]) / counts)
 
 
 def coarsely_consistent(dataset: Dataset, usable: Array, settings: GrossErrorSettings) -> Array:
     """Return which of the usable poses ``(N,)`` agree roughly with the planes, the arm and the sensor being nominal."""
     T_flange_sensor = dataset.sensor.T_flange_sensor
-    if dataset.sensor.kind == "tracker" or T_flange_sensor is None:
+    if not dataset.planes or T_flange_sensor is None:
         return usable
     T = dataset.robot.flange(dataset.q) @ T_flange_sensor
     measurement = measure(dataset)
@@ -48,14 +44,14 @@ def coarsely_consistent(dataset: Dataset, usable: Array, settings: GrossErrorSet
     assert isinstance(guess, Planes)
     index = measurement.target_index
     planes, keep = guess, usable
-    distance = pose_distances(dataset, T, planes, index)
+    distance = pose_distances(measurement, T, planes, index)
     for _ in range(settings.pose_rounds):
         core = _core(dataset, distance, usable, settings)
         subset = dataset.subset(core)
         fitted = measure(subset)
         planes_found: Any = fitted.fitted_target(T[core], fitted.initial_target(subset))
         planes = _merged(planes, planes_found)
-        distance = pose_distances(dataset, T, planes, index)
+        distance = pose_distances(measurement, T, planes, index)
         limit = max(settings.coarse_pose_error, settings.pose_sigmas * robust_std(distance[core]))
         new = usable & (distance < limit)
         if np.array_equal(new, keep):

@@ -130,7 +130,7 @@ class Residuals:
                 jacobian[:, :, start : start + k] = rows.extra[:, :, done : done + k]
                 done += k
             start += k
-        jacobian[:, :, blocks["target"]] = items.reshape(N, m, -1)
+        jacobian[:, :, blocks["target"]] = items.reshape(N, m, len(model.target.vector))
         return rows.residual.ravel(), jacobian.reshape(N * m, -1)
 
     def _priors(self, model: Model) -> tuple[Array, Array]:

@@ -19,10 +19,9 @@ from scalar.errors import Fault, InvalidInput
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
-from scalar.geometry.planes import Planes
 from scalar.geometry.robot import Robot, fixed_transform_mapping
 from scalar.geometry.se3 import Array, log_so3, transform_from_rotation_vector
-from scalar.sensors.tracker import TrackerFrames
+from scalar.sensors import kind_named, kind_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -73,13 +72,7 @@ class Calibration:
         T = dataset.sensor.T_flange_sensor if T_flange_sensor is None else T_flange_sensor
         if T is None:
             raise ValueError("the dataset states no pose of the sensor")
-        target: Any = TrackerFrames(("tracker",), np.eye(3)[None], np.zeros((1, 6)))
-        if dataset.planes:
-            planes = dataset.planes
-            target = Planes.at(
-                [p.name for p in planes], np.array([p.normal for p in planes]), [p.distance for p in planes]
-            )
-        model = Model.at(dataset.robot, T, target)
+        model = Model.at(dataset.robot, T, kind_of(dataset).declared_target(dataset))
         return cls(reporting(model, model.target), sensor_mapping(dataset))
 
     @property
@@ -178,40 +171,12 @@ class Calibration:
             "gauge": list(self.gauge),
             "effects": [effect_to_mapping(effect, self.std) for effect in model.effects],
             "residual_rms_m": self.residual_rms,
-            "planes": self._planes(),
-            "tracker_frames": self._frames(),
+            "planes": [],
+            **kind_named(self.sensor["kind"]).target_to_mapping(model.target, self.std),
             "summary": dict(self.summary),
             "names": list(self.free),
             "covariance": [list(map(float, row)) for row in self.covariance],
         }
-
-    def _planes(self) -> list[dict[str, Any]]:
-        target = self.model.target
-        if not isinstance(target, Planes):
-            return []
-        std = self.std
-        return [
-            {
-                "name": name,
-                "normal": [float(x) for x in normal],
-                "distance": float(distance),
-                "normal_std_rad": [std.get(f"normal_{name}_u"), std.get(f"normal_{name}_v")],
-                "distance_std_m": std.get(f"distance_{name}"),
-                "reference_normal": [float(x) for x in reference],
-            }
-            for name, normal, distance, reference in zip(
-                target.names, target.normals, target.distances, target.reference_normals, strict=True
-            )
-        ]
-
-    def _frames(self) -> list[dict[str, Any]]:
-        target = self.model.target
-        if not isinstance(target, TrackerFrames):
-            return []
-        return [
-            {"name": name, "T_tracker_base": fixed_transform_mapping(T)}
-            for name, T in zip(target.names, target.transforms, strict=True)
-        ]
 
     def save(self, path: str | Path) -> None:
         """Write ``calibration.json``, whole or not at all.
@@ -304,26 +269,7 @@ def _from_mapping(mapping: Mapping[str, Any]) -> Calibration:
     sensor = {key: mapping["sensor"][key] for key in ("kind", "noise", "error_axis")}
     pose = mapping["sensor"]["pose"]
     T = transform_from_rotation_vector(pose["translation"], pose["rotation_vector"])
-    target: Any
-    if mapping["planes"]:
-        planes = mapping["planes"]
-        guess = Planes.at(
-            [p["name"] for p in planes],
-            np.array([p["reference_normal"] for p in planes]),
-            [p["distance"] for p in planes],
-        )
-        at = Planes.at(guess.names, np.array([p["normal"] for p in planes]), [p["distance"] for p in planes])
-        target = at.expressed_about(guess)
-    else:
-        transforms = [
-            transform_from_rotation_vector(
-                f["T_tracker_base"]["translation"], f["T_tracker_base"]["rotation_vector"]
-            )
-            for f in mapping["tracker_frames"]
-        ]
-        names = tuple(f["name"] for f in mapping["tracker_frames"])
-        coordinates = np.array([np.r_[t[:3, 3], log_so3(t[:3, :3])] for t in transforms]).reshape(-1, 6)
-        target = TrackerFrames(names, np.tile(np.eye(3), (len(names), 1, 1)), coordinates)
+    target = kind_named(sensor["kind"]).target_from_mapping(mapping)
     effects = tuple(effect_from_mapping(effect) for effect in mapping["effects"])
     model = Model(calibrated, nominal, np.eye(3), np.r_[T[:3, 3], log_so3(T[:3, :3])], target, effects)
     model = model.with_vector(np.array([float(parameters[name]["value"]) for name in model.names]))

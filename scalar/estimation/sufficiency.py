@@ -15,7 +15,6 @@ from scalar.estimation.settings import DEFAULTS, SufficiencySettings
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement
-from scalar.sensors.line_laser import LineLaser
 from scalar.units import DEG
 
 LEAST_PLANES = 3  # space has three dimensions
@@ -33,7 +32,7 @@ def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
         Undetermined: Fewer than three planes are measured, or there are hardly any poses.
     """
     reasons = []
-    if dataset.sensor.kind != "tracker":
+    if dataset.planes:
         seen = sorted({dataset.planes[k].name for k in dataset.plane_index})
         if len(seen) < LEAST_PLANES:
             reasons.append(
@@ -41,12 +40,12 @@ def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
                 f"{'is' if len(seen) == 1 else 'are'} measured, and at least three that are not parallel are needed: "
                 "with fewer, robot and planes can move together without any change of the measurements; scan a third plane"
             )
-    equations = count_equations(dataset, measurement)
-    unknowns = (6 if measurement.sees_sensor_rotation else 3) + len(guess.vector)
+    equations = int(measurement.equations.sum())
+    unknowns = (6 if measurement.observes_orientation else 3) + len(guess.vector)
     if equations < unknowns:
         reasons.append(
             f"{_poses_give(dataset.n_poses)} {equations} equations, and the places of sensor and "
-            f"{'tracker' if dataset.sensor.kind == 'tracker' else 'planes'} alone are {unknowns} unknowns: measure many "
+            f"{measurement.target_words} alone are {unknowns} unknowns: measure many "
             "more poses, a hundred or so"
         )
     if reasons:
@@ -94,7 +93,7 @@ def check_span(
         Undetermined: Naming two that are parallel.
     """
     planes = model.target
-    if not isinstance(planes, Planes) or not isinstance(residuals.measurement, LineLaser):
+    if not isinstance(planes, Planes) or not residuals.measurement.needs_spanning_planes:
         return
     few = len(planes.normals) < LEAST_PLANES
     if few or float(np.linalg.svd(planes.normals, compute_uv=False)[-1]) < settings.least_span:
@@ -143,31 +142,17 @@ def _parallel_planes(planes: Planes) -> str:
 def _extents(residuals: Residuals, model: Model) -> tuple[Array, Array]:
     """Return for each of K planes the longest and second-longest extent of its points, ``(K,)`` [m]: standard deviations."""
     measurement = residuals.measurement
-    T = residuals.kinematics(model).T_base_sensor
+    found, starts = measurement.points_in_base(residuals.kinematics(model).T_base_sensor)
+    index = np.repeat(measurement.target_index, np.diff(starts))
     extents = []
     for k in range(len(model.target.normals)):  # type: ignore[attr-defined]
-        mine = measurement.target_index == k
-        if isinstance(measurement, LineLaser):
-            counts: Any = np.diff(measurement.starts)
-            use = np.repeat(mine, counts)
-            x, z = measurement.points[use].T
-            frames = np.repeat(T[mine], counts[mine], axis=0)
-            points = frames[:, :3, 0] * x[:, None] + frames[:, :3, 2] * z[:, None] + frames[:, :3, 3]
-        else:
-            points = T[mine, :3, 3]
+        points = found[index == k]
         if len(points) < LEAST_PLANES:
             extents.append([0.0, -1.0])  # narrower than anything
             continue
         extents.append(np.sqrt(np.linalg.svd(np.cov(points.T), compute_uv=False)[:2]))
     longest, second = np.array(extents).T
     return longest, second
-
-
-def count_equations(dataset: Dataset, measurement: Measurement) -> int:
-    """Return how many independent equations the poses give, however many points they have."""
-    if isinstance(measurement, LineLaser):
-        return int(np.minimum(np.diff(measurement.starts), measurement.equations_per_pose).sum())
-    return dataset.n_poses * measurement.equations_per_pose
 
 
 def _poses_give(count: int) -> str:
@@ -183,13 +168,13 @@ def check_parameters(
         Undetermined: With what is missing.
     """
     measurement = residuals.measurement
-    equations = count_equations(dataset, measurement)
+    equations = int(measurement.equations.sum())
     needed = n_free + _excess(identifiability)
     if equations < needed:
         more = int(np.ceil((needed - equations) / measurement.equations_per_pose))
         raise Undetermined(
             [f"{_poses_give(dataset.n_poses)} {equations} equations for {needed} unknowns"
-             f"{', however many points they have' if isinstance(measurement, LineLaser) else ''}: "
+             f"{', however many points they have' if measurement.scans else ''}: "
              f"measure at least {more} more, better twice as many poses"]
         )  # fmt: skip
     unseen = [h for h in identifiability.fixed if h.cause == "poses"]

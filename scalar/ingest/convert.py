@@ -44,7 +44,7 @@ def import_dataset(
     paths = [Path(source) for source in sources]
     chosen = choose_files(mapping, paths, Path(mapping_path).name)
     faults: list[Fault] = []
-    several = mapping.description.kind == "line-laser" and mapping.points is None
+    several = mapping.several_points
     poses, points = read_block(mapping, mapping.poses, chosen[0], faults, spread=several)
     if mapping.points is not None:
         points, _ = read_block(mapping, mapping.points, chosen[1], faults)
@@ -68,7 +68,7 @@ def _check(
     mapping: MappingFile, poses: ImportedTable, points: ImportedTable | None, faults: list[Fault]
 ) -> None:
     """Add what the checks of a dataset folder find in the tables that would be written."""
-    description, kind = mapping.description, mapping.description.kind
+    description, layout = mapping.description, mapping.table
     check_cells(poses, poses_layout(description), faults)
     check_poses(poses, description, faults)
     for part in by_file(poses):
@@ -77,13 +77,13 @@ def _check(
         faults += [
             replace(fault, column=poses.labels.get(fault.column or "", fault.column)) for fault in found
         ]
-    if points is not None and kind is not None:
+    if points is not None and layout is not None:
         check_cells(points, Layout(("pose", *mapping.point_columns)), faults)
         own = [] if points.good("pose") else ["pose"]  # reported with the poses already
         if not own:
-            check_points(points, poses, kind, faults)
+            check_points(points, poses, layout, faults)
             for part in by_file(points):
-                suspect_points(part, kind, faults)
+                suspect_points(part, layout, faults)
 
 
 def _write(
@@ -98,10 +98,11 @@ def _write(
     first = ["pose", "plane", *joints, "order", "time", "temperature", "session", *approach]
     rest = [name for name in poses.columns if name not in (*first, *mapping.point_columns)]
     frame = _frame(poses, [name for name in (*first, *rest) if name in poses.columns])
-    table = None if points is None else _frame(points, ["pose", *mapping.point_columns])
-    scans, points_ = (table, None) if mapping.description.kind == "line-laser" else (None, table)
+    measured = {}
+    if points is not None and mapping.table is not None:
+        measured[mapping.table.stem] = _frame(points, list(mapping.table.columns))
     content = mapping.description.mapping
-    write_dataset(dataset_dir, mapping=content, poses=frame, scans=scans, points=points_)
+    write_dataset(dataset_dir, mapping=content, poses=frame, **measured)
 
 
 def _frame(table: ImportedTable, names: Sequence[str]) -> pd.DataFrame:

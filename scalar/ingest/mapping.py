@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from scalar.data.description import Description
-from scalar.data.folder import POINT_COLUMNS
+from scalar.data.sensor_formats import MeasuredTable
 from scalar.ingest.foreign_tables import Reference
 
 TEXT_COLUMNS = ("plane", "session")
@@ -87,7 +87,17 @@ class MappingFile:
     @property
     def point_columns(self) -> tuple[str, ...]:
         """Return the coordinates that the sensor needs: ``x, z``, ``x, y, z`` or none."""
-        return POINT_COLUMNS.get(self.description.kind or "", ("pose",))[1:]
+        return () if self.table is None else tuple(self.table.units)
+
+    @property
+    def table(self) -> MeasuredTable | None:
+        """Return the table that the sensor needs, or None."""
+        return None if self.description.format is None else self.description.format.table
+
+    @property
+    def several_points(self) -> bool:
+        """Return whether the rows of the poses are points, several a pose."""
+        return self.table is not None and self.table.several_rows and self.points is None
 
 
 def quantity_of(name: str) -> str | None:

@@ -3,17 +3,19 @@
 import re
 
 from scalar.data.description import Description
-from scalar.data.folder import POINT_COLUMNS
 from scalar.data.located_table import did_you_mean, shorten
+from scalar.data.sensor_formats import sensor_formats
 from scalar.ingest.mapping import TEXT_COLUMNS, MappingFile, quantity_of
 
 
 def check_columns(given: Description, mapping: MappingFile) -> None:
     """Add columns that are missing, misspelt, or belong to another robot or sensor to ``given.faults``."""
     n, sensor = mapping.description.n_joints, mapping.description.kind
-    points, kinds = mapping.point_columns, sorted(POINT_COLUMNS)
+    points = mapping.point_columns
+    kinds = sorted(kind for kind, format in sensor_formats().items() if format.table is not None)
     joints = [f"q{i + 1}" for i in range(n)]
-    plane = ["plane"] if sensor != "tracker" else []
+    format = mapping.description.format
+    plane = ["plane"] if format is None or format.on_planes else []
     optional = ["pose", "order", "time", "temperature", "session", *(f"approach{i + 1}" for i in range(n))]
     known = [*joints, *plane, *([] if mapping.points else points), *optional]
     set_by_file = (
@@ -34,8 +36,7 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
                 ("poses", "files"),
                 "missing; add it: with points in files of their own, each block names its files",
             )
-    several = sensor == "line-laser" and mapping.points is None
-    if several and mapping.poses.first_of_each is None:
+    if mapping.several_points and mapping.poses.first_of_each is None:
         given.fault(
             ("poses", "first_of_each"),
             "missing; add it: the column that tells the scans apart, a point being a row",
@@ -53,7 +54,7 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
                 ("poses", "files", i, "first_pose"), "ids come from a column as well; keep one of the two"
             )
         if "plane" in rule.text and not plane:
-            given.fault(("poses", "files", i, "plane"), "a tracker has no planes; remove this key")
+            given.fault(("poses", "files", i, "plane"), f"a {sensor} has no planes; remove this key")
     for path, name in covariates:
         if name in own or re.fullmatch(r"(q|approach)[0-9]+", name):
             given.fault(

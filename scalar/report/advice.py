@@ -63,7 +63,7 @@ def _unexplained(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
 def _silent(diagnosis: Diagnosis) -> list[str]:
     names = {s.name for s in diagnosis.unobservable}
     found = []
-    if names & {"range_scale", "joint_scale"} or not diagnosis.after.residuals.measurement.has_metric:
+    if names & {"range_scale", "joint_scale"} or not diagnosis.after.residuals.measurement.carries_scale:
         found.append(
             "Add a length that is known: two plates whose distance was measured, or one plate whose "
             "place in the base frame "
@@ -133,7 +133,7 @@ def _poses(diagnosis: Diagnosis) -> list[str]:
     still = [f"joint {j + 1}" for j in np.flatnonzero(spans < HARDLY_MOVED)]
     if still:
         found.append(f"Move {listed(still)}: nothing can be said of a joint that stands still.")
-    if dataset.sensor.kind != "tracker":
+    if dataset.planes:
         counts = np.bincount(dataset.plane_index, minlength=len(dataset.planes))
         few = [
             f"{p.name} ({n})" for p, n in zip(dataset.planes, counts, strict=True) if n < FEW_POSES_A_PLANE

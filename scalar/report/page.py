@@ -20,7 +20,7 @@ from scalar.report.advice import advice
 from scalar.report.pictures import draw
 from scalar.report.residual_pictures import draw_residuals, draw_scatter
 from scalar.report.thinning import dots_per_panel
-from scalar.sensors.tracker import Tracker
+from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
@@ -31,7 +31,6 @@ VERDICTS = {
     "effect": "Found what the model lacks",
     "unattributed": "Structure that no known effect explains",
 }
-KINDS = {"line-laser": "line laser", "probe": "touch probe", "tracker": "tracker"}
 _NAMED_IN_SENTENCE = 4
 _RANKS_SHOWN = 8
 _MANY_PICTURES = 12  # effects with pictures; what comes after has its table only
@@ -62,7 +61,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         "residuals": draw_residuals(diagnosis.before, diagnosis.after, most),
         "ranking": _ranking(diagnosis),
         "silent": _silent(diagnosis),
-        "tracked": diagnosis.dataset.sensor.kind == "tracker",
+        "on_planes": bool(diagnosis.dataset.planes),
         "set_aside": mapping["outliers"],
         "noise": _noise(diagnosis, mapping),
         "advice": advice(diagnosis, mapping),
@@ -74,12 +73,12 @@ def _about(diagnosis: Diagnosis) -> str:
     dataset = diagnosis.dataset
     parts = [
         f"robot {dataset.robot.name}, {dataset.robot.n_joints} joints",
-        KINDS.get(dataset.sensor.kind, "sensor"),
+        kind_of(dataset).words,
     ]
     parts.append(f"{dataset.n_poses} poses")
     if len(dataset.planes):
         parts.append(f"{len(np.unique(dataset.plane_index))} target planes")
-    if dataset.sensor.kind == "line-laser":
+    if kind_of(dataset).scans:
         parts.append(f"{len(dataset.points):,} points".replace(",", "\u202f"))
     return " · ".join(parts)
 
@@ -220,7 +219,7 @@ def _noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
     residual = state.linearised()[0][: len(best.covariance) * best.covariance.shape[1]]
     rows = residual.reshape(len(best.covariance), -1)
     mixed = np.einsum("nij,nj->ni", whitening_for(best), rows)
-    pick = slice(None) if isinstance(state.residuals.measurement, Tracker) else slice(0, 1)
+    pick = state.residuals.measurement.shift_rows
     near = [words.title(c["name"], c["target"]) for c in entry["confounded_with"]]
     how = (
         "the joints scatter from pose to pose"
@@ -297,5 +296,5 @@ def _noise(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> dict[str, Any]:
         "within": words.number(noise["within_scan_mm"]),
         "between": f"{words.number(between, 2)} mm" if between > 0 else "",
         "source": "as the dataset states it" if stated is not None else "as these data show it",
-        "scans": diagnosis.dataset.sensor.kind == "line-laser",
+        "scans": kind_of(diagnosis.dataset).scans,
     }

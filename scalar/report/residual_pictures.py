@@ -11,6 +11,7 @@ from scalar.geometry.se3 import Array
 from scalar.report.axes import dot_titles, range_of, shown
 from scalar.report.pictures import TITLES, Pair, panel_of, sentences
 from scalar.report.thinning import in_caption, thinned
+from scalar.sensors import kind_of
 
 _SHAPES = (
     ("^", "△"),
@@ -21,10 +22,6 @@ _SHAPES = (
 _SERIES = ("blue", "orange", "green", "purple")
 _SMALLEST_REACH, _LARGEST_REACH = 3.5, 40.0  # of a histogram, in standard deviations
 _BINS = 60  # of a histogram
-_HEIGHT_OVER_PLANE = {
-    "line-laser": "mean height of a scan over its plane",
-    "probe": "height of a contact over its plane",
-}
 
 
 def draw_residuals(before: FittedState, after: FittedState, most: int) -> Pair:
@@ -38,7 +35,7 @@ def draw_residuals(before: FittedState, after: FittedState, most: int) -> Pair:
     values = [shown(Axis("residual", "m"), signed_residual(state)) for state in (before, after)]
     y_range, x_range = range_of(values, around_zero=True), range_of([order])
     x_axis = Axis("order of acquisition", "")
-    y_axis = Axis(_HEIGHT_OVER_PLANE.get(dataset.sensor.kind, "distance to the tracked point"), "m")
+    y_axis = Axis(kind_of(dataset).residual_words, "m")
     identifiers = dataset.poses["pose"].to_numpy()
     index = dataset.plane_index if len(dataset.planes) else np.zeros(len(order), dtype=int)
     some = thinned(np.max(np.abs(values), axis=0), most)

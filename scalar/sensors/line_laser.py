@@ -14,43 +14,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.geometry.planes import PARAMETERS_PER_PLANE, Planes
-from scalar.geometry.se3 import Array, skew
+from scalar.data.sensor_formats import MeasuredTable, SensorFormat
+from scalar.geometry.planes import Planes
+from scalar.geometry.se3 import Array
 from scalar.sensors.compression import compress, compress_keeping_q
-from scalar.sensors.measurement import LEAST_SIGMA, Measurement, Rows, Target, stated_sigma
+from scalar.sensors.linear_guess import guesses
+from scalar.sensors.plane_targets import OnPlanes, fit_planes, plane_targets
+from scalar.sensors.profile import LINE_BASIS, contact, point_basis, robust_variance, scatter_within
+from scalar.sensors.protocol import LEAST_SIGMA, Guess, Pieces, Rows, Target, stated_sigma
+from scalar.sensors.scan_pieces import cut_in_pieces
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
 _LEAST_INCIDENCE = 0.05  # |n . e|, 87 degrees: a grazing ray keeps a finite weight
 
-LINE_BASIS = ("1", "x", "z")
-
-
-def point_basis(names: Sequence[str], points: Array, error_axis: str) -> Array:
-    """Return functions of the points ``(P, 2)`` [m] by name, ``(P, len(names))``.
-
-    ``ux, uz`` is the direction in which the scanner errs and ``dx, dz`` the same times the squared range [m^2].
-    """
-    x, z = points[:, 0], points[:, 1]
-    if tuple(names) == LINE_BASIS:
-        return np.column_stack([np.ones_like(x), x, z])
-    if error_axis == "ray":
-        reach = np.maximum(np.sqrt(x * x + z * z), 1e-12)
-        ux, uz = x / reach, z / reach
-    else:
-        reach, ux, uz = z, np.zeros_like(z), np.ones_like(z)
-    functions = {
-        "1": lambda: np.ones_like(x), "x": lambda: x, "z": lambda: z,
-        "xx": lambda: x * x, "xz": lambda: x * z, "zz": lambda: z * z,
-        "ux": lambda: ux, "uz": lambda: uz, "rx": lambda: reach * ux, "rz": lambda: reach * uz,
-        "dx": lambda: reach**2 * ux, "dz": lambda: reach**2 * uz,
-    }  # fmt: skip
-    return np.column_stack([functions[name]() for name in names])
-
 
 @dataclass(frozen=True, eq=False)
-class LineLaser(Measurement):
+class LineLaser(OnPlanes):
     """The scans of a dataset, compressed.
 
     Attributes:
@@ -74,9 +55,20 @@ class LineLaser(Measurement):
     R_metric: Array
     profiled: bool = False
 
-    equations_per_pose = 2
-    sees_sensor_rotation = True
-    has_metric = True
+    format = SensorFormat(
+        "line-laser",
+        on_planes=True,
+        needs_nominal_pose=False,
+        table=MeasuredTable(
+            "scans", {"x": "m", "z": "m"}, True, "laser point", largest=20.0
+        ),  # lidars included
+    )
+    words = "line laser"
+    residual_words = "mean height of a scan over its plane"
+    observes_orientation = True
+    scans = True
+    measures_range = True
+    needs_spanning_planes = True
 
     @property
     def rows_per_pose(self) -> int:  # type: ignore[override]
@@ -103,9 +95,34 @@ class LineLaser(Measurement):
             R_metric=R_metric,
         )
 
-    def initial_target(self, dataset: Dataset) -> Planes:
-        """Return the planes at their rough guesses, one for each plane and session that occur."""
-        return plane_targets(dataset)[1]
+    def first_guesses(
+        self, T_base_flange: Array, target: Target, gravity: Array, thorough: bool
+    ) -> list[Guess]:
+        """Return the linear guesses of the scanner's pose (``scalar.sensors.linear_guess``)."""
+        assert isinstance(target, Planes)
+        return guesses(self, T_base_flange, target, gravity, thorough)
+
+    @property
+    def equations_per_pose(self) -> int:
+        """Return 2: a line is where it is and as steep as it is, however many points show it."""
+        return 2
+
+    @property
+    def equations(self) -> Array:
+        """Return two equations for a scan, one for a single point."""
+        return np.minimum(np.diff(self.starts), self.equations_per_pose)
+
+    @property
+    def sigma_known(self) -> bool:
+        """Return True: what is not stated is measured from the scatter within scans."""
+        return True
+
+    def points_in_base(self, T_base_sensor: Array) -> tuple[Array, Array]:
+        """Return the laser points in the base frame ``(P, 3)`` [m] and where each scan's begin ``(N + 1,)``."""
+        x, z = self.points.T
+        frames = np.repeat(T_base_sensor, np.diff(self.starts), axis=0)
+        points = frames[:, :3, 0] * x[:, None] + frames[:, :3, 2] * z[:, None] + frames[:, :3, 3]
+        return points, self.starts
 
     def fitted_target(self, T_base_sensor: Array, target: Target) -> Planes:
         """Return the planes of least squared distance to the points, the sensor's poses given."""
@@ -171,7 +188,7 @@ class LineLaser(Measurement):
             unit = compress(basis / incidence[:, None], self.starts)
             scatter, freedom = scatter_within(unit, c, np.diff(self.starts))
             if freedom.sum() > 0:
-                sigma = max(float(np.sqrt(_robust_variance(scatter, freedom))), LEAST_SIGMA)
+                sigma = max(float(np.sqrt(robust_variance(scatter, freedom))), LEAST_SIGMA)
         whitened = basis / (sigma * incidence)[:, None]
         R = (
             self._profile_rows(whitened, c, 1.0 / (sigma * incidence))
@@ -180,13 +197,17 @@ class LineLaser(Measurement):
         )
         return replace(self, R=R, sigma=sigma)
 
-    def profiles(self, T_base_sensor: Array, target: Target) -> LineLaser:
+    def profiles(self, T_base_sensor: Array, target: Target, sigma: float) -> LineLaser:
         """Return the scans reduced to three rows each: shift, turn and curvature along the line; the scatter about them is left out.
 
-        What a model lacks is smooth along a scan, so it shows in these rows, each of unit variance. The scatter holds no news of it, and as a
-        square it never averages to zero, so it is kept out of tests.
+        What a model lacks is smooth along a scan, so it shows in these rows, each of unit variance. The scatter holds no information on it, and
+        as a square it never averages to zero, so it is kept out of tests.
         """
-        return replace(self, profiled=True).reweighted(T_base_sensor, target)
+        return replace(self, sigma=sigma, profiled=True).reweighted(T_base_sensor, target)
+
+    def in_metres(self) -> tuple[LineLaser, float]:
+        """Return the scans with every point of the same weight, their rows in metres."""
+        return replace(self, R=self.R_metric, profiled=False), 1.0
 
     def _profile_rows(self, whitened: Array, c: Array, weight: Array) -> Array:
         """Return the components ``(N, 3, k)`` of whitened functions ``(P, k)`` along 1, t, t^2 of every scan, t along its line.
@@ -214,7 +235,7 @@ class LineLaser(Measurement):
         return scatter_within(self.R, c, np.diff(self.starts), full)
 
     def common_error(self, T_base_sensor: Array, target: Target) -> Array:
-        """Return the derivative ``(N, m)`` of the profile rows by an error [m] of the range that all points of a scan share."""
+        """Return the derivative ``(N, m, 1)`` of the profile rows by an error [m] of the range that all points of a scan share."""
         assert isinstance(target, Planes)
         c = contact(T_base_sensor, target, self.target_index)[0]
         incidence = self._incidence(c)
@@ -222,7 +243,7 @@ class LineLaser(Measurement):
         per_point = np.sum(direction * np.repeat(c[:, 1:], np.diff(self.starts), axis=0), axis=1)
         return self._profile_rows(
             (per_point / (self.sigma * incidence))[:, None], c, 1.0 / (self.sigma * incidence)
-        )[:, :, 0]
+        )
 
     def noise_floor(self, T_base_sensor: Array, target: Target) -> float:
         """Return the root mean square distance [m] to the plates that the noise of the points alone makes."""
@@ -247,91 +268,35 @@ class LineLaser(Measurement):
         f = np.einsum("nij,nj->ni", self.R_metric, full)
         return np.sum(f * f, axis=1), np.diff(self.starts)
 
+    def between_poses(self, residual: Array, variance: float) -> float:
+        """Return the standard deviation [m] of the scans' mean heights beyond the noise of their points."""
+        # The first profile row is the whitened mean: its length in metres is one over the norm of the weights.
+        weights = np.abs(self.R[:, 0, 0])
+        first = np.mean(residual[:, 0] ** 2) - 1.0
+        return float(np.sqrt(max(first, 0.0))) / float(np.sqrt(np.mean(weights**2)))
 
-def contact(T_base_sensor: Array, planes: Planes, index: Array) -> tuple[Array, Array, Array]:
-    """Return the contact vectors ``(N, 3)``, their wrenches ``(N, 3, 6)`` and derivatives by (u, v, d) ``(N, 3, 3)``."""
-    X, Z, o = T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2], T_base_sensor[:, :3, 3]
-    normals = planes.normals
-    n = normals[index]
-    carriers = np.stack([o, X, Z], axis=1)
-    c = np.einsum("nkx,nx->nk", carriers, n)
-    c[:, 0] -= planes.distances[index]
-    wrench = np.zeros((len(n), 3, 6))
-    wrench[:, :, :3] = carriers @ skew(normals)[index]  # carrier x normal
-    wrench[:, 0, 3:] = n
-    by_target = np.zeros((len(n), 3, PARAMETERS_PER_PLANE))
-    by_target[:, :, :2] = carriers @ planes.normal_derivatives[index]
-    by_target[:, 0, 2] = -1.0
-    return c, wrench, by_target
+    @property
+    def shift_rows(self) -> slice:
+        """Return the first row: the whitened mean height."""
+        return slice(0, 1)
 
+    def shift(self, predicted: Array, residual: Array) -> tuple[Array, Array, Array]:
+        """Return each scan's mean height [m] by a prediction and by the residual, and its standard error, ``(N,)`` each."""
+        length = 1.0 / self.R[:, 0, 0]
+        return predicted[:, 0] * length, residual[:, 0] * length, np.abs(length)
 
-def scatter_within(R: Array, c: Array, counts: Array, full: Array | None = None) -> tuple[Array, Array]:
-    """Return per scan the squared residual that no line explains ``(N,)`` and its degrees of freedom ``(N,)``.
+    def shown_residual(self, residual: Array) -> Array:
+        """Return the mean height of each scan over its plane ``(N,)`` [m]."""
+        return residual[:, 0] * (1.0 / self.R[:, 0, 0])
 
-    Of the residual ``R c`` the part along ``R (1, 0, 0)`` (a shift) and ``R (0, -c_z, c_x)`` (a turn of the line) is removed: what
-    remains does not depend on where robot, scanner and plate are.
-
-    Args:
-        R: ``(N, m, k)``.
-        c: ``(N, 3)``, contact vectors of the flat plate.
-        counts: ``(N,)``, points a scan.
-        full: ``(N, k)``, contact vectors with what effects on points and plates add; c where None.
-    """
-    f = np.einsum("nij,nj->ni", R[:, :, :3], c) if full is None else np.einsum("nij,nj->ni", R, full)
-    shift = R[:, :, 0]
-    turn = R[:, :, 2] * c[:, 1:2] - R[:, :, 1] * c[:, 2:3]
-    for _ in range(2):
-        f = f - shift * _ratio(np.sum(f * shift, 1), np.sum(shift * shift, 1))
-        turn = turn - shift * _ratio(np.sum(turn * shift, 1), np.sum(shift * shift, 1))
-        f = f - turn * _ratio(np.sum(f * turn, 1), np.sum(turn * turn, 1))
-    return np.sum(f * f, axis=1), np.maximum(counts - 2, 0)
-
-
-def _ratio(top: Array, bottom: Array) -> Array:
-    return (top / np.where(bottom > 0, bottom, 1.0))[:, None]
-
-
-def _robust_variance(scatter: Array, freedom: Array) -> float:
-    """Return the variance from per-scan scatters: a pooled mean of the scans that are not wildly above the median."""
-    use = freedom > 0
-    each = scatter[use] / freedom[use]
-    keep = each <= 4.0 * np.median(each) + 1e-30
-    return float(np.sum(scatter[use][keep]) / np.sum(freedom[use][keep]))
+    def pieces(
+        self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any], effect: Any
+    ) -> Pieces:
+        """Return the scans cut in pieces, averaged."""
+        assert isinstance(target, Planes)
+        return cut_in_pieces(self, T_base_sensor, target, point_effects, effect)
 
 
 def _products(points: Array) -> Array:
     x, z = points[:, 0], points[:, 1]
     return np.column_stack([x * x, x * z, z * z])
-
-
-def plane_targets(dataset: Dataset) -> tuple[Array, Planes]:
-    """Return which target each pose measures ``(N,)`` and the targets: every plane that occurs, once for each session."""
-    plane = dataset.plane_index
-    session = dataset.session if dataset.session is not None else np.zeros(dataset.n_poses, dtype=int)
-    pairs, index = np.unique(np.column_stack([session, plane]), axis=0, return_inverse=True)
-    several = len(np.unique(session)) > 1
-    names = [dataset.planes[k].name + (f"@{s + 1}" if several else "") for s, k in pairs]
-    normals = np.array([dataset.planes[k].normal for _, k in pairs])
-    distances = np.array([dataset.planes[k].distance for _, k in pairs])
-    return index.reshape(-1), Planes.at(names, normals, distances)
-
-
-def fit_planes(target: Planes, index: Array, counts: Array, first: Array, second: Array) -> Planes:
-    """Return the planes of least squared distance from per-pose moments of points in the base frame.
-
-    Args:
-        target: Gives names and the sign of each normal; kept where too few points lie on a plane.
-        index: ``(N,)``, which plane each pose measures.
-        counts: ``(N,)``, ``first``: ``(N, 3)``, ``second``: ``(N, 3, 3)``: number, sum and sum of products of the points.
-    """
-    normals, distances = target.normals, target.distances.copy()
-    for k in range(len(normals)):
-        mine = index == k
-        total = counts[mine].sum()
-        if total < 3:
-            continue
-        mean = first[mine].sum(0) / total
-        _, vectors = np.linalg.eigh(second[mine].sum(0) / total - np.outer(mean, mean))
-        normal = vectors[:, 0] * (1.0 if vectors[:, 0] @ normals[k] >= 0 else -1.0)
-        normals[k], distances[k] = normal, normal @ mean
-    return Planes.at(target.names, normals, distances)

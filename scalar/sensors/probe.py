@@ -1,6 +1,6 @@
-"""A touch probe: one point a pose, the origin of the sensor, lies on a plate: ``f = n . o - d``.
+"""A touch probe: one point a pose, the origin of the sensor, lies on a plane: ``f = n . o - d``.
 
-It brings no metric of its own: scaled with the whole cell, a plane is still a plane. And it cannot see its own rotation.
+It brings no length of its own: scaled with the whole cell, a plane is still a plane. And it cannot observe its own rotation.
 """
 
 from __future__ import annotations
@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scalar.data.sensor_formats import SensorFormat
 from scalar.geometry.planes import PARAMETERS_PER_PLANE, Planes
 from scalar.geometry.se3 import Array, cross
-from scalar.sensors.line_laser import fit_planes, plane_targets
-from scalar.sensors.measurement import Measurement, Rows, Target, stated_sigma
+from scalar.sensors.plane_targets import OnPlanes, fit_planes, plane_targets
+from scalar.sensors.point_by_point import PointByPoint
+from scalar.sensors.protocol import Pieces, Rows, Target, stated_sigma
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -23,28 +25,26 @@ _IN_CONTACT = 1e-11  # m
 
 
 @dataclass(frozen=True, eq=False)
-class Probe(Measurement):
-    """The contacts of a dataset."""
+class Probe(OnPlanes, PointByPoint):
+    """The contacts of a dataset: heights over the plane ``(N, 1)`` [m], all of which are zero."""
 
+    values: Array
     target_index: Array
     sigma: float
     sigma_stated: bool
 
-    rows_per_pose = 1
-    equations_per_pose = 1
-    sees_sensor_rotation = False
-    has_metric = False
+    format = SensorFormat("probe", on_planes=True, needs_nominal_pose=True, table=None)
+    words = "touch probe"
+    residual_words = "height of a contact over its plane"
+    carries_scale = False
     contact_iterations = 12
 
     @classmethod
     def of(cls, dataset: Dataset, extra_basis: Sequence[str] = ()) -> Probe:
         """Return the contacts of a dataset."""
         noise = dataset.sensor.noise
-        return cls(plane_targets(dataset)[0], stated_sigma(noise), noise is not None)
-
-    def initial_target(self, dataset: Dataset) -> Planes:
-        """Return the planes at their rough guesses, one for each plane and session that occur."""
-        return plane_targets(dataset)[1]
+        index = plane_targets(dataset)[0]
+        return cls(np.zeros((len(index), 1)), index, stated_sigma(noise), noise is not None)
 
     def fitted_target(self, T_base_sensor: Array, target: Target) -> Planes:
         """Return the planes of least squared distance to the contacts."""
@@ -52,57 +52,63 @@ class Probe(Measurement):
         o = T_base_sensor[:, :3, 3]
         return fit_planes(target, self.target_index, np.ones(len(o)), o, o[:, :, None] * o[:, None, :])
 
-    def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
-        """Return ``(n . o - d) / sigma`` and its derivatives."""
+    def predicted(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
+        """Return ``n . o - d`` ``(N, 1)`` [m], its wrench and its derivative by (u, v, d) of the plane."""
         assert isinstance(target, Planes)
-        k, o = self.target_index, T_base_sensor[:, :3, 3]
-        residual, wrench, by_target = contact(o, target, k)
-        extra = np.zeros((len(o), 1, 0))
-        if point_effects:
-            columns = [
-                effect.contact_columns(T_base_sensor, target, k, residual[:, None])
-                for effect in point_effects
-            ]
-            extra = np.concatenate([column[:, :1] for column in columns], axis=2)
-            residual = residual + extra[:, 0] @ np.concatenate(
-                [effect.coefficients for effect in point_effects]
-            )
-        scale = 1.0 / self.sigma
-        return Rows(
-            residual[:, None] * scale, wrench[:, None] * scale, by_target[:, None] * scale, extra * scale
+        o, n = T_base_sensor[:, :3, 3], target.normals[index]
+        height = np.sum(n * o, axis=1) - target.distances[index]
+        by_target = np.empty((len(o), PARAMETERS_PER_PLANE))
+        by_target[:, :2] = np.einsum("nx,nxt->nt", o, target.normal_derivatives[index])
+        by_target[:, 2] = -1.0
+        wrench = np.concatenate([cross(o, n), n], axis=1)
+        return height[:, None], wrench[:, None], by_target[:, None]
+
+    def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
+        """Return ``(n . o - d) / sigma`` and its derivatives; of effects on planes the height at the sensor's origin acts."""
+        rows = super().rows(T_base_sensor, target)
+        if not point_effects:
+            return rows
+        height = rows.residual * self.sigma
+        extra = np.concatenate(
+            [
+                e.contact_columns(T_base_sensor, target, self.target_index, height)[:, :1]
+                for e in point_effects
+            ],
+            axis=2,
         )
+        added = extra @ np.concatenate([effect.coefficients for effect in point_effects])
+        return Rows((height + added) / self.sigma, rows.wrench, rows.target, extra / self.sigma)
 
     def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
         """Return the rows of contacts, and which poses are in contact."""
-        assert isinstance(target, Planes)
-        residual, wrench, by_target = contact(T_base_sensor[:, :3, 3], target, index)
-        return wrench[:, None], by_target[:, None], np.abs(residual) < _IN_CONTACT
+        height, wrench, by_target = self.predicted(T_base_sensor, target, index)
+        return wrench, by_target, np.abs(height[:, 0]) < _IN_CONTACT
 
     def contact_step(self, T_base_sensor: Array, target: Target, index: Array, by_angle: Array) -> Array:
         """Return the shortest step of the joints that closes the gap to first order, at most a fifth of a radian."""
-        assert isinstance(target, Planes)
-        residual, wrench, _ = contact(T_base_sensor[:, :3, 3], target, index)
-        slope = np.einsum("ni,nij->nj", wrench, by_angle)
-        step = -residual[:, None] * slope / np.maximum(np.sum(slope**2, axis=1, keepdims=True), 1e-12)
+        height, wrench, _ = self.predicted(T_base_sensor, target, index)
+        slope = np.einsum("nmi,nij->nj", wrench, by_angle)
+        step = -height * slope / np.maximum(np.sum(slope**2, axis=1, keepdims=True), 1e-12)
         return step * np.minimum(1.0, 0.2 / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-12))
 
-    def reweighted(self, T_base_sensor: Array, target: Target) -> Probe:
-        """Return the same contacts: a contact's error is taken along the normal."""
-        return self
+    def shift(self, predicted: Array, residual: Array) -> tuple[Array, Array, Array]:
+        """Return each contact's height [m] by a prediction and by the residual, and its standard error, ``(N,)`` each."""
+        sigma = np.full(len(residual), self.sigma)
+        return predicted[:, 0] * sigma, residual[:, 0] * sigma, sigma
 
-    def distances(
-        self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
-    ) -> tuple[Array, Array]:
-        """Return per pose the squared distance to the plate [m^2] and one."""
-        residual = self.rows(T_base_sensor, target, point_effects).residual[:, 0] * self.sigma
-        return residual**2, np.ones(len(residual), dtype=int)
+    def shown_residual(self, residual: Array) -> Array:
+        """Return the height of each contact over its plane ``(N,)`` [m]."""
+        return residual[:, 0] * self.sigma
 
-
-def contact(o: Array, planes: Planes, index: Array) -> tuple[Array, Array, Array]:
-    """Return ``n . o - d`` ``(N,)`` [m], its wrench ``(N, 6)`` and its derivative by (u, v, d) of the plane ``(N, 3)``."""
-    n = planes.normals[index]
-    residual = np.sum(n * o, axis=1) - planes.distances[index]
-    by_target = np.empty((len(o), PARAMETERS_PER_PLANE))
-    by_target[:, :2] = np.einsum("nx,nxt->nt", o, planes.normal_derivatives[index])
-    by_target[:, 2] = -1.0
-    return residual, np.concatenate([cross(o, n), n], axis=1), by_target
+    def pieces(
+        self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any], effect: Any
+    ) -> Pieces:
+        """Return the contacts, a piece each."""
+        N = len(T_base_sensor)
+        height = self.rows(T_base_sensor, target, point_effects).residual[:, 0] * self.sigma
+        columns = effect.contact_columns(T_base_sensor, target, self.target_index, np.zeros((N, 1)))[:, 0]
+        sigma = np.full(N, self.sigma)
+        place = T_base_sensor[:, :3, 3]
+        return Pieces(
+            np.arange(N), np.zeros(N), place, height, columns @ effect.coefficients, np.ones(N), sigma
+        )

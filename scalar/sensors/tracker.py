@@ -5,14 +5,25 @@ Three signed components a pose instead of one or two. ``T_tracker_base = (R, t)`
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.geometry.se3 import Array, cross, exp_so3, left_jacobian_so3, log_so3, transform
-from scalar.sensors.measurement import Measurement, Rows, Target, stated_sigma
+from scalar.data.sensor_formats import MeasuredTable, SensorFormat
+from scalar.geometry.robot import fixed_transform_mapping
+from scalar.geometry.se3 import (
+    Array,
+    cross,
+    exp_so3,
+    left_jacobian_so3,
+    log_so3,
+    transform,
+    transform_from_rotation_vector,
+)
+from scalar.sensors.point_by_point import PointByPoint
+from scalar.sensors.protocol import Target, stated_sigma
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -76,26 +87,36 @@ class TrackerFrames:
 
 
 @dataclass(frozen=True, eq=False)
-class Tracker(Measurement):
+class Tracker(PointByPoint):
     """The tracked positions ``(N, 3)`` [m] of a dataset."""
 
-    positions: Array
+    values: Array
     target_index: Array
     sigma: float
     sigma_stated: bool
 
-    rows_per_pose = 3
-    equations_per_pose = 3
-    sees_sensor_rotation = False
-    has_metric = True
+    format = SensorFormat(
+        "tracker",
+        on_planes=False,
+        needs_nominal_pose=True,
+        table=MeasuredTable("points", {"x": "m", "y": "m", "z": "m"}, False, "row", largest=200.0),
+    )
+    words = "tracker"
+    measured = "tracked"
+    target_words = "tracker"
+    residual_words = "distance to the tracked point"
 
     @classmethod
     def of(cls, dataset: Dataset, extra_basis: Sequence[str] = ()) -> Tracker:
         """Return the positions of a dataset."""
         noise = dataset.sensor.noise
         session = dataset.session if dataset.session is not None else np.zeros(dataset.n_poses, dtype=int)
-        sigma = stated_sigma(noise)
-        return cls(np.asarray(dataset.points, dtype=float), np.asarray(session), sigma, noise is not None)
+        return cls(
+            np.asarray(dataset.points, dtype=float),
+            np.asarray(session),
+            stated_sigma(noise),
+            noise is not None,
+        )
 
     def initial_target(self, dataset: Dataset) -> TrackerFrames:
         """Return frames at the identity: nothing is stated of the tracker's place."""
@@ -109,48 +130,48 @@ class Tracker(Measurement):
         rotations, coordinates = target.rotations, target.coordinates.copy()
         for s in range(len(rotations)):
             mine = self.target_index == s
-            o, y = T_base_sensor[mine, :3, 3], self.positions[mine]
+            o, y = T_base_sensor[mine, :3, 3], self.values[mine]
             U, _, Vt = np.linalg.svd((y - y.mean(0)).T @ (o - o.mean(0)))
             rotations[s] = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
             coordinates[s] = np.r_[y.mean(0) - rotations[s] @ o.mean(0), 0.0, 0.0, 0.0]
         return TrackerFrames(target.names, rotations, coordinates)
 
-    def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
-        """Return the rows of any poses: a tracker sees them all."""
+    def predicted(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
+        """Return the sensor's origin in the tracker's frame ``(N, 3)`` [m], its wrench and its derivative by the frame ``(N, 3, 6)``."""
         assert isinstance(target, TrackerFrames)
-        _, wrench, by_target = tracked(T_base_sensor[:, :3, 3], target, index)
-        return wrench, by_target, np.ones(len(wrench), dtype=bool)
+        o, R = T_base_sensor[:, :3, 3], target.rotations[index]
+        turned = (R @ o[:, :, None])[:, :, 0]
+        wrench = np.concatenate([cross(np.broadcast_to(o[:, None, :], R.shape), R), R], axis=2)
+        by_target = np.zeros((len(o), 3, 6))
+        by_target[:, :, :3] = np.eye(3)
+        left = np.stack([left_jacobian_so3(r) for r in target.coordinates[:, 3:]])[index]
+        # d(exp(r) R0 o) = (J_l dr) x (R o): a column is J_l's column crossed with the turned point.
+        columns = cross(np.swapaxes(left, 1, 2), np.broadcast_to(turned[:, None, :], R.shape))
+        by_target[:, :, 3:] = np.swapaxes(columns, 1, 2)
+        return turned + target.coordinates[index, :3], wrench, by_target
 
-    def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
-        """Return ``(R o + t - y) / sigma`` and its derivatives."""
+    @classmethod
+    def target_to_mapping(cls, target: Target, std: Mapping[str, float]) -> dict[str, Any]:
+        """Return the frames; their standard errors stand with the parameters."""
         assert isinstance(target, TrackerFrames)
-        predicted, wrench, by_target = tracked(T_base_sensor[:, :3, 3], target, self.target_index)
-        residual = predicted - self.positions
-        extra = np.zeros((len(residual), 3, 0))
-        scale = 1.0 / self.sigma
-        return Rows(residual * scale, wrench * scale, by_target * scale, extra)
+        frames = zip(target.names, target.transforms, strict=True)
+        return {
+            "tracker_frames": [
+                {"name": name, "T_tracker_base": fixed_transform_mapping(T)} for name, T in frames
+            ]
+        }
 
-    def reweighted(self, T_base_sensor: Array, target: Target) -> Tracker:
-        """Return the same positions: a tracker's error is taken alike in all directions."""
-        return self
-
-    def distances(
-        self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
-    ) -> tuple[Array, Array]:
-        """Return per pose the squared distance between model and tracker [m^2] and one."""
-        residual = self.rows(T_base_sensor, target, point_effects).residual * self.sigma
-        return np.sum(residual**2, axis=1), np.ones(len(residual), dtype=int)
-
-
-def tracked(o: Array, frames: TrackerFrames, index: Array) -> tuple[Array, Array, Array]:
-    """Return points ``o`` ``(N, 3)`` in the tracker's frame [m], their wrenches ``(N, 3, 6)`` and derivatives by the frame ``(N, 3, 6)``."""
-    R = frames.rotations[index]
-    turned = (R @ o[:, :, None])[:, :, 0]
-    wrench = np.concatenate([cross(np.broadcast_to(o[:, None, :], R.shape), R), R], axis=2)
-    by_target = np.zeros((len(o), 3, 6))
-    by_target[:, :, :3] = np.eye(3)
-    left = np.stack([left_jacobian_so3(r) for r in frames.coordinates[:, 3:]])[index]
-    # d(exp(r) R0 o) = (J_l dr) x (R o): a column is J_l's column crossed with the turned point.
-    columns = cross(np.swapaxes(left, 1, 2), np.broadcast_to(turned[:, None, :], R.shape))
-    by_target[:, :, 3:] = np.swapaxes(columns, 1, 2)
-    return turned + frames.coordinates[index, :3], wrench, by_target
+    @classmethod
+    def target_from_mapping(cls, mapping: Mapping[str, Any]) -> TrackerFrames:
+        """Return the frames of ``target_to_mapping``."""
+        frames = mapping["tracker_frames"]
+        coordinates = [
+            np.r_[T[:3, 3], log_so3(T[:3, :3])]
+            for T in (
+                transform_from_rotation_vector(t["translation"], t["rotation_vector"])
+                for t in (frame["T_tracker_base"] for frame in frames)
+            )
+        ]
+        names = tuple(frame["name"] for frame in frames)
+        references = np.tile(np.eye(3), (len(names), 1, 1))
+        return TrackerFrames(names, references, np.array(coordinates).reshape(-1, 6))

@@ -12,7 +12,7 @@ import pytest
 from scalar.baseline.batched import Distances, Ended, fit_baseline
 from scalar.baseline.fit import DEFAULTS, calibrate_baseline, first_guess
 from scalar.baseline.parameterisation import READINGS, Parameterisation
-from scalar.sensors.line_laser import LineLaser
+from scalar.sensors import measure
 from tests import helpers
 
 STEP = 1e-5
@@ -37,7 +37,7 @@ def dataset(upright=False):
 
 def distances_of(data, reading):
     """Return the distances as functions of the varying parameters, and a place away from the start."""
-    measurement = LineLaser.of(data)
+    measurement = measure(data)
     how = Parameterisation(data.robot, measurement.initial_target(data))
     start = how.values(first_guess(data, measurement, how.planes)[0])
     distances = Distances(how, data.q, measurement, start, helpers.PUBLISHED_HELD, reading, 10_000, STEP)
@@ -178,7 +178,7 @@ def test_the_defaults_of_now_are_those_of_the_lmfit_that_is_installed():
     held = helpers.PUBLISHED_HELD
     data = dataset()
     ours = fit_baseline(data, "clip", held, 5000)
-    measurement = LineLaser.of(data)
+    measurement = measure(data)
     how = Parameterisation(data.robot, measurement.initial_target(data))
     start = how.values(first_guess(data, measurement, how.planes)[0])
     distances = Distances(how, data.q, measurement, start, held, "clip", 10_000, STEP)

@@ -176,7 +176,7 @@ def test_a_fit_that_hits_the_cap_says_so_and_is_still_reported(tmp_path):
 def test_what_it_cannot_do_is_refused():
     """Another sensor, an unknown reading or choice of points: an error, not a guess."""
     dataset = scene().dataset
-    with pytest.raises(ValueError, match="line-laser"):
+    with pytest.raises(ValueError, match="scans of planes"):
         calibrate_baseline(helpers.make_scene(kind="tracker", poses_per_plane=5).dataset)
     with pytest.raises(ValueError, match="reading"):
         calibrate_baseline(dataset, reading="round")

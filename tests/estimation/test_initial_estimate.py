@@ -9,10 +9,10 @@ import pytest
 
 from scalar.errors import Undetermined
 from scalar.estimation.calibrate import calibrate
-from scalar.estimation.initial_estimate import linear_guess
 from scalar.estimation.prepare import prepare
 from scalar.geometry.planes import Planes
 from scalar.sensors import measure
+from scalar.sensors.linear_guess import linear_guess
 from scalar.units import DEG, MM
 from tests import helpers
 

@@ -47,7 +47,7 @@ def compare(dataset: Dataset) -> dict[str, dict[str, float]]:
     cleaned, prepared = _prepared(dataset)
     model = prepared.initial.model
     held = set(model.robot.parameter_names)
-    if not prepared.residuals.measurement.sees_sensor_rotation:
+    if not prepared.residuals.measurement.observes_orientation:
         held |= {"sensor_rx", "sensor_ry", "sensor_rz"}
     placed = np.array([name not in held for name in model.names])
     return {

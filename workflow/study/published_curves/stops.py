@@ -15,13 +15,13 @@ from scipy.optimize import leastsq
 from scalar.data.poses import Poses
 from scalar.errors import Undetermined
 from scalar.estimation.effect_bases import EffectBases
-from scalar.estimation.initial_estimate import linear_guess
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array, log_so3
-from scalar.sensors.line_laser import LineLaser
+from scalar.sensors import as_scans, measure
+from scalar.sensors.linear_guess import linear_guess
 from study.published_curves.workcell import Workcell, first_poses
 
 ITERATIONS = 40
@@ -53,11 +53,11 @@ def follow(workcell: Workcell, poses: int, guess: Planes, kept: Array) -> Solver
     dataset = workcell.dataset.subset(rows) if len(rows) < workcell.dataset.n_poses else workcell.dataset
     at = Poses.from_frame(workcell.evaluated.iloc[kept], dataset.robot.n_joints, order_is_row=False)
     T_true = workcell.T_true[kept]
-    measurement = LineLaser.of(dataset)
+    measurement = measure(dataset)
     T_flange = dataset.robot.flange(dataset.q)
     level = int(np.argmax(np.abs(guess.normals @ dataset.robot.gravity)))
     try:
-        T_sensor = linear_guess(measurement, T_flange, guess, measurement.target_index == level)
+        T_sensor = linear_guess(as_scans(measurement), T_flange, guess, measurement.target_index == level)
     except Undetermined:
         if dataset.sensor.T_flange_sensor is None:
             raise

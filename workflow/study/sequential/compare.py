@@ -21,7 +21,7 @@ import pandas as pd
 from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
 from scalar.errors import ScalarError, Undetermined
-from scalar.estimation.initial_estimate import COARSE, linear_guess
+from scalar.estimation.initial_estimate import COARSE
 from scalar.estimation.joint_fit import fit_from
 from scalar.estimation.least_squares import covariance_and_step, fit
 from scalar.estimation.model import Model
@@ -29,7 +29,8 @@ from scalar.estimation.prepare import Prepared, prepare
 from scalar.estimation.residuals import Residuals
 from scalar.evaluate import aligned_to, pose_errors, true_frames
 from scalar.geometry.se3 import Array
-from scalar.sensors.line_laser import LineLaser
+from scalar.sensors import as_scans
+from scalar.sensors.linear_guess import linear_guess
 from scalar.units import MM
 from study.common.grid import with_overrides
 from study.common.memory import dataset_in_memory
@@ -206,15 +207,13 @@ def starts(dataset: Dataset, prepared: Prepared) -> dict[str, Model]:
         Undetermined: No pose is declared, or the plane's scans determine no guess.
     """
     measurement = prepared.residuals.measurement
-    if not isinstance(measurement, LineLaser):
-        raise ValueError(f"a linear guess is for a line-laser, and this is a {dataset.sensor.kind}")
     planes = measurement.initial_target(dataset)
     declared = dataset.sensor.T_flange_sensor
     if declared is None:
         raise Undetermined(["no pose of the scanner is stated to start from"])
     level = int(np.argmax(np.abs(planes.normals @ dataset.robot.gravity)))
     guess = linear_guess(
-        measurement, dataset.robot.flange(dataset.q), planes, measurement.target_index == level
+        as_scans(measurement), dataset.robot.flange(dataset.q), planes, measurement.target_index == level
     )
     priors = prepared.initial.model.priors
     return {

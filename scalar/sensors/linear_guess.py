@@ -1,0 +1,96 @@
+"""The linear first guess of a scanner's pose (Section III-A of the paper), and the planes that go with it.
+
+For a known plane the residual is linear in the scanner's axes and origin on the flange: ``c = (n'.p + n'_4 - d, n'.X, n'.Z)`` with
+``n' = n^T T_base_flange``, so nine numbers follow from one linear least-squares problem, of which a rotation is made. Since a plane is
+known only roughly, plane and scanner are then refined in turn, the arm nominal: the guess survives a floor that is 30 degrees off.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scalar.errors import Undetermined
+from scalar.geometry.planes import Planes
+from scalar.geometry.se3 import Array, transform
+from scalar.sensors.protocol import Guess, Scans
+
+_ALTERNATIONS = 8
+_UNKNOWNS = 9
+
+
+def guesses(
+    scans: Scans, T_base_flange: Array, planes: Planes, gravity: Array, thorough: bool
+) -> list[Guess]:
+    """Return guesses of the scanner's pose from the plane most nearly level, as in the paper, and then from all planes together.
+
+    Args:
+        scans: What was measured.
+        T_base_flange: ``(N, 4, 4)``, of the nominal arm.
+        planes: As guessed.
+        gravity: ``(3,)`` [m/s^2], base frame.
+        thorough: Whether to guess from all planes together as well.
+
+    Raises:
+        Undetermined: No set of poses determines a guess.
+    """
+    found: list[Guess] = []
+    failure: Undetermined | None = None
+    for use in _plane_choices(scans, planes, gravity)[: None if thorough else 1]:
+        try:
+            found.append(Guess(_alternate(scans, T_base_flange, planes, use), True))
+            found.append(Guess(linear_guess(scans, T_base_flange, planes, use), False))
+        except Undetermined as error:
+            failure = error
+    if not found and failure is not None:
+        raise failure
+    return found
+
+
+def linear_guess(scans: Scans, T_base_flange: Array, planes: Planes, use: Array) -> Array:
+    """Return the scanner's pose on the flange ``(4, 4)`` from scans of planes taken as known.
+
+    Args:
+        scans: What was measured.
+        T_base_flange: ``(N, 4, 4)``, of the nominal arm.
+        planes: As guessed.
+        use: ``(N,)`` bool, the poses to use; the paper takes those on the bottom plane.
+
+    Raises:
+        Undetermined: The poses do not determine the nine numbers.
+    """
+    index = scans.target_index[use]
+    n = planes.normals[index]
+    T = T_base_flange[use]
+    n_flange = np.einsum("nx,nxy->ny", n, T[:, :3, :3])
+    offset = np.einsum("nx,nx->n", n, T[:, :3, 3]) - planes.distances[index]
+    R = scans.R[use][:, :, :3]
+    A = np.concatenate([R[:, :, j : j + 1] * n_flange[:, None, :] for j in range(3)], axis=2)
+    A = A.reshape(-1, _UNKNOWNS)
+    b = -(R[:, :, 0] * offset[:, None]).ravel()
+    solution, _, rank, _ = np.linalg.lstsq(A, b, rcond=1e-10)
+    if rank < _UNKNOWNS:
+        raise Undetermined(
+            [f"the scans determine only {rank} of the {_UNKNOWNS} numbers of a first guess of the scanner's pose; "
+             "add poses that turn the scanner about all three axes, or state sensor.nominal_pose"]
+        )  # fmt: skip
+    p, x, z = solution[:3], solution[3:6], solution[6:]
+    x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
+    U, _, Vt = np.linalg.svd(np.column_stack([x, np.cross(z, x), z]))
+    return transform(U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt, p)
+
+
+def _plane_choices(scans: Scans, target: Planes, gravity: Array) -> list[Array]:
+    """Return sets of poses to guess from: the plate most nearly level first, as in the paper, then all together."""
+    up = -gravity / max(float(np.linalg.norm(gravity)), 1e-12)
+    level = int(np.argmax(np.abs(target.normals @ up)))
+    return [scans.target_index == level, np.ones(len(scans.target_index), dtype=bool)]
+
+
+def _alternate(scans: Scans, T_base_flange: Array, target: Planes, use: Array) -> Array:
+    """Return the scanner's pose after alternating between the linear guess and the planes that fit it."""
+    T = linear_guess(scans, T_base_flange, target, use)
+    everywhere = np.ones(len(scans.target_index), dtype=bool)
+    for _ in range(_ALTERNATIONS):
+        planes = scans.fitted_target(T_base_flange @ T, target)
+        T = linear_guess(scans, T_base_flange, planes, everywhere)
+    return T

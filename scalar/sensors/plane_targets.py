@@ -1,0 +1,93 @@
+"""Planes as what a sensor measures against: which pose measures which, their fit in closed form, and how they are saved."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scalar.geometry.planes import Planes
+from scalar.geometry.se3 import Array
+from scalar.sensors.protocol import Measurement, Target
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+
+class OnPlanes(Measurement):
+    """What is the same for all kinds of sensor that measure planes."""
+
+    target_words = "planes"
+
+    def initial_target(self, dataset: Dataset) -> Planes:
+        """Return the planes at their rough guesses, one for each plane and session that occur."""
+        return plane_targets(dataset)[1]
+
+    @classmethod
+    def declared_target(cls, dataset: Dataset) -> Planes:
+        """Return all planes that the dataset declares, whether or not they occur."""
+        planes = dataset.planes
+        return Planes.at(
+            [p.name for p in planes], np.array([p.normal for p in planes]), [p.distance for p in planes]
+        )
+
+    @classmethod
+    def target_to_mapping(cls, target: Target, std: Mapping[str, float]) -> dict[str, Any]:
+        """Return the planes, each with its standard errors [rad and m] and the rough normal that its own is counted from."""
+        assert isinstance(target, Planes)
+        planes = [
+            {
+                "name": name,
+                "normal": [float(x) for x in normal],
+                "distance": float(distance),
+                "normal_std_rad": [std.get(f"normal_{name}_u"), std.get(f"normal_{name}_v")],
+                "distance_std_m": std.get(f"distance_{name}"),
+                "reference_normal": [float(x) for x in reference],
+            }
+            for name, normal, distance, reference in zip(
+                target.names, target.normals, target.distances, target.reference_normals, strict=True
+            )
+        ]
+        return {"planes": planes}
+
+    @classmethod
+    def target_from_mapping(cls, mapping: Mapping[str, Any]) -> Planes:
+        """Return the planes of ``target_to_mapping``."""
+        planes = mapping["planes"]
+        names, distances = [p["name"] for p in planes], [p["distance"] for p in planes]
+        guess = Planes.at(names, np.array([p["reference_normal"] for p in planes]), distances)
+        return Planes.at(names, np.array([p["normal"] for p in planes]), distances).expressed_about(guess)
+
+
+def plane_targets(dataset: Dataset) -> tuple[Array, Planes]:
+    """Return which target each pose measures ``(N,)`` and the targets: every plane that occurs, once for each session."""
+    plane = dataset.plane_index
+    session = dataset.session if dataset.session is not None else np.zeros(dataset.n_poses, dtype=int)
+    pairs, index = np.unique(np.column_stack([session, plane]), axis=0, return_inverse=True)
+    several = len(np.unique(session)) > 1
+    names = [dataset.planes[k].name + (f"@{s + 1}" if several else "") for s, k in pairs]
+    normals = np.array([dataset.planes[k].normal for _, k in pairs])
+    distances = np.array([dataset.planes[k].distance for _, k in pairs])
+    return index.reshape(-1), Planes.at(names, normals, distances)
+
+
+def fit_planes(target: Planes, index: Array, counts: Array, first: Array, second: Array) -> Planes:
+    """Return the planes of least squared distance from per-pose moments of points in the base frame.
+
+    Args:
+        target: Gives names and the sign of each normal; kept where too few points lie on a plane.
+        index: ``(N,)``, which plane each pose measures.
+        counts: ``(N,)``, ``first``: ``(N, 3)``, ``second``: ``(N, 3, 3)``: number, sum and sum of products of the points.
+    """
+    normals, distances = target.normals, target.distances.copy()
+    for k in range(len(normals)):
+        mine = index == k
+        total = counts[mine].sum()
+        if total < 3:
+            continue
+        mean = first[mine].sum(0) / total
+        _, vectors = np.linalg.eigh(second[mine].sum(0) / total - np.outer(mean, mean))
+        normal = vectors[:, 0] * (1.0 if vectors[:, 0] @ normals[k] >= 0 else -1.0)
+        normals[k], distances[k] = normal, normal @ mean
+    return Planes.at(target.names, normals, distances)

@@ -1,0 +1,85 @@
+"""What the points of a line scan see of a plane: functions of a point, the contact vector, and the scatter about the scan's own line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from scalar.geometry.planes import PARAMETERS_PER_PLANE, Planes
+from scalar.geometry.se3 import Array, skew
+
+LINE_BASIS = ("1", "x", "z")
+
+
+def point_basis(names: Sequence[str], points: Array, error_axis: str) -> Array:
+    """Return functions of the points ``(P, 2)`` [m] by name, ``(P, len(names))``.
+
+    ``ux, uz`` is the direction in which the scanner errs and ``dx, dz`` the same times the squared range [m^2].
+    """
+    x, z = points[:, 0], points[:, 1]
+    if tuple(names) == LINE_BASIS:
+        return np.column_stack([np.ones_like(x), x, z])
+    if error_axis == "ray":
+        reach = np.maximum(np.sqrt(x * x + z * z), 1e-12)
+        ux, uz = x / reach, z / reach
+    else:
+        reach, ux, uz = z, np.zeros_like(z), np.ones_like(z)
+    functions = {
+        "1": lambda: np.ones_like(x), "x": lambda: x, "z": lambda: z,
+        "xx": lambda: x * x, "xz": lambda: x * z, "zz": lambda: z * z,
+        "ux": lambda: ux, "uz": lambda: uz, "rx": lambda: reach * ux, "rz": lambda: reach * uz,
+        "dx": lambda: reach**2 * ux, "dz": lambda: reach**2 * uz,
+    }  # fmt: skip
+    return np.column_stack([functions[name]() for name in names])
+
+
+def contact(T_base_sensor: Array, planes: Planes, index: Array) -> tuple[Array, Array, Array]:
+    """Return the contact vectors ``(N, 3)``, their wrenches ``(N, 3, 6)`` and derivatives by (u, v, d) ``(N, 3, 3)``."""
+    X, Z, o = T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2], T_base_sensor[:, :3, 3]
+    normals = planes.normals
+    n = normals[index]
+    carriers = np.stack([o, X, Z], axis=1)
+    c = np.einsum("nkx,nx->nk", carriers, n)
+    c[:, 0] -= planes.distances[index]
+    wrench = np.zeros((len(n), 3, 6))
+    wrench[:, :, :3] = carriers @ skew(normals)[index]  # carrier x normal
+    wrench[:, 0, 3:] = n
+    by_target = np.zeros((len(n), 3, PARAMETERS_PER_PLANE))
+    by_target[:, :, :2] = carriers @ planes.normal_derivatives[index]
+    by_target[:, 0, 2] = -1.0
+    return c, wrench, by_target
+
+
+def scatter_within(R: Array, c: Array, counts: Array, full: Array | None = None) -> tuple[Array, Array]:
+    """Return per scan the squared residual that no line explains ``(N,)`` and its degrees of freedom ``(N,)``.
+
+    Of the residual ``R c`` the part along ``R (1, 0, 0)`` (a shift) and ``R (0, -c_z, c_x)`` (a turn of the line) is removed: what
+    remains does not depend on where robot, scanner and plate are.
+
+    Args:
+        R: ``(N, m, k)``.
+        c: ``(N, 3)``, contact vectors of the flat plate.
+        counts: ``(N,)``, points a scan.
+        full: ``(N, k)``, contact vectors with what effects on points and plates add; c where None.
+    """
+    f = np.einsum("nij,nj->ni", R[:, :, :3], c) if full is None else np.einsum("nij,nj->ni", R, full)
+    shift = R[:, :, 0]
+    turn = R[:, :, 2] * c[:, 1:2] - R[:, :, 1] * c[:, 2:3]
+    for _ in range(2):
+        f = f - shift * _ratio(np.sum(f * shift, 1), np.sum(shift * shift, 1))
+        turn = turn - shift * _ratio(np.sum(turn * shift, 1), np.sum(shift * shift, 1))
+        f = f - turn * _ratio(np.sum(f * turn, 1), np.sum(turn * turn, 1))
+    return np.sum(f * f, axis=1), np.maximum(counts - 2, 0)
+
+
+def _ratio(top: Array, bottom: Array) -> Array:
+    return (top / np.where(bottom > 0, bottom, 1.0))[:, None]
+
+
+def robust_variance(scatter: Array, freedom: Array) -> float:
+    """Return the variance from per-scan scatters: a pooled mean of the scans that are not wildly above the median."""
+    use = freedom > 0
+    each = scatter[use] / freedom[use]
+    keep = each <= 4.0 * np.median(each) + 1e-30
+    return float(np.sum(scatter[use][keep]) / np.sum(freedom[use][keep]))

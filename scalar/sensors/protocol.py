@@ -1,0 +1,406 @@
+"""The protocol of a kind of sensor: what everything else asks of it. A new kind is one class in one file.
+
+A kind of sensor is a subclass of ``Measurement``. The class says what the kind is able to do (its capabilities) and what a dataset folder
+holds of it (``format``); an object of the class is the measurement of one dataset, reduced to whitened residual rows.
+
+A *target* is what is measured against: planes, the frame of a tracker, points with known places. The rows of a pose depend on the robot
+only through the pose of the sensor, so a row's derivative is a wrench ``(1, 6)``: a small screw (w, v) of the sensor, in the base frame,
+changes the residual by ``wrench . (w, v)``.
+
+Most kinds predict what they measure, ``h(T_base_sensor, target)``, and subtract what was measured: they are subclasses of ``PointByPoint``
+(``scalar.sensors.point_by_point``) and supply h. Kinds that reduce many points to a few rows implement ``Measurement`` itself.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self, cast
+
+import numpy as np
+
+from scalar.data.sensor_formats import SensorFormat
+from scalar.errors import Undetermined
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+UNSTATED_SIGMA = 1e-4  # m; scales the rows where nothing is stated, until the scatter is measured or for good
+LEAST_SIGMA = 1e-9  # m; no sensor is as good, and the rounding of coordinates in metres stays well below it
+
+
+def stated_sigma(noise: float | None) -> float:
+    """Return the standard deviation [m] to whiten with, where a dataset states ``noise`` [m] or None."""
+    return UNSTATED_SIGMA if noise is None else max(float(noise), LEAST_SIGMA)
+
+
+class Target(Protocol):
+    """What a sensor measures against: some items (planes, frames), each with the same number of free coordinates, maybe none."""
+
+    @property
+    def parameter_names(self) -> list[str]:
+        """Names of all coordinates, item by item."""
+        ...
+
+    @property
+    def parameter_units(self) -> list[str]:
+        """Units of all coordinates."""
+        ...
+
+    @property
+    def vector(self) -> Array:
+        """All coordinates."""
+        ...
+
+    def with_vector(self, vector: Array) -> Any:
+        """Return the target at other coordinates."""
+        ...
+
+    def rebased(self) -> Any:
+        """Return the same target with its coordinates counted from where it is."""
+        ...
+
+    def expressed_about(self, guess: Any) -> Any:
+        """Return the same target in the coordinates that are reported."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Whitened residual rows of N poses, m each, and their derivatives.
+
+    Attributes:
+        residual: ``(N, m)``, in standard deviations.
+        wrench: ``(N, m, 6)``, derivative by a screw of the sensor in the base frame [1/rad, 1/m].
+        target: ``(N, m, t)``, derivative by the coordinates of the pose's own target item.
+        extra: ``(N, m, k)``, derivative by the coefficients of effects on points and surfaces.
+    """
+
+    residual: Array
+    wrench: Array
+    target: Array
+    extra: Array
+
+
+class Scans(Protocol):
+    """What a kind that scans planes has beyond ``Measurement``: points on lines, compressed to rows ``R c`` of their contact vectors c.
+
+    The contact vector and the functions of a point that it weighs are those of ``scalar.sensors.profile``.
+    """
+
+    @property
+    def points(self) -> Array:
+        """x and z of every point in the sensor's frame ``(P, 2)`` [m]."""
+        ...
+
+    @property
+    def starts(self) -> Array:
+        """Where each scan's points begin ``(N + 1,)``."""
+        ...
+
+    @property
+    def error_axis(self) -> str:
+        """The direction in which a point errs: ``ray`` (from the sensor's origin through it) or ``z``."""
+        ...
+
+    @property
+    def target_index(self) -> Array:
+        """Which plane each pose measures ``(N,)``."""
+        ...
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of a point along the error axis [m]."""
+        ...
+
+    @property
+    def R(self) -> Array:
+        """Whitened triangular factors ``(N, k, k)``."""
+        ...
+
+    @property
+    def R_metric(self) -> Array:
+        """The same with every point weighted alike, in metres ``(N, k, k)``."""
+        ...
+
+    def initial_target(self, dataset: Dataset) -> Any:
+        """Return the planes at their rough guesses."""
+        ...
+
+    def fitted_target(self, T_base_sensor: Array, target: Any) -> Any:
+        """Return the planes of least squared distance to the points."""
+        ...
+
+
+class Guess(NamedTuple):
+    """A first guess of the sensor's pose on the flange.
+
+    Attributes:
+        T_flange_sensor: ``(4, 4)``.
+        refits_target: Whether the target is to be fitted to it before the fit of both; else it stays as guessed.
+    """
+
+    T_flange_sensor: Array
+    refits_target: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Measurements on planes cut in a few pieces each, averaged. P pieces.
+
+    Attributes:
+        pose: ``(P,)``, which pose.
+        reach: ``(P,)`` [m], measured range, or z.
+        position: ``(P, 3)`` [m], base frame.
+        height: ``(P,)`` [m], over the plane as all effects have it.
+        of_effect: ``(P,)`` [m], what the effect in question adds to the height.
+        incidence: ``(P,)``, ``n . e``: by how much the height grows with the range.
+        std: ``(P,)`` [m], standard error of the height.
+    """
+
+    pose: Array
+    reach: Array
+    position: Array
+    height: Array
+    of_effect: Array
+    incidence: Array
+    std: Array
+
+
+class Measurement(ABC):
+    """The protocol: a kind of sensor as a class, the measurement of a dataset by it as an object.
+
+    What a kind has to state: ``format``, ``words``, ``rows_per_pose``, the capabilities that differ from those below, and the abstract
+    methods. Everything else has a default that holds for a kind with a few rows a pose and no points beyond them.
+
+    Attributes:
+        format: What a dataset folder holds of the kind.
+        words: What people call the kind, in reports.
+        measured: What was done to the poses, in reports: "tracked".
+        target_words: What it measures against, in messages: "planes", "tracker".
+        residual_words: What the residual of a pose is, as the label of an axis.
+        observes_orientation: Whether the rows depend on how the sensor is turned on the flange.
+        carries_scale: Whether the measurement has a length of its own. Where it has none, the whole cell may be scaled and no residual shows it.
+        scans: Whether a pose is a scan of several points on one line of a plane: its scatter shows the noise and its shape a bent plane.
+        measures_range: Whether the points are ranges along rays in the sensor's own frame, so that errors of the range act on them.
+        needs_spanning_planes: Whether planes that do not span all directions are refused as such, whatever else could be determined.
+        contact_iterations: How often ``contact_step`` is applied to bring any pose to a perfect measurement.
+        rows_per_pose: m, the rows that a pose is reduced to.
+        equations_per_pose: Independent equations that a pose gives at most, however many points it has.
+        target_index: ``(N,)``, which item of the target a pose measures.
+        sigma: Standard deviation of the sensor [m], stated or estimated.
+        sigma_stated: Whether the dataset stated it.
+    """
+
+    format: ClassVar[SensorFormat]
+    words: ClassVar[str]
+    measured: ClassVar[str] = "measured"
+    target_words: ClassVar[str] = "target"
+    residual_words: ClassVar[str] = "distance between measurement and model"
+    observes_orientation: bool = False
+    carries_scale: bool = True
+    scans: bool = False
+    measures_range: bool = False
+    needs_spanning_planes: bool = False
+    contact_iterations: int = 0
+
+    rows_per_pose: int
+    target_index: Array
+    sigma: float
+    sigma_stated: bool
+
+    # What every kind has to do
+
+    @classmethod
+    @abstractmethod
+    def of(cls, dataset: Dataset, extra_basis: Sequence[str] = ()) -> Self:
+        """Return the measurement of a dataset.
+
+        Args:
+            dataset: What was measured.
+            extra_basis: Names of functions of a point that effects on points need kept; for kinds that reduce points to rows.
+        """
+
+    @abstractmethod
+    def initial_target(self, dataset: Dataset) -> Any:
+        """Return the target at the rough guesses that the dataset states, a ``Target``."""
+
+    @abstractmethod
+    def fitted_target(self, T_base_sensor: Array, target: Target) -> Any:
+        """Return the target that fits best where the sensor's poses ``(N, 4, 4)`` are given: a closed form."""
+
+    @abstractmethod
+    def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
+        """Return the rows at sensor poses ``(N, 4, 4)`` and a target, effects on points and surfaces applied."""
+
+    @abstractmethod
+    def distances(
+        self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
+    ) -> tuple[Array, Array]:
+        """Return per pose the sum of squared residuals [m^2] ``(N,)`` and their number ``(N,)``: unweighted."""
+
+    @abstractmethod
+    def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
+        """Return the derivatives of a measurement without error at any poses.
+
+        Args:
+            T_base_sensor: ``(N, 4, 4)``.
+            target: What is measured.
+            index: ``(N,)``, which item of the target each pose measures.
+
+        Returns:
+            Wrenches ``(N, m, 6)``, derivatives by the target's item ``(N, m, t)``, and which poses allow such a measurement ``(N,)`` bool.
+        """
+
+    # How the target is saved
+
+    @classmethod
+    def declared_target(cls, dataset: Dataset) -> Any:
+        """Return the target as the dataset declares it, whatever was measured."""
+        return cls.of(dataset).initial_target(dataset)
+
+    @classmethod
+    @abstractmethod
+    def target_to_mapping(cls, target: Target, std: Mapping[str, float]) -> dict[str, Any]:
+        """Return what ``calibration.json`` says of the target, with the standard errors by name of parameter."""
+
+    @classmethod
+    @abstractmethod
+    def target_from_mapping(cls, mapping: Mapping[str, Any]) -> Any:
+        """Return the target of ``target_to_mapping`` from a whole ``calibration.json``, in the coordinates that are reported."""
+
+    # How the fit starts, and what it needs
+
+    def first_guesses(
+        self, T_base_flange: Array, target: Target, gravity: Array, thorough: bool
+    ) -> list[Guess]:
+        """Return guesses of the sensor's pose from the measurement alone.
+
+        Args:
+            T_base_flange: ``(N, 4, 4)``, of the nominal arm.
+            target: At its rough guess.
+            gravity: ``(3,)`` [m/s^2], base frame.
+            thorough: Whether no nominal pose is stated to fall back on.
+
+        Raises:
+            Undetermined: There is none.
+        """
+        raise Undetermined(["state sensor.nominal_pose: this kind of sensor needs it"])
+
+    def contact_step(self, T_base_sensor: Array, target: Target, index: Array, by_angle: Array) -> Array:
+        """Return a step of the joint angles ``(N, n)`` [rad] towards a pose that can be measured, where not every pose can.
+
+        Args:
+            T_base_sensor: ``(N, 4, 4)``.
+            target: What is measured.
+            index: ``(N,)``, which item of the target each pose measures.
+            by_angle: ``(N, 6, n)``, the screw of every joint.
+        """
+        raise NotImplementedError
+
+    @property
+    def equations_per_pose(self) -> int:
+        """Return how many independent equations a pose gives at most."""
+        return self.rows_per_pose
+
+    @property
+    def equations(self) -> Array:
+        """Return the number of independent equations of every pose ``(N,)`` int."""
+        return np.full(len(self.target_index), self.equations_per_pose, dtype=int)
+
+    def points_in_base(self, T_base_sensor: Array) -> tuple[Array, Array]:
+        """Return the measured points in the base frame ``(P, 3)`` [m] and where each pose's begin ``(N + 1,)``: here the sensor's origin."""
+        return T_base_sensor[:, :3, 3], np.arange(len(T_base_sensor) + 1)
+
+    # How the rows are weighted, and what the noise is
+
+    def reweighted(self, T_base_sensor: Array, target: Target) -> Any:
+        """Return the same measurement, whitened for the geometry of the estimate: itself where the weights do not depend on it."""
+        return self
+
+    @property
+    def sigma_known(self) -> bool:
+        """Return whether ``sigma`` is known independently of the fit: stated, or measured from the scatter of the points."""
+        return self.sigma_stated
+
+    def scatter(
+        self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
+    ) -> tuple[Array, Array]:
+        """Return per pose the whitened squares that no model explains ``(N,)``, and their degrees of freedom ``(N,)``: here none."""
+        none = np.zeros(len(T_base_sensor))
+        return none, none.astype(int)
+
+    def profiles(self, T_base_sensor: Array, target: Target, sigma: float) -> Any:
+        """Return the same measurement without the scatter that no model explains, for tests, with noise ``sigma`` [m]."""
+        return self
+
+    def in_metres(self) -> tuple[Any, float]:
+        """Return the measurement with every point weighted alike, and the factor that makes metres of its rows."""
+        return self, self.sigma
+
+    def noise_floor(self, T_base_sensor: Array, target: Target) -> float:
+        """Return the root mean square residual [m] of a pose that the noise alone makes."""
+        return self.sigma * float(np.sqrt(self.rows_per_pose))
+
+    def common_error(self, T_base_sensor: Array, target: Target) -> Array:
+        """Return how an error that is common to a pose's measurement enters the rows, ``(N, m, k)`` [1/m]: here each row has its own."""
+        m = self.rows_per_pose
+        return np.array(np.broadcast_to(np.eye(m) / self.sigma, (len(T_base_sensor), m, m)))
+
+    def between_poses(self, residual: Array, variance: float) -> float:
+        """Return the standard deviation [m] of what poses as a whole are off beyond the noise of their points.
+
+        Args:
+            residual: ``(N, m)``, whitened rows.
+            variance: Of the rows, degrees of freedom taken off.
+        """
+        return float(np.sqrt(max(variance - 1.0, 0.0))) * self.sigma
+
+    # How the residual is shown
+
+    @property
+    def shift_rows(self) -> slice:
+        """Return which rows of a pose say by how much it is off as a whole."""
+        return slice(None)
+
+    def shift(self, predicted: Array, residual: Array) -> tuple[Array, Array, Array]:
+        """Return each pose's shift [m] by a prediction and by the residual, along the prediction, and its standard error, ``(N,)`` each.
+
+        Args:
+            predicted: ``(N, m)``, whitened rows.
+            residual: ``(N, m)``, whitened rows.
+        """
+        size = np.linalg.norm(predicted, axis=1)
+        along = predicted / np.maximum(size, 1e-300)[:, None]
+        sigma = np.full(len(size), self.sigma)
+        return size * sigma, np.sum(along * residual, axis=1) * sigma, sigma
+
+    def shown_residual(self, residual: Array) -> Array:
+        """Return each pose's residual ``(N,)`` [m] from whitened rows ``(N, m)``: here its size, without a sign."""
+        return np.linalg.norm(residual, axis=1) * self.sigma
+
+    def pieces(
+        self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any], effect: Any
+    ) -> Pieces:
+        """Return measurements on planes in pieces.
+
+        Args:
+            T_base_sensor: ``(N, 4, 4)``.
+            target: The planes.
+            point_effects: All effects on points and surfaces, bound to the poses.
+            effect: The one in question, bound to the poses.
+        """
+        raise NotImplementedError(f"a {self.words} has no points on planes")
+
+
+def as_scans(measurement: Measurement) -> Scans:
+    """Return a measurement as scans of planes.
+
+    Raises:
+        ValueError: Its kind of sensor does not scan.
+    """
+    if not measurement.scans:
+        raise ValueError(f"scans of planes are needed, and this is a {measurement.words}")
+    return cast(Scans, measurement)

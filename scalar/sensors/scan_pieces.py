@@ -1,0 +1,57 @@
+"""Scans cut in a few pieces each: their ends and their middle tell a bent plane from a turned one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from scalar.geometry.planes import Planes
+from scalar.geometry.se3 import Array
+from scalar.sensors.profile import contact, point_basis
+from scalar.sensors.protocol import Pieces, Scans
+
+PIECES = 4  # that each scan is averaged in
+
+
+def cut_in_pieces(
+    scans: Scans, T: Array, planes: Planes, point_effects: Sequence[Any], effect: Any
+) -> Pieces:
+    """Return scans in pieces.
+
+    Args:
+        scans: What was measured.
+        T: ``(N, 4, 4)``, of the sensor in the base frame.
+        planes: As the model has them.
+        point_effects: All effects on points and surfaces, bound to the poses.
+        effect: The one in question, bound to the poses.
+    """
+    index = scans.target_index
+    points, starts, axis = scans.points, scans.starts, scans.error_axis
+    counts = np.diff(starts)
+    scan = np.repeat(np.arange(len(counts)), counts)
+    c = contact(T, planes, index)[0]
+    flat = np.sum(point_basis(("1", "x", "z"), points, axis) * c[scan], axis=1)
+
+    def added(other: Any) -> Array:
+        G = other.contact_columns(T, planes, index, c) @ other.coefficients
+        return np.sum(point_basis(other.basis_names, points, axis) * G[scan], axis=1)
+
+    height = flat + sum((added(e) for e in point_effects), np.zeros(len(flat)))
+    ux, uz = point_basis(("ux", "uz"), points, axis).T
+    incidence = c[scan, 1] * ux + c[scan, 2] * uz
+    reach = np.hypot(points[:, 0], points[:, 1]) if axis == "ray" else points[:, 1]
+    position = T[scan, :3, 3] + T[scan, :3, 0] * points[:, :1] + T[scan, :3, 2] * points[:, 1:]
+    rank = np.arange(len(points)) - starts[scan]
+    group = scan * PIECES + rank * PIECES // np.maximum(counts[scan], 1)
+    found, where, size = np.unique(group, return_inverse=True, return_counts=True)
+
+    def mean(values: Array) -> Array:
+        return np.bincount(where, values, len(found)) / size
+
+    std = scans.sigma * np.abs(mean(incidence)) / np.sqrt(size)
+    place = np.stack([mean(position[:, i]) for i in range(3)], axis=1)
+    return Pieces(
+        found // PIECES, mean(reach), place, mean(height), mean(added(effect)), mean(incidence), std
+    )
