@@ -117,8 +117,11 @@ class Residuals:
         # Effects on joints multiply the derivatives by the angles, which stand at theta: m columns each instead of six.
         jacobian = rows.wrench @ kinematics.screws(joint_effects=False)
         blocks = model.blocks
-        items = jacobian[:, :, blocks["target"]].reshape(N, m, -1, rows.target.shape[2])
-        items[np.arange(N), :, self.measurement.target_index] = rows.target
+        at, per_item = blocks["target"], rows.target.shape[2]
+        if per_item:  # a target that is known has no coordinates
+            items = jacobian[:, :, at].reshape(N, m, -1, per_item)
+            items[np.arange(N), :, self.measurement.target_index] = rows.target
+            jacobian[:, :, at] = items.reshape(N, m, -1)
         start, n = blocks["effects"].start, model.robot.n_joints
         by_angle = jacobian[:, :, 3 * n : 4 * n]
         for basis, where in self.bases.joints:
@@ -130,7 +133,6 @@ class Residuals:
                 jacobian[:, :, start : start + k] = rows.extra[:, :, done : done + k]
                 done += k
             start += k
-        jacobian[:, :, blocks["target"]] = items.reshape(N, m, len(model.target.vector))
         return rows.residual.ravel(), jacobian.reshape(N * m, -1)
 
     def _priors(self, model: Model) -> tuple[Array, Array]:

@@ -1,0 +1,49 @@
+"""Nothing outside ``scalar/sensors`` knows a kind of sensor by name; the simulator, which is independent of the estimator, has its own."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from scalar.data.sensor_formats import sensor_formats
+
+ROOT = Path(__file__).parents[2]
+CLASSES = {"LineLaser", "Probe", "Tracker", "TrackerFrames"}
+MODULES = {"line_laser", "probe", "tracker"}
+
+
+def kinds_named(source: str) -> list[str]:
+    """Return what in a module's code names a kind of sensor: its name as text, its class, or its module."""
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Constant) and node.value in sensor_formats():
+            found.append(f"{node.lineno}: {node.value!r}")
+        elif isinstance(node, ast.Name) and node.id in CLASSES:
+            found.append(f"{node.lineno}: {node.id}")
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("scalar.sensors"):
+            names = {*(node.module or "").split("."), *(alias.name for alias in node.names)}
+            found += [f"{node.lineno}: {name}" for name in sorted(names & (CLASSES | MODULES))]
+    return found
+
+
+def test_no_module_outside_sensors_names_a_kind():
+    """Neither the estimator nor the studies name a kind of sensor: they ask the protocol what it is able to do."""
+    modules = [*ROOT.glob("scalar/**/*.py"), *ROOT.glob("workflow/**/*.py")]
+    others = [m for m in modules if not {"sensors", "simulation"} & set(m.relative_to(ROOT).parts)]
+    assert len(others) > 50
+    named = {str(m.relative_to(ROOT)): kinds_named(m.read_text(encoding="utf-8")) for m in others}
+    assert {path: lines for path, lines in named.items() if lines} == {}
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "dataset.sensor.kind == 'line-laser'",
+        "isinstance(m, LineLaser)",
+        "from scalar.sensors.tracker import TrackerFrames",
+        "from scalar.sensors import probe",
+    ],
+)
+def test_naming_a_kind_is_noticed(source):
+    """The test above sees a kind that is named as text, as a class or as a module."""
+    assert kinds_named(source)
