@@ -264,7 +264,12 @@ class Measurement(ABC):
     @classmethod
     @abstractmethod
     def target_to_mapping(cls, target: Target, std: Mapping[str, float]) -> dict[str, Any]:
-        """Return what ``calibration.json`` says of the target, with the standard errors by name of parameter."""
+        """Return what ``calibration.json`` says of the target: ``{"target": ...}``, or ``planes`` for kinds that measure planes.
+
+        Args:
+            target: In the coordinates that are reported.
+            std: Standard errors of the free parameters, by name.
+        """
 
     @classmethod
     @abstractmethod

@@ -60,11 +60,11 @@ class StereoHead(PointByPoint):
 
     @classmethod
     def target_to_mapping(cls, target: Any, std: Mapping[str, float]) -> dict[str, Any]:
-        return {"reflector": target.points[0].tolist()}
+        return {"target": target.points.tolist()}
 
     @classmethod
     def target_from_mapping(cls, mapping: Mapping[str, Any]) -> FixedTarget:
-        return FixedTarget.at([mapping["reflector"]])
+        return FixedTarget.at(mapping["target"])
 
 
 @pytest.fixture
