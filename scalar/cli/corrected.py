@@ -28,7 +28,7 @@ def corrected_description(dataset: Path, output: Path) -> Iterator[None]:
     try:
         yield
     except WrongSetup as refusal:
-        robot = next((s.robot for s in refusal.suspicions if s.robot is not None), None)
+        robot = refusal.suspicions[0].robot
         if robot is not None:
             path = made(output) / CORRECTED
             dump_yaml({**load_yaml(dataset / DESCRIPTION), "robot": robot.to_mapping()}, path)

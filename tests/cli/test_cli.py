@@ -226,7 +226,7 @@ NEARLY = (np.array([FLOOR, WALL, [np.cos(0.1), np.sin(0.1), 0.0]]), np.array([0.
     (lambda: in_cell(plates=NEARLY), UNDETERMINED, ["wall_x and wall_y", "degrees from parallel"]),
     (lambda: in_cell(plates=PARALLEL, nominal_pose=False), UNDETERMINED, ["parallel"]),
     (declared_parallel, INPUT_AT_FAULT, ["dataset.yaml", "planes.wall_y.normal", "correct the normal"]),
-    (swapped_names, INPUT_AT_FAULT, ["planes.wall_x.normal", "planes.wall_y.normal", "poses.csv"]),
+    (swapped_names, INPUT_AT_FAULT, ["'wall_x'", "'wall_y'", "exchanged in poses.csv"]),
     (line_on_a_wall, UNDETERMINED, ["plane 'wall_y'", "lie on a line"]),
     (contacts_on_a_line, UNDETERMINED, ["plane 'wall_y'", "lie on a line"]),
     (lambda: in_cell(poses_per_plane=5), UNDETERMINED, ["30 equations for 32 unknowns", "1 more"]),

@@ -23,6 +23,7 @@ WORTH_FITTING = 0.6  # of the same, before one: the nominal arm's own errors are
 MOST_LEFT = 3 * MM  # of the residual after a fit, that a right set-up leaves: effects on arms make tenths
 NOMINAL_LEFT = 30 * MM  # and before one, the arm nominal: its own errors make several millimetres
 AS_GOOD = 3.0  # times the least residual of a first look: alternatives up to here are fitted in full
+NEAR = 30 * DEG  # to dataset.yaml: an initial guess of a plane or of the sensor may be as far off
 CLEARLY_NEARER = 20 * DEG  # nearer than that to dataset.yaml, one of two that fit alike is the likelier
 MOST_FITTED = 4
 
@@ -105,8 +106,13 @@ def _better(look: Look, alternative: Alternative, as_it_is: Look) -> bool:
     """Return whether an alternative leaves far less, or leaves as little with sensor and planes nearer to their places."""
     left = look.rms / min(alternative.scale, 1.0)
     return left <= WORTH_FITTING * as_it_is.rms or (
-        left <= AS_GOOD * as_it_is.rms and look.off <= as_it_is.off - CLEARLY_NEARER
+        left <= AS_GOOD * as_it_is.rms and _nearer(look, as_it_is)
     )
+
+
+def _nearer(look: Look, as_it_is: Look) -> bool:
+    """Return whether sensor and planes stand near their places under an alternative, and clearly do not without it."""
+    return look.off <= min(NEAR, as_it_is.off - CLEARLY_NEARER)
 
 
 def _explains(
@@ -115,8 +121,11 @@ def _explains(
     """Return whether the fit of an alternative leaves far less than things as they are, or stands far nearer to dataset.yaml."""
     if trial.rms > MOST_LEFT:
         return False
-    nearer = look.off <= as_it_is.off - CLEARLY_NEARER
-    return nearer or before is None or trial.rms / min(alternative.scale, 1.0) <= FALLS_TO * before
+    return (
+        _nearer(look, as_it_is)
+        or before is None
+        or trial.rms / min(alternative.scale, 1.0) <= FALLS_TO * before
+    )
 
 
 def _residual(trial: Trial | None, look: Look) -> float | None:
