@@ -14,8 +14,10 @@ for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 from scalar.cli import calibrate, diagnose, evaluate, import_, predict, simulate, validate  # noqa: E402, F401
 from scalar.cli.group import cli  # noqa: E402
+from scalar.cli.terminal import accept_every_name  # noqa: E402
 
 
 def main() -> None:
     """Run the command line."""
+    accept_every_name()
     cli(prog_name="scalar")

@@ -11,6 +11,7 @@ import click
 from scalar.cli.corrected import corrected_description
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, listed, made
+from scalar.cli.terminal import say
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
@@ -65,8 +66,8 @@ def calibrate(
     if given:
         result = replace(result, summary={**result.summary, "effects_from": given.to_mapping()})
     result.save(made(output) / "calibration.json")
-    click.echo(describe_calibration(result))
-    click.echo(f"written: {output / 'calibration.json'}")
+    say(describe_calibration(result))
+    say(f"written: {output / 'calibration.json'}")
 
 
 def describe_calibration(calibration: Calibration) -> str:

@@ -6,9 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import click
-
 from scalar.cli.options import made
+from scalar.cli.terminal import say
 
 CORRECTED = "corrected-dataset.yaml"
 
@@ -32,5 +31,5 @@ def corrected_description(dataset: Path, output: Path) -> Iterator[None]:
         if robot is not None:
             path = made(output) / CORRECTED
             dump_yaml({**load_yaml(dataset / DESCRIPTION), "robot": robot.to_mapping()}, path)
-            click.echo(f"scalar: {path} has the table of joints corrected for the first of these", err=True)
+            say(f"scalar: {path} has the table of joints corrected for the first of these", err=True)
         raise

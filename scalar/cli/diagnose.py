@@ -12,6 +12,7 @@ import click
 from scalar.cli.corrected import corrected_description
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, made
+from scalar.cli.terminal import say
 
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
@@ -47,8 +48,8 @@ def diagnose(dataset: Path, output: Path) -> None:
         result = diagnose(data, progress=advance)
         advance("writing the report")
         write_diagnosis(result, made(output))
-    click.echo(describe_diagnosis(result))
-    click.echo(f"written: {output / 'report.html'}, diagnosis.json, before.json, after.json")
+    say(describe_diagnosis(result))
+    say(f"written: {output / 'report.html'}, diagnosis.json, before.json, after.json")
 
 
 def describe_diagnosis(diagnosis: Diagnosis) -> str:

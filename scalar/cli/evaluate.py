@@ -9,6 +9,7 @@ import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, made
+from scalar.cli.terminal import say
 
 if TYPE_CHECKING:
     from scalar.evaluate import Evaluation
@@ -35,8 +36,8 @@ def evaluate(calibration: Path, truth: Path, output: Path) -> None:
     truth_poses, content = read_truth(truth, robot.n_joints, robot.limits)
     result = evaluate(model, truth_poses, content)
     write_json(made(output) / "evaluation.json", result.to_mapping())
-    click.echo(describe_evaluation(result))
-    click.echo(f"written: {output / 'evaluation.json'}")
+    say(describe_evaluation(result))
+    say(f"written: {output / 'evaluation.json'}")
 
 
 def describe_evaluation(evaluation: Evaluation) -> str:

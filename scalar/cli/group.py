@@ -7,25 +7,47 @@ from typing import Any
 import click
 
 from scalar import __version__
+from scalar.cli import unexpected
+from scalar.cli.terminal import say
 from scalar.errors import ScalarError
+
+_ARGUMENTS = "scalar.cli.arguments"
+_INTERRUPTED = 130  # as a shell has it: 128 and the number of the signal
 
 
 class _Group(click.Group):
-    """A group that turns the package's own errors into lines on stderr and an exit status."""
+    """A group that turns errors into lines on stderr and an exit status: the package's own, the system's, and any other."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        ctx.meta[_ARGUMENTS] = list(args)
+        return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
             return super().invoke(ctx)
         except ScalarError as error:
             for line in str(error).splitlines() or [type(error).__name__]:
-                click.echo(f"scalar: {line}", err=True)
+                say(f"scalar: {line}", err=True)
             ctx.exit(error.exit_status)
+        except BrokenPipeError:  # whoever reads the output has gone: no fault of anybody
+            raise
         except OSError as error:
-            click.echo(f"scalar: {error.filename or 'output'}: {error.strerror or error}", err=True)
+            say(f"scalar: {error.filename or 'output'}: {error.strerror or error}", err=True)
             ctx.exit(2)
+        except KeyboardInterrupt:
+            ctx.exit(_INTERRUPTED)
+        except (click.ClickException, click.exceptions.Exit, click.Abort):
+            raise
+        except Exception as error:
+            unexpected.report(error, ctx.meta[_ARGUMENTS])
+            ctx.exit(unexpected.EXIT_STATUS)
 
 
-@click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.group(
+    cls=_Group,
+    epilog=f"{unexpected.TRACEBACK}=1 in the environment shows where a fault of the software itself arose.",
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
 @click.version_option(__version__, prog_name="scalar")
 def cli() -> None:
     """Calibrate a robot and the sensor on its flange together, from scans of three rough planes.
@@ -37,5 +59,6 @@ def cli() -> None:
       scalar predict out/calibration.json joints.csv -o frames.csv
       scalar diagnose my-cell -o out          # what does the model lack?
 
-    Exit status: 0 done; 2 the input is at fault; 3 the data cannot determine the model.
+    Exit status: 0 done; 2 the input is at fault; 3 the data cannot determine the model;
+    70 a fault of the software itself; 130 interrupted.
     """

@@ -9,6 +9,7 @@ import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import PATH
+from scalar.cli.terminal import say
 from scalar.cli.validate import describe_content
 
 
@@ -30,5 +31,5 @@ def import_(mapping: Path, sources: Sequence[Path], output: Path) -> None:
     from scalar.ingest.convert import import_dataset
 
     import_dataset(mapping, sources, output)
-    click.echo(describe_content(read_folder(output)))
-    click.echo(f"written: {output}")
+    say(describe_content(read_folder(output)))
+    say(f"written: {output}")

@@ -8,6 +8,7 @@ import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import PATH
+from scalar.cli.terminal import say
 
 
 @cli.command()
@@ -31,4 +32,4 @@ def predict(calibration: Path, joints: Path, output: Path) -> None:
     robot = model.model.robot
     table = read_pose_table(joints, robot.n_joints, limits=robot.limits)
     write_frames(output, table["pose"].to_numpy(), model.predict(table))
-    click.echo(f"written: {output}, {len(table)} poses")
+    say(f"written: {output}, {len(table)} poses")

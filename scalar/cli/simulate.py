@@ -8,6 +8,7 @@ import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH
+from scalar.cli.terminal import say
 
 
 @cli.command()
@@ -39,6 +40,6 @@ def simulate(config: Path, output: Path, seed: int | None) -> None:
     with progress("placing the scanner") as advance:
         scene = simulate(content, base_dir=config.parent, progress=advance)
     write_scene(scene, output)
-    click.echo(
+    say(
         f"{output / 'dataset'}: {len(scene.poses)} poses, {len(scene.scans)} points; truth in {output / 'truth'}"
     )

@@ -10,6 +10,7 @@ import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import PATH
+from scalar.cli.terminal import say
 from scalar.units import MM
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ def validate(dataset: Path) -> None:
     """
     from scalar.data.folder import read_folder
 
-    click.echo(describe_content(read_folder(dataset)))
+    say(describe_content(read_folder(dataset)))
 
 
 def describe_content(content: Content) -> str:

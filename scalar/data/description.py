@@ -14,18 +14,22 @@ from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 
 from scalar.data.formats import DATASET_FORMAT
-from scalar.data.io.plain_yaml import Lines, join_path
-from scalar.data.located_table import did_you_mean, shorten
+from scalar.data.io.plain_yaml import LARGEST, Lines, join_path
+from scalar.data.located_table import MAX_SHOWN, did_you_mean, shorten
 from scalar.data.sensor_formats import SensorFormat, sensor_formats
+from scalar.data.strict_schema import strict_validator
 from scalar.errors import Fault
 
 DESCRIPTION = "dataset.yaml"
 MIN_PLANES = 3
-LARGEST = 1e300  # beyond it integers do not fit into float64, and products of floats do not either
+MAX_JOINTS = 100
+"""As the schema has it: longer chains are not described by mistake alone."""
 
 _KINDS = {"number": "a number", "array": "a list", "object": "a mapping", "string": "text"}
 
 Path = tuple[str | int, ...]
+
+_FEW = 3  # up to this length a list is a vector or a pair, whose length is fixed
 
 
 class Description:
@@ -92,8 +96,9 @@ class Description:
 
     @property
     def n_joints(self) -> int:
-        """Return the number of joints, 0 if they are not a list."""
-        return len(self.items("robot", "joints"))
+        """Return the number of joints, 0 if they are not a list or are too many."""
+        n = len(self.items("robot", "joints"))
+        return n if n <= MAX_JOINTS else 0
 
     @property
     def plane_names(self) -> list[str]:
@@ -114,7 +119,7 @@ def _validator(format: SensorFormat | None) -> Draft202012Validator:
     sensor["kind"]["enum"] = list(sensor_formats())
     del sensor["kind"]["type"]
     sensor |= {} if format is None else dict(format.options)
-    return Draft202012Validator(schema)
+    return strict_validator(schema)
 
 
 def check_description(description: Description) -> None:
@@ -146,7 +151,7 @@ def _say(description: Description, error: ValidationError) -> None:
     match error.validator:
         case "additionalProperties":
             known = list(error.schema["properties"])  # pyright: ignore[reportArgumentType, reportIndexIssue]
-            for key in (key for key in value if key not in known):
+            for key in [key for key in value if key not in known][:MAX_SHOWN]:
                 hint = did_you_mean(key, [k for k in known if k not in value])
                 description.fault((*path, key), f"unknown key; {hint}the keys here are {', '.join(known)}")
         case "required":
@@ -169,6 +174,10 @@ def _say(description: Description, error: ValidationError) -> None:
             description.fault(path, f"{value} is not greater than {expected}; write {meaning}")
         case "minimum":
             description.fault(path, f"{value} is less than {expected}; write {meaning}")
+        case "maximum":
+            description.fault(path, f"{value} is greater than {expected}; write {meaning}")
+        case "maxItems" if expected > _FEW:
+            description.fault(path, f"{len(value)} entries, and at most {expected} are read; remove some")
         case "minItems" | "maxItems":
             description.fault(path, f"{len(value)} entries where {expected} are needed; write {meaning}")
         case _:

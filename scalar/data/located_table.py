@@ -16,6 +16,8 @@ from scalar.errors import Fault
 
 MAX_SHOWN = 100
 """Faults of one kind in one column that are written out; a last line counts the others."""
+MAX_COLUMNS = 2000
+"""Columns of a table that are read: a robot's log has hundreds."""
 MAX_INTEGER = 2.0**53  # the largest up to which float64 holds every integer
 
 NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
@@ -98,9 +100,16 @@ def shorten(value: object, width: int = 40) -> str:
     return text if len(text) <= width else text[: width - 4] + "..." + text[-1]
 
 
+def too_many_columns(count: int) -> str:
+    """Return what to say of a table with more columns than are read."""
+    return f"{count} columns, and at most {MAX_COLUMNS} are read; keep those that are needed"
+
+
 def header_faults(file: str, names: list[str], layout: Layout, row: int | None = 1) -> list[Fault]:
     """Return what is wrong with the names of the columns, contents aside."""
     wanted = ",".join(layout.required)
+    if len(names) > MAX_COLUMNS:
+        return [Fault(file, too_many_columns(len(names)), row)]
     if len(names) == 1 and ";" in names[0]:
         return [
             Fault(file, f"cells are separated by ';'; write commas, and points in numbers: {wanted}", row)

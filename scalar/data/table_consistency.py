@@ -102,7 +102,8 @@ def _check_plane_names(poses: Table, description: Description, faults: list[Faul
         return f"unknown plane {shorten(found[i])}; {hint}{DESCRIPTION} names {', '.join(names)}"
 
     poses.report(faults, "plane", unknown, message)
-    used = [name for name in names if name in set(found)]
+    present = set(found)
+    used = [name for name in names if name in present]
     if poses.good("plane") and poses.whole and poses.n_rows and len(set(names)) >= MIN_PLANES > len(used):
         unused = ", ".join(name for name in names if name not in used)
         text = f"poses of {len(used)} planes only, none of {unused}; measure poses of at least three planes"

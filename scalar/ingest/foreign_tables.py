@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from scalar.data.located_table import MAX_SHOWN, NUMBER, did_you_mean, shorten
+from scalar.data.io.regular_file import MAX_TABLE_BYTES, check_regular_file, read_regular_file
+from scalar.data.located_table import MAX_COLUMNS, MAX_SHOWN, NUMBER, did_you_mean, shorten, too_many_columns
 from scalar.errors import Fault, InvalidInput
 
 Reference = str | int
@@ -128,16 +129,10 @@ def read_raw(path: Path, text: Mapping[str, Any], variable: str | None) -> RawTa
     Raises:
         InvalidInput: the file cannot be read, or is not such a table; with every row at fault.
     """
-    try:
-        raw = path.read_bytes() if path.suffix.lower() != ".mat" else b""
-        if not raw:
-            path.open("rb").close()
-    except OSError as error:
-        reason = "no such file" if isinstance(error, FileNotFoundError) else error.strerror or str(error)
-        raise InvalidInput(
-            Fault(path.name, f"cannot be read ({reason}); check the path {str(path)!r}")
-        ) from error
-    return _read_matrix(path, variable) if path.suffix.lower() == ".mat" else _read_text(path.name, raw, text)
+    if path.suffix.lower() == ".mat":
+        check_regular_file(path, MAX_TABLE_BYTES)
+        return _read_matrix(path, variable)
+    return _read_text(path.name, read_regular_file(path, MAX_TABLE_BYTES), text)
 
 
 def _read_text(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable:
@@ -168,6 +163,8 @@ def _read_text(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable:
     if not rows:
         raise InvalidInput(Fault(file, "there are no rows of data; give a file with some"))
     width = len(names) if names is not None else len(rows[0][1])
+    if width > MAX_COLUMNS:
+        raise InvalidInput(Fault(file, too_many_columns(width), skip + 1))
     faults = []
     for line, cells in rows:
         while len(cells) > width and not cells[-1]:

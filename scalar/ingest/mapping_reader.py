@@ -18,6 +18,7 @@ from scalar.data.description import Description, check_description, check_finite
 from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.plain_yaml import load_yaml_lines
 from scalar.data.located_table import did_you_mean, shorten
+from scalar.data.strict_schema import strict_validator
 from scalar.data.unit_suspicions import suspect_description
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.mapping import TEXT_COLUMNS, Block, Column, FileRule, MappingFile, quantity_of
@@ -32,7 +33,7 @@ def _validator() -> Draft202012Validator:
     text = (
         resources.files("scalar.ingest").joinpath("schemas/mapping.schema.json").read_text(encoding="utf-8")
     )
-    return Draft202012Validator(json.loads(text))
+    return strict_validator(json.loads(text))
 
 
 def load_mapping(path: Path) -> MappingFile:

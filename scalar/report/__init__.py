@@ -22,6 +22,7 @@ def render_report(diagnosis: Diagnosis) -> str:
     from scalar import __version__
     from scalar.report.inline_svg import COLOURS
     from scalar.report.page import page
+    from scalar.report.visible import visible
 
     environment = Environment(
         loader=PackageLoader("scalar.report"),
@@ -30,4 +31,5 @@ def render_report(diagnosis: Diagnosis) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template(TEMPLATE).render(page(diagnosis), version=__version__, colours=COLOURS)
+    template = environment.get_template(TEMPLATE)
+    return visible(template.render(page(diagnosis), version=__version__, colours=COLOURS))

@@ -16,7 +16,8 @@ from typing import Any
 
 import jsonschema
 
-from scalar.data.io.plain_yaml import join_path, load_yaml
+from scalar.data.io.plain_yaml import LARGEST, join_path, load_yaml
+from scalar.data.strict_schema import strict_validator
 from scalar.errors import Fault, InvalidInput
 from scalar.simulation.injected_checks import injected_faults
 
@@ -136,7 +137,7 @@ def _meant(word: str, known: list[str]) -> str:
 
 def _check(config: Any, schema: dict[str, Any], file: str) -> None:
     """Raise InvalidInput with a fault for everything in `config` that the schema refuses."""
-    validator = jsonschema.Draft202012Validator(schema)
+    validator = strict_validator(schema)
     faults = [
         fault
         for error in sorted(
@@ -144,7 +145,8 @@ def _check(config: Any, schema: dict[str, Any], file: str) -> None:
         )
         for fault in _faults(error, file)
     ]
-    faults += [Fault(file, "is not a finite number", column=place) for place in _not_finite(config, ())]
+    message = "is not a finite number of at most 1e300"
+    faults += [Fault(file, message, column=place) for place in _not_finite(config, ())]
     if faults:
         raise InvalidInput(faults)
 
@@ -178,7 +180,7 @@ def _unknown(key: str, known: list[str]) -> str:
 
 
 def _not_finite(value: Any, path: tuple[str | int, ...]) -> list[str]:
-    if isinstance(value, float) and not math.isfinite(value):
+    if isinstance(value, int | float) and not abs(value) <= LARGEST:
         return [join_path(path)]
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     return [place for key, item in items for place in _not_finite(item, (*path, key))]

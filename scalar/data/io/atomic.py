@@ -21,7 +21,13 @@ from scalar.errors import Fault, InvalidInput
 
 
 def _temporary_beside(path: Path) -> Path:
-    """Return a hidden name in the folder of `path` that nobody else uses."""
+    """Return a hidden name in the folder of `path` that nobody else uses.
+
+    Raises:
+        InvalidInput: `path` has no name of its own (``.``, ``..``, ``/``, or nothing at all), or a null character.
+    """
+    if path.name in ("", "..") or "\0" in str(path):
+        raise InvalidInput(Fault(str(path), "no name for an output; give it one, as in out/result"))
     return path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
 
 

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+from scalar.data.io.regular_file import MAX_TABLE_BYTES, read_regular_file
 from scalar.data.located_table import NUMBER, Layout, Table, check_cells, did_you_mean, header_faults, shorten
-from scalar.errors import Fault
+from scalar.errors import Fault, InvalidInput
 
 _LINE_END = re.compile(r"\r\n|\r|\n")
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
@@ -21,11 +22,9 @@ def read_csv(path: Path, layout: Layout, faults: list[Fault]) -> Table | None:
     """Return the table in a CSV file, None if nothing of it can be used; faults are added to `faults`."""
     file = path.name
     try:
-        raw = path.read_bytes()
-    except OSError as error:
-        faults.append(
-            Fault(file, f"cannot be read ({error.strerror or error}); check the file and its permissions")
-        )
+        raw = read_regular_file(path, MAX_TABLE_BYTES)
+    except InvalidInput as error:
+        faults += error.faults
         return None
     names = _plain_header(raw)
     if names is not None and not header_faults(file, names, layout):

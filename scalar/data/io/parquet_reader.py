@@ -4,8 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
+from scalar.data.io.regular_file import MAX_TABLE_BYTES, check_regular_file
 from scalar.data.located_table import Layout, Table, check_cells, header_faults
-from scalar.errors import Fault
+from scalar.errors import Fault, InvalidInput
 
 
 def read_parquet(path: Path, layout: Layout, faults: list[Fault]) -> Table | None:
@@ -14,6 +15,11 @@ def read_parquet(path: Path, layout: Layout, faults: list[Fault]) -> Table | Non
     import pyarrow.parquet as pq
 
     file = path.name
+    try:
+        check_regular_file(path, MAX_TABLE_BYTES)
+    except InvalidInput as error:
+        faults += error.faults
+        return None
     try:
         with pq.ParquetFile(path) as parquet:
             content = parquet.read()

@@ -9,6 +9,7 @@ line, so that a fault found later can name the row.
 import math
 import os
 import re
+import sys
 from collections.abc import Iterator
 from io import StringIO
 from pathlib import Path
@@ -19,10 +20,12 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.representer import SafeRepresenter
 
 from scalar.data.io.atomic import atomic_write, plain
+from scalar.data.io.regular_file import read_regular_file
 from scalar.errors import Fault, InvalidInput
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 20
+LARGEST = 1e300  # beyond it integers do not fit into float64, and products of floats do not either
 
 Lines = dict[tuple[str | int, ...], int]
 """The line of every value, or of its key, by its path: ``("robot", "joints", 2, "alpha") -> 14``."""
@@ -36,6 +39,7 @@ _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _TEXT_KEYS = frozenset(
     {"name", "source"}
 )  # text in every file of ours, even where it reads like a number (7113e31)
+_CHARACTER = re.compile(r"\\U([0-9a-fA-F]{8})")
 _MAX_DIGITS = 400  # no number needs more, and Python refuses to convert integers of several thousand digits
 
 
@@ -58,6 +62,11 @@ def resolve(text: str) -> bool | int | float | str | None:
     return text
 
 
+def has_half_character(text: str) -> bool:
+    r"""Return whether a text holds a lone surrogate (``"\ud800"``), which no file can be written with."""
+    return any("\ud800" <= character <= "\udfff" for character in text)
+
+
 class _Builder:
     """Turns the events of one document into plain data; raises InvalidInput at the first that is refused."""
 
@@ -77,6 +86,8 @@ class _Builder:
         tag = getattr(event, "tag", None) or getattr(event, "ctag", None)
         if tag is not None and str(tag) not in ("", "None"):
             raise self.refuse(event, f"tags ({str(tag)!r}) are not accepted; write plain values")
+        if has_half_character(getattr(event, "value", None) or ""):
+            raise self.refuse(event, "holds half a character (a lone surrogate); write the text anew")
         return event
 
     def document(self) -> Any:
@@ -143,15 +154,7 @@ def load_yaml_lines(path: str | os.PathLike[str]) -> tuple[Any, Lines]:
             than 20 deep, or holds a tag, an anchor, an alias, a duplicate key or a second document.
     """
     path = Path(path)
-    try:
-        with path.open("rb") as file:
-            raw = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        reason = "no such file" if isinstance(error, FileNotFoundError) else error.strerror or str(error)
-        message = f"cannot be read ({reason}); check the path {str(path)!r}"
-        raise InvalidInput(Fault(path.name, message)) from error
-    if len(raw) > MAX_BYTES:
-        raise InvalidInput(Fault(path.name, "longer than 1 MB; keep tables in .csv or .parquet files"))
+    raw = read_regular_file(path, MAX_BYTES)
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -166,6 +169,11 @@ def load_yaml_lines(path: str | os.PathLike[str]) -> tuple[Any, Lines]:
         what = " ".join(filter(None, [error.context, error.problem]))
         row = None if mark is None else mark.line + 1
         raise InvalidInput(Fault(path.name, f"not YAML ({what}); correct this place", row)) from error
+    except (ValueError, OverflowError) as error:  # an escape that names no character
+        wrong = (found for found in _CHARACTER.finditer(text) if int(found[1], 16) > sys.maxunicode)
+        row = next((text.count("\n", 0, found.start()) + 1 for found in wrong), None)
+        message = "an escape that names no character; the last character is \\U0010ffff"
+        raise InvalidInput(Fault(path.name, message, row)) from error
     except YAMLError as error:
         message = f"not YAML ({' '.join(str(error).split())}); save it as plain text"
         raise InvalidInput(Fault(path.name, message)) from error

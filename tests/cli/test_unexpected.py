@@ -1,0 +1,109 @@
+"""The last guard: whatever nobody foresaw is one line and exit status 70, an interruption is quiet, and names do no harm."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import scalar.data.folder
+from scalar.cli import cli
+from scalar.data.dataset import write_dataset
+from scalar.data.io.plain_yaml import dump_yaml, load_yaml
+from tests.small_datasets import description, tables
+
+
+def raising(error: BaseException, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let whatever reads a folder raise an error."""
+
+    def read(path: Path) -> None:
+        raise error
+
+    monkeypatch.setattr(scalar.data.folder, "read_folder", read)
+
+
+@pytest.mark.parametrize(
+    "error", [KeyError("x"), IndexError("a\nb"), MemoryError(), RecursionError("too deep"), AssertionError()]
+)
+def test_an_unexpected_error_is_one_line_with_the_command_to_report_it(
+    error: Exception, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Any error of any kind: exit status 70, one line that quotes the command, no traceback."""
+    raising(error, monkeypatch)
+    result = CliRunner().invoke(cli, ["validate", "my cell"])
+    assert result.exit_code == 70
+    assert result.stdout == ""
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("scalar: ") and type(error).__name__ in line
+    assert line.endswith("SCALAR_TRACEBACK=1 scalar validate 'my cell'")
+
+
+def test_the_traceback_is_shown_where_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the variable in the environment the traceback comes first; --help names the variable."""
+    raising(KeyError("x"), monkeypatch)
+    monkeypatch.setenv("SCALAR_TRACEBACK", "1")
+    result = CliRunner().invoke(cli, ["validate", "cell"])
+    assert result.exit_code == 70
+    assert result.stderr.startswith("Traceback")
+    assert "in read" in result.stderr
+    assert "SCALAR_TRACEBACK=1" in CliRunner().invoke(cli, ["--help"]).stdout
+
+
+def test_an_interruption_is_quiet(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C: exit status 130, as shells have it, and not a word."""
+    raising(KeyboardInterrupt(), monkeypatch)
+    result = CliRunner().invoke(cli, ["validate", "cell"])
+    assert (result.exit_code, result.stdout, result.stderr) == (130, "", "")
+
+
+def test_a_name_outside_the_terminals_encoding_is_written_as_escapes(tmp_path: Path) -> None:
+    """A terminal of western European letters: the characters that it lacks become escapes, and the command succeeds."""
+    mapping = {**description("tracker"), "name": "Zelle-\u00fc-\u4e2d"}
+    write_dataset(tmp_path / "d", mapping=mapping, **tables("tracker"))
+    done = subprocess.run(
+        [sys.executable, "-m", "scalar.cli", "validate", str(tmp_path / "d")],
+        env={**os.environ, "PYTHONIOENCODING": "latin-1:strict"},
+        capture_output=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(b"Zelle-\xfc-\\u4e2d: robot")
+
+
+def test_a_name_does_not_steer_the_terminal(tmp_path: Path) -> None:
+    """Marks that turn the direction of text round, and escape codes, are written as what they are."""
+    mapping = {**description("tracker"), "name": "a\u202eb\x1b[2J"}
+    write_dataset(tmp_path / "d", mapping=mapping, **tables("tracker"))
+    result = CliRunner().invoke(cli, ["validate", str(tmp_path / "d")])
+    assert result.exit_code == 0, result.output
+    assert r"a\u202eb\x1b[2J" in result.stdout
+
+
+@pytest.mark.parametrize("name", [".", "", "/"])
+def test_import_and_predict_refuse_an_output_without_a_name(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``-o .``, ``-o ''`` and ``-o /`` name no folder and no file: exit status 2, and nothing is written."""
+    mapping = {
+        "format": "scalar-mapping/1",
+        "poses": {
+            "columns": {
+                **{f"q{i}": {"column": f"q{i}", "unit": "rad"} for i in range(1, 7)},
+                **{c: {"column": c, "unit": "m"} for c in "xyz"},
+            }
+        },
+        "dataset": description("tracker"),
+    }
+    both = tables("tracker")
+    (tmp_path / "in").mkdir()
+    dump_yaml(mapping, tmp_path / "in" / "mapping.yaml")
+    both["poses"].merge(both["points"]).to_csv(tmp_path / "in" / "table.csv", index=False)
+    (tmp_path / "out").mkdir()
+    monkeypatch.chdir(tmp_path / "out")
+    result = CliRunner().invoke(cli, ["import", "../in/mapping.yaml", "../in/table.csv", "-o", name])
+    assert result.exit_code == 2, result.output
+    assert "no name for an output" in result.stderr or "already there" in result.stderr
+    assert not list((tmp_path / "out").iterdir())
+    assert load_yaml(tmp_path / "in" / "mapping.yaml") == mapping
