@@ -22,6 +22,7 @@ from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, EstimationSettings
 from scalar.estimation.setup.refusal import misfit_refused, pose_distances, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT
+from scalar.estimation.sufficiency import TooManyUnknowns
 
 
 def calibrate(
@@ -61,6 +62,8 @@ def calibrate(
             _refuse_gross_errors(dataset, settings)
             raise misfit_refused(dataset, distances)
         return conclude(dataset, prepared, found, residuals, settings.fit)
+    except TooManyUnknowns:
+        raise
     except NotConverged:
         refuse_wrong_setup(dataset)
         _refuse_gross_errors(dataset, settings)

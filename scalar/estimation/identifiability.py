@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from scalar.errors import Undetermined
 from scalar.estimation.fixed_parameter import FixedParameter, explain
 from scalar.estimation.gauge_choice import choose_fixed, preference
 from scalar.estimation.model import Model
@@ -75,6 +76,9 @@ def analyse(
         model: Where the Jacobian is taken; its target should fit the data roughly. Its effects are left out.
         candidates: ``(P,)`` bool over robot, sensor and target: what would be free if the data determined it.
         settings: Thresholds.
+
+    Raises:
+        Undetermined: No pose reaches its target.
     """
     tolerance = settings.null_tolerance
     ideal = replace(model, robot=with_parallel_axes(model.robot), effects=()).rebased()
@@ -82,6 +86,11 @@ def analyse(
     still = np.ptp(q, axis=0) < settings.still
     q[:, still] = np.median(q[:, still], axis=0)
     J = perfect_jacobian(residuals, measurement, ideal, q, measurement.target_index)[:, candidates]
+    if not len(J):
+        raise Undetermined(
+            ["no pose reaches its target with the geometry that was found, so that nothing can be determined there: "
+             "check the nominal robot and the sensor's nominal pose, and measure more poses"]
+        )  # fmt: skip
     names = tuple(name for name, wanted in zip(ideal.names, candidates, strict=True) if wanted)
     scale, values, null = _null_space(J, tolerance)
     q_any, index_any = _any_poses(ideal.robot, int(measurement.target_index.max()) + 1)
@@ -128,5 +137,6 @@ def _null_space(J: Array, tolerance: float) -> tuple[Array, Array, Array]:
 def _null_space_of_scaled(J: Array, tolerance: float) -> tuple[Array, Array]:
     _, s, Vt = np.linalg.svd(np.linalg.qr(J, mode="r"), full_matrices=True)
     values = np.zeros(J.shape[1])
-    values[: len(s)] = s / s[0]
+    if len(s):
+        values[: len(s)] = s / s[0]
     return values, Vt[values < tolerance].T

@@ -16,6 +16,7 @@ from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS, FitSettings
+from scalar.estimation.sufficiency import check_effects
 from scalar.geometry.se3 import Array
 
 
@@ -36,6 +37,7 @@ def fit_all(
         settings: Thresholds.
 
     Raises:
+        TooManyUnknowns: With the effects there are as many unknowns as equations.
         NotConverged: A fit stopped before it reached an optimum.
     """
     model = replace(prepared.coarse, effects=(*fixed_effects, *effects))
@@ -46,6 +48,7 @@ def fit_all(
     if model.effects:
         residuals = Residuals.of(dataset, model).reweighted(model)
         free &= ~unobservable_coefficients(residuals, model, free, settings.unseen_share)
+        check_effects(dataset, residuals.measurement, int(free.sum()))
     found = fit(residuals, model, free, tolerance=COARSE)
     return fit_from(dataset, found.model, free, residuals, settings)
 

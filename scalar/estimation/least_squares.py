@@ -131,10 +131,13 @@ def covariance_and_step(J: Array, residual: Array) -> tuple[Array, float]:
     """Return ``(J' J)^-1`` and the length of the remaining Gauss-Newton step in standard deviations.
 
     The step's length, ``|P_J r|`` with P_J the projection on the columns, is set against the residual's own size where that is large, so
-    that a coarse model with many sigmas of misfit is not asked for more digits than it has.
+    that a coarse model with many sigmas of misfit is not asked for more digits than it has. Where J or the residual is not finite
+    there is no covariance, and the step is infinite.
     """
     scale = np.linalg.norm(J, axis=0)
     scale[scale == 0] = 1.0
+    if not (np.all(np.isfinite(scale)) and np.isfinite(residual @ residual)):
+        return np.full((len(scale), len(scale)), np.nan), np.inf
     # The triangular factor of [J r] has the same singular values and projections, at a quarter of the cost.
     factor = np.asarray(np.linalg.qr(np.column_stack([J / scale, residual]), mode="r"))
     U, s, Vt = np.linalg.svd(factor[: len(scale), :-1], full_matrices=False)

@@ -185,6 +185,29 @@ def check_parameters(
         )  # fmt: skip
 
 
+class TooManyUnknowns(Undetermined):
+    """With the effects asked for, a fit has as many unknowns as equations: the set-up need not be searched for the cause."""
+
+
+def check_effects(dataset: Dataset, measurement: Measurement, n_free: int) -> None:
+    """Refuse effects whose coefficients, with all other unknowns, are as many as the equations: such a fit says nothing.
+
+    Args:
+        dataset: What was measured.
+        measurement: The same, as the sensor kind's rows.
+        n_free: Parameters and coefficients that would be estimated.
+
+    Raises:
+        TooManyUnknowns: With the two numbers.
+    """
+    equations = int(measurement.equations.sum())
+    if n_free >= equations:
+        raise TooManyUnknowns(
+            [f"{_poses_give(dataset.n_poses)} {equations} equations, and with these effects there are {n_free} unknowns or more: "
+             "name fewer effects, or measure more poses"]
+        )  # fmt: skip
+
+
 def _excess(identifiability: Identifiability) -> int:
     """Return how many parameters are fixed only because of these poses: unknowns that other poses would determine."""
     return sum(h.cause == "poses" for h in identifiability.fixed)

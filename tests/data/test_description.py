@@ -66,7 +66,7 @@ EDITS = [
     (put("planes", 1, "normal", [0, 0, 0]), "planes[1].normal", "a normal of no length"),
     (put("planes", 1, "normal", [0, 0, 1, 0]), "planes[1].normal", "4 entries where 3 are needed"),
     (put("planes", 1, "distance", None), "planes[1].distance", "empty"),
-    (put("planes", 1, "known", {"distance_std": 1, "normal_std": 0}), f"{KNOWN}.normal_std", "not greater"),
+    (put("planes", 1, "known", {"distance_std": 1, "normal_std": 0}), f"{KNOWN}.normal_std", "less than 1e-09"),
     (put("planes", 1, "known", {"distance_std": 1}), f"{KNOWN}.normal_std", "missing"),
     (put("planes", {}), "planes", "not a list"),
 ]  # fmt: skip

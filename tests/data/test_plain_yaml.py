@@ -137,3 +137,10 @@ def test_a_name_is_text_even_where_it_reads_like_something_else(tmp_path: Path, 
     path = tmp_path / "a.yaml"
     path.write_text(f"name: {name}\nnoise: 1e-4\n", encoding="utf-8")
     assert load_yaml(path) == {"name": name, "noise": 1e-4}
+
+
+@pytest.mark.parametrize("name", ["?0", "?;", "?", "? a"])
+def test_a_text_that_begins_with_a_question_mark_reads_back(tmp_path: Path, name: str) -> None:
+    """A question mark announces a key in YAML; as the first letter of a text it is part of the text."""
+    dump_yaml({"data": {name: name}}, tmp_path / "a.yaml")
+    assert load_yaml(tmp_path / "a.yaml") == {"data": {name: name}}

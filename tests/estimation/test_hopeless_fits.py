@@ -1,0 +1,76 @@
+"""Fits that cannot succeed are refused in words: no pose in contact, numbers that overflow, more unknowns than equations."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import scalar.estimation.calibrate as calibrating
+from scalar.data.dataset import Dataset
+from scalar.effects.joints import JointCompliance, JointHarmonic
+from scalar.errors import Undetermined
+from scalar.estimation.calibrate import calibrate
+from scalar.estimation.identifiability import analyse
+from scalar.estimation.least_squares import covariance_and_step
+from scalar.estimation.model import Model
+from scalar.estimation.prepare import candidate_mask
+from scalar.estimation.residuals import Residuals
+from scalar.geometry.planes import Planes
+from scalar.sensors import measure
+from tests import helpers
+
+
+def test_planes_that_no_pose_reaches_are_refused() -> None:
+    """With all planes a kilometre away no contact is possible, and nothing can be said of what is determined."""
+    dataset = helpers.make_scene(kind="probe", poses_per_plane=12, seed=2).dataset
+    T = dataset.sensor.T_flange_sensor
+    assert T is not None
+    far = Planes.at(
+        [p.name for p in dataset.planes], np.array([p.normal for p in dataset.planes]), [1e3, 1e3, 1e3]
+    )
+    model = Model.at(dataset.robot, T, far)
+    residuals = Residuals.of(dataset, model, measure(dataset))
+    with pytest.raises(Undetermined, match="no pose reaches"):
+        analyse(residuals, model, candidate_mask(model))
+
+
+@pytest.mark.parametrize("value", [np.inf, np.nan, 1e200])
+def test_numbers_that_overflow_give_no_covariance_and_no_convergence(value: float) -> None:
+    """A Jacobian or a residual that is not finite, or whose squares are not, has an infinite step left."""
+    J, residual = np.ones((4, 2)), np.ones(4)
+    for J_, residual_ in ((J * value, residual), (J, residual * value)):
+        with np.errstate(all="ignore"):
+            covariance, step = covariance_and_step(J_, residual_)
+        assert covariance.shape == (2, 2)
+        assert step == np.inf
+        assert not np.any(np.isfinite(covariance))
+
+
+def few_poses() -> Dataset:
+    """Return a tracked cell with few poses."""
+    return helpers.make_scene(kind="tracker", poses_per_plane=14, seed=4).dataset
+
+
+def test_as_many_unknowns_as_equations_are_refused_without_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Too many effects for the poses are refused with both numbers, and the set-up is not blamed for it."""
+
+    def search(dataset: Dataset) -> None:
+        pytest.fail("the set-up is searched for what it cannot explain")
+
+    monkeypatch.setattr(calibrating, "refuse_wrong_setup", search)
+    dataset = few_poses()
+    n = dataset.robot.n_joints
+    effects = [
+        JointCompliance(tuple((j, f) for j in range(1, n + 1) for f in range(j, n + 1))),
+        *(JointHarmonic(j, tuple(range(1, 17))) for j in range(1, n + 1)),
+    ]
+    with pytest.raises(Undetermined, match=rf"{dataset.n_poses} poses give {3 * dataset.n_poses} equations"):
+        calibrate(dataset, effects=effects)
+
+
+def test_a_known_plane_without_error_does_not_overflow() -> None:
+    """A standard error of a reference plane so small that its weight overflows ends in a refusal."""
+    dataset = helpers.make_scene(poses_per_plane=14, points_per_scan=10, seed=4).dataset
+    known = replace(dataset.planes[0], distance_std=1e-300, normal_std=1e-300)
+    with np.errstate(all="ignore"), pytest.raises(Undetermined):
+        calibrate(replace(dataset, planes=(known, *dataset.planes[1:])))
