@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +11,7 @@ import click
 
 from scalar.cli.corrected import corrected_description
 from scalar.cli.group import cli
-from scalar.cli.options import OUTPUT, PATH, listed, made
+from scalar.cli.options import EFFECTS_MODULE, OUTPUT, PATH, listed, load_effects, made
 from scalar.cli.terminal import say
 from scalar.units import DEG, MM
 
@@ -27,8 +28,9 @@ _MISFIT_WORTH_SAYING = 1.15
     "--effects",
     "effects",
     metavar="NAME,...",
-    help="Free these effects as well, e.g. joint_compliance,joint_scale:2.",
+    help="Free these effects as well, each with its target where it needs one: see the examples.",
 )
+@EFFECTS_MODULE
 @click.option(
     "--effects-from",
     type=PATH,
@@ -39,23 +41,30 @@ _MISFIT_WORTH_SAYING = 1.15
     "--hold", metavar="NAME,...", help="Hold these parameters at their nominal values, e.g. a_2,d_4."
 )
 def calibrate(
-    dataset: Path, output: Path, effects: str | None, effects_from: Path | None, hold: str | None
+    dataset: Path,
+    output: Path,
+    effects: str | None,
+    effects_modules: Sequence[Path],
+    effects_from: Path | None,
+    hold: str | None,
 ) -> None:
     """Calibrate robot, sensor and planes together: DIR/calibration.json and a summary.
 
     \b
     Examples:
       scalar calibrate my-cell -o out
-      scalar calibrate my-cell -o out --effects joint_compliance
+      scalar calibrate my-cell -o out --effects joint_compliance,joint_scale:2
+      scalar calibrate my-cell -o out --effects-module my_effects.py --effects my_effect
       scalar calibrate later -o out2 --effects-from out/calibration.json
     """
     from scalar.cli.progress import progress
     from scalar.data.dataset import read_dataset
-    from scalar.effects.catalogue import parse_effects
-    from scalar.effects.transfer import carried
+    from scalar.effects.command_line import parse_effects
     from scalar.estimation.calibrate import calibrate
     from scalar.estimation.result import load_calibration
+    from scalar.estimation.transfer import carried
 
+    load_effects(effects_modules)
     data = read_dataset(dataset)
     wanted = parse_effects(effects, data) if effects else ()
     given = carried(load_calibration(effects_from).model, data) if effects_from else None
@@ -72,7 +81,7 @@ def calibrate(
 
 def describe_calibration(calibration: Calibration) -> str:
     """Return what was found, how sure it is, and what could not be seen."""
-    from scalar.effects import transfer
+    from scalar.estimation import transfer
 
     summary = calibration.summary
     model = calibration.model

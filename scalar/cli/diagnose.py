@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +11,7 @@ import click
 
 from scalar.cli.corrected import corrected_description
 from scalar.cli.group import cli
-from scalar.cli.options import OUTPUT, PATH, made
+from scalar.cli.options import EFFECTS_MODULE, OUTPUT, PATH, load_effects, made
 from scalar.cli.terminal import say
 
 if TYPE_CHECKING:
@@ -28,7 +28,8 @@ _PLAIN = str.maketrans(
 @cli.command()
 @click.argument("dataset", type=PATH)
 @OUTPUT
-def diagnose(dataset: Path, output: Path) -> None:
+@EFFECTS_MODULE
+def diagnose(dataset: Path, output: Path, effects_modules: Sequence[Path]) -> None:
     """Find what the model lacks, add it, and compare errors before and after on held-out poses.
 
     Writes DIR/before.json and DIR/after.json (calibrations), DIR/diagnosis.json and DIR/report.html (one file, opens offline).
@@ -43,6 +44,7 @@ def diagnose(dataset: Path, output: Path) -> None:
     from scalar.diagnosis import diagnose
     from scalar.report.output import write_diagnosis
 
+    load_effects(effects_modules)
     data = read_dataset(dataset)
     with corrected_description(dataset, output), stages() as advance:
         result = diagnose(data, progress=advance)

@@ -14,6 +14,28 @@ OUTPUT = click.option(
     "-o", "--output", "output", type=PATH, required=True, help="Folder to write to; made if missing."
 )
 
+EFFECTS_MODULE = click.option(
+    "--effects-module",
+    "effects_modules",
+    type=PATH,
+    multiple=True,
+    metavar="FILE.py",
+    help="Python file with effects of your own (CONTRIBUTING.md says how); may be given again.",
+)
+
+
+def load_effects(files: Sequence[Path]) -> None:
+    """Make the effects of Python files known.
+
+    Raises:
+        InvalidInput: A file is missing, does not run, or defines no effect.
+    """
+    if files:
+        from scalar.effects import registry
+
+        for file in files:
+            registry.load_file(file)
+
 
 def made(folder: Path) -> Path:
     """Return the folder, which is made if it is missing.

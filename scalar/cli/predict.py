@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
 from scalar.cli.group import cli
-from scalar.cli.options import PATH
+from scalar.cli.options import EFFECTS_MODULE, PATH, load_effects
 from scalar.cli.terminal import say
 
 
@@ -15,7 +16,8 @@ from scalar.cli.terminal import say
 @click.argument("calibration", type=PATH)
 @click.argument("joints", type=PATH)
 @click.option("-o", "--output", type=PATH, required=True, help="CSV file to write.")
-def predict(calibration: Path, joints: Path, output: Path) -> None:
+@EFFECTS_MODULE
+def predict(calibration: Path, joints: Path, output: Path, effects_modules: Sequence[Path]) -> None:
     """Predict the sensor's frame in the base frame for every row of JOINTS.csv, all calibrated effects applied.
 
     JOINTS.csv has pose,q1..qn [rad] and the optional columns of poses.csv. Written: pose,x,y,z,rx,ry,rz [m, rotation vector rad].
@@ -28,6 +30,7 @@ def predict(calibration: Path, joints: Path, output: Path) -> None:
     from scalar.estimation.frame_tables import write_frames
     from scalar.estimation.result import load_calibration
 
+    load_effects(effects_modules)
     model = load_calibration(calibration)
     robot = model.model.robot
     table = read_pose_table(joints, robot.n_joints, limits=robot.limits)

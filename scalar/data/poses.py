@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+STILL = 2e-3  # rad, a tenth of a degree: a joint that moves less than this does not move (a loaded brake gives a little)
+
+
 def _numbers(name: str, values: ArrayLike) -> Array:
     try:
         numbers = np.asarray(values, dtype=float)

@@ -12,22 +12,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scalar.diagnosis.candidate_set import CandidateEffect, candidates
+from scalar.diagnosis.candidate_set import candidates, changes, elements
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.score_test import Background, ChangeScores, Moments, Projected, gram_given
-from scalar.diagnosis.settings import DEFAULTS, Settings
-from scalar.effects.catalogue import plane_centre
-from scalar.effects.effect import Effect
-from scalar.effects.sensor import SensorSlip
-from scalar.effects.surface import PlaneMoved
+from scalar.effects import Effect
 from scalar.estimation.effect_bases import JointBasis
 from scalar.geometry.se3 import Array
-from scalar.sensors import kind_of
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
-
-_ALWAYS = -np.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,10 +32,10 @@ class CandidateSet:
         elements: Effects whose columns these are.
         changes: (effect that acts always, the poses it touches) for every kind of change; their columns come last.
         bases: What effects on joints are of the poses, filled as they are first asked for.
-        elsewhere: How many more of the same kind are tried in other banks.
+        elsewhere: How many more of the same kind are tried in other sets.
     """
 
-    tried: list[tuple[CandidateEffect, Array]]
+    tried: list[tuple[Effect, Array]]
     elements: list[Effect]
     changes: list[tuple[Effect, Array]]
     bases: dict[Effect, JointBasis] = field(default_factory=dict)
@@ -50,23 +43,23 @@ class CandidateSet:
 
     @classmethod
     def of(
-        cls, pool: Sequence[CandidateEffect], changes: Sequence[tuple[Effect, Array]] = (), elsewhere: int = 0
+        cls, pool: Sequence[Effect], changes: Sequence[tuple[Effect, Array]] = (), elsewhere: int = 0
     ) -> CandidateSet:
         """Return the candidate set of a pool of candidates and kinds of change."""
-        elements: list[Effect] = []
+        columns: list[Effect] = []
         where: dict[str, Array] = {}
         tried, width = [], 0
         for candidate in pool:
             indices = []
-            for element in candidate.elements():
+            for element in elements(candidate):
                 key = f"{type(element).__name__} {element.to_mapping()}"
                 if key not in where:
                     where[key] = width + np.arange(len(element.coefficients))
                     width += len(element.coefficients)
-                    elements.append(element)
+                    columns.append(element)
                 indices.append(where[key])
             tried.append((candidate, np.concatenate(indices)))
-        return cls(tried, elements, list(changes), elsewhere=elsewhere)
+        return cls(tried, columns, list(changes), elsewhere=elsewhere)
 
     @cached_property
     def effects(self) -> list[Effect]:
@@ -75,13 +68,13 @@ class CandidateSet:
 
     @cached_property
     def sizes(self) -> Array:
-        """Return the plausible size of every coefficient."""
-        return np.concatenate([np.zeros(0), *(effect.plausible_sizes for effect in self.effects)])
+        """Return the prior standard deviation of every coefficient."""
+        return np.concatenate([np.zeros(0), *(effect.prior_std for effect in self.effects)])
 
     @cached_property
-    def by_width(self) -> dict[int, list[tuple[CandidateEffect, Array]]]:
+    def by_width(self) -> dict[int, list[tuple[Effect, Array]]]:
         """Return the candidates by their number of columns."""
-        result: dict[int, list[tuple[CandidateEffect, Array]]] = {}
+        result: dict[int, list[tuple[Effect, Array]]] = {}
         for candidate, where in self.tried:
             result.setdefault(len(where), []).append((candidate, where))
         return result
@@ -92,22 +85,9 @@ class CandidateSet:
         return len(self.tried) + self.elsewhere + sum(int(touched.sum()) for _, touched in self.changes)
 
 
-def named_candidates(dataset: Dataset, settings: Settings = DEFAULTS) -> CandidateSet:
+def named_candidates(dataset: Dataset) -> CandidateSet:
     """Return everything with a name that may be tried on a dataset."""
-    return CandidateSet.of(candidates(dataset, settings.estimation.identifiability.still), _changes(dataset))
-
-
-def _changes(dataset: Dataset) -> list[tuple[Effect, Array]]:
-    everywhere = np.ones(dataset.n_poses, dtype=bool)
-    found: list[tuple[Effect, Array]] = [
-        (SensorSlip(_ALWAYS, turns=kind_of(dataset).observes_orientation), everywhere)
-    ]
-    if dataset.planes:
-        for k in np.unique(dataset.plane_index):
-            name = dataset.planes[k].name
-            effect = PlaneMoved(name, _ALWAYS, None, plane_centre(dataset, name))
-            found.append((effect, dataset.plane_index == k))
-    return found
+    return CandidateSet.of(candidates(dataset), changes(dataset))
 
 
 class CandidateColumns:
@@ -148,5 +128,5 @@ class CandidateColumns:
             at += k
             if i not in self.moments:
                 self.moments[i] = Moments.of(self.full, E, np.flatnonzero(touched), self.change_margin)
-            found.append((effect, self.moments[i].score(background, E, effect.plausible_sizes)))
+            found.append((effect, self.moments[i].score(background, E, effect.prior_std)))
         return found

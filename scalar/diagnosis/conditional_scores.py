@@ -41,7 +41,7 @@ def together(
     projected = Projected.with_gram(without, mine, left.T @ left, np.sum(mine * mine, axis=0), sizes)
     gain, dof, observability = (x[0] for x in projected.score(np.arange(mine.shape[1])[None]))
     effects = [state.effects[i] for i in indices]
-    families = [sum(c.effect.name == e.name for c, _ in candidates.tried) for e in effects]
+    families = [sum(c.name == e.name for c, _ in candidates.tried) for e in effects]
     family = prod(count or state.dataset.n_poses for count in families)
     return score_of(
         without, effects[0], float(gain), int(dof), float(observability), family, candidates.total
@@ -49,7 +49,7 @@ def together(
 
 
 def background_without(state: FittedState, indices: Sequence[int]) -> tuple[Background, Array, Array]:
-    """Return the background of a state without some effects, those effects' free columns ``(N m, k)`` and plausible sizes ``(k,)``."""
+    """Return the background of a state without some effects, those effects' free columns ``(N m, k)`` and prior standard deviations ``(k,)``."""
     local, sizes = columns_of_effects(state, indices)
     background = without_columns(state.background(), state, local, sizes)
     measured = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
@@ -57,17 +57,17 @@ def background_without(state: FittedState, indices: Sequence[int]) -> tuple[Back
 
 
 def without_columns(background: Background, state: FittedState, local: Array, sizes: Array) -> Background:
-    """Return a background of a state without some of its free columns ``(F,)`` of plausible sizes ``(k,)``; finite ones have a prior each."""
+    """Return a background of a state without some of its free columns ``(F,)`` with prior standard deviations ``(k,)``, where finite."""
     return background.without(local, state.model.vector[state.free][local], int(np.isfinite(sizes).sum()))
 
 
 def columns_of_effects(state: FittedState, indices: Sequence[int]) -> tuple[Array, Array]:
-    """Return which of a state's free columns ``(F,)`` are those of some effects, and their plausible sizes ``(k,)``."""
+    """Return which of a state's free columns ``(F,)`` are those of some effects, and their prior standard deviations ``(k,)``."""
     start = state.model.blocks["effects"].start
     ends = start + np.cumsum([0, *(len(effect.coefficients) for effect in state.effects)])
     mine = np.zeros(len(state.free), dtype=bool)
     sizes = np.full(len(state.free), np.inf)
     for i in indices:
         mine[ends[i] : ends[i + 1]] = True
-        sizes[ends[i] : ends[i + 1]] = state.effects[i].plausible_sizes
+        sizes[ends[i] : ends[i + 1]] = state.effects[i].prior_std
     return mine[state.free], sizes[mine & state.free]

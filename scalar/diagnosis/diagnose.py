@@ -17,15 +17,14 @@ from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.forward_selection import select_forward
 from scalar.diagnosis.harmonic_spectrum import as_whitened, has_all_orders, is_shrunk, with_spectrum
 from scalar.diagnosis.hold_out import held_out_errors
-from scalar.diagnosis.merging import merged, same_answer, same_place
+from scalar.diagnosis.merging import merged
 from scalar.diagnosis.observability import unobservable_effects
 from scalar.diagnosis.ranking import rank
 from scalar.diagnosis.result import Diagnosis, Finding
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.unmodelled_structure import with_flexible_terms
 from scalar.diagnosis.variance_components import VarianceComponent, WhitenedMeasurement, whitening_for
-from scalar.effects.effect import Effect
-from scalar.effects.unattributed import Unattributed
+from scalar.effects import Effect
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.conclude import conclude
 from scalar.estimation.geometry_fit import geometry_fit
@@ -153,7 +152,7 @@ def _selected(
     model, prepared = geometry_fit(cleaned.dataset, settings.estimation)
     before = refit(cleaned.dataset, model, prepared.free, (), settings)
     _refuse_misfit(dataset, before)
-    tried = named_candidates(cleaned.dataset, settings)
+    tried = named_candidates(cleaned.dataset)
     progress("selecting effects")
     return _Selected(prepared, before, select_forward(before, tried), tried)
 
@@ -187,13 +186,13 @@ def _findings(before: FittedState, after: FittedState, tried: CandidateSet) -> t
         now = held_out_errors(state)
         own, ranking = rivals(scored, i, columns)
         ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
-        others = [s.evidence for s in ranking if not same_answer(s.effect, effect)]
+        others = [s.evidence for s in ranking if not s.effect.same_answer(effect)]
         near = [
             s.effect
             for s in ranking
             if s.evidence > own.evidence - after.settings.selection.confounded_margin
         ]
-        near = [e for e in near if not same_place(e, effect) and not isinstance(effect, Unattributed)]
+        near = [e for e in near if not e.same_place(effect) and not effect.flexible]
         if is_shrunk(effect):
             others, near = [], []
         sure = confidence(own.evidence, others, after.settings.confidence)

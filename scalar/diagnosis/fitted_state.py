@@ -14,8 +14,8 @@ from scalar.diagnosis.measured_rows import MeasuredRows
 from scalar.diagnosis.score_test import Background
 from scalar.diagnosis.settings import DEFAULTS, RefitSettings, Settings
 from scalar.diagnosis.variance_components import VarianceComponent, variance_components, whitening_for
-from scalar.effects.effect import Effect, JointEffect
-from scalar.estimation.effect_bases import JointBasis
+from scalar.effects import Effect
+from scalar.estimation.effect_bases import JointBasis, acts_on_joints
 from scalar.estimation.joint_fit import unobservable_coefficients
 from scalar.estimation.least_squares import fit
 from scalar.estimation.model import Model
@@ -135,11 +135,11 @@ class FittedState:
         columns = np.empty((N * m, int(ends[-1]) if len(ends) else 0))
         by_angle, poses = self._by_angle()
         for effect, place in zip(effects, places, strict=True):
-            if isinstance(effect, JointEffect):
+            if acts_on_joints(effect):
                 if effect not in bases:
                     bases[effect] = JointBasis.of(effect.joint_basis(self.model.nominal, poses))
                 columns[:, place] = bases[effect].columns(by_angle).reshape(N * m, -1)
-        others = [k for k, effect in enumerate(effects) if not isinstance(effect, JointEffect)]
+        others = [k for k, effect in enumerate(effects) if not acts_on_joints(effect)]
         for batch in _batches(others, places, max(_MOST_NUMBERS // (6 * N), 1)):
             found = self._columns_elsewhere([effects[k] for k in batch])
             at = 0

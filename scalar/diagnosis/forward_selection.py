@@ -11,7 +11,7 @@ from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
 from scalar.diagnosis.conditional_scores import rivals
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
-from scalar.diagnosis.merging import label, merged
+from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import Scored, rank, refined
 
 
@@ -33,13 +33,13 @@ def _better(state: FittedState, columns: CandidateColumns, refused: set[str]) ->
     """Return the state with the best candidate that poses held out bear out, or None; those they do not bear out are refused from now on."""
     before, before_whitened = held_out_errors(state), held_out_errors(state, state.whitening)
     for entry in _best(state, columns):
-        if label(entry.effect) in refused:
+        if entry.effect.label in refused:
             continue
         trial = state.refitted(merged(state.effects, entry.effect))
         gain = improvement(before_whitened, held_out_errors(trial, state.whitening))
         if gain >= state.settings.selection.least_improvement and no_worse(before, held_out_errors(trial)):
             return trial
-        refused.add(label(entry.effect))
+        refused.add(entry.effect.label)
     return None
 
 
@@ -66,7 +66,7 @@ def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedSt
                 state, changed = state.refitted(others), True
                 break
             best = ranking[0]
-            if label(best.effect) != label(effect) and best.evidence > own.evidence + settings.swap_margin:
+            if best.effect.label != effect.label and best.evidence > own.evidence + settings.swap_margin:
                 trial = state.refitted(merged(others, best.effect))
                 better = trial.background().squared < state.background().squared + 1e-9
                 if (better or best.dof < own.dof) and no_worse(

@@ -1,10 +1,10 @@
 """Joints that err in many orders, as one smooth error each: all orders at once, as large as the data say that orders of their kind are.
 
-Few poses, or a joint that moves through part of a turn, do not tell neighbouring orders apart. Which of them a choice one by one takes is
-chance, and what it says beyond the angles that were seen is noise. Here every order from 1 to 64 is fitted, shrunk towards zero by what is
-believed of its size: one size for a band of orders, shared by the joints, found by maximising the evidence (MacKay, Bayesian
-interpolation, Neural Computation 4, 1992). The evidence trusts the bands too far where nothing was measured; how much less they are to be
-believed is what predicts best the poses of parts of a joint's range that the fit has not seen. Where a joint was not seen, its error then
+Few poses, or a joint that moves through part of a turn, do not distinguish neighbouring orders. Which of them a choice one by one takes is
+chance, and what it says beyond the angles that were seen is noise. Here every order from 1 to 64 is fitted, shrunk towards zero by a prior
+of its size: one size for a band of orders, shared by the joints, found by maximising the evidence (MacKay, Bayesian interpolation, Neural
+Computation 4, 1992). The evidence trusts the bands too far where nothing was measured; by how much the prior should be narrower is
+what predicts best the poses of parts of a joint's range that the fit has not seen. Where a joint was not seen, its error then
 fades to nothing, so that it can be taken to another campaign.
 """
 
@@ -22,14 +22,12 @@ from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import rank
 from scalar.diagnosis.settings import SpectrumSettings
-from scalar.effects.catalogue import MAX_ORDER, MAX_RIPPLE_ORDER
-from scalar.effects.effect import Effect
-from scalar.effects.joints import JointHarmonic, JointRipple
+from scalar.effects import Effect, registry
+from scalar.effects.series import Series
 from scalar.geometry.se3 import Array
 
 BANDS = ((1, 2), (3, 6), (7, 12), (13, 20), (21, 32), (33, 48), (49, 64))
-BELIEF_SHARES = (1.0, 0.5, 0.25, 0.125)  # of the sizes that the evidence finds
-_RANGES = ((JointHarmonic, 1, MAX_ORDER), (JointRipple, MAX_ORDER + 1, MAX_RIPPLE_ORDER))
+PRIOR_SHARES = (1.0, 0.5, 0.25, 0.125)  # of the sizes that the evidence finds
 
 
 def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
@@ -39,8 +37,9 @@ def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
         state: With the orders that were found one by one.
         named: What has a name.
     """
-    joints = _joints(state)
-    dense = [cls(j, tuple(range(low, high + 1))) for j in joints for cls, low, high in _RANGES]
+    series = _series(state)
+    joints = list(series)
+    dense = [kind(joint, kind.every_order) for joint, kinds in series.items() for kind in kinds]
     rows = state.dataset.n_poses * state.residuals.measurement.equations_per_pose
     if not joints or rows < state.settings.spectrum.rows_per_column * sum(
         len(effect.coefficients) for effect in dense
@@ -48,13 +47,11 @@ def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
         return state
     system = _System.of(state, dense)
     sizes, variance = system.most_evident()
-    share = min(BELIEF_SHARES, key=lambda share: system.unseen_error(share * sizes, state, joints))
-    believed = dict(zip(BANDS, share * sizes, strict=True))
-    kept = [effect for effect in state.effects if not _is_harmonic_of(effect, joints)]
-    smooth = [
-        replace(effect, believed=tuple(believed[_band(order)] for order in effect.orders)) for effect in dense
-    ]
-    # Fits weigh rows by the noise that is stated: a belief is set against what they will miss by once all orders are there.
+    share = min(PRIOR_SHARES, key=lambda share: system.unseen_error(share * sizes, state, joints))
+    std = dict(zip(BANDS, share * sizes, strict=True))
+    kept = [effect for effect in state.effects if not _is_series_of(effect, joints)]
+    smooth = [effect.with_term_std([std[_band(order)] for order in effect.orders]) for effect in dense]
+    # Fits weigh rows by the noise that is stated: a prior is set against what they will miss by once all orders are there.
     misfit = np.sqrt(variance) * _excess(state)
     effects = tempered([*smooth, *kept], 1.0 / max(misfit, 1.0))
     trial = state.refitted(effects)
@@ -78,11 +75,11 @@ def _borne_out(state: FittedState, named: CandidateSet) -> FittedState:
 
 
 def _with_more(state: FittedState, named: CandidateSet) -> FittedState:
-    """Return a state with what else has a name and shows only beside all orders, each borne out by poses held out.
+    """Return a state with what else has a name and shows only given all orders, each borne out by poses held out.
 
     Low orders seen through part of a turn look like a weight on the joint: one by one they are taken first, and leave nothing to it.
     """
-    rest = CandidateSet.of([c for c, _ in named.tried if not isinstance(c.effect, JointHarmonic)])
+    rest = CandidateSet.of([c for c, _ in named.tried if not isinstance(c, Series)])
     for _ in range(state.settings.spectrum.most_more):
         scored = as_whitened(state)
         for entry in rank(scored, scored.background(), CandidateColumns(scored, rest))[
@@ -103,17 +100,17 @@ def _with_more(state: FittedState, named: CandidateSet) -> FittedState:
 
 
 def tempered(effects: Sequence[Effect], factor: float) -> tuple[Effect, ...]:
-    """Return effects with beliefs of their own widened by a factor, for rows that are weighed otherwise; the others as they are."""
+    """Return effects with priors of their own widened by a factor, for rows that are weighed otherwise; the others as they are."""
     return tuple(
-        replace(effect, believed=tuple(factor * size for size in effect.believed))
-        if isinstance(effect, JointHarmonic) and effect.believed
+        effect.with_term_std([factor * std for std in effect.term_std])
+        if isinstance(effect, Series) and effect.term_std
         else effect
         for effect in effects
     )
 
 
 def as_whitened(state: FittedState) -> FittedState:
-    """Return a state with its beliefs set against rows that are whitened for the spread of whole poses as well: for scores and final fits."""
+    """Return a state with its priors set against rows that are whitened for the spread of whole poses as well: for scores and final fits."""
     if not any(is_shrunk(effect) for effect in state.effects):
         return state
     effects = tempered(state.effects, max(_excess(state), 1.0))
@@ -121,15 +118,15 @@ def as_whitened(state: FittedState) -> FittedState:
 
 
 def has_all_orders(state: FittedState, effect: Effect) -> bool:
-    """Return whether an effect is orders of a joint that has them all already, as large as they are believed to be."""
-    return isinstance(effect, JointHarmonic) and any(
-        isinstance(own, JointHarmonic) and own.believed and own.joint == effect.joint for own in state.effects
+    """Return whether an effect is orders of a joint that has them all already, each with a prior of its own."""
+    return isinstance(effect, Series) and any(
+        isinstance(own, Series) and own.term_std and own.joint == effect.joint for own in state.effects
     )
 
 
 def is_shrunk(effect: Effect) -> bool:
     """Return whether an effect is all orders of a joint: its evidence, by counting columns, says nothing of what else would do as well."""
-    return isinstance(effect, JointHarmonic) and bool(effect.believed)
+    return isinstance(effect, Series) and bool(effect.term_std)
 
 
 def _excess(state: FittedState) -> float:
@@ -138,17 +135,24 @@ def _excess(state: FittedState) -> float:
     return float(np.sqrt(plain.variance / state.background().variance))
 
 
-def _joints(state: FittedState) -> list[int]:
-    """Return the joints with harmonics, if one of them has many orders."""
-    found = [e for e in state.effects if isinstance(e, JointHarmonic)]
-    orders = {joint: 0 for joint in sorted({effect.joint for effect in found})}
+def _series(state: FittedState) -> dict[int, list[type[Series]]]:
+    """Return the joints whose error is a series, each with the kinds of its terms, if one of them has many."""
+    found = [e for e in state.effects if isinstance(e, Series)]
+    counts = {joint: 0 for joint in sorted({effect.joint for effect in found})}
     for effect in found:
-        orders[effect.joint] += len(effect.orders)
-    return list(orders) if max(orders.values(), default=0) >= state.settings.spectrum.many_orders else []
+        counts[effect.joint] += len(effect.orders)
+    if max(counts.values(), default=0) < state.settings.spectrum.many_orders:
+        return {}
+    kinds = [kind for kind in registry.known().values() if issubclass(kind, Series)]
+    first = {joint: type(next(e for e in found if e.joint == joint)) for joint in counts}
+    return {
+        joint: [kind for kind in kinds if issubclass(kind, own) or issubclass(own, kind)]
+        for joint, own in first.items()
+    }
 
 
-def _is_harmonic_of(effect: Effect, joints: list[int]) -> bool:
-    return isinstance(effect, JointHarmonic) and effect.joint in joints
+def _is_series_of(effect: Effect, joints: list[int]) -> bool:
+    return isinstance(effect, Series) and effect.joint in joints
 
 
 def _band(order: int) -> tuple[int, int]:
@@ -174,7 +178,7 @@ class _System:
     settings: SpectrumSettings
 
     @classmethod
-    def of(cls, state: FittedState, dense: Sequence[JointHarmonic]) -> _System:
+    def of(cls, state: FittedState, dense: Sequence[Series]) -> _System:
         """Return the system of a state, whitened for the spread of whole poses."""
         residual, J = (whitened(state.whitening, rows) for rows in state.linearised())
         joints = [effect.joint for effect in dense]
@@ -182,7 +186,7 @@ class _System:
         start = state.model.blocks["effects"].start
         for effect in state.effects:
             stop = start + len(effect.coefficients)
-            mine[start:stop] = _is_harmonic_of(effect, joints)
+            mine[start:stop] = _is_series_of(effect, joints)
             start = stop
         local = mine[state.free]
         c = state.model.vector[state.free & mine]

@@ -1,4 +1,9 @@
-"""Effects that these data cannot show: the model takes them up in its parameters, and the predictions are off all the same."""
+"""Effects that these data cannot show: the other parameters take them up, and predictions elsewhere are off all the same.
+
+If an effect with coefficient c is present and not in the model, the fit moves the free parameters by ``J^+ E c``, with J and E the whitened columns
+of the parameters and of the effect, and leaves the residual ``(I - J J^+) E c``. Where that is all but nothing, the effect is unobservable.
+What it costs is the difference between ``J^+ E c`` and the effect itself in the predicted positions, within the joint limits.
+"""
 
 from __future__ import annotations
 
@@ -8,108 +13,85 @@ from typing import Any
 
 import numpy as np
 
-from scalar.diagnosis.candidate_set import CandidateEffect
+from scalar.diagnosis.elsewhere import displacements, poses_anywhere
 from scalar.diagnosis.fitted_state import FittedState, whitened
-from scalar.effects.effect import Effect, PointEffect
+from scalar.effects import Effect
 from scalar.geometry.se3 import Array
-from scalar.units import DEG, MM
 
-USUAL_SIZE = {
-    "joint_compliance": 1e-3,
-    "joint_harmonic": 3e-4,
-    "joint_scale": 1e-3,
-    "joint_coupling": 1e-3,
-    "joint_backlash": 3e-4,
-    "axis_nonparallel": 2e-3,
-    "base_compliance": 5e-4,
-    "range_scale": 1e-3,
-    "range_offset": 3e-4,
-}
-"""What real arms and scanners have, in the unit of the coefficient (rad, rad/rad, m/m, m)."""
+_RANK_TOLERANCE = 1e-10  # of the largest singular value of the columns of the parameters
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Unobservable:
-    """An effect that leaves no residual here.
+    """An effect that leaves no residual in these data.
 
     Attributes:
-        name, target: Of the effect.
-        observability: ``|E'| / |E|``.
-        consequence: What it would cost, in words.
+        effect: Its coefficients are zero.
+        observability: ``|E'| / |E|``: what is left of its columns beyond the model.
+        prediction_error: [m], root mean square over poses within the joint limits, with the effect of natural size present.
+        consequence: The same in words.
     """
 
-    name: str
-    target: dict[str, Any]
+    effect: Effect
     observability: float
+    prediction_error: float
     consequence: str
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the entry of ``diagnosis.json``."""
         return {
-            "name": self.name,
-            "target": self.target,
+            "name": self.effect.name,
+            "target": self.effect.target,
             "observability": self.observability,
             "consequence": self.consequence,
         }
 
 
-def unobservable_effects(state: FittedState, pool: Sequence[CandidateEffect]) -> list[Unobservable]:
-    """Return the candidates that the data cannot show beside the model, with what they would cost unseen."""
+def unobservable_effects(state: FittedState, candidates: Sequence[Effect]) -> list[Unobservable]:
+    """Return the candidates that the data cannot show beyond the model, with what they would cost.
+
+    Only kinds that state a natural size, of which no effect was found, and candidates of one term: several terms can hide only together.
+    """
     found_names = {effect.name for effect in state.effects}
-    wanted = [c.effect for c in pool if c.effect.name in USUAL_SIZE and c.terms == 1]
+    wanted = [
+        effect
+        for effect in candidates
+        if effect.natural_sizes.any() and effect.n_terms == 1 and effect.name not in found_names
+    ]
     E = state.columns_of(wanted)
     background = state.background()
-    J = whitened(state.whitening, state.linearised()[1])[: len(E)]
     left = E - background.Q @ (background.Q.T @ E)
+    ends = np.cumsum([0, *(len(effect.coefficients) for effect in wanted)], dtype=int)
     result = []
-    start = 0
-    for effect in wanted:
-        where = slice(start, start + len(effect.coefficients))
-        start = where.stop
-        lengths = np.linalg.norm(E[:, where], axis=0)
-        if not lengths.any() or effect.name in found_names:
+    for effect, start, stop in zip(wanted, ends[:-1], ends[1:], strict=True):
+        lengths = np.linalg.norm(E[:, start:stop], axis=0)
+        acts = lengths > 0
+        if not acts.any():
             continue
-        share = float(np.max(np.linalg.norm(left[:, where], axis=0)[lengths > 0] / lengths[lengths > 0]))
+        share = float(np.max(np.linalg.norm(left[:, start:stop], axis=0)[acts] / lengths[acts]))
         if share < state.settings.observability.unobservable:
-            shift = _hidden_shift(state, effect, E[:, where], J)
-            result.append(Unobservable(effect.name, effect.target, share, _words(effect, shift)))
+            errors = prediction_errors(state, effect, E[:, start:stop])
+            which = int(np.argmax(errors))
+            words = effect.consequence(float(errors[which]), which)
+            result.append(Unobservable(effect, share, float(errors[which]), words))
     return result
 
 
-def _hidden_shift(state: FittedState, effect: Effect, E: Array, J: Array) -> float:
-    """Return by how much predicted positions would be off [m] over these poses, the best rigid motion of the base removed."""
-    size = USUAL_SIZE[effect.name] * np.eye(E.shape[1])[0]
-    step = -np.linalg.lstsq(J, E @ size, rcond=1e-10)[0]
-    kinematics = state.residuals.kinematics(state.model)
-    screws = kinematics.screws()[:, :, state.free]
-    o = kinematics.T_base_sensor[:, :3, 3]
-    motion = screws @ step
-    moved = motion[:, 3:] + np.cross(motion[:, :3], o)
-    if not isinstance(effect, PointEffect):
-        return 0.0
-    lever = np.concatenate([-_skew_rows(o), np.tile(np.eye(3), (len(o), 1, 1))], axis=2).reshape(-1, 6)
-    rest = moved.ravel() - lever @ np.linalg.lstsq(lever, moved.ravel(), rcond=None)[0]
-    return float(np.sqrt(np.mean(np.sum(rest.reshape(-1, 3) ** 2, axis=1))))
+def prediction_errors(state: FittedState, effect: Effect, E: Array) -> Array:
+    """Return the prediction error ``(k,)`` [m] that each coefficient of natural size makes where it is present and not in the model.
 
-
-def _skew_rows(p: Array) -> Array:
-    S = np.zeros((len(p), 3, 3))
-    S[:, 0, 1], S[:, 0, 2], S[:, 1, 2] = -p[:, 2], p[:, 1], -p[:, 0]
-    S[:, 1, 0], S[:, 2, 0], S[:, 2, 1] = p[:, 2], -p[:, 1], p[:, 0]
-    return S
-
-
-def _words(effect: Effect, shift: float) -> str:
-    unit = effect.coefficient_units[0]
-    size = USUAL_SIZE[effect.name]
-    text = (
-        f"{size / DEG:.3g} deg"
-        if unit == "rad"
-        else (f"{size / MM:g} mm" if unit == "m" else f"{size:g} {unit}")
-    )
-    if shift > 0:
-        return (
-            f"an error of {text} would leave no residual and put predicted positions off by about {shift / MM:.2g} mm; "
-            "a reference of known length would show it"
-        )
-    return f"an error of {text} would be taken up by the geometry: it leaves no residual, and does no harm where the data were taken"
+    Args:
+        state: Fitted without the effect.
+        effect: Of natural size.
+        E: ``(N m, k)``, its whitened columns.
+    """
+    J = whitened(state.whitening, state.linearised()[1])[: len(E)]
+    taken_up = np.linalg.lstsq(J, E * effect.natural_sizes, rcond=_RANK_TOLERANCE)[0]
+    poses = poses_anywhere(state)
+    errors = []
+    for k, size in enumerate(effect.natural_sizes):
+        steps = np.zeros(len(state.free) + len(effect.coefficients))
+        steps[: len(state.free)][state.free] = taken_up[:, k]
+        steps[len(state.free) + k] = -size
+        errors.append(float(np.sqrt(np.mean(displacements(state, [effect], steps, poses) ** 2))))
+    return np.array(errors)

@@ -15,13 +15,13 @@ from scalar.diagnosis.noise_floor import between_scans, floor
 from scalar.diagnosis.observability import Unobservable
 from scalar.diagnosis.ranking import Scored
 from scalar.diagnosis.variance_components import VarianceComponent
-from scalar.effects.catalogue import effect_to_mapping
-from scalar.effects.effect import Effect
-from scalar.effects.unattributed import Unattributed
+from scalar.effects import Effect
+from scalar.effects.saving import effect_to_mapping
 from scalar.estimation.gross_errors import Cleaned
 from scalar.estimation.result import Calibration
 from scalar.units import MM
 
+UNATTRIBUTED = "unattributed"  # the verdict, and the name of an entry, where structure has no name
 FORMAT = "scalar-diagnosis/2"
 
 
@@ -55,7 +55,7 @@ class Diagnosis:
         calibration_before, calibration_after: The same as calibrations.
         findings: In the order in which they were added.
         noise: Noise effects, the likeliest first; the first is what is reported.
-        depends_on: CandidateColumns in whose order the residuals of neighbours are alike where a noise would have a name: it is none.
+        depends_on: Columns in whose order the residuals of neighbours are alike where a noise would have a name: it is none.
         unobservable: Effects that these data cannot show.
         ranking: Of all candidates on the residual before, best first.
     """
@@ -78,13 +78,13 @@ class Diagnosis:
     def verdict(self) -> str:
         """Return ``no_effect``, ``effect`` or ``unattributed``."""
         if self.component_is_no_noise or self.flexible_terms:
-            return "unattributed"
+            return UNATTRIBUTED
         return "effect" if self.findings or self.noise else "no_effect"
 
     @property
     def flexible_terms(self) -> list[Finding]:
         """Return the flexible terms among the findings."""
-        return [finding for finding in self.findings if isinstance(finding.effect, Unattributed)]
+        return [finding for finding in self.findings if finding.effect.flexible]
 
     @property
     def component_is_no_noise(self) -> bool:
@@ -103,7 +103,7 @@ class Diagnosis:
     def to_mapping(self) -> dict[str, Any]:
         """Return the content of ``diagnosis.json``."""
         std = self.calibration_after.std
-        named = [f for f in self.findings if not isinstance(f.effect, Unattributed)]
+        named = [f for f in self.findings if not f.effect.flexible]
         flexible_terms = self.flexible_terms
         effects = [self._finding(f, std) for f in named]
         # Beside structure without a name, what poses spread by is as likely the rest of that structure as a noise.
@@ -141,8 +141,10 @@ class Diagnosis:
 
     def _finding(self, finding: Finding, std: Mapping[str, float]) -> dict[str, Any]:
         entry = effect_to_mapping(finding.effect, std)
+        module = {"module": entry["module"]} if "module" in entry else {}
         return {
             "name": entry["name"],
+            **module,
             "target": entry["target"],
             "coefficients": entry["coefficients"],
             "p_value": finding.p_value,
@@ -155,7 +157,7 @@ class Diagnosis:
     def _unattributed_entry(self, findings: list[Finding], std: Mapping[str, float]) -> dict[str, Any]:
         entry = self._finding(findings[0], std)
         entry["coefficients"] = {}
-        depends = [v for f in findings for v in f.effect.depends_on]  # type: ignore[attr-defined]
+        depends = [v for f in findings for v in f.effect.depends_on]
         entry["depends_on"] = list(dict.fromkeys(depends))
         entry["held_out_rms_after_mm"] = findings[-1].after.rms / MM
         entry["corrected_by_flexible_term"] = True
@@ -187,7 +189,7 @@ class Diagnosis:
         if self.component_is_no_noise:
             joints = [f"q{i + 1}" for i in range(self.dataset.robot.n_joints)]
             depends = list(self.depends_on) or joints
-            entry |= {"name": Unattributed.name, "confounded_with": [], "depends_on": depends}
+            entry |= {"name": UNATTRIBUTED, "confounded_with": [], "depends_on": depends}
         return entry
 
 

@@ -1,4 +1,4 @@
-"""Where two effects that the data do not tell apart would predict different positions: the poses to add.
+"""Where two effects that the data do not distinguish would predict different positions: the poses to add.
 
 On the data one effect, and the best mixture of the other and the geometry, leave the same residual; within
 the joint limits they need not. Poses drawn there at random are compared, and the part of one joint's range
@@ -7,22 +7,16 @@ where the two disagree most is named.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from scalar.data.poses import Poses
+from scalar.diagnosis.elsewhere import displacements, joint_limits, poses_anywhere
 from scalar.diagnosis.fitted_state import FittedState, whitened
-from scalar.effects.effect import BaseEffect, Effect, JointEffect, LinkEffect, SensorEffect
-from scalar.effects.links import ThermalDrift
-from scalar.effects.sensor import SensorSlip
-from scalar.estimation.effect_bases import EffectBases
-from scalar.estimation.kinematics import Kinematics
-from scalar.geometry.se3 import Array, skew
+from scalar.effects import Effect
+from scalar.geometry.se3 import Array
 
-N_SAMPLES = 1500
 PARTS = 6  # that a joint's range is cut in
-_SEED = 20240
 
 
 @dataclass(frozen=True)
@@ -43,24 +37,17 @@ class Separation:
 
 
 def separation(state: FittedState, index: int, other: Effect) -> Separation | None:
-    """Return where effect ``index`` of a state and another would be told apart; None where that is no
+    """Return where effect ``index`` of a state and another would be distinguished; None where that is no
     matter of joint angles."""
     effect = state.effects[index]
-    by_pose = (JointEffect, LinkEffect, BaseEffect, SensorEffect)
-    if not all(
-        isinstance(e, by_pose) and not isinstance(e, (SensorSlip, ThermalDrift)) for e in (effect, other)
-    ):
+    if not (effect.acts_by_joint_angles and other.acts_by_joint_angles):
         return None
     steps = _steps(state, index, other)
     if steps is None:
         return None
-    limits = _limits(state)
-    rng = np.random.default_rng(_SEED)
-    q = rng.uniform(limits[:, 0], limits[:, 1], size=(N_SAMPLES, len(limits)))
-    seen = state.residuals.poses
-    columns = {name: rng.choice(values, N_SAMPLES) for name, values in seen.columns.items()}
-    anywhere = Poses(q, np.full(N_SAMPLES, float(np.median(seen.order))), columns)
-    here, there = (_disagreement(state, other, steps, poses) for poses in (seen, anywhere))
+    limits, seen, anywhere = joint_limits(state), state.residuals.poses, poses_anywhere(state)
+    q = anywhere.q
+    here, there = (displacements(state, [other], steps, poses) for poses in (seen, anywhere))
     best: tuple[float, int, float, float] | None = None
     for j in range(len(limits)):
         edges = np.linspace(limits[j][0], limits[j][1], PARTS + 1)
@@ -72,13 +59,6 @@ def separation(state: FittedState, index: int, other: Effect) -> Separation | No
     assert best is not None
     rms = float(np.sqrt(np.mean(here**2)))
     return Separation(best[1], best[2], best[3], float(np.sqrt(best[0])), rms)
-
-
-def _limits(state: FittedState) -> Array:
-    limits = np.array(state.model.nominal.limits, dtype=float)
-    q = state.residuals.poses.q
-    bounded = np.isfinite(limits) & (np.abs(limits) < 4 * np.pi)
-    return np.where(bounded, limits, np.column_stack([q.min(axis=0), q.max(axis=0)]))
 
 
 def _steps(state: FittedState, index: int, other: Effect) -> Array | None:
@@ -104,16 +84,3 @@ def _steps(state: FittedState, index: int, other: Effect) -> Array | None:
     steps[: J.shape[1]][free] -= found[: int(free.sum())]
     steps[J.shape[1] :] -= found[int(free.sum()) :]
     return steps
-
-
-def _disagreement(state: FittedState, other: Effect, steps: Array, poses: Poses) -> Array:
-    """Return by how far the two predictions of the sensor's place differ ``(N,)`` [m], the best motion of
-    the base removed."""
-    model = replace(state.model, effects=(*state.model.effects, other))
-    kinematics = Kinematics.of(model, poses, EffectBases.of(model.nominal, poses, model.effects))
-    motion = kinematics.screws() @ steps
-    o = kinematics.T_base_sensor[:, :3, 3]
-    shift = motion[:, 3:] + np.cross(motion[:, :3], o)
-    lever = np.concatenate([-skew(o), np.broadcast_to(np.eye(3), (len(o), 3, 3))], axis=2).reshape(-1, 6)
-    rest = shift.ravel() - lever @ np.linalg.lstsq(lever, shift.ravel(), rcond=None)[0]
-    return np.linalg.norm(rest.reshape(-1, 3), axis=1)

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from scalar.data.poses import is_joint
 from scalar.diagnosis.autocorrelation import depends_on
 from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
-from scalar.diagnosis.candidate_set import CandidateEffect, curves, flexible, waves
+from scalar.diagnosis.candidate_set import flexible
 from scalar.diagnosis.conditional_scores import (
     background_without,
     columns_of_effects,
@@ -24,12 +24,7 @@ from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import Scored, rank, refined
 from scalar.diagnosis.score_test import Background
-from scalar.effects.effect import Effect
-from scalar.effects.joints import JointBacklash, JointCoupling, JointHarmonic, JointScale
-from scalar.effects.links import ThermalDrift
-from scalar.effects.sensor import SensorSlip
-from scalar.effects.surface import PlaneMoved
-from scalar.effects.unattributed import Unattributed, UnattributedJoint
+from scalar.effects import Effect
 
 COLUMNS_AT_ONCE = 512
 
@@ -41,7 +36,7 @@ def with_flexible_terms(state: FittedState, named: CandidateSet) -> FittedState:
         state: Where the hunt for names ended.
         named: What has a name.
     """
-    pools = _banks(flexible(state.dataset, state.settings.estimation.identifiability.still))
+    pools = _banks(flexible(state.dataset))
     for _ in range(state.settings.flexible_terms.max_terms):
         trial = _unseated(state, pools) or _with_best(state, pools)
         if trial is None:
@@ -50,15 +45,15 @@ def with_flexible_terms(state: FittedState, named: CandidateSet) -> FittedState:
     return _minor_names_dropped(_own_names_dropped(reconsidered(state, named)[0]))
 
 
-def _banks(pool: Sequence[CandidateEffect]) -> list[CandidateSet]:
+def _banks(pool: Sequence[Effect]) -> list[CandidateSet]:
     """Return a pool in parts: what is between terms is never asked for, and many poses with all columns at once are more than memory likes."""
-    parts: list[list[CandidateEffect]] = [[]]
+    parts: list[list[Effect]] = [[]]
     width = 0
     for candidate in pool:
-        width += len(candidate.effect.coefficients)
+        width += len(candidate.coefficients)
         if width > COLUMNS_AT_ONCE:
             parts.append([])
-            width = len(candidate.effect.coefficients)
+            width = len(candidate.coefficients)
         parts[-1].append(candidate)
     return [CandidateSet.of(part, elsewhere=len(pool) - len(part)) for part in parts]
 
@@ -101,9 +96,11 @@ def _unseated(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState 
     ranked = _ranked(state, [without for without, _, _ in left_out], pools)
     for indices, left, entries in zip(groups, left_out, ranked, strict=True):
         without, own = left[0], together(state, indices, pools[0], left)
-        gears = [e for e in (state.effects[i] for i in indices) if isinstance(e, JointHarmonic)]
-        if gears:
-            entries = entries + _ranked(state, [without], _banks(waves(state.dataset, gears[0].joint)))[0]
+        imitated = next(
+            (state.effects[i] for i in indices if state.effects[i].imitators(state.dataset)), None
+        )
+        if imitated is not None:
+            entries = entries + _ranked(state, [without], _banks(imitated.imitators(state.dataset)))[0]
         others = tuple(e for k, e in enumerate(state.effects) if k not in indices)
         for entry in entries:
             if entry.evidence < settings.hopeless * own.evidence:
@@ -111,8 +108,8 @@ def _unseated(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState 
             best = refined(state, without, entry)
             trial = state.refitted(merged(others, best.effect))
             better = best.evidence - own.evidence
-            if gears and better <= settings.better_than_a_name:
-                trial, more = _with_more_shapes(trial, gears[0].joint)
+            if imitated is not None and better <= settings.better_than_a_name:
+                trial, more = _with_partial_imitators(trial, imitated)
                 better += more
             # Fewer coefficients may fit a little worse, but must not predict worse.
             worse = improvement(
@@ -123,9 +120,9 @@ def _unseated(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState 
     return None
 
 
-def _with_more_shapes(state: FittedState, joint: int) -> tuple[FittedState, float]:
-    """Return a state with up to two more shapes of a joint's error along its own angle, and their evidence [nats]."""
-    pools = _banks(curves(state.dataset, joint))
+def _with_partial_imitators(state: FittedState, imitated: Effect) -> tuple[FittedState, float]:
+    """Return a state with up to two more flexible terms, of which a few imitate a named effect, and their evidence [nats]."""
+    pools = _banks(imitated.partial_imitators(state.dataset))
     evidence = 0.0
     for _ in range(state.settings.flexible_terms.more_shapes):
         background = state.background()
@@ -142,26 +139,18 @@ def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
     by_joint: dict[int, list[int]] = {}
     in_time = []
     for i, effect in enumerate(effects):
-        if isinstance(effect, (JointHarmonic, JointScale, JointBacklash, JointCoupling)):
-            by_joint.setdefault(effect.joint, []).append(i)
-        if _in_time(effect):
+        if effect.erring_joint is not None:
+            by_joint.setdefault(effect.erring_joint, []).append(i)
+        if effect.is_change_in_time:
             in_time.append(i)
     yield from (indices for indices in [*by_joint.values(), in_time] if len(indices) > 1)
-    yield from ([i] for i, effect in enumerate(effects) if not isinstance(effect, Unattributed))
+    yield from ([i] for i, effect in enumerate(effects) if not effect.flexible)
 
 
 def _own_names_dropped(state: FittedState) -> FittedState:
     """Return a state without names for what a joint's flexible term along its own angle leaves: they are the rest of the same curve."""
-    curves = {
-        effect.joint
-        for effect in state.effects
-        if isinstance(effect, UnattributedJoint) and effect.depends_on == [f"q{effect.joint}"]
-    }
-    kept = tuple(
-        effect
-        for effect in state.effects
-        if not (isinstance(effect, (JointHarmonic, JointScale)) and effect.joint in curves)
-    )
+    curves = {effect.own_curve for effect in state.effects if effect.flexible} - {None}
+    kept = tuple(effect for effect in state.effects if effect.flexible or effect.own_curve not in curves)
     if len(kept) == len(state.effects):
         return state
     return state.refitted(kept)
@@ -174,8 +163,8 @@ def _minor_names_dropped(state: FittedState) -> FittedState:
     unnamed course in time has to explain more than that, any other name a tenth of it.
     """
     plain = state.background_within_scans()
-    flexible_terms = [i for i, effect in enumerate(state.effects) if isinstance(effect, Unattributed)]
-    columns = [v for i in flexible_terms for v in state.effects[i].depends_on]  # type: ignore[attr-defined]
+    flexible_terms = [i for i, effect in enumerate(state.effects) if effect.flexible]
+    columns = [v for i in flexible_terms for v in state.effects[i].depends_on]
     unexplained = _explained(state, plain, flexible_terms) if flexible_terms else 0.0
     along = depends_on(state) if state.variance_components else []
     if along:
@@ -186,7 +175,7 @@ def _minor_names_dropped(state: FittedState) -> FittedState:
         for i, effect in enumerate(state.effects)
         if i not in flexible_terms
         and _explained(state, plain, [i])
-        < (1.0 if courses and _in_time(effect) else state.settings.flexible_terms.minor) * unexplained
+        < (1.0 if courses and effect.is_change_in_time else state.settings.flexible_terms.minor) * unexplained
     ]
     if not minor:
         return state
@@ -198,10 +187,3 @@ def _explained(state: FittedState, plain: Background, indices: Sequence[int]) ->
     """Return by how much the squared residual, whitened for the noise within scans alone, would grow without some effects."""
     local, sizes = columns_of_effects(state, indices)
     return without_columns(plain, state, local, sizes).squared - plain.squared
-
-
-def _in_time(effect: Effect) -> bool:
-    """Return whether an effect is a change in the course of the acquisition."""
-    if isinstance(effect, ThermalDrift):
-        return effect.by != "temperature"
-    return isinstance(effect, (SensorSlip, PlaneMoved))

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from scalar.data.dataset import Dataset
+from scalar.effects import registry
 from scalar.errors import Undetermined
 from scalar.estimation.least_squares import RANK_TOLERANCE, Fit, covariance_and_step
 from scalar.estimation.model import Model
@@ -23,8 +24,9 @@ from scalar.units import DEG, MM
 
 
 def _why_fixed(name: str, is_effect: bool) -> str:
-    if name.startswith("beta_"):
-        return "nominal; the effect axis_nonparallel frees it"
+    freed_by = registry.freed_by(name.split("_")[0])
+    if freed_by is not None:
+        return f"nominal; the effect {freed_by} frees it"
     return (
         "fixed, or its residual is a combination of those of other parameters"
         if is_effect

@@ -8,13 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeGuard
 
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.effect import BaseEffect, Effect, JointEffect, LinkEffect, SensorEffect
+from scalar.effects import BaseEffect, Effect, JointEffect, LinkEffect, SensorEffect
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
+
+
+def acts_on_joints(effect: Effect) -> TypeGuard[JointEffect]:
+    """Return whether an effect is an error of the joint angles."""
+    return isinstance(effect, JointEffect)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
-from scalar.effects.effect import Effect, PointEffect
+from scalar.effects import Effect, PointEffect
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
@@ -143,7 +143,7 @@ class Residuals:
         ):  # most fits: spare them the calls below at each step
             return np.zeros(0), np.zeros((0, blocks["effects"].stop))
         coefficients = model.vector[blocks["effects"]]
-        sizes = np.concatenate([np.zeros(0), *(effect.plausible_sizes for effect in model.effects)])
+        sizes = np.concatenate([np.zeros(0), *(effect.prior_std for effect in model.effects)])
         known = np.zeros(0) if self.known is None else self.known.rows(model.target)[0]  # type: ignore[arg-type]
         bounded = np.isfinite(sizes)
         n_bounded = len(known) + int(bounded.sum())

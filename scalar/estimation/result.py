@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import write_json
 from scalar.data.poses import Poses
-from scalar.effects.catalogue import effect_from_mapping, effect_to_mapping
+from scalar.effects.saving import effect_from_mapping, effect_to_mapping
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
@@ -220,7 +220,7 @@ def load_calibration(path: str | Path) -> Calibration:
     """Return the calibration in a file that ``Calibration.save`` wrote.
 
     Raises:
-        InvalidInput: The file is missing, is not JSON, or is not a calibration.
+        InvalidInput: The file is missing, is not JSON, is not a calibration, or has an effect whose module is absent.
     """
     path = Path(path)
     try:
@@ -248,6 +248,8 @@ def load_calibration(path: str | Path) -> Calibration:
             message = "not known to this release of scalar; use the release that wrote the file"
             raise InvalidInput([Fault(str(path), message, None, key) for key in unknown])
         return _from_mapping(mapping)
+    except InvalidInput as error:  # an effect whose kind is not known here
+        raise InvalidInput([Fault(str(path), fault.message) for fault in error.faults]) from None
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise InvalidInput(
             [Fault(str(path), f"damaged calibration: {type(error).__name__} {error}")]

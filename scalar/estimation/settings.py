@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from scalar.data.poses import STILL
 from scalar.units import DEG, MM
 
 
@@ -146,7 +147,7 @@ class IdentifiabilitySettings:
         "the root of the rounding error: perfect measurements leave nothing but rounding",
     )  # fmt: skip
     still: float = setting(
-        2e-3, "rad", "a joint that moves less than this is still",
+        STILL, "rad", "a joint that moves less than this is still",
         "chosen: a tenth of a degree, which a loaded brake gives",
     )  # fmt: skip
     span_tolerance: float = setting(

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scalar.data.poses import is_joint
-from scalar.effects.joints import JointBacklash
-from scalar.effects.surface import PlaneMoved
+from scalar.effects import registry
+from scalar.effects.wording import KNOWN_LENGTH_ADVICE
 from scalar.report.words import angle, length, listed
 from scalar.units import DEG, MM
 
@@ -27,7 +27,7 @@ def advice(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
     """Return what would show more, the most useful first."""
     return [
         *_unexplained(diagnosis, mapping),
-        *_silent(diagnosis),
+        *_unobservable(diagnosis),
         *_weak(diagnosis),
         *_columns(diagnosis),
         *_poses(diagnosis),
@@ -38,14 +38,13 @@ def advice(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
 def _unexplained(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
     found = []
     for entry in mapping["effects"]:
-        if entry["name"] == "unattributed":
+        if "depends_on" in entry:
             joints = [f"joint {v[1:]}" for v in entry["depends_on"] if is_joint(v)]
             others = [v for v in entry["depends_on"] if not is_joint(v)]
             if joints:
                 found.append(
-                    f"Sweep {listed(joints)} in small steps, all other joints still, on one plate: the "
-                    "shape of the "
-                    "curve will say more of the cause than poses at random."
+                    f"Sweep {listed(joints)} in small steps, all other joints still, on one target plane: the "
+                    "shape of the curve will say more of the cause than poses at random."
                 )
             if others:
                 found.append(
@@ -60,23 +59,10 @@ def _unexplained(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
     return found
 
 
-def _silent(diagnosis: Diagnosis) -> list[str]:
-    names = {s.name for s in diagnosis.unobservable}
-    found = []
-    if names & {"range_scale", "joint_scale"} or not diagnosis.after.residuals.measurement.carries_scale:
-        found.append(
-            "Add a length that is known: two plates whose distance was measured, or one plate whose "
-            "place in the base frame "
-            "is known (distance_std and normal_std in dataset.yaml). It fixes the scale, which these "
-            "data cannot."
-        )
-    if "range_offset" in names:
-        found.append(
-            "Scan the same plate from near and from far, and with the scanner turned about its line of "
-            "sight: the laser's "
-            "zero hides in the scanner's place on the flange as long as the incidence hardly varies."
-        )
-    return found
+def _unobservable(diagnosis: Diagnosis) -> list[str]:
+    hidden = [entry.effect.remedy_advice for entry in diagnosis.unobservable]
+    scale = [] if diagnosis.after.residuals.measurement.carries_scale else [KNOWN_LENGTH_ADVICE]
+    return [sentence for sentence in dict.fromkeys([*scale, *hidden]) if sentence]
 
 
 def _weak(diagnosis: Diagnosis) -> list[str]:
@@ -102,26 +88,8 @@ def _weak(diagnosis: Diagnosis) -> list[str]:
 
 
 def _columns(diagnosis: Diagnosis) -> list[str]:
-    poses, found = diagnosis.dataset.poses, []
-    considered = [entry.effect for entry in diagnosis.ranking] + [f.effect for f in diagnosis.findings]
-    if any(isinstance(e, JointBacklash) and e.by == "torque" for e in considered) or not any(
-        str(c).startswith("approach") for c in poses
-    ):
-        found.append(
-            "Record from which side each joint came (columns approach1, approach2, …; −1 or 1) and vary "
-            "it: backlash could be looked for by the sign of the gravity torque only."
-        )
-    missing = [name for name in ("time", "temperature") if name not in poses]
-    if missing:
-        order = (
-            ""
-            if "order" in poses or "time" in poses
-            else "; without them the order of the rows has to stand for the time"
-        )
-        found.append(
-            f"Record {listed(missing)} with each pose: a drift could not be looked for along "
-            f"{'it' if len(missing) == 1 else 'them'}{order}."
-        )
+    kinds = registry.known().values()
+    found = [sentence for kind in kinds for sentence in kind.advice_on_data(diagnosis.dataset)]
     if diagnosis.dataset.sensor.noise is None:
         found.append("State the sensor's noise in dataset.yaml: what is structure is judged against it.")
     return found
@@ -139,19 +107,12 @@ def _poses(diagnosis: Diagnosis) -> list[str]:
             f"{p.name} ({n})" for p, n in zip(dataset.planes, counts, strict=True) if n < FEW_POSES_A_PLANE
         ]
         if few:
-            found.append(f"More poses on {listed(few)}: effects show where there are tens of poses a plate.")
+            found.append(f"More poses on {listed(few)}: effects show where there are tens of poses a plane.")
     return found
 
 
 def _repairs(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
-    found = []
-    for effect in (f.effect for f in diagnosis.findings):
-        if isinstance(effect, PlaneMoved):
-            found.append(
-                f"Clamp plate {effect.plane} and measure again, or give the poses from order "
-                f"{effect.order:.0f} on a session "
-                "of their own."
-            )
+    found = [sentence for finding in diagnosis.findings for sentence in finding.effect.advice]
     wrong = mapping["outliers"]["mislabelled"]
     if wrong:
         found.append(

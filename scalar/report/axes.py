@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scalar.diagnosis.profiles import Axis
+from scalar.effects.picture import Axis
 from scalar.geometry.se3 import Array
 from scalar.report.words import number
 from scalar.units import DEG, MM

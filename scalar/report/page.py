@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.diagnosis.partial_residuals import profiles, seen_share
-from scalar.diagnosis.profiles import Map, Profile, View
+from scalar.diagnosis.partial_residuals import FittedView
 from scalar.diagnosis.separating_poses import separation
 from scalar.diagnosis.variance_components import whitening_for
-from scalar.effects.effect import Effect
-from scalar.effects.joints import JointHarmonic
-from scalar.effects.unattributed import Unattributed
+from scalar.effects import Effect
+from scalar.effects.picture import Map, Profile
 from scalar.report import words
 from scalar.report.advice import advice
 from scalar.report.pictures import draw
@@ -40,12 +38,13 @@ _RIVALS_SHOWN = 3
 def page(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return everything that the template needs."""
     mapping = diagnosis.to_mapping()
-    view = View.of(diagnosis.after, diagnosis.calibration_after.free, diagnosis.calibration_after.covariance)
-    with_pictures = len(diagnosis.findings[:_MANY_PICTURES])
-    traces = [profiles(view, i) for i in range(with_pictures)]
-    most = dots_per_panel(2 * (sum(len(t) for t in traces) + 1))
+    view = FittedView.of(
+        diagnosis.after, diagnosis.calibration_after.free, diagnosis.calibration_after.covariance
+    )
+    shown = [effect.pictures(view) for effect in diagnosis.after.effects[:_MANY_PICTURES]]
+    most = dots_per_panel(2 * (sum(len(pictures) for pictures in shown) + 1))
     effects = [
-        _card(diagnosis, view, i, finding, traces[i] if i < with_pictures else [], most)
+        _card(diagnosis, view, i, finding, shown[i] if i < len(shown) else [], most)
         for i, finding in enumerate(diagnosis.findings)
     ]
     if diagnosis.noise and not diagnosis.flexible_terms:
@@ -60,7 +59,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         "effects": effects,
         "residuals": draw_residuals(diagnosis.before, diagnosis.after, most),
         "ranking": _ranking(diagnosis),
-        "silent": _silent(diagnosis),
+        "unobservable": _unobservable(diagnosis),
         "on_planes": bool(diagnosis.dataset.planes),
         "set_aside": mapping["outliers"],
         "noise": _noise(diagnosis, mapping),
@@ -143,49 +142,45 @@ def _percent(value: float, scale: float) -> float:
 
 
 def _card(
-    diagnosis: Diagnosis, view: View, index: int, finding: Finding, traces: list[Profile | Map], most: int
+    diagnosis: Diagnosis,
+    view: FittedView,
+    index: int,
+    finding: Finding,
+    pictures: list[Profile | Map],
+    most: int,
 ) -> dict[str, Any]:
     effect = finding.effect
     poses = diagnosis.after.dataset.poses["pose"].to_numpy()
     return {
-        "title": words.effect_title(effect),
-        "clause": words.statement(effect.name, effect.target, words.effect_title(effect)),
+        "title": effect.title,
+        "clause": effect.clause,
         "text": effect.sentence,
         "is_noise": False,
-        "flexible": isinstance(effect, Unattributed),
-        "size": words.size(effect, traces),
+        "flexible": effect.flexible,
+        "size": effect.size(pictures),
         "p_value": words.chance(finding.p_value),
         "sure": f"{100 * finding.confidence:.0f} %",
         "before": words.number(finding.before.rms / MM),
         "after": words.number(finding.after.rms / MM),
-        "seen": f"{100 * seen_share(view, index):.0f} %",
+        "seen": f"{100 * view.share_left(diagnosis.after.effects[index]):.0f} %",
         "table": _coefficients(diagnosis, effect),
-        "pictures": [draw(trace, poses, most) for trace in traces],
+        "pictures": [draw(picture, poses, most) for picture in pictures],
         "confounded": _confounded(diagnosis, index, finding),
     }
 
 
 def _coefficients(diagnosis: Diagnosis, effect: Effect) -> dict[str, Any] | None:
-    if isinstance(effect, Unattributed):
-        return None
     std = diagnosis.calibration_after.std
     errors = [std.get(name) for name in effect.parameter_names]
-    errors = [None if e is None else float(e) for e in errors]
-    if isinstance(effect, JointHarmonic):
-        rows = words.harmonics(effect.orders, list(effect.coefficients), errors)
-        return {"head": ("order", "amplitude", "±", "first top at"), "rows": rows}
-    rows = [
-        words.coefficient(name, float(value), error)
-        for name, value, error in zip(effect.coefficient_names, effect.coefficients, errors, strict=True)
-    ]
-    return {"head": ("coefficient", "value", "±", "unit"), "rows": rows}
+    table = effect.table([None if e is None else float(e) for e in errors])
+    return None if table is None else {"head": table[0], "rows": table[1]}
 
 
 def _confounded(diagnosis: Diagnosis, index: int, finding: Finding) -> dict[str, Any] | None:
     if not finding.confounded_with:
         return None
     near = list(finding.confounded_with)
-    titles = [words.effect_title(e) for e in near]
+    titles = [e.title for e in near]
     found = separation(diagnosis.after, index, near[0])
     text = ""
     if found is not None:
@@ -226,9 +221,11 @@ def _noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
         if is_angle
         else "each scan has an error of its own, common to its points"
     )
+    title = words.title(entry["name"], {})
+    is_component = entry["name"] in words.COMPONENTS
     return {
-        "title": words.title(entry["name"], {}),
-        "clause": words.statement(entry["name"], {}, words.title(entry["name"], {})),
+        "title": title,
+        "clause": words.COMPONENTS[entry["name"]][1] if is_component else f"there is {title}",
         "text": _of_spread(diagnosis) or f"{how}: a random error, which no correction removes",
         "is_noise": True,
         "flexible": False,
@@ -261,10 +258,10 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
     taken = {f.effect.key for f in diagnosis.findings}
     top = max([entry.evidence for entry in diagnosis.ranking] + [1e-9])
     # A candidate with several sets of columns has one line, for its best.
-    best = {words.effect_title(entry.effect): entry for entry in reversed(diagnosis.ranking)}
+    best = {entry.effect.title: entry for entry in reversed(diagnosis.ranking)}
     rows = [
         {
-            "title": words.capital(words.effect_title(entry.effect)),
+            "title": words.capital(entry.effect.title),
             "evidence": f"{round(entry.evidence)}".replace("-", "−"),
             "percent": _percent(max(entry.evidence, 0.0), top),
             "p_value": words.chance(entry.p_value),
@@ -272,16 +269,16 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
             "taken": entry.effect.key in taken,
         }
         for entry in diagnosis.ranking
-        if best[words.effect_title(entry.effect)] is entry
+        if best[entry.effect.title] is entry
     ]
     return {"first": rows[:_RANKS_SHOWN], "rest": rows[_RANKS_SHOWN:]}
 
 
-def _silent(diagnosis: Diagnosis) -> list[dict[str, str]]:
+def _unobservable(diagnosis: Diagnosis) -> list[dict[str, str]]:
     """Return what cannot be seen, effects of the same consequence together."""
     together: dict[str, list[str]] = {}
     for entry in diagnosis.unobservable:
-        together.setdefault(entry.consequence, []).append(words.title(entry.name, entry.target))
+        together.setdefault(entry.consequence, []).append(entry.effect.title)
     return [
         {"title": words.capital("; ".join(dict.fromkeys(titles))), "text": text}
         for text, titles in together.items()

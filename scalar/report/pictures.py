@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from scalar.diagnosis.profiles import Axis, Map, Profile
+from scalar.effects.picture import Axis, Map, Profile
 from scalar.geometry.se3 import Array
 from scalar.report.axes import dot_titles, in_words, range_of, shown, with_unit
 from scalar.report.panel import Panel

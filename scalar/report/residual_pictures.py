@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.profiles import Axis
 from scalar.diagnosis.scan_residuals import signed_residual
+from scalar.effects.picture import Axis
 from scalar.geometry.se3 import Array
 from scalar.report.axes import dot_titles, range_of, shown
 from scalar.report.pictures import TITLES, Pair, panel_of, sentences

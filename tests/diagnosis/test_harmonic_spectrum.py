@@ -11,7 +11,9 @@ from scalar.diagnosis.fitted_state import refit
 from scalar.diagnosis.forward_selection import select_forward
 from scalar.diagnosis.harmonic_spectrum import as_whitened, tempered, with_spectrum
 from scalar.diagnosis.hold_out import held_out_errors
-from scalar.effects.joints import JointCompliance, JointHarmonic, JointScale
+from scalar.effects.joint_compliance import JointCompliance
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.gross_errors import clean
 from scalar.estimation.residuals import Residuals
@@ -103,9 +105,9 @@ def test_a_single_order_stays_one():
 
 def test_beliefs_are_tempered_and_nothing_else():
     """A factor on the weight of rows is one on beliefs; effects without a belief of their own are the same objects."""
-    own = JointHarmonic(2, (3, 4), believed=(1e-4, 2e-5))
+    own = JointHarmonic(2, (3, 4), term_std=(1e-4, 2e-5))
     common, scale = JointHarmonic(3, (1,)), JointScale(1)
     wide, *rest = tempered([own, common, scale], 3.0)
-    np.testing.assert_allclose(wide.plausible_sizes, [3e-4, 3e-4, 6e-5, 6e-5])
+    np.testing.assert_allclose(wide.prior_std, [3e-4, 3e-4, 6e-5, 6e-5])
     assert rest == [common, scale]
-    assert JointHarmonic.from_mapping(wide.to_mapping()).believed == wide.believed
+    assert JointHarmonic.from_mapping(wide.to_mapping()).term_std == wide.term_std

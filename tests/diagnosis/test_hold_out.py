@@ -13,7 +13,7 @@ from scalar.diagnosis.hold_out import (
     improvement,
 )
 from scalar.diagnosis.settings import DEFAULTS
-from scalar.effects.catalogue import parse_effects
+from scalar.effects.command_line import parse_effects
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.least_squares import fit
 from scalar.estimation.residuals import Residuals

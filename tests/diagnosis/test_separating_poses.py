@@ -4,7 +4,7 @@ import numpy as np
 
 from scalar.diagnosis.fitted_state import refit
 from scalar.diagnosis.separating_poses import _steps
-from scalar.effects.joints import JointScale
+from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
 from tests.effects.injected import Flaws, make_cell
 

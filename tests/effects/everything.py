@@ -5,30 +5,30 @@ from __future__ import annotations
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.effects.base import BaseCompliance
-from scalar.effects.catalogue import plane_centre
+from scalar.effects.acquisition import plane_centre
+from scalar.effects.axis_nonparallel import AxisNonparallel
+from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.effect import Effect
-from scalar.effects.joints import (
-    JointBacklash,
-    JointCompliance,
-    JointCoupling,
-    JointHarmonic,
-    JointRipple,
-    JointScale,
-)
-from scalar.effects.links import AxisNonparallel, ThermalDrift
-from scalar.effects.sensor import RangeDistortion, RangeOffset, RangeScale, SensorSlip
-from scalar.effects.surface import PlaneBow, PlaneMoved
-from scalar.effects.unattributed import (
-    GRAVITY,
-    UnattributedJoint,
-    UnattributedLink,
-    UnattributedSensor,
-    UnattributedShape,
-    UnattributedSway,
-    UnattributedWave,
-    Variable,
-)
+from scalar.effects.flexible.joint import UnattributedJoint
+from scalar.effects.flexible.link import UnattributedLink
+from scalar.effects.flexible.sensor import UnattributedSensor
+from scalar.effects.flexible.shape import UnattributedShape
+from scalar.effects.flexible.sway import UnattributedSway
+from scalar.effects.flexible.variable import GRAVITY, Variable
+from scalar.effects.flexible.wave import UnattributedWave
+from scalar.effects.joint_backlash import JointBacklash
+from scalar.effects.joint_compliance import JointCompliance
+from scalar.effects.joint_coupling import JointCoupling
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.joint_ripple import JointRipple
+from scalar.effects.joint_scale import JointScale
+from scalar.effects.plane_bow import PlaneBow
+from scalar.effects.plane_moved import PlaneMoved
+from scalar.effects.range_distortion import RangeDistortion
+from scalar.effects.range_offset import RangeOffset
+from scalar.effects.range_scale import RangeScale
+from scalar.effects.sensor_slip import SensorSlip
+from scalar.effects.thermal_drift import ThermalDrift
 
 SIZE = {"rad": 3e-4, "m": 5e-4, "rad/rad": 1e-3, "m/m": 1e-3, "1/m": 5e-3}
 SIZE |= {"1/K": 1e-5, "1/s": 1e-6, "1/pose": 3e-6}

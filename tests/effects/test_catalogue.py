@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scalar.effects.catalogue import CATALOGUE, effect_from_mapping, effect_to_mapping, parse_effects
+from scalar.effects.command_line import parse_effects
+from scalar.effects.registry import known
+from scalar.effects.saving import effect_from_mapping, effect_to_mapping
 from scalar.errors import InvalidInput
 from scalar.estimation.result import Calibration, load_calibration
 from tests.effects.everything import every_effect, optional_columns
@@ -25,7 +27,7 @@ def effects(cell):
 
 def test_one_of_every_name_is_tested(effects):
     """These tests leave no effect of the catalogue out."""
-    assert {effect.name for effect in effects} == set(CATALOGUE)
+    assert {effect.name for effect in effects} == set(known())
 
 
 def test_what_every_effect_says_of_itself(effects):
@@ -35,8 +37,8 @@ def test_what_every_effect_says_of_itself(effects):
     for effect in effects:
         k = len(effect.coefficients)
         assert k == len(effect.coefficient_names) == len(effect.coefficient_units)
-        assert len(effect.plausible_sizes) == k == len(set(effect.coefficient_names))
-        assert np.all(effect.plausible_sizes > 0)
+        assert len(effect.prior_std) == k == len(set(effect.coefficient_names))
+        assert np.all(effect.prior_std > 0)
         assert effect.sentence and not effect.sentence.endswith(".")
         assert all("_" in name for name in effect.coefficient_names)
         json.dumps(effect.target)

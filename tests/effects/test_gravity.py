@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from scalar.data.poses import Poses
 from scalar.effects.gravity import torque_basis, torque_of, typical_masses, typical_torque, unit_moments
-from scalar.effects.joints import JointBacklash, JointCompliance
+from scalar.effects.joint_backlash import JointBacklash
+from scalar.effects.joint_compliance import JointCompliance
 from scalar.geometry.robot import Robot
 from tests import helpers
 from tests.effects.injected import gravity_torques

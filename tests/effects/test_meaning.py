@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from scalar.effects.catalogue import parse_effects, range_middle
+from scalar.effects.acquisition import range_middle
+from scalar.effects.command_line import parse_effects
 from scalar.estimation.calibrate import calibrate
 from tests import helpers
 from tests.effects.injected import BETA, Flaws, Moment, make_cell, on_joint, sag

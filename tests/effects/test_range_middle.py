@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from scalar.effects.catalogue import effect_from_mapping, effect_to_mapping, parse_effects, range_middle
+from scalar.effects.acquisition import range_middle
+from scalar.effects.command_line import parse_effects
+from scalar.effects.saving import effect_from_mapping, effect_to_mapping
 from scalar.estimation.calibrate import calibrate
 from scalar.evaluate import evaluate
 from tests.effects.injected import Flaws, make_cell

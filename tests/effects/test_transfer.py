@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scalar.effects.transfer import carried
 from scalar.errors import InvalidInput
 from scalar.estimation.result import Calibration
+from scalar.estimation.transfer import carried
 from tests.effects.everything import every_effect, optional_columns
 from tests.helpers import make_scene
 

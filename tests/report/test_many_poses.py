@@ -10,7 +10,7 @@ from scalar.diagnosis import Diagnosis
 from scalar.diagnosis.fitted_state import refit
 from scalar.diagnosis.hold_out import held_out_errors
 from scalar.diagnosis.result import Finding
-from scalar.effects.joints import JointHarmonic
+from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation.conclude import conclude
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.gross_errors import clean

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scalar.diagnosis.profiles import Axis, Map, Profile
+from scalar.effects.picture import Axis, Map, Profile
 from scalar.report.axes import dot_titles, range_of
 from scalar.report.panel import Panel
 from scalar.report.pictures import draw

@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 from scalar.cli.diagnose import describe_diagnosis
 from scalar.data.dataset import Dataset
 from scalar.diagnosis import Diagnosis, diagnose
-from scalar.diagnosis.partial_residuals import beside_everything, profiles, seen_share
-from scalar.diagnosis.profiles import Profile, View
+from scalar.diagnosis.partial_residuals import FittedView
 from scalar.diagnosis.scan_residuals import signed_residual
 from scalar.diagnosis.separating_poses import separation
-from scalar.effects.joints import JointHarmonic
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.picture import Map, Profile
 from scalar.report import render_report, words
 from scalar.units import MM
 from tests.helpers import make_scene
@@ -98,9 +98,14 @@ def structure(text: str) -> Structure:
     return parser
 
 
-def view_of(diagnosis: Diagnosis) -> View:
+def view_of(diagnosis: Diagnosis) -> FittedView:
     after = diagnosis.calibration_after
-    return View.of(diagnosis.after, after.free, after.covariance)
+    return FittedView.of(diagnosis.after, after.free, after.covariance)
+
+
+def pictures_of(diagnosis: Diagnosis) -> list[Profile | Map]:
+    """Return the pictures of the first effect."""
+    return diagnosis.after.effects[0].pictures(view_of(diagnosis))
 
 
 def test_the_planted_effect_is_named(found: Diagnosis) -> None:
@@ -215,7 +220,7 @@ def test_nothing_found_is_said(nothing: Diagnosis) -> None:
 def test_curve_is_the_planted_one(found: Diagnosis) -> None:
     """The fitted curve of the picture is the planted error of the joint within five of its own standard
     errors."""
-    course = profiles(view_of(found), 0)[0]
+    course = pictures_of(found)[0]
     assert isinstance(course, Profile) and course.curve is not None
     x, curve, std = course.curve
     assert np.all(np.abs(curve - planted(x)) < 5 * std + 1e-6)
@@ -225,7 +230,7 @@ def test_curve_is_the_planted_one(found: Diagnosis) -> None:
 def test_dots_scatter_about_the_planted_curve_as_their_errors_say(found: Diagnosis) -> None:
     """What each pose asks for, less what was planted there, has the standard error that the picture takes
     it to have."""
-    course = profiles(view_of(found), 0)[0]
+    course = pictures_of(found)[0]
     assert isinstance(course, Profile)
     z = (course.y - planted(found.after.residuals.poses.q[:, JOINT - 1])) / course.std
     np.testing.assert_allclose(course.y - course.rest, course.fitted, rtol=0, atol=1e-15)
@@ -235,7 +240,7 @@ def test_dots_scatter_about_the_planted_curve_as_their_errors_say(found: Diagnos
 def test_added_variable_plot_has_slope_one(found: Diagnosis) -> None:
     """Measured against predicted shift, beside everything else: the residual is orthogonal, so the slope
     is near one."""
-    course = beside_everything(view_of(found), 0)
+    course = view_of(found).added_variable(found.after.effects[0])
     slope = np.sum(course.x * course.y / course.std**2) / np.sum(course.x**2 / course.std**2)
     assert slope == pytest.approx(1.0, abs=0.1)
 
@@ -254,7 +259,7 @@ def test_seen_share_is_the_projection(found: Diagnosis) -> None:
     others = (jacobian / scale)[:, ~mine]
     left = signal - others @ np.linalg.lstsq(others, signal, rcond=None)[0]
     expected = np.linalg.norm(left) / np.linalg.norm(signal)
-    assert seen_share(view_of(found), 0) == pytest.approx(expected, rel=1e-4)
+    assert view_of(found).share_left(found.after.effects[0]) == pytest.approx(expected, rel=1e-4)
 
 
 def test_an_effect_is_not_told_from_itself(found: Diagnosis) -> None:

@@ -5,9 +5,9 @@ from job import logged
 with logged(snakemake.log):
     from scalar.data.dataset import read_dataset
     from scalar.data.io.atomic import write_json
-    from scalar.effects.transfer import carried
     from scalar.estimation.calibrate import calibrate
     from scalar.estimation.result import load_calibration
+    from scalar.estimation.transfer import carried
     from study.measured.models import transferred
 
     data = read_dataset(snakemake.input.dataset)

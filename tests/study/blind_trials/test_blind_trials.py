@@ -18,7 +18,7 @@ from study.blind_trials.run import SET_COLUMNS, injected_config, make_control, r
 from study.blind_trials.score import outcome, same_target
 from study.blind_trials.statistics import half_point, half_point_interval, wilson
 
-from scalar.effects.joints import JointRipple
+from scalar.effects.joint_ripple import JointRipple
 from scalar.errors import InvalidInput
 
 ROOT = Path(__file__).parents[3]

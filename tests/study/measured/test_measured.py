@@ -11,7 +11,7 @@ from study.measured.gears import agreement, gear_errors
 from study.measured.models import on_a_fresh_split, on_shuffled_angles
 from study.plots.measured import draw_errors, draw_gears
 
-from scalar.effects.joints import JointHarmonic
+from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation.calibrate import calibrate
 from scalar.units import MM
 from tests.diagnosis.cases import TRACKER_NOISE, bumps, bumpy
@@ -26,7 +26,7 @@ ROOT = Path(__file__).parents[3]
 def campaign(seed, landscape=5):
     """Return a set of a tracked arm of which joint 3 errs, and its calibration with all orders of that joint."""
     dataset = bumpy(seed, poses_per_plane=150, erring=(ERRING,), landscape=landscape)
-    belief = JointHarmonic(ERRING, ORDERS, believed=(1e-4,) * len(ORDERS))
+    belief = JointHarmonic(ERRING, ORDERS, term_std=(1e-4,) * len(ORDERS))
     return dataset, calibrate(dataset, effects=[belief])
 
 

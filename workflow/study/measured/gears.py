@@ -13,7 +13,7 @@ import pandas as pd
 
 from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
-from scalar.effects.joints import JointHarmonic
+from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation.result import Calibration
 from scalar.geometry.se3 import Array
 from scalar.units import DEG, MRAD

@@ -22,7 +22,8 @@ from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import first_times, held_out_errors
 from scalar.diagnosis.measured_rows import MeasuredRows
 from scalar.diagnosis.settings import DEFAULTS
-from scalar.effects.effect import Effect, JointEffect
+from scalar.effects.effect import Effect
+from scalar.effects.places import JointEffect
 from scalar.estimation.gross_errors import clean
 from scalar.estimation.joint_fit import unobservable_coefficients
 from scalar.estimation.least_squares import fit

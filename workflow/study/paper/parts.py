@@ -12,8 +12,9 @@ import pandas as pd
 from scalar.baseline import fit as baseline
 from scalar.baseline.parameterisation import DH_KINDS, SENSOR
 from scalar.diagnosis.settings import DEFAULTS
-from scalar.effects.catalogue import CATALOGUE, MAX_ORDER, MAX_RIPPLE_ORDER
-from scalar.effects.unattributed import Unattributed
+from scalar.effects.flexible.unattributed import Unattributed
+from scalar.effects.joint_harmonic import MAX_ORDER, MAX_RIPPLE_ORDER
+from scalar.effects.registry import known
 from scalar.geometry import parallel_axes
 from scalar.units import DEG, MM
 from study.common.methods import INITIAL, PROPOSED
@@ -81,7 +82,7 @@ def settings() -> dict[str, Any]:
         "max_evaluations": baseline.MAX_EVALUATIONS,
         "band_low": BAND[0],
         "band_high": BAND[1],
-        "effects": len(CATALOGUE) - (Unattributed.name in CATALOGUE) + VARIANCE_COMPONENTS,
+        "effects": len(known()) - (Unattributed.name in known()) + VARIANCE_COMPONENTS,
         "highest_order": MAX_ORDER,
         "highest_ripple": MAX_RIPPLE_ORDER,
         "alpha": DEFAULTS.selection.alpha_named_effect,

@@ -16,14 +16,13 @@ import pandas as pd
 
 from scalar.data.dataset import read_dataset
 from scalar.diagnosis import Diagnosis, diagnose
-from scalar.diagnosis.partial_residuals import profiles
-from scalar.diagnosis.profiles import Profile, View
+from scalar.diagnosis.partial_residuals import FittedView
 from scalar.diagnosis.scan_residuals import signed_residual
-from scalar.effects.joints import JointHarmonic
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.picture import Profile
 from scalar.estimation.result import load_calibration
 from scalar.evaluate import Evaluation, evaluate
 from scalar.evaluate.truth import read_truth
-from scalar.report.words import effect_title
 from scalar.units import DEG, MM
 from study.blind_trials.score import same
 
@@ -52,8 +51,10 @@ def tell(dataset_dir: str | Path) -> dict[str, pd.DataFrame]:
     diagnosis = diagnose(read_dataset(dataset_dir))
     effect = diagnosis.after.model.effects[0]
     assert isinstance(effect, JointHarmonic), effect.name
-    view = View.of(diagnosis.after, diagnosis.calibration_after.free, diagnosis.calibration_after.covariance)
-    course = profiles(view, 0)[0]
+    view = FittedView.of(
+        diagnosis.after, diagnosis.calibration_after.free, diagnosis.calibration_after.covariance
+    )
+    course = diagnosis.after.effects[0].pictures(view)[0]
     assert isinstance(course, Profile) and course.curve is not None
     data = diagnosis.after.dataset
     poses = pd.DataFrame(
@@ -78,7 +79,7 @@ def _ranking(diagnosis: Diagnosis) -> pd.DataFrame:
     found = {finding.effect.key for finding in diagnosis.findings}
     rows = [
         {
-            "candidate": effect_title(entry.effect),
+            "candidate": entry.effect.title,
             "evidence_nats": entry.evidence,
             "share_of_residual": min(entry.gain / squared, 1.0),
             "p_value": entry.p_value,

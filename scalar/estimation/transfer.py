@@ -1,25 +1,17 @@
 """Which effects go with an arm from one campaign to the next, and which stay where they were found.
 
-Joints, links and the pedestal are the arm's own. A range error is the laser's. A slip, a plate that moved or is bent, a warm-up by the
-clock belong to one day in one cell: held in another they would be errors of our own making.
+Joints, links and the pedestal are the arm's own. A range error is the laser's. What happened on one day in one workcell would, in another,
+be an error of our own making. Each effect says for itself to which it belongs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scalar.data.poses import is_joint
-from scalar.effects.effect import Effect, JointEffect, PointEffect, SensorEffect
-from scalar.effects.joints import JointBacklash
-from scalar.effects.links import ThermalDrift
-from scalar.effects.sensor import SensorSlip
-from scalar.effects.surface import PlaneBow, PlaneMoved
-from scalar.effects.unattributed import GRAVITY, Unattributed
+from scalar.effects.effect import Effect
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.model import Model
-from scalar.sensors import kind_of
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -68,44 +60,11 @@ def carried(model: Model, dataset: Dataset) -> Carried:
                 )
             ]
         )
-    reasons = [(effect, _why_not(effect, dataset)) for effect in model.effects]
+    reasons = [(effect, effect.not_transferable(dataset)) for effect in model.effects]
     return Carried(
         tuple(effect for effect, reason in reasons if reason is None),
         tuple((effect, reason) for effect, reason in reasons if reason is not None),
     )
-
-
-def _why_not(effect: Effect, dataset: Dataset) -> str | None:
-    """Return why an effect does not hold for a dataset, or None where it does."""
-    if isinstance(effect, SensorSlip):
-        return "a slip happens once"
-    if isinstance(effect, (PlaneMoved, PlaneBow)):
-        return "the plates are set up anew for every campaign"
-    if isinstance(effect, ThermalDrift):
-        if effect.by != "temperature":
-            return f"its course by {effect.by} is that of one campaign"
-        return _missing(["temperature"], dataset)
-    if isinstance(effect, JointBacklash) and effect.by == "approach":
-        return _missing([f"approach{effect.joint}"], dataset)
-    if isinstance(effect, PointEffect):
-        return None if kind_of(dataset).measures_range else "it is an error of a laser's range"
-    if isinstance(effect, Unattributed):
-        return _why_not_unattributed(effect)
-    return None
-
-
-def _why_not_unattributed(effect: Unattributed) -> str | None:
-    if isinstance(effect, SensorEffect):
-        return "the sensor is mounted anew for every campaign"
-    foreign = [name for name in effect.depends_on if name != GRAVITY and not is_joint(name)]
-    if isinstance(effect, JointEffect) and foreign:
-        return f"its course by {', '.join(foreign)} is that of one campaign"
-    return None
-
-
-def _missing(columns: Sequence[str], dataset: Dataset) -> str | None:
-    absent = [name for name in columns if name not in dataset.poses]
-    return f"poses.csv has no column '{absent[0]}'" if absent else None
 
 
 def describe(entry: object) -> list[str]:

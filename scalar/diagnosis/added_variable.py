@@ -1,0 +1,68 @@
+"""An effect beside everything else that is free: what is left of its signal, and what is measured of that.
+
+By the theorem of Frisch, Waugh and Lovell, the coefficient of an effect in the joint fit is the slope of the residual over the effect's
+signal once the columns of everything else are projected out of both: the added-variable plot.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.effects.picture import Axis, Profile
+from scalar.geometry.se3 import Array
+
+
+def added_variable(state: FittedState, index: int, residual: Array) -> Profile:
+    """Return what is measured against what an effect predicts, without what all other parameters would take up.
+
+    For effects that are no function of any one variable; the slope is one where the effect explains the residual.
+
+    Args:
+        state: With the effect.
+        index: Which of its effects.
+        residual: ``(N, m)``, whitened rows.
+    """
+    N, m = residual.shape
+    jacobian = state.linearised()[1]
+    mine, coefficients = _free_part(state, index)
+    J = jacobian[:, ~mine]
+    lengths = np.linalg.norm(J, axis=0)
+    Q = np.linalg.qr(J[:, lengths > 0] / lengths[lengths > 0])[0]
+    signal = jacobian[:, mine] @ coefficients
+    left = (signal - Q @ (Q.T @ signal))[: N * m].reshape(N, m)
+    x, rest, std = state.residuals.measurement.shift(left, residual)
+    ends = np.array([float(x.min()), float(x.max())])
+    curve = np.stack([ends, ends, np.zeros(2)])
+    note = "What the other parameters would take up is removed from both."
+    x_axis, y_axis = Axis("shift that the effect predicts", "m"), Axis("shift that is measured", "m")
+    return Profile(x_axis, y_axis, x, x - rest, -rest, std, x, curve, note=note)
+
+
+def share_left(state: FittedState, index: int, gram: Array) -> float:
+    """Return how much of an effect's fitted signal no other parameter can take up, 0 to 1.
+
+    With G the Gram matrix of all free columns, what is left of the effect's own beyond the others is the
+    Schur complement ``S = G_ee - G_eo G_oo^+ G_oe``, and the share ``sqrt(c' S c / c' G_ee c)``.
+
+    Args:
+        state: With the effect.
+        index: Which of its effects.
+        gram: G ``(F, F)``.
+    """
+    mine, c = _free_part(state, index)
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    G = gram / np.outer(scale, scale)
+    c = c * scale[mine]
+    whole = float(c @ G[np.ix_(mine, mine)] @ c)
+    across = G[np.ix_(~mine, mine)] @ c
+    taken = float(across @ np.linalg.lstsq(G[np.ix_(~mine, ~mine)], across, rcond=1e-12)[0])
+    return float(np.sqrt(np.clip((whole - taken) / whole, 0.0, 1.0))) if whole > 0 else 0.0
+
+
+def _free_part(state: FittedState, index: int) -> tuple[Array, Array]:
+    """Return which of the free columns are an effect's, and its coefficients that are free."""
+    start = state.model.blocks["effects"].start + sum(len(e.coefficients) for e in state.effects[:index])
+    own = np.zeros(len(state.free), dtype=bool)
+    own[start : start + len(state.effects[index].coefficients)] = True
+    return own[state.free], state.model.vector[own & state.free]

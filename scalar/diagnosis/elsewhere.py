@@ -1,0 +1,60 @@
+"""Predictions at poses that were not measured: random ones within the joint limits, the motion of the base aside.
+
+Where the base stands is a convention that no measurement of planes or by a tracker can know, so two predictions are compared after the
+rigid motion that brings them nearest to each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.effects import Effect
+from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.kinematics import Kinematics
+from scalar.geometry.se3 import Array, skew
+
+N_POSES = 1500
+_SEED = 20240
+_UNBOUNDED = 4 * np.pi  # rad: a limit beyond two turns is none
+
+
+def joint_limits(state: FittedState) -> Array:
+    """Return the joints' limits ``(n, 2)`` [rad], or the range that was seen where there are none."""
+    limits = np.array(state.model.nominal.limits, dtype=float)
+    q = state.residuals.poses.q
+    bounded = np.isfinite(limits) & (np.abs(limits) < _UNBOUNDED)
+    return np.where(bounded, limits, np.column_stack([q.min(axis=0), q.max(axis=0)]))
+
+
+def poses_anywhere(state: FittedState) -> Poses:
+    """Return random poses within the joint limits, the same for every call; other columns take values that were seen."""
+    limits = joint_limits(state)
+    rng = np.random.default_rng(_SEED)
+    q = rng.uniform(limits[:, 0], limits[:, 1], size=(N_POSES, len(limits)))
+    seen = state.residuals.poses
+    columns = {name: rng.choice(values, N_POSES) for name, values in seen.columns.items()}
+    return Poses(q, np.full(N_POSES, float(np.median(seen.order))), columns)
+
+
+def displacements(state: FittedState, more: Sequence[Effect], steps: Array, poses: Poses) -> Array:
+    """Return by how far predicted positions move ``(N,)`` [m], the best rigid motion removed.
+
+    Args:
+        state: Fitted.
+        more: Effects that the state has not, whose coefficients follow those of its model.
+        steps: ``(P + k,)``, changes of all parameters and of those coefficients.
+        poses: Where.
+    """
+    model = replace(state.model, effects=(*state.model.effects, *more))
+    kinematics = Kinematics.of(model, poses, EffectBases.of(model.nominal, poses, model.effects))
+    motion = kinematics.screws() @ steps
+    o = kinematics.T_base_sensor[:, :3, 3]
+    shift = motion[:, 3:] + np.cross(motion[:, :3], o)
+    lever = np.concatenate([-skew(o), np.broadcast_to(np.eye(3), (len(o), 3, 3))], axis=2).reshape(-1, 6)
+    rest = shift.ravel() - lever @ np.linalg.lstsq(lever, shift.ravel(), rcond=None)[0]
+    return np.linalg.norm(rest.reshape(-1, 3), axis=1)

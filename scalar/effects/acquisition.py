@@ -1,0 +1,64 @@
+"""What effects ask of a dataset: which joints move, what drives a change in time, where planes were measured."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scalar.data.poses import STILL
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+
+ALWAYS = -np.inf  # the order of acquisition from which on something acts that acts all the time
+
+
+def moving_joints(dataset: Dataset) -> list[int]:
+    """Return the joints, from 1, that move in the dataset."""
+    return [j for j in range(1, dataset.robot.n_joints + 1) if np.ptp(dataset.q[:, j - 1]) > STILL]
+
+
+def order_and_time(dataset: Dataset) -> tuple[Array, Array | None]:
+    """Return the order of acquisition ``(N,)`` and the time ``(N,)`` [s], or None where it is not recorded."""
+    poses = dataset.poses
+    order = (
+        poses["order"].to_numpy(dtype=float) if "order" in poses else np.arange(dataset.n_poses, dtype=float)
+    )
+    return order, poses["time"].to_numpy(dtype=float) if "time" in poses else None
+
+
+def used_planes(dataset: Dataset) -> list[str]:
+    """Return the names of the planes that poses measure, in the order of the dataset."""
+    return [dataset.planes[k].name for k in np.unique(dataset.plane_index) if k >= 0]
+
+
+def on_plane(dataset: Dataset, plane: str) -> Array:
+    """Return which poses measure a plane, ``(N,)`` bool."""
+    return dataset.plane_index == [guess.name for guess in dataset.planes].index(plane)
+
+
+def plane_centre(dataset: Dataset, plane: str) -> tuple[float, float, float]:
+    """Return a point in the middle of where the nominal sensor stood over a plane, dropped on its initial guess [m]."""
+    k = next(i for i, guess in enumerate(dataset.planes) if guess.name == plane)
+    T_sensor = np.eye(4) if dataset.sensor.T_flange_sensor is None else dataset.sensor.T_flange_sensor
+    origins = (dataset.robot.flange(dataset.q[dataset.plane_index == k]) @ T_sensor)[:, :3, 3]
+    middle = origins.mean(axis=0)
+    guess = dataset.planes[k]
+    x, y, z = middle - guess.normal * (guess.normal @ middle - guess.distance)
+    return float(x), float(y), float(z)
+
+
+def range_middle(dataset: Dataset) -> float:
+    """Return the mean of the measured ranges [m], along the axis in which the scanner errs."""
+    points = dataset.points
+    return float(
+        np.mean(points[:, 1] if dataset.sensor.error_axis == "z" else np.linalg.norm(points, axis=1))
+    )
+
+
+def missing_column(dataset: Dataset, name: str) -> str | None:
+    """Return the words that a column is missing, or None where the dataset has it."""
+    return None if name in dataset.poses else f"poses.csv has no column '{name}'"

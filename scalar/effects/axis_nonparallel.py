@@ -1,0 +1,83 @@
+"""A tilt between near-parallel axes that modified DH parameters cannot hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.effect import Effect
+from scalar.effects.picture import Map, Profile
+from scalar.effects.places import LinkEffect, OneJoint
+from scalar.effects.wording import angle
+from scalar.geometry.parallel_axes import near_parallel_joints
+from scalar.geometry.robot import GEOMETRY, Robot
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+
+@dataclass(frozen=True, eq=False)
+class AxisNonparallel(OneJoint, LinkEffect):
+    """The angle about y between near-parallel axes, Hayati's beta, that four DH parameters cannot hold.
+
+    Attributes:
+        joint: From 1.
+    """
+
+    joint: int
+
+    name: ClassVar[str] = "axis_nonparallel"
+    kind: ClassVar[str] = "tilted axis"
+    sentence: ClassVar[str] = (
+        "the axis is tilted against the one before in the way that modified DH cannot hold"
+    )
+    natural: ClassVar[Mapping[str, float]] = {"rad": 2e-3}
+    natural_source: ClassVar[str] = (
+        "general tolerance of angles between sides of 120 to 400 mm: 10 arc minutes, 2.9e-3 rad (ISO 2768-1, class m)"
+    )
+    frees: ClassVar[str] = "beta"
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """``beta_rad``, on top of the nominal one."""
+        return ["beta_rad"]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Radians."""
+        return ["rad"]
+
+    @property
+    def prior_std(self) -> Array:
+        """Return three degrees: an error of assembly, larger than what bends or wears."""
+        return np.array([0.05])
+
+    def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return a one at beta of the joint."""
+        basis = np.zeros((len(poses), len(GEOMETRY), robot.n_joints, 1))
+        basis[:, GEOMETRY.index("beta"), self.joint - 1, 0] = 1.0
+        return basis
+
+    @classmethod
+    def candidates(cls, dataset: Dataset) -> list[Effect]:
+        """Return the tilt of every axis that is near-parallel to the one before."""
+        return [cls(j) for j in near_parallel_joints(dataset.robot)]
+
+    @classmethod
+    def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
+        """Return the tilt of the axis that is named, or of every one that is near-parallel to the one before."""
+        return super().parsed(dataset, words) if words else cls.candidates(dataset)
+
+    @property
+    def clause(self) -> str:
+        """Return which axis is tilted."""
+        return f"the axis of joint {self.joint} is tilted against the one before"
+
+    def size(self, pictures: Sequence[Profile | Map]) -> str:
+        """Return the angle itself."""
+        return angle(abs(float(self.coefficients[0])))

@@ -1,0 +1,142 @@
+"""A pedestal that tilts under the arm's moving weight."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.effect import Effect
+from scalar.effects.gravity import AXES, unit_moments
+from scalar.effects.picture import Axis, Map, Profile, View
+from scalar.effects.places import BaseEffect
+from scalar.geometry.planes import tangent_basis
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+
+@dataclass(frozen=True, eq=False)
+class BaseCompliance(BaseEffect):
+    """The base turns about its origin under the weight's moment, more easily about one horizontal axis than about the other.
+
+    ``w = sum over frames of C_i (R_i e) x g / |g|``: tilt about each of two horizontal axes by the moment about it.
+
+    Attributes:
+        frames: From 1: whose first moments of mass act.
+        alike: Whether it gives way alike about every horizontal axis: two coefficients a frame, one for each component of the
+            first moment. Else four, each component tilting about each of two axes.
+    """
+
+    frames: tuple[int, ...]
+    alike: bool = False
+
+    name: ClassVar[str] = "base_compliance"
+    kind: ClassVar[str] = "compliance of the base"
+    sentence: ClassVar[str] = "the pedestal tilts under the arm's moving weight"
+    natural: ClassVar[Mapping[str, float]] = {"rad": 5e-4}
+    natural_source: ClassVar[str] = (
+        "assumed: half a millimetre at a metre; it depends on the floor, and no data sheet states it"
+    )
+
+    @property
+    def target(self) -> dict[str, Any]:
+        """Nothing: the base."""
+        return {}
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """``frame3_x_rad``, ``tilt_u_frame3_x_rad``: tilt (about u) at full leverage of a first moment along x of frame 3."""
+        if self.alike:
+            return [f"frame{f}_{axis}_rad" for f in self.frames for axis in AXES]
+        return [
+            f"tilt_{tilt}_frame{f}_{axis}_rad" for f in self.frames for axis in AXES for tilt in ("u", "v")
+        ]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Radians."""
+        return ["rad"] * ((2 if self.alike else 4) * len(self.frames))
+
+    def base_screws(self, robot: Robot, poses: Poses) -> Array:
+        """Return the tilts of unit first moments, about the origin of the base frame."""
+        moments, _ = unit_moments(robot, poses.q)
+        index = np.array(self.frames) - 1
+        down = robot.gravity / max(float(np.linalg.norm(robot.gravity)), 1e-12)
+        across = tangent_basis(down[None])[0]
+        if self.alike:
+            w = np.swapaxes(moments[:, index].reshape(len(poses), -1, 3), 1, 2)
+            return np.concatenate([w, np.zeros_like(w)], axis=1)
+        by_axis = np.einsum("nfax,tx->nfat", moments[:, index], across)
+        w = (by_axis[..., None] * across).reshape(len(poses), -1, 3)
+        w = np.swapaxes(w, 1, 2)
+        return np.concatenate([w, np.zeros_like(w)], axis=1)
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the frames."""
+        return {"frames": list(self.frames), "alike": self.alike}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        return cls(tuple(int(f) for f in mapping["frames"]), bool(mapping["alike"]))
+
+    @classmethod
+    def candidates(cls, dataset: Dataset) -> list[Effect]:
+        """Return a base that gives way alike about every axis, and one that does not."""
+        frames = tuple(range(1, dataset.robot.n_joints + 1))
+        return [cls(frames, alike) for alike in (True, False)]
+
+    @classmethod
+    def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
+        """Return a base that gives way about two axes, under the weight of every link."""
+        return [cls(tuple(range(1, dataset.robot.n_joints + 1)))]
+
+    @property
+    def n_terms(self) -> int:
+        """Return the number of frames."""
+        return len(self.frames)
+
+    def with_terms(self, chosen: Sequence[int]) -> Effect:
+        """Return the tilt under the weight of some frames only."""
+        return BaseCompliance(tuple(self.frames[i] for i in sorted(chosen)), self.alike)
+
+    def merged_with(self, other: Effect) -> Effect | None:
+        """Return the frames of both: there is one base."""
+        if not isinstance(other, BaseCompliance):
+            return None
+        frames = tuple(sorted({*self.frames, *other.frames}))
+        return BaseCompliance(frames, self.alike and other.alike).taking_over(self)
+
+    @property
+    def label(self) -> str:
+        """The name: there is one base."""
+        return self.name
+
+    def same_place(self, other: Effect) -> bool:
+        """Return whether the other is a compliance of the base as well."""
+        return isinstance(other, BaseCompliance)
+
+    @property
+    def clause(self) -> str:
+        """Return that the base tilts."""
+        return "the base tilts under the weight of the arm"
+
+    def pictures(self, view: View) -> list[Profile | Map]:
+        """Return the tilt over the overturning moment."""
+        w = self.base_screws(view.nominal, view.poses) @ self.coefficients
+        size = np.linalg.norm(w[:, :3], axis=1)
+        largest = max(float(size.max()), 1e-300)
+        rest, std = view.asked(w / np.maximum(size, 1e-300)[:, None])
+        curve = np.array([[0.0, 1.0], [0.0, largest], [0.0, 0.0]])
+        x_axis, y_axis = (
+            Axis("overturning moment, share of its largest", "1"),
+            Axis("tilt of the base", "rad"),
+        )
+        note = "The moment's shape is fitted too, since the masses of the links are not known."
+        return [Profile(x_axis, y_axis, size / largest, size + rest, rest, std, size, curve, note=note)]

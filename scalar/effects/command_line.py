@@ -1,0 +1,51 @@
+"""Effects as a command line names them: ``NAME[:TARGET[:...]]``, separated by commas."""
+
+from __future__ import annotations
+
+import difflib
+from typing import TYPE_CHECKING
+
+from scalar.effects import registry
+from scalar.effects.effect import Effect
+from scalar.errors import Fault, InvalidInput
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+OPTION = "--effects"
+
+
+def parse_effects(text: str, dataset: Dataset) -> tuple[Effect, ...]:
+    """Return the effects that a command line names.
+
+    Joints, orders, planes and moments follow the name, as each effect says: ``joint_harmonic:4:2``, ``joint_coupling:6:5``,
+    ``plane_bow:floor``, ``sensor_slip:120``. Without a target an effect is freed wherever it can act.
+
+    Raises:
+        InvalidInput: An unknown name, or a target that this dataset lacks.
+    """
+    kinds = {name: kind for name, kind in registry.known().items() if not kind.flexible}
+    effects: list[Effect] = []
+    faults = []
+    for word in (part.strip() for part in text.split(",")):
+        if not word:
+            continue
+        name, *target = word.split(":")
+        if name not in kinds:
+            close = difflib.get_close_matches(name, kinds, n=1)
+            hint = f"; did you mean {close[0]}?" if close else f"; there are {', '.join(kinds)}"
+            faults.append(Fault(OPTION, f"no effect '{name}' that can be freed{hint}"))
+            continue
+        try:
+            if len(target) > kinds[name].most_words:
+                raise ValueError(f"too many words after '{name}'")
+            effects += kinds[name].parsed(dataset, target)
+        except ValueError as error:
+            faults.append(Fault(OPTION, f"{word}: {error}"))
+    keys = [effect.key for effect in effects]
+    faults += [
+        Fault(OPTION, f"'{key}' is named twice") for key in sorted({k for k in keys if keys.count(k) > 1})
+    ]
+    if faults:
+        raise InvalidInput(faults)
+    return tuple(effects)

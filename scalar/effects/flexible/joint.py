@@ -1,0 +1,139 @@
+"""A joint's angle that errs smoothly with one or two variables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from scalar.data.poses import Poses, is_joint
+from scalar.effects.flexible.unattributed import NAME, Unattributed
+from scalar.effects.flexible.variable import Variable
+from scalar.effects.joint_pictures import joint_curve, joint_profile
+from scalar.effects.picture import CURVE_POINTS, Map, Profile, View, variable_axis
+from scalar.effects.places import JointEffect
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+SINGLE_DEGREE = 6
+PAIR_DEGREE = 3
+SURE = 3.0  # times the typical standard error: a pose that shows the error less well is not drawn
+
+
+def single_functions(variable: Variable, poses: Poses, degree: int = SINGLE_DEGREE) -> Array:
+    """Return Legendre polynomials 1..degree, and for a joint its absolute value and sign, ``(N, k)``."""
+    u = variable.unit(poses)
+    columns = [legendre.legvander(u, degree)[:, 1:]]
+    if variable.name.startswith("q"):
+        x = variable.values(poses)
+        columns.append(np.column_stack([np.abs(x) / variable.half, np.sign(x)]))
+    return np.concatenate(columns, axis=1)
+
+
+def pair_functions(a: Variable, b: Variable, poses: Poses) -> Array:
+    """Return products of Legendre polynomials and of sines and cosines of two variables, ``(N, k)``."""
+    P, Q = (legendre.legvander(v.unit(poses), PAIR_DEGREE)[:, 1:] for v in (a, b))
+    products = (P[:, :, None] * Q[:, None, :]).reshape(len(P), -1)
+    trig = [np.column_stack([np.sin(v.values(poses)), np.cos(v.values(poses))]) for v in (a, b)]
+    waves = (trig[0][:, :, None] * trig[1][:, None, :]).reshape(len(P), -1)
+    return np.concatenate([products, waves], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class UnattributedJoint(Unattributed, JointEffect):
+    """A joint's angle errs smoothly with one or two variables."""
+
+    joint: int
+    variables: tuple[Variable, ...]
+
+    place: ClassVar[str] = "joint"
+
+    @property
+    def depends_on(self) -> list[str]:
+        """Return the names of the variables."""
+        return [v.name for v in self.variables]
+
+    @property
+    def key(self) -> str:
+        """Name, joint and variables."""
+        return "_".join([NAME, f"joint{self.joint}", *self.depends_on])
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """Numbered functions."""
+        if len(self.variables) == 1:
+            count = SINGLE_DEGREE + (2 if self.variables[0].name.startswith("q") else 0)
+        else:
+            count = PAIR_DEGREE**2 + 4
+        return [f"f{k + 1}_rad" for k in range(count)]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Radians."""
+        return ["rad"] * len(self.coefficient_names)
+
+    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the functions on the joint."""
+        if len(self.variables) == 1:
+            functions = single_functions(self.variables[0], poses)
+        else:
+            functions = pair_functions(self.variables[0], self.variables[1], poses)
+        B = np.zeros((len(poses), robot.n_joints, functions.shape[1]))
+        B[:, self.joint - 1] = functions
+        return B
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return place, joint and variables."""
+        return {
+            "place": self.place,
+            "joint": self.joint,
+            "variables": [v.to_mapping() for v in self.variables],
+        }
+
+    @classmethod
+    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the term of ``to_mapping``."""
+        return cls(int(mapping["joint"]), tuple(Variable.from_mapping(v) for v in mapping["variables"]))
+
+    @property
+    def own_curve(self) -> int | None:
+        """The joint, where its own angle is all that the error depends on."""
+        return self.joint if self.depends_on == [f"q{self.joint}"] else None
+
+    def not_transferable(self, dataset: Dataset) -> str | None:
+        """Return that what depends on anything but joint angles is that of one campaign."""
+        foreign = [name for name in self.depends_on if not is_joint(name)]
+        return f"its dependence on {', '.join(foreign)} is that of one campaign" if foreign else None
+
+    def pictures(self, view: View) -> list[Profile | Map]:
+        """Return the error of the joint over its one or two variables."""
+        first = self.variables[0]
+        axis, values = variable_axis(first.name), first.values(view.poses)
+        if len(self.variables) == 1:
+            x = np.linspace(first.centre - first.half, first.centre + first.half, CURVE_POINTS)
+            q = np.zeros((len(x), view.poses.q.shape[1]))
+            if is_joint(first.name):
+                q[:, int(first.name[1:]) - 1] = x
+            curve = joint_curve(view, self, self.joint, x, Poses(q, x, {first.name: x}))
+            return [joint_profile(view, self, self.joint, axis, values, curve=curve)]
+        second = self.variables[1]
+        along = joint_profile(view, self, self.joint, axis, values)
+        sure = along.std < SURE * np.nanmedian(along.std)
+        return [
+            Map(
+                axis,
+                variable_axis(second.name),
+                along.y_axis,
+                along.x[sure],
+                second.values(view.poses)[sure],
+                along.y[sure],
+                along.rest[sure],
+                np.flatnonzero(sure),
+            )
+        ]

@@ -1,0 +1,84 @@
+"""A link's geometry that errs with its joint's angle or with the direction of gravity."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.flexible.unattributed import NAME, Unattributed
+from scalar.effects.flexible.variable import GRAVITY
+from scalar.effects.places import LinkEffect
+from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
+from scalar.geometry.se3 import Array
+
+WOBBLE_ORDERS = (1, 2, 3)
+
+
+@dataclass(frozen=True, eq=False)
+class UnattributedLink(Unattributed, LinkEffect):
+    """A link's geometry errs with its joint's own angle (an axis that wobbles) or with the direction of gravity (a link that bends).
+
+    Attributes:
+        joint: From 1.
+        by: ``q<joint>`` or ``gravity``.
+    """
+
+    joint: int
+    by: str
+
+    place: ClassVar[str] = "link"
+
+    @property
+    def depends_on(self) -> list[str]:
+        """Return what drives the error: a joint's angle, or gravity."""
+        return [self.by]
+
+    @property
+    def key(self) -> str:
+        """Name, joint and driver."""
+        return f"{NAME}_link{self.joint}_{self.by}"
+
+    @property
+    def _functions(self) -> list[str]:
+        if self.by == GRAVITY:
+            return ["gx", "gy", "gz"]
+        return [f"{f}{k}" for k in WOBBLE_ORDERS for f in ("sin", "cos")]
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """Every function for every kind of geometry."""
+        return [
+            f"{kind}_{f}_{'m' if kind in LENGTHS else 'rad'}" for kind in GEOMETRY for f in self._functions
+        ]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Metres and radians."""
+        return ["m" if kind in LENGTHS else "rad" for kind in GEOMETRY for _ in self._functions]
+
+    def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the functions at every kind of geometry of the joint."""
+        if self.by == GRAVITY:
+            down = robot.gravity / max(float(np.linalg.norm(robot.gravity)), 1e-12)
+            functions = np.einsum("nij,i->nj", robot.frames(poses.q)[:, self.joint - 1, :3, :3], down)
+        else:
+            q = poses.q[:, self.joint - 1]
+            functions = np.stack([f(k * q) for k in WOBBLE_ORDERS for f in (np.sin, np.cos)], axis=1)
+        w = functions.shape[1]
+        basis = np.zeros((len(poses), len(GEOMETRY), robot.n_joints, len(GEOMETRY) * w))
+        for k in range(len(GEOMETRY)):
+            basis[:, k, self.joint - 1, k * w : (k + 1) * w] = functions
+        return basis
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return place, joint and driver."""
+        return {"place": self.place, "joint": self.joint, "by": self.by}
+
+    @classmethod
+    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the term of ``to_mapping``."""
+        return cls(int(mapping["joint"]), str(mapping["by"]))

@@ -1,0 +1,102 @@
+"""Which flexible terms are tried on a dataset, on structure that the named effects leave."""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scalar.effects.acquisition import moving_joints, order_and_time
+from scalar.effects.effect import Effect
+from scalar.effects.flexible.joint import UnattributedJoint
+from scalar.effects.flexible.link import UnattributedLink
+from scalar.effects.flexible.sensor import UnattributedSensor
+from scalar.effects.flexible.shape import UnattributedShape
+from scalar.effects.flexible.sway import UnattributedSway
+from scalar.effects.flexible.variable import GRAVITY, Variable
+from scalar.effects.flexible.wave import WAVE_STEP, UnattributedWave
+from scalar.geometry.se3 import Array
+from scalar.sensors import kind_of
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+BUMP_WIDTHS = (0.08, 0.16, 0.32)  # of half the range that a joint goes through
+PLATEAU_WIDTHS = (0.12, 0.3)
+STEP_WIDTHS = (0.03, 0.15)
+KINK_WIDTH = 0.08
+WAVE_ORDERS = (1.5, 33.5)  # periods a turn
+SWAY_PERIODS = [k / 2 for k in range(1, 21)]  # in the whole acquisition
+LEAST_VALUES = 4  # of a column: with no more, it is a label rather than a variable
+
+
+def flexible_terms(dataset: Dataset) -> list[Effect]:
+    """Return every flexible term that is tried on a dataset."""
+    moving = moving_joints(dataset)
+    angles = {j: Variable.seen(f"q{j}", dataset.q[:, j - 1]) for j in moving}
+    pairs = [(j, a, b) for j in moving for a, b in itertools.combinations(moving, 2)]
+    found: list[Effect] = [UnattributedJoint(j, (angles[v],)) for j in moving for v in moving]
+    found += [UnattributedJoint(j, (angles[a], angles[b])) for j, a, b in pairs]
+    found += [
+        UnattributedLink(j, by)
+        for j in range(1, dataset.robot.n_joints + 1)
+        for by in (f"q{j}", GRAVITY)
+        if by == GRAVITY or j in moving
+    ]
+    found.append(UnattributedSensor(Variable(GRAVITY, 0.0, 1.0), kind_of(dataset).observes_orientation))
+    found += [shape for j in moving for shape in _shapes(j, angles[j])]
+    found += [UnattributedShape(j, (angles[a], angles[b]), "product") for j, a, b in pairs]
+    return found + _in_time(dataset, moving)
+
+
+def _in_time(dataset: Dataset, moving: list[int]) -> list[Effect]:
+    """Return terms that vary with the course of the acquisition, or with a column that may be anything."""
+    turns = kind_of(dataset).observes_orientation
+    order, time = order_and_time(dataset)
+    drivers: dict[str, Array] = {"order": order}
+    for name in ("time", "temperature", *dataset.covariates):
+        if name in dataset.poses and len(np.unique(dataset.poses[name].to_numpy())) > LEAST_VALUES:
+            drivers[name] = dataset.poses[name].to_numpy(dtype=float)
+    found: list[Effect] = []
+    for name, values in drivers.items():
+        variable = Variable.seen(name, values)
+        found.append(UnattributedSensor(variable, turns))
+        found += [UnattributedJoint(j, (variable,)) for j in moving]
+    clock = Variable.seen("order", order) if time is None else Variable.seen("time", time)
+    for j in moving:
+        found.append(UnattributedShape(j, (clock,), "line"))
+        found += [
+            UnattributedShape(j, (clock,), "step", at, STEP_WIDTHS[0]) for at in _places(STEP_WIDTHS[0])
+        ]
+    return found + [UnattributedSway(clock, periods, turns) for periods in SWAY_PERIODS]
+
+
+def curves_of(dataset: Dataset, joint: int) -> list[Effect]:
+    """Return simple shapes of a joint's error along its own angle."""
+    return _shapes(joint, Variable.seen(f"q{joint}", dataset.q[:, joint - 1]))
+
+
+def waves_of(dataset: Dataset, joint: int) -> list[Effect]:
+    """Return periodic errors of a joint in its own angle that are not whole parts of its turn."""
+    angle = Variable.seen(f"q{joint}", dataset.q[:, joint - 1])
+    return [UnattributedWave(joint, (angle,), float(order)) for order in np.arange(*WAVE_ORDERS, WAVE_STEP)]
+
+
+def _places(width: float) -> list[float]:
+    """Return places about two widths apart, within the range of a variable."""
+    return [float(at) for at in np.linspace(-1, 1, round(1 / width) + 2)[1:-1]]
+
+
+def _shapes(joint: int, angle: Variable) -> list[Effect]:
+    """Return bumps, steps, kinks and powers of a joint's error along its own angle."""
+    kinds = [("bump", width, width / 2) for width in BUMP_WIDTHS]
+    kinds += [("plateau", width, width / 2) for width in PLATEAU_WIDTHS]
+    kinds += [("step", width, width) for width in STEP_WIDTHS]
+    kinds.append(("kink", KINK_WIDTH, KINK_WIDTH))
+    found: list[Effect] = [UnattributedShape(joint, (angle,), shape) for shape in ("square", "cube")]
+    return found + [
+        UnattributedShape(joint, (angle,), shape, at, width)
+        for shape, width, apart in kinds
+        for at in _places(apart)
+    ]

@@ -1,0 +1,91 @@
+"""A joint's angle that errs in one simple way: a bump, a step, a kink, a power."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.flexible.joint import UnattributedJoint
+from scalar.effects.flexible.variable import Variable
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
+
+PLATEAU_FLANK = 3.0  # steepness of its flanks, in units of half its width
+
+
+@dataclass(frozen=True, eq=False)
+class UnattributedShape(UnattributedJoint):
+    """A joint's angle errs in one simple way: a bump, a step or a kink at some value of a variable, a power of it, a product of two.
+
+    One coefficient tells a few teeth that are worn, or an encoder that lost a count, from a sum of harmonics that imitates it.
+
+    Attributes:
+        variables: One, or the two of a product.
+        shape: ``bump`` (of Gauss), ``plateau`` (one with a flat top), ``step`` (a hyperbolic tangent), ``kink`` (an absolute
+            value), ``line``, ``square``, ``cube`` or ``product``.
+        at, width: Of a bump, a step or a kink, in units of half the range of the variable that was seen.
+    """
+
+    shape: str
+    at: float = 0.0
+    width: float = 1.0
+
+    place: ClassVar[str] = "shape"
+
+    @property
+    def key(self) -> str:
+        """Name, joint, variable and shape with its place."""
+        return f"{super().key}_{self.shape}_{self.at:.3f}"
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """The height."""
+        return ["size_rad"]
+
+    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the shape on the joint."""
+        u, *others = (variable.unit(poses) for variable in self.variables)
+        s = (u - self.at) / self.width
+        values = {
+            "bump": lambda: np.exp(-(s**2) / 2),
+            "plateau": lambda: (np.tanh(PLATEAU_FLANK * (s + 1)) - np.tanh(PLATEAU_FLANK * (s - 1))) / 2,
+            "step": lambda: (np.tanh(s) + 1) / 2,
+            "kink": lambda: np.abs(s),
+            "line": lambda: u,
+            "square": lambda: u**2,
+            "cube": lambda: u**3,
+            "product": lambda: u * others[0],
+        }[self.shape]()
+        B = np.zeros((len(poses), robot.n_joints, 1))
+        B[:, self.joint - 1, 0] = values
+        return B
+
+    def variations(self, scale: float) -> list[Self]:
+        """Return the shape moved by parts of its width, wider and narrower."""
+        if self.shape not in ("bump", "plateau", "step", "kink"):
+            return [self]
+        return [
+            replace(self, at=self.at + a * scale * self.width, width=self.width * 2.0 ** (b * scale))
+            for a in (-1.0, -0.5, 0.0, 0.5, 1.0)
+            for b in ((0.0,) if self.shape == "kink" else (-1.0, 0.0, 1.0))
+        ]
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return place, joint, variable and shape."""
+        return super().to_mapping() | {
+            "place": self.place,
+            "shape": self.shape,
+            "at": self.at,
+            "width": self.width,
+        }
+
+    @classmethod
+    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the term of ``to_mapping``."""
+        variables = tuple(Variable.from_mapping(v) for v in mapping["variables"])
+        shape, at, width = str(mapping["shape"]), float(mapping["at"]), float(mapping["width"])
+        return cls(int(mapping["joint"]), variables, shape, at, width)

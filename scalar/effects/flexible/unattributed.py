@@ -1,0 +1,60 @@
+"""What all flexible terms share: they correct structure that no named effect explains, and say that they are no explanation.
+
+Each is smooth in one or two variables: an error of one joint's angle, of one link's geometry, or of the sensor's pose. Polynomials are
+clipped at the range of the data they were learned on, so that a prediction elsewhere does not run away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Self
+
+from scalar.effects.effect import Effect, Table
+
+NAME = "unattributed"
+
+
+class Unattributed(Effect):
+    """What all flexible terms share: the name, and what they depend on. Subclasses state their ``place``, which files keep."""
+
+    name: ClassVar[str] = NAME
+    kind: ClassVar[str] = "unmodelled structure"
+    sentence: ClassVar[str] = "structure that no known effect explains"
+    flexible: ClassVar[bool] = True
+    place: ClassVar[str] = ""
+
+    @property
+    def target(self) -> dict[str, Any]:
+        """Nothing: it is not known what it acts on."""
+        return {}
+
+    @property
+    def erring_joint(self) -> int | None:
+        """None: a flexible term is not one of a joint's named errors."""
+        return None
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Any:
+        """Return the term of ``to_mapping``, of the place that it names."""
+        return _of_place(mapping["place"]).from_settings(mapping)
+
+    @classmethod
+    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the term of this class that ``to_mapping`` wrote."""
+        raise NotImplementedError
+
+    @property
+    def clause(self) -> str:
+        """Return that there is structure, and what it depends on."""
+        return f"there is {self.title}"
+
+    def table(self, std: Sequence[float | None]) -> Table | None:
+        """Return nothing: the coefficients of a flexible term mean nothing to a reader."""
+        return None
+
+
+def _of_place(place: str) -> type[Unattributed]:
+    def below(cls: type[Unattributed]) -> list[type[Unattributed]]:
+        return [found for sub in cls.__subclasses__() for found in (sub, *below(sub))]
+
+    return next(cls for cls in below(Unattributed) if cls.place == place)

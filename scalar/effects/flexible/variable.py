@@ -1,0 +1,54 @@
+"""What flexible terms vary with: a joint's angle, the course of the acquisition, or another column, and the range of it that was seen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scalar.data.poses import Poses, is_joint
+from scalar.geometry.se3 import Array
+
+GRAVITY = "gravity"
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable and the range of it that was seen: ``u = (x - centre) / half``, clipped to -1..1.
+
+    Attributes:
+        name: ``q3``, ``order``, ``time`` or another column.
+        centre, half: In the unit of the column.
+    """
+
+    name: str
+    centre: float
+    half: float
+
+    @classmethod
+    def seen(cls, name: str, values: Array) -> Variable:
+        """Return the variable with the range of the values seen."""
+        low, high = float(np.min(values)), float(np.max(values))
+        return cls(name, (low + high) / 2, max((high - low) / 2, 1e-12))
+
+    def values(self, poses: Poses) -> Array:
+        """Return the variable at poses, ``(N,)``, as it stands in the table; infinite orders are the end."""
+        if is_joint(self.name):
+            return poses.q[:, int(self.name[1:]) - 1]
+        x = poses.order if self.name == "order" else poses.column(self.name)
+        return np.where(np.isfinite(x), x, self.centre + self.half)
+
+    def unit(self, poses: Poses) -> Array:
+        """Return u ``(N,)``."""
+        return np.clip((self.values(poses) - self.centre) / self.half, -1.0, 1.0)
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return name and range."""
+        return {"name": self.name, "centre": self.centre, "half": self.half}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Variable:
+        """Return the variable of ``to_mapping``."""
+        return cls(str(mapping["name"]), float(mapping["centre"]), float(mapping["half"]))

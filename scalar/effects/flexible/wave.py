@@ -1,0 +1,66 @@
+"""A joint's angle that errs periodically, but not in whole parts of its turn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.flexible.joint import UnattributedJoint
+from scalar.effects.flexible.variable import Variable
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
+
+WAVES = 3  # of a periodic error that is no sine
+WAVE_STEP = 0.25  # between the orders that are tried, periods a turn
+
+
+@dataclass(frozen=True, eq=False)
+class UnattributedWave(UnattributedJoint):
+    """A joint's angle errs periodically in itself, but not in whole parts of its turn, as the gear's own errors are.
+
+    Attributes:
+        variables: The joint's own angle.
+        order: Of the slowest wave, periods a turn; twice and three times as many go along.
+    """
+
+    order: float
+
+    place: ClassVar[str] = "wave"
+
+    @property
+    def key(self) -> str:
+        """Name, joint and order."""
+        return f"{super().key}_wave_{self.order:.3f}"
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """Sine and cosine of each wave."""
+        return [f"{f}{k + 1}_rad" for k in range(WAVES) for f in ("sin", "cos")]
+
+    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the waves on the joint."""
+        q = poses.q[:, self.joint - 1]
+        B = np.zeros((len(poses), robot.n_joints, 2 * WAVES))
+        for k in range(WAVES):
+            B[:, self.joint - 1, 2 * k] = np.sin((k + 1) * self.order * q)
+            B[:, self.joint - 1, 2 * k + 1] = np.cos((k + 1) * self.order * q)
+        return B
+
+    def variations(self, scale: float) -> list[Self]:
+        """Return waves a little slower and faster."""
+        step = scale * WAVE_STEP / 2
+        return [replace(self, order=self.order + a * step) for a in (-1.0, -0.5, 0.0, 0.5, 1.0)]
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return place, joint, variable and order."""
+        return super().to_mapping() | {"place": self.place, "order": self.order}
+
+    @classmethod
+    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the term of ``to_mapping``."""
+        variables = tuple(Variable.from_mapping(v) for v in mapping["variables"])
+        return cls(int(mapping["joint"]), variables, float(mapping["order"]))

@@ -1,0 +1,157 @@
+"""A joint with play, which rests on one side of it or on the other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.acquisition import missing_column, moving_joints
+from scalar.effects.command_words import joints_named
+from scalar.effects.effect import Effect
+from scalar.effects.gravity import torque_of, typical_masses, typical_torque
+from scalar.effects.joint_pictures import joint_profile
+from scalar.effects.picture import Axis, Map, Profile, View, angle_axis
+from scalar.effects.places import JointEffect, OneJoint
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+LEAST_TORQUE = (
+    0.01  # of the most loaded joint's: below it the sign of a torque says nothing of where a joint rests
+)
+
+
+@dataclass(frozen=True, eq=False)
+class JointBacklash(OneJoint, JointEffect):
+    """A joint rests on one side of its play or the other: ``dq_j = b s``, s the direction of approach or the torque's sign.
+
+    Attributes:
+        joint: From 1.
+        by: ``approach``, or ``torque`` where directions are not recorded.
+        masses: First moments of mass in the frames from the joint on, x and y of each in turn, in any unit: only
+            the sign of the torque matters. Empty: those of an arm with equal masses at the ends of its links.
+    """
+
+    joint: int
+    by: str
+    masses: tuple[float, ...] = ()
+
+    name: ClassVar[str] = "joint_backlash"
+    kind: ClassVar[str] = "backlash"
+    sentence: ClassVar[str] = "the joint rests on one side of its play or the other"
+    natural: ClassVar[Mapping[str, float]] = {"rad": 3e-4}
+    natural_source: ClassVar[str] = (
+        "half of 2 arc minutes, twice the play with which new gears are sold (Nabtesco RV-E, catalogue: 1 arc minute)"
+    )
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """``half_width_rad``."""
+        return ["half_width_rad"]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Radians."""
+        return ["rad"]
+
+    def torque(self, robot: Robot, q: Array) -> Array:
+        """Return the torque ``(N,)`` whose sign says on which side the joint rests, in any unit."""
+        if self.masses:
+            return torque_of(robot, q, self.joint, self.masses)
+        return typical_torque(robot, q, self.joint)
+
+    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the side on which the joint rests, -1 or 1."""
+        B = np.zeros((len(poses), robot.n_joints, 1))
+        if self.by == "approach":
+            side = poses.column(f"approach{self.joint}")
+        else:
+            side = np.sign(self.torque(robot, poses.q))
+        B[:, self.joint - 1, 0] = side
+        return B
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the joint and what tells the side."""
+        return {"joint": self.joint, "by": self.by} | ({"masses": list(self.masses)} if self.masses else {})
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        return cls(
+            int(mapping["joint"]), str(mapping["by"]), tuple(float(m) for m in mapping.get("masses", ()))
+        )
+
+    @classmethod
+    def candidates(cls, dataset: Dataset) -> list[Effect]:
+        """Return the backlash of every joint whose side is known: recorded, or pressed there by a torque that is worth the name."""
+        moving = moving_joints(dataset)
+        torque = {j: np.max(np.abs(typical_torque(dataset.robot, dataset.q, j))) for j in moving}
+        most = max(torque.values(), default=0.0)
+        found: list[Effect] = []
+        for j in moving:
+            by = told_by(dataset, j)
+            if by == "approach":
+                found.append(cls(j, by))
+            elif torque[j] > LEAST_TORQUE * most:
+                masses = typical_masses(dataset.robot, dataset.q, j)
+                found.append(cls(j, by, tuple(float(m) for m in masses)))
+        return found
+
+    @classmethod
+    def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
+        """Return the backlash of a joint, or of every joint."""
+        return [cls(j, told_by(dataset, j)) for j in joints_named(dataset, words)]
+
+    def variations(self, scale: float) -> list[Self]:
+        """Return the same with one first moment of mass a little larger or smaller: the torque's sign turns elsewhere."""
+        step = scale * float(np.linalg.norm(self.masses)) / 2
+        result = [self]
+        for k in range(len(self.masses)):
+            for side in (-step, step):
+                result.append(
+                    replace(self, masses=tuple(m + side * (i == k) for i, m in enumerate(self.masses)))
+                )
+        return result
+
+    def not_transferable(self, dataset: Dataset) -> str | None:
+        """Return that the directions of approach are missing, where they tell the side."""
+        return missing_column(dataset, f"approach{self.joint}") if self.by == "approach" else None
+
+    @property
+    def clause(self) -> str:
+        """Return which joint has play."""
+        return f"joint {self.joint} has play"
+
+    @classmethod
+    def advice_on_data(cls, dataset: Dataset) -> list[str]:
+        """Return that the directions of approach should be recorded, where they are not."""
+        if all(told_by(dataset, j) == "approach" for j in moving_joints(dataset)):
+            return []
+        return [
+            "Record from which side each joint came (columns approach1, approach2, …; −1 or 1) and vary "
+            "it: backlash could be looked for by the sign of the gravity torque only."
+        ]
+
+    def pictures(self, view: View) -> list[Profile | Map]:
+        """Return the error of the joint on either side, over its angle or over the torque on it."""
+        j = self.joint
+        if self.by == "approach":
+            side = np.sign(view.poses.column(f"approach{j}"))
+            return [joint_profile(view, self, j, angle_axis(j), view.poses.q[:, j - 1], side=side)]
+        torque = self.torque(view.nominal, view.poses.q)
+        x = torque / max(float(np.max(np.abs(torque))), 1e-300)
+        axis = Axis(f"gravity torque on joint {j}, share of its largest", "1")
+        return [joint_profile(view, self, j, axis, x, side=np.sign(torque))]
+
+
+def told_by(dataset: Dataset, joint: int) -> str:
+    """Return what tells a joint's side of its play: the recorded approach where it varies, else the torque's sign."""
+    name = f"approach{joint}"
+    recorded = name in dataset.poses and len(np.unique(dataset.poses[name].to_numpy())) > 1
+    return "approach" if recorded else "torque"

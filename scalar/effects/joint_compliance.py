@@ -1,0 +1,134 @@
+"""Joints that give way under the weight of the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.acquisition import moving_joints
+from scalar.effects.command_words import joints_named
+from scalar.effects.effect import Effect
+from scalar.effects.gravity import AXES, torque_basis
+from scalar.effects.joint_pictures import joint_profile
+from scalar.effects.picture import Axis, Map, Profile, View
+from scalar.effects.places import JointEffect
+from scalar.effects.title import joints_in_words
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+
+@dataclass(frozen=True, eq=False)
+class JointCompliance(JointEffect):
+    """Joints give way under the weight of the arm: ``dq_j = sum over frames of c . (torque of a unit first moment)``.
+
+    Attributes:
+        terms: (joint, frame) pairs, from 1: the frame's first moment of mass acts on the joint. Two coefficients a pair.
+    """
+
+    terms: tuple[tuple[int, int], ...]
+
+    name: ClassVar[str] = "joint_compliance"
+    kind: ClassVar[str] = "compliance"
+    sentence: ClassVar[str] = "the joints give way under the weight of the arm"
+    natural: ClassVar[Mapping[str, float]] = {"rad": 1e-3}
+    natural_source: ClassVar[str] = (
+        "a gear of 49 N m per arc minute (Nabtesco RV-20E, catalogue) under 150 N m: 9e-4 rad"
+    )
+
+    @property
+    def target(self) -> dict[str, Any]:
+        """The joints that give way."""
+        return {"joints": sorted({joint for joint, _ in self.terms})}
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """``joint2_frame3_x_rad``: deflection of joint 2 at full leverage of a moment along x of frame 3."""
+        return [f"joint{j}_frame{f}_{axis}_rad" for j, f in self.terms for axis in AXES]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Radians."""
+        return ["rad"] * (2 * len(self.terms))
+
+    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the torques of unit first moments, each on its joint."""
+        B = np.zeros((len(poses), robot.n_joints, 2 * len(self.terms)))
+        for k, (joint, frame) in enumerate(self.terms):
+            B[:, joint - 1, 2 * k : 2 * k + 2] = torque_basis(robot, poses.q, joint, frame)
+        return B
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the terms."""
+        return {"terms": [list(term) for term in self.terms]}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        return cls(tuple((int(j), int(f)) for j, f in mapping["terms"]))
+
+    @classmethod
+    def candidates(cls, dataset: Dataset) -> list[Effect]:
+        """Return the compliance of every joint that moves, and that of all of them together."""
+        n, moving = dataset.robot.n_joints, moving_joints(dataset)
+        pairs = [(j, f) for j in moving for f in range(j, n + 1)]
+        alone: list[Effect] = [cls(tuple(p for p in pairs if p[0] == j)) for j in moving]
+        return [*alone, cls(tuple(pairs))]
+
+    @classmethod
+    def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
+        """Return the compliance of a joint, or of all joints as one effect."""
+        n = dataset.robot.n_joints
+        return [cls(tuple((j, f) for j in joints_named(dataset, words) for f in range(j, n + 1)))]
+
+    @property
+    def n_terms(self) -> int:
+        """Return the number of pairs."""
+        return len(self.terms)
+
+    def with_terms(self, chosen: Sequence[int]) -> Effect:
+        """Return the compliance of some pairs only."""
+        return JointCompliance(tuple(self.terms[i] for i in sorted(chosen)))
+
+    def merged_with(self, other: Effect) -> Effect | None:
+        """Return the pairs of both: all joints carry the same arm."""
+        if not isinstance(other, JointCompliance):
+            return None
+        return JointCompliance(tuple(sorted({*self.terms, *other.terms}))).taking_over(self)
+
+    @property
+    def label(self) -> str:
+        """The name: all joints' compliance is one effect."""
+        return self.name
+
+    def same_place(self, other: Effect) -> bool:
+        """Return whether the other is a compliance of joints as well."""
+        return isinstance(other, JointCompliance)
+
+    @property
+    def clause(self) -> str:
+        """Return which joints give way."""
+        joints = self.target["joints"]
+        return (
+            f"{joints_in_words(joints)} give{'' if len(joints) > 1 else 's'} way under the weight of the arm"
+        )
+
+    def pictures(self, view: View) -> list[Profile | Map]:
+        """Return the deflection of every joint over the torque on it."""
+        return [self._over_torque(view, joint) for joint in self.target["joints"]]
+
+    def _over_torque(self, view: View, joint: int) -> Profile:
+        fitted = (self.joint_basis(view.nominal, view.poses) @ self.coefficients)[:, joint - 1]
+        largest = max(float(np.max(np.abs(fitted))), 1e-300)
+        # Torque and deflection are the same function but for the stiffness, which is not known apart.
+        axis = Axis(f"gravity torque on joint {joint}, share of its largest", "1")
+        ends = np.array([float(fitted.min()), float(fitted.max())])
+        curve = np.stack([ends / largest, ends, np.zeros(2)])
+        note = "The torque's shape is fitted too, since the masses of the links are not known."
+        return joint_profile(view, self, joint, axis, fitted / largest, curve=curve, note=note)

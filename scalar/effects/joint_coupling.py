@@ -1,0 +1,99 @@
+"""A joint that is dragged along by another, as in wrist gears."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.acquisition import moving_joints
+from scalar.effects.command_words import joints_named
+from scalar.effects.effect import Effect
+from scalar.effects.joint_pictures import along_joint
+from scalar.effects.picture import Map, Profile, View
+from scalar.effects.places import JointEffect
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+
+@dataclass(frozen=True, eq=False)
+class JointCoupling(JointEffect):
+    """One joint's angle leaks into another's: ``dq_j = c q_source``.
+
+    Attributes:
+        joint: That errs, from 1.
+        source: That leaks, from 1.
+    """
+
+    joint: int
+    source: int
+
+    name: ClassVar[str] = "joint_coupling"
+    kind: ClassVar[str] = "coupling"
+    sentence: ClassVar[str] = "one joint's angle leaks into another's, as in wrist gears"
+    natural: ClassVar[Mapping[str, float]] = {"rad/rad": 1e-3}
+    natural_source: ClassVar[str] = (
+        "assumed: a coupling ratio that is rounded to three digits; no data sheet states it"
+    )
+    most_words: ClassVar[int] = 2
+
+    @property
+    def target(self) -> dict[str, Any]:
+        """The joint and its source."""
+        return {"joint": self.joint, "source": self.source}
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """``coupling_rad_per_rad``."""
+        return ["coupling_rad_per_rad"]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Radians a radian."""
+        return ["rad/rad"]
+
+    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the source's angle on the joint."""
+        B = np.zeros((len(poses), robot.n_joints, 1))
+        B[:, self.joint - 1, 0] = poses.q[:, self.source - 1]
+        return B
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return joint and source."""
+        return {"joint": self.joint, "source": self.source}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        return cls(int(mapping["joint"]), int(mapping["source"]))
+
+    @classmethod
+    def candidates(cls, dataset: Dataset) -> list[Effect]:
+        """Return the coupling of every pair of joints that move."""
+        moving = moving_joints(dataset)
+        return [cls(j, s) for j in moving for s in moving if s != j]
+
+    @classmethod
+    def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
+        """Return the coupling of the joint and the source that are named."""
+        if len(words) < 2:
+            raise ValueError("name the joint and its source, as in joint_coupling:6:5")
+        joint, source = joints_named(dataset, words[:1])[0], joints_named(dataset, words[1:])[0]
+        if joint == source:
+            raise ValueError(f"a joint that errs with its own angle is joint_scale:{joint}")
+        return [cls(joint, source)]
+
+    @property
+    def clause(self) -> str:
+        """Return which joint is dragged along by which."""
+        return f"joint {self.joint} is dragged along by joint {self.source}"
+
+    def pictures(self, view: View) -> list[Profile | Map]:
+        """Return the error of the joint over the angle of its source."""
+        return [along_joint(view, self, self.joint, self.source)]

@@ -1,0 +1,54 @@
+"""Pictures of errors of one joint's angle: what every pose asks of that angle, over whatever drives the error."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.picture import CURVE_POINTS, Axis, Profile, View, angle_axis
+from scalar.geometry.se3 import Array
+
+
+def along_joint(view: View, effect: Any, joint: int, source: int) -> Profile:
+    """Return the error of a joint over the angle of a joint that it is a function of; both count from 1."""
+    x, grid = _sweep(view, source)
+    curve = joint_curve(view, effect, joint, x, grid)
+    return joint_profile(view, effect, joint, angle_axis(source), view.poses.q[:, source - 1], curve=curve)
+
+
+def joint_profile(view: View, effect: Any, joint: int, x_axis: Axis, x: Array, **more: Any) -> Profile:
+    """Return the error of a joint over any variable ``(N,)``.
+
+    Args:
+        view: The fitted model.
+        effect: On the joint.
+        joint: From 1.
+        x_axis, x: The variable.
+        more: Further fields of the profile.
+    """
+    fitted = (effect.joint_basis(view.nominal, view.poses) @ effect.coefficients)[:, joint - 1]
+    rest, std = view.asked(view.joint_screws(joint))
+    y_axis = Axis(f"error of joint {joint}", "rad")
+    return Profile(x_axis, y_axis, x, fitted + rest, rest, std, fitted, **more)
+
+
+def joint_curve(view: View, effect: Any, joint: int, x: Array, poses: Poses) -> Array:
+    """Return the fitted curve ``(3, G)`` of a joint's error at poses that have x ``(G,)``: x, the error and its standard error."""
+    basis = effect.joint_basis(view.nominal, poses)[:, joint - 1]
+    return np.stack([x, basis @ effect.coefficients, view.error_of(effect, basis)])
+
+
+def _sweep(view: View, joint: int) -> tuple[Array, Poses]:
+    """Return a grid of one joint's angles as far as they were seen, and poses that have it, all other angles zero."""
+    seen = view.poses.q[:, joint - 1]
+    x = np.linspace(seen.min(), seen.max(), CURVE_POINTS)
+    return x, at_angle(x, joint, view.poses.q.shape[1])
+
+
+def at_angle(x: Array, joint: int, n_joints: int) -> Poses:
+    """Return poses with one joint at angles ``(G,)`` [rad] and all others at zero."""
+    q = np.zeros((len(x), n_joints))
+    q[:, joint - 1] = x
+    return Poses(q, np.zeros(len(x)), {})

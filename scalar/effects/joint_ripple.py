@@ -1,0 +1,50 @@
+"""Periodic errors of a joint that are finer than eccentric gears make them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from scalar.effects.command_words import joints_named, orders_named
+from scalar.effects.effect import Effect
+from scalar.effects.joint_harmonic import MAX_ORDER, MAX_RIPPLE_ORDER, JointHarmonic
+from scalar.effects.title import ORDERS_IN_SENTENCE
+from scalar.effects.wording import orders
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+
+@dataclass(frozen=True, eq=False)
+class JointRipple(JointHarmonic):
+    """The same in orders above 32: finer than eccentric gears make it, as teeth, motor poles and encoder lines do.
+
+    A ripple is found as a part of all orders of a joint, and not tried alone.
+    """
+
+    name: ClassVar[str] = "joint_ripple"
+    kind: ClassVar[str] = "ripple"
+    sentence: ClassVar[str] = "the angle errs periodically in itself, finer than eccentric gears make it"
+    natural: ClassVar[Mapping[str, float]] = {"rad": 1e-4}
+    natural_source: ClassVar[str] = "assumed, a third of the harmonics of a gear; no data sheet states it"
+    most_words: ClassVar[int] = 1 + MAX_RIPPLE_ORDER - MAX_ORDER
+    every_order: ClassVar[tuple[int, ...]] = tuple(range(MAX_ORDER + 1, MAX_RIPPLE_ORDER + 1))
+
+    @classmethod
+    def candidates(cls, dataset: Dataset) -> list[Effect]:
+        """Return nothing: alone, neighbouring orders as high as these are not distinguished by a few hundred poses."""
+        return []
+
+    @classmethod
+    def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
+        """Return the orders of a joint that are named."""
+        wanted = orders_named(words[1:], MAX_ORDER + 1, MAX_RIPPLE_ORDER)
+        if not wanted:
+            raise ValueError("name the joint and its orders, as in joint_ripple:3:40:48")
+        return [cls(j, wanted) for j in joints_named(dataset, words)]
+
+    @property
+    def clause(self) -> str:
+        """Return which joint errs, and in which orders."""
+        return f"joint {self.joint} errs periodically and finely, {orders(self.orders, ORDERS_IN_SENTENCE)}"

@@ -1,0 +1,72 @@
+"""A joint whose angle errs in proportion to itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.acquisition import moving_joints
+from scalar.effects.effect import Effect
+from scalar.effects.places import JointEffect, OneJoint
+from scalar.effects.wording import KNOWN_LENGTH, KNOWN_LENGTH_ADVICE
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+
+@dataclass(frozen=True, eq=False)
+class JointScale(OneJoint, JointEffect):
+    """A joint's angle errs in proportion to itself: ``dq_j = s q_j``.
+
+    Attributes:
+        joint: From 1.
+    """
+
+    joint: int
+
+    name: ClassVar[str] = "joint_scale"
+    kind: ClassVar[str] = "scale error"
+    sentence: ClassVar[str] = "the angle errs in proportion to itself"
+    natural: ClassVar[Mapping[str, float]] = {"rad/rad": 1e-3}
+    natural_source: ClassVar[str] = (
+        "assumed: a gear ratio that is rounded to three digits; no data sheet states it"
+    )
+    remedy: ClassVar[str] = KNOWN_LENGTH
+    remedy_advice: ClassVar[str] = KNOWN_LENGTH_ADVICE
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """``scale_rad_per_rad``."""
+        return ["scale_rad_per_rad"]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Radians a radian."""
+        return ["rad/rad"]
+
+    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the angle itself."""
+        B = np.zeros((len(poses), robot.n_joints, 1))
+        B[:, self.joint - 1, 0] = poses.q[:, self.joint - 1]
+        return B
+
+    @classmethod
+    def candidates(cls, dataset: Dataset) -> list[Effect]:
+        """Return the scale error of every joint that moves."""
+        return [cls(j) for j in moving_joints(dataset)]
+
+    @property
+    def own_curve(self) -> int | None:
+        """The joint."""
+        return self.joint
+
+    @property
+    def clause(self) -> str:
+        """Return which joint errs."""
+        return f"joint {self.joint} errs in proportion to its angle"

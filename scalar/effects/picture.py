@@ -1,0 +1,171 @@
+"""What a picture of an effect holds, and what an effect may ask of a fitted model to draw it.
+
+An effect says over which axis it is drawn; a fitted model, seen through a ``View``, gives the *partial residuals*: the residual of every
+pose with this effect alone taken away (Larsen and McCleary, Technometrics 14, 1972). Report and studies turn them into drawings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from scalar.data.poses import Poses, is_joint
+from scalar.effects.wording import angle, length, number
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
+from scalar.sensors import Pieces
+from scalar.units import MM
+
+CURVE_POINTS = 361  # of a fitted curve: one a degree of a full turn
+_TYPICAL_LARGEST = (
+    0.98  # quantile taken for the largest value of a map, so that one odd pose does not decide it
+)
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What a number of a picture is; its unit: ``rad``, ``m``, ``m/m``, ``1``, ``s``, ``degC`` or empty."""
+
+    label: str
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """Partial residuals of an effect along one variable.
+
+    Attributes:
+        x_axis, y_axis: What x and y are.
+        x: ``(N,)``.
+        y: ``(N,)``, partial residuals: without the effect.
+        rest: ``(N,)``, residuals with the effect.
+        std: ``(N,)``, standard error of each from the noise of its pose.
+        fitted: ``(N,)``, what the effect says.
+        curve: ``(3, G)``, x, the effect and its standard error, or None where it is no function of x alone.
+        side: ``(N,)``, -1 or 1, or None: two kinds of pose.
+        mark: A value of x to be marked: the moment of a change.
+        pose: ``(N,)``, which pose of the dataset each value belongs to, counted from 0; None: one value
+            a pose, in the order of the dataset.
+        note: A sentence on what is shown.
+    """
+
+    x_axis: Axis
+    y_axis: Axis
+    x: Array
+    y: Array
+    rest: Array
+    std: Array
+    fitted: Array
+    curve: Array | None = None
+    side: Array | None = None
+    mark: float | None = None
+    pose: Array | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Map:
+    """Partial residuals of an effect over two variables.
+
+    Attributes:
+        u_axis, v_axis, y_axis: What u, v and y are.
+        u, v: ``(K,)``.
+        y, rest: ``(K,)``, without and with the effect.
+        pose: ``(K,)``, which pose of the dataset each value belongs to, counted from 0.
+        note: A sentence on what is shown.
+    """
+
+    u_axis: Axis
+    v_axis: Axis
+    y_axis: Axis
+    u: Array
+    v: Array
+    y: Array
+    rest: Array
+    pose: Array
+    note: str = ""
+
+
+class View(Protocol):
+    """A fitted model as a picture of one of its effects needs it."""
+
+    @property
+    def poses(self) -> Poses:
+        """Return what is known of each of the N poses."""
+        ...
+
+    @property
+    def nominal(self) -> Robot:
+        """Return the nominal robot, at which effects take their columns."""
+        ...
+
+    @property
+    def T_base_sensor(self) -> Array:
+        """Return where the sensor stands ``(N, 4, 4)``."""
+        ...
+
+    def joint_screws(self, joint: int) -> Array:
+        """Return how the sensor moves with a joint's angle ``(N, 6)``, base frame; the joint counts from 1."""
+        ...
+
+    def geometry_screws(self) -> Array:
+        """Return how the sensor moves with every parameter of ``Robot.geometry``, row by row, ``(N, 6, 5 n)``."""
+        ...
+
+    def asked(self, screws: Array) -> tuple[Array, Array]:
+        """Return by how much each pose's residual asks for a motion ``(N, 6)`` in the base frame, and the standard errors, ``(N,)`` each."""
+        ...
+
+    def error_of(self, effect: Any, basis: Array) -> Array:
+        """Return the standard error ``(G,)`` of ``basis @ coefficients``, basis ``(G, k)``."""
+        ...
+
+    def pieces(self, effect: Any) -> Pieces:
+        """Return the measured heights over the planes, with what one effect on points adds to them."""
+        ...
+
+    def on_plane(self, plane: str) -> Array:
+        """Return which poses measure a plane, ``(N,)`` bool."""
+        ...
+
+    def normal_of(self, plane: str) -> Array:
+        """Return the unit normal of a plane as fitted ``(3,)``."""
+        ...
+
+    def added_variable(self, effect: Any) -> Profile:
+        """Return what is measured against what the effect predicts, without what all other parameters would take up of either."""
+        ...
+
+
+def angle_axis(joint: int) -> Axis:
+    """Return the axis of a joint's angle."""
+    return Axis(f"angle of joint {joint}", "rad")
+
+
+def variable_axis(name: str) -> Axis:
+    """Return the axis of a column of poses.csv."""
+    if is_joint(name):
+        return angle_axis(int(name[1:]))
+    unit = {"time": "s", "temperature": "degC"}.get(name, "")
+    return Axis("order of acquisition" if name == "order" else name, unit)
+
+
+def largest(pictures: Sequence[Profile | Map], opening: str = "up to ") -> str:
+    """Return how large an effect is at the poses that were measured, in words with its unit; empty where nothing is drawn."""
+    if not pictures:
+        return ""
+    first = pictures[0]
+    if isinstance(first, Map):
+        value, opening = float(np.nanquantile(np.abs(first.y), _TYPICAL_LARGEST)), "about "
+    else:
+        value = max(float(np.nanmax(np.abs(p.fitted))) for p in pictures if isinstance(p, Profile))
+        opening = "± " if first.side is not None else opening
+    unit = first.y_axis.unit
+    if unit == "rad":
+        return f"{opening}{angle(value)}"
+    if unit == "m":
+        return f"{opening}{length(value)}"
+    return f"{opening}{number(value / MM, 2)} mm per m" if unit == "m/m" else ""

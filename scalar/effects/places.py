@@ -1,0 +1,106 @@
+"""Where effects act: on the joints' angles, the links' geometry, the base, the sensor on the flange, or the measured points.
+
+The place decides how an effect's columns enter the model: the screw of the joint, of the link, of the base or of the sensor that it
+moves. The model applies the correction exactly, and its derivative is the place's screw times the column.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+from scalar.data.poses import Poses
+from scalar.effects.command_words import joints_named
+from scalar.effects.effect import Effect
+from scalar.effects.joint_pictures import along_joint
+from scalar.effects.picture import Map, Profile, View
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+
+class OneJoint(Effect):
+    """An effect that one joint names in full: a dataclass field ``joint``, counted from 1, and nothing else."""
+
+    joint: int
+
+    @property
+    def target(self) -> dict[str, Any]:
+        """The joint."""
+        return {"joint": self.joint}
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the joint."""
+        return {"joint": self.joint}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        return cls(joint=int(mapping["joint"]))  # type: ignore[call-arg]
+
+    @classmethod
+    def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
+        """Return the effect of the joint that is named, or of every joint."""
+        return [cls(joint=j) for j in joints_named(dataset, words)]  # type: ignore[call-arg]
+
+
+class JointEffect(Effect):
+    """An error of the joint angles, ``dq = B c``: the arm stands at ``q + dq`` where the encoders read q."""
+
+    @abstractmethod
+    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return B ``(N, n, k)`` [rad per unit]; ``robot`` is the nominal one."""
+
+    @property
+    def erring_joint(self) -> int | None:
+        """Return the joint of an effect that has one."""
+        return getattr(self, "joint", None)
+
+    def pictures(self, view: View) -> list[Profile | Map]:
+        """Return the error of the joint over its own angle where it is a function of that, else the added-variable plot."""
+        if self.own_curve is None:
+            return super().pictures(view)
+        return [along_joint(view, self, self.own_curve, self.own_curve)]
+
+
+class LinkEffect(Effect):
+    """A change of the geometric parameters, pose by pose."""
+
+    @abstractmethod
+    def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the change ``(N, 5, n, k)`` of ``Robot.geometry`` [m or rad per unit]."""
+
+
+class BaseEffect(Effect):
+    """A motion of the whole arm, left of everything."""
+
+    @abstractmethod
+    def base_screws(self, robot: Robot, poses: Poses) -> Array:
+        """Return screws ``(N, 6, k)`` in the base frame [rad, m per unit]."""
+
+
+class SensorEffect(Effect):
+    """A motion of the sensor on the flange, right of everything."""
+
+    @abstractmethod
+    def sensor_screws(self, robot: Robot, poses: Poses) -> Array:
+        """Return screws ``(N, 6, k)`` in the sensor's frame [rad, m per unit]."""
+
+
+class PointEffect(Effect):
+    """An error of the measured points or of the surface: it adds functions of the points to the residual.
+
+    ``f_i += sum_b basis_b(p_i) (G c)_b``, the functions as ``scalar.sensors.profile.point_basis`` names them. It moves no prediction.
+    """
+
+    acts_by_joint_angles: ClassVar[bool] = False
+    basis_names: ClassVar[tuple[str, ...]]
+
+    @abstractmethod
+    def contact_columns(
+        self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
+    ) -> Array:
+        """Return G ``(N, len(basis_names), k)`` [m per unit of the coefficients, for the functions of the basis]."""

@@ -1,0 +1,228 @@
+"""A target plane that is knocked, or creeps, while it is measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.acquisition import ALWAYS, on_plane, order_and_time, plane_centre, used_planes
+from scalar.effects.command_words import moment_named, planes_named
+from scalar.effects.effect import Effect
+from scalar.effects.picture import Axis, Map, Profile, View, variable_axis
+from scalar.effects.places import PointEffect
+from scalar.effects.plane_axes import heights, plane_axes
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+CREEP_STARTS = 12  # moments, spread over the whole order, from which a creep that is tried begins
+CREEP_SHARES = (0.1, 0.3, 1.0)  # of the whole order: how long it takes, or to the end if that comes before
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneMoved(PointEffect):
+    """A target plane stands elsewhere from a pose on, or creeps: distance and tilt change by a step, or by a ramp.
+
+    Attributes:
+        plane: Its name.
+        order: Order of acquisition of the first pose after the step; of the beginning of the creep.
+        time: Its time [s], or None.
+        centre: ``(3,)`` [m], base frame: the tilt turns about it.
+        creep_span: Zero for a step; else the span of order over which a creep reaches the stated change, and stays.
+    """
+
+    plane: str
+    order: float
+    time: float | None
+    centre: tuple[float, float, float]
+    creep_span: float = 0.0
+
+    name: ClassVar[str] = "plane_moved"
+    kind: ClassVar[str] = "movement"
+    sentence: ClassVar[str] = "the target plane was knocked or crept while it was measured"
+    natural: ClassVar[Mapping[str, float]] = {"m": 1e-3, "rad": 1e-3}
+    natural_source: ClassVar[str] = (
+        "assumed: a knock may be any size; a creep of a millimetre would be seen by eye"
+    )
+    most_words: ClassVar[int] = 2
+    basis_names: ClassVar[tuple[str, ...]] = ("1", "x", "z")
+
+    @property
+    def target(self) -> dict[str, Any]:
+        """The plane and when."""
+        return {"plane": self.plane, "at": {"order": self.order, "time": self.time}}
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """Change of distance and of tilt."""
+        return ["distance_m", "tilt_u_rad", "tilt_v_rad"]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Metres and radians."""
+        return ["m", "rad", "rad"]
+
+    @property
+    def prior_std(self) -> Array:
+        """Return two centimetres and three degrees: what is knocked moves far."""
+        return np.array([0.02 if unit == "m" else 0.05 for unit in self.coefficient_units])
+
+    def profile(self, order: Array) -> Array:
+        """Return how much of the change has happened at each order ``(N,)``."""
+        if self.creep_span:
+            return np.clip((order - self.order) / self.creep_span, 0.0, 1.0)
+        return (order >= self.order).astype(float)
+
+    def variations(self, scale: float) -> list[Self]:
+        """Return a creep that begins and ends a little earlier or later."""
+        step = scale * self.creep_span / 8
+        if not step:
+            return [self]
+        return [
+            replace(self, order=self.order + a * step, creep_span=self.creep_span + (b - a) * step)
+            for a in (-1.0, -0.5, 0.0, 0.5, 1.0)
+            for b in (-1.0, 0.0, 1.0)
+        ]
+
+    def contact_columns(
+        self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
+    ) -> Array:
+        """Return minus the height of the moved plane over the old one, linear in (1, x, z)."""
+        mine, e1, e2 = plane_axes(planes, self.plane, plane_index)
+        offset = T_base_sensor[:, :3, 3] - np.array(self.centre)
+        carriers = np.stack([offset, T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2]], axis=1)
+        b = contact.shape[1] if contact.shape[1] == 1 else 3
+        G = np.zeros((len(contact), 3, 3))
+        G[:, 0, 0] = -1.0
+        G[:, :, 1], G[:, :, 2] = -heights(carriers, e1), -heights(carriers, e2)
+        G *= (self.profile(poses.order) * mine)[:, None, None]
+        return G[:, :b]
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return plane, moment and centre."""
+        return {
+            "plane": self.plane,
+            "order": self.order,
+            "time": self.time,
+            "centre": list(self.centre),
+            "creep_span": self.creep_span,
+        }
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        x, y, z = (float(c) for c in mapping["centre"])
+        time = mapping["time"]
+        return cls(
+            str(mapping["plane"]), float(mapping["order"]), None if time is None else float(time), (x, y, z),
+            float(mapping["creep_span"]),
+        )  # fmt: skip
+
+    @classmethod
+    def candidates(cls, dataset: Dataset) -> list[Effect]:
+        """Return planes that creep from some moment on, to the end of the acquisition or until they stay."""
+        order, time = order_and_time(dataset)
+        found: list[Effect] = []
+        for name in used_planes(dataset):
+            mine = np.flatnonzero(on_plane(dataset, name))
+            span, end = float(np.ptp(order[mine])), float(order[mine[-1]])
+            if span <= 0:
+                continue
+            centre = plane_centre(dataset, name)
+            starts = np.unique(
+                np.searchsorted(order[mine], order[mine[0]] + span * np.arange(CREEP_STARTS) / CREEP_STARTS)
+            )
+            for i in mine[starts]:
+                start, at = float(order[i]), None if time is None else float(time[i])
+                spans = {min(share * span, end - start) for share in CREEP_SHARES}
+                found += [cls(name, start, at, centre, creep) for creep in sorted(spans) if creep > 0]
+        return found
+
+    @classmethod
+    def changes(cls, dataset: Dataset) -> list[tuple[Effect, Array]]:
+        """Return a knock of every plane at any of its poses."""
+        return [
+            (cls(name, ALWAYS, None, plane_centre(dataset, name)), on_plane(dataset, name))
+            for name in used_planes(dataset)
+        ]
+
+    def beginning(self, order: float, time: float | None) -> Self:
+        """Return a knock at a pose."""
+        return replace(self, order=order, time=time, coefficients=np.zeros(len(self.coefficients)))
+
+    @classmethod
+    def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
+        """Return a knock of the plane that is named, at the order of acquisition that is named."""
+        if len(words) < 2:
+            raise ValueError("name the plane and from which order on, as in plane_moved:floor:120")
+        plane = planes_named(dataset, words)[0]
+        return [cls(plane, moment_named(words[1]), None, plane_centre(dataset, plane))]
+
+    def at_a_pose(self, dataset: Dataset, poses: Poses) -> Self:
+        """Return a creep that begins at the first pose of its plane after where it was found to begin, and ends where it did."""
+        order = poses.order
+        mine = np.flatnonzero(on_plane(dataset, self.plane))
+        i = mine[min(int(np.searchsorted(order[mine], self.order)), len(mine) - 1)]
+        time = poses.columns.get("time")
+        span = self.order + self.creep_span - float(order[i])
+        if span <= 0:
+            return self
+        at = None if time is None else float(time[i])
+        return replace(self, order=float(order[i]), time=at, creep_span=span)
+
+    @property
+    def label(self) -> str:
+        """Name, plane and moment."""
+        return self.key
+
+    def same_place(self, other: Effect) -> bool:
+        """Return whether the other moves the same plane, at whatever moment."""
+        return isinstance(other, PlaneMoved) and self.plane == other.plane
+
+    @property
+    def is_change_in_time(self) -> bool:
+        """It is."""
+        return True
+
+    def not_transferable(self, dataset: Dataset) -> str | None:
+        """Return that planes are another campaign's."""
+        return "the planes are set up anew for every campaign"
+
+    @property
+    def clause(self) -> str:
+        """Return which plane moved, and when."""
+        return f"target plane {self.plane} moved at order {self.order:.0f}"
+
+    @property
+    def advice(self) -> list[str]:
+        """Return how to be rid of it."""
+        return [
+            f"Clamp target plane {self.plane} and measure again, or give the poses from order "
+            f"{self.order:.0f} on a session of their own."
+        ]
+
+    def pictures(self, view: View) -> list[Profile | Map]:
+        """Return the heights of the plane's scans over the plane where it stood first, in order of acquisition."""
+        found = view.pieces(self)
+        mine = view.on_plane(self.plane)[found.pose]
+        N, pose = len(view.poses), found.pose[mine]
+        n, touched = np.maximum(np.bincount(pose, minlength=N), 1), np.unique(pose)
+
+        def mean(values: Array) -> Array:
+            return (np.bincount(pose, values[mine], N) / n)[touched]
+
+        rest, fitted = mean(found.height), -mean(found.of_effect)
+        std = np.sqrt(mean(found.std**2) / n[touched])
+        order = view.poses.order[touched]
+        axis = Axis("height over the plane as it stood first", "m")
+        turned = self.coefficients[1:].any()
+        note = "A tilted plane rises at some poses and falls at others." if turned else ""
+        x_axis, mark = variable_axis("order"), self.order
+        return [
+            Profile(x_axis, axis, order, fitted + rest, rest, std, fitted, mark=mark, pose=touched, note=note)
+        ]

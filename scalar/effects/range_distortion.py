@@ -1,0 +1,90 @@
+"""A curvature of the laser's range."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.acquisition import range_middle
+from scalar.effects.effect import Effect
+from scalar.effects.picture import Map, Profile, View
+from scalar.effects.range_error import RangeError
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+
+@dataclass(frozen=True, eq=False)
+class RangeDistortion(RangeError):
+    """The measured range is curved: ``r -> r + k (r - m)^2 + s r + o``.
+
+    Gain and zero go with a parabola wherever its middle lies, and a gain is not identified: it is fixed at what the laser says of itself at
+    ``middle``. In the middle of what was measured a curvature then moves the lengths of the arm least.
+
+    Attributes:
+        middle: m [m].
+    """
+
+    middle: float = 0.0
+
+    name: ClassVar[str] = "range_distortion"
+    kind: ClassVar[str] = "range distortion of the laser"
+    sentence: ClassVar[str] = "the laser's range is curved"
+    natural: ClassVar[Mapping[str, float]] = {"1/m": 2e-2, "m/m": 1e-3, "m": 3e-4}
+    natural_source: ClassVar[str] = (
+        "a linearity of 0.1 % of the range (Keyence LJ-V7000, data sheet), taken to be curved: 0.1 mm, 70 mm from the middle"
+    )
+    basis_names: ClassVar[tuple[str, ...]] = ("dx", "dz", "rx", "rz", "ux", "uz")
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """Curvature, and the gain and zero that go with it."""
+        return ["curvature_per_m", "gain_m_per_m", "offset_m"]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """One over metres, metres a metre, metres."""
+        return ["1/m", "m/m", "m"]
+
+    def contact_columns(
+        self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
+    ) -> Array:
+        """Return the sensor's axes against the normal, for each of the three functions of the range."""
+        G = np.zeros((len(contact), 6, 3))
+        for k in range(3):
+            G[:, 2 * k : 2 * k + 2, k] = contact[:, 1:]
+        G[:, 2:4, 0] = -2.0 * self.middle * contact[:, 1:]
+        G[:, 4:6, 0] = self.middle**2 * contact[:, 1:]
+        return G
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the middle."""
+        return {"middle_m": self.middle}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        return cls(float(mapping.get("middle_m", 0.0)))
+
+    @classmethod
+    def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
+        """Return a curvature about the middle of the measured ranges."""
+        return [cls(range_middle(dataset))]
+
+    @property
+    def clause(self) -> str:
+        """Return what is curved."""
+        return "the range of the laser is curved"
+
+    def powers(self, reach: Array) -> Array:
+        """Return the correction of the range by curvature, gain and zero ``(G, 3)``."""
+        return np.column_stack([(reach - self.middle) ** 2, reach, np.ones_like(reach)])
+
+    def pictures(self, view: View) -> list[Profile | Map]:
+        """Return the curvature over the range: gain and zero hide in the geometry nearly whole, so the straight line says nothing."""
+        return [self._over_range(view, without_line=True)]

@@ -1,0 +1,92 @@
+"""What the laser's own errors of the range share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.effect import Effect
+from scalar.effects.picture import Axis, Map, Profile, View
+from scalar.effects.places import PointEffect
+from scalar.geometry.se3 import Array
+from scalar.sensors import kind_of
+from scalar.sensors.scan_pieces import PIECES
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+LEAST_INCIDENCE = 0.05  # |n . e|, 87 degrees: a ray that grazes the plane says little of its range
+
+
+@dataclass(frozen=True, eq=False)
+class RangeError(PointEffect):
+    """An error of the measured range along the direction in which the scanner errs."""
+
+    @property
+    def target(self) -> dict[str, Any]:
+        """Nothing: the sensor."""
+        return {}
+
+    def contact_columns(
+        self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
+    ) -> Array:
+        """Return the sensor's axes against the normal: a point corrected by ``c phi(p)`` moves off the plane by that."""
+        return contact[:, 1:, None]
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return nothing: the name says all."""
+        return {}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect."""
+        return cls()
+
+    @classmethod
+    def candidates(cls, dataset: Dataset) -> list[Effect]:
+        """Return the error, where the sensor measures ranges."""
+        return list(cls.parsed(dataset, ())) if kind_of(dataset).measures_range else []
+
+    @classmethod
+    def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
+        """Return the error."""
+        return [cls()]
+
+    def not_transferable(self, dataset: Dataset) -> str | None:
+        """Return that the other campaign's sensor measures no range."""
+        return None if kind_of(dataset).measures_range else "it is an error of a laser's range"
+
+    def powers(self, reach: Array) -> Array:
+        """Return the correction of the range ``(G, k)`` by every coefficient at ranges ``(G,)`` [m]."""
+        raise NotImplementedError
+
+    def pictures(self, view: View) -> list[Profile | Map]:
+        """Return what has to be added to the measured range, over the range."""
+        return [self._over_range(view)]
+
+    def _over_range(self, view: View, *, without_line: bool = False) -> Profile:
+        """Return the correction over the range, the straight line that fits it best taken off or not."""
+        found = view.pieces(self)
+        steep = np.abs(found.incidence) > LEAST_INCIDENCE
+        reach, incidence = found.reach[steep], found.incidence[steep]
+        rest, fitted = -found.height[steep] / incidence, found.of_effect[steep] / incidence
+        x = np.linspace(reach.min(), reach.max(), 61)
+        basis = self.powers(x)
+        curve = np.stack([x, basis @ self.coefficients, view.error_of(self, basis)])
+        note = f"Each scan is cut in {PIECES} pieces."
+        if without_line:
+            line = np.polynomial.Polynomial.fit(reach, fitted, 1)
+            straight = np.column_stack([np.ones_like(x), x])
+            hat = straight @ np.linalg.lstsq(straight, basis, rcond=None)[0]
+            curve = np.stack([x, curve[1] - line(x), view.error_of(self, basis - hat)])
+            fitted = fitted - line(reach)
+            note += " A straight line is taken off: gain and zero cannot be distinguished from the geometry."
+        x_axis, y_axis = Axis("measured range", "m"), Axis("correction of the range", "m")
+        std = found.std[steep] / np.abs(incidence)
+        return Profile(
+            x_axis, y_axis, reach, fitted + rest, rest, std, fitted, curve, pose=found.pose[steep], note=note
+        )

@@ -1,0 +1,52 @@
+"""A zero error of the laser."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from scalar.effects.range_error import RangeError
+from scalar.geometry.se3 import Array
+
+
+@dataclass(frozen=True, eq=False)
+class RangeOffset(RangeError):
+    """The measured range needs a constant: ``r -> r + o``."""
+
+    name: ClassVar[str] = "range_offset"
+    kind: ClassVar[str] = "range offset of the laser"
+    sentence: ClassVar[str] = "the laser's zero is off"
+    natural: ClassVar[Mapping[str, float]] = {"m": 3e-4}
+    natural_source: ClassVar[str] = (
+        "assumed: the zero of a scanner is a point inside its housing, drawn to a few tenths of a millimetre"
+    )
+    remedy: ClassVar[str] = (
+        "scans from near and from far, the scanner turned about its line of sight, would show it"
+    )
+    remedy_advice: ClassVar[str] = (
+        "Scan the same target plane from near and from far, and with the scanner turned about its line of sight: the laser's "
+        "zero hides in the scanner's place on the flange as long as the incidence hardly varies."
+    )
+    basis_names: ClassVar[tuple[str, ...]] = ("ux", "uz")
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """``offset_m``."""
+        return ["offset_m"]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Metres."""
+        return ["m"]
+
+    @property
+    def clause(self) -> str:
+        """Return what is off."""
+        return "the zero of the laser is off"
+
+    def powers(self, reach: Array) -> Array:
+        """Return the correction of the range by the coefficient ``(G, 1)``."""
+        return np.ones((len(reach), 1))

@@ -1,0 +1,46 @@
+"""A gain error of the laser."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+from scalar.effects.range_error import RangeError
+from scalar.effects.wording import KNOWN_LENGTH, KNOWN_LENGTH_ADVICE
+from scalar.geometry.se3 import Array
+
+
+@dataclass(frozen=True, eq=False)
+class RangeScale(RangeError):
+    """The measured range needs to be stretched: ``r -> (1 + s) r``."""
+
+    name: ClassVar[str] = "range_scale"
+    kind: ClassVar[str] = "range scale of the laser"
+    sentence: ClassVar[str] = "the laser's gain is off"
+    natural: ClassVar[Mapping[str, float]] = {"m/m": 1e-3}
+    natural_source: ClassVar[str] = (
+        "line scanners are sold with a linearity of 0.1 % of the range (Keyence LJ-V7000, data sheet)"
+    )
+    remedy: ClassVar[str] = KNOWN_LENGTH
+    remedy_advice: ClassVar[str] = KNOWN_LENGTH_ADVICE
+    basis_names: ClassVar[tuple[str, ...]] = ("rx", "rz")
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """``gain_m_per_m``."""
+        return ["gain_m_per_m"]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Metres a metre."""
+        return ["m/m"]
+
+    @property
+    def clause(self) -> str:
+        """Return what is off."""
+        return "the gain of the laser is off"
+
+    def powers(self, reach: Array) -> Array:
+        """Return the correction of the range by the coefficient ``(G, 1)``."""
+        return reach[:, None]

@@ -1,0 +1,42 @@
+"""Effects in calibrations and diagnoses: how they are written and read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from scalar.effects import registry
+from scalar.effects.effect import Effect
+
+
+def effect_to_mapping(effect: Effect, std: Mapping[str, float]) -> dict[str, Any]:
+    """Return an effect as calibrations and diagnoses write it; ``module`` stands there where it came from outside the package.
+
+    Args:
+        effect: With its coefficients.
+        std: Standard errors by parameter name, for those that were estimated.
+    """
+    module = registry.module_of(effect)
+    return {
+        "name": effect.name,
+        **({} if module is None else {"module": module}),
+        "target": effect.target,
+        "coefficients": {
+            name: {"value": float(value), "std": float(std[key]) if key in std else None}
+            for name, key, value in zip(
+                effect.coefficient_names, effect.parameter_names, effect.coefficients, strict=True
+            )
+        },
+        "settings": effect.to_mapping(),
+    }
+
+
+def effect_from_mapping(mapping: Mapping[str, Any]) -> Effect:
+    """Return the effect that ``effect_to_mapping`` wrote.
+
+    Raises:
+        InvalidInput: Its name is unknown, or the module that it came from is absent.
+    """
+    effect = registry.found(mapping["name"], mapping.get("module")).from_mapping(mapping["settings"])
+    values = [mapping["coefficients"][name]["value"] for name in effect.coefficient_names]
+    return effect.with_coefficients(values)

@@ -1,0 +1,210 @@
+"""Lengths of the arm that grow with temperature or time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.acquisition import missing_column, order_and_time
+from scalar.effects.effect import Effect
+from scalar.effects.picture import CURVE_POINTS, Axis, Map, Profile, View, variable_axis
+from scalar.effects.places import LinkEffect
+from scalar.effects.wording import listed, number
+from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+DRIVERS = ("temperature", "time", "order")
+WARM_UP_SHARES = (0.1, 0.3, 1.0)  # of the whole time: time constants of a warm-up that are tried
+_CLOCK = {"time": " s", "order": " poses"}
+
+
+@dataclass(frozen=True, eq=False)
+class ThermalDrift(LinkEffect):
+    """All lengths of the arm grow alike: ``a, d -> (1 + g x) a, d``, x the temperature, or a function of time.
+
+    Attributes:
+        by: ``temperature``, ``time`` or ``order``: the column that drives the growth.
+        reference: Value of the column at which the lengths are those of the model.
+        time_constant: Of a warm-up ``1 - exp(-(t - reference) / time_constant)``; zero for growth in proportion.
+        last: Last order of acquisition: where predictions without ``order`` stand. None where it is not known.
+    """
+
+    by: str
+    reference: float
+    time_constant: float = 0.0
+    last: float | None = None
+
+    name: ClassVar[str] = "thermal_drift"
+    kind: ClassVar[str] = "thermal drift"
+    sentence: ClassVar[str] = "the arm's lengths grow with time or temperature"
+    natural: ClassVar[Mapping[str, float]] = {"1/K": 2.3e-5, "m/m": 2.3e-4, "1/s": 6.4e-8, "1/pose": 2.3e-7}
+    natural_source: ClassVar[str] = (
+        "aluminium alloys grow by 23e-6 a kelvin (EN 573-3 alloy 6082, data sheets); ten kelvin in an hour, or in a thousand poses, are assumed"
+    )
+    acts_by_joint_angles: ClassVar[bool] = False
+
+    @property
+    def target(self) -> dict[str, Any]:
+        """Nothing: the whole arm."""
+        return {}
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """Growth a kelvin, a second, a pose; or the whole growth of a warm-up."""
+        if self.time_constant:
+            return ["growth_m_per_m"]
+        return [{"temperature": "growth_per_K", "time": "growth_per_s", "order": "growth_per_pose"}[self.by]]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """As the names say."""
+        if self.time_constant:
+            return ["m/m"]
+        return [{"temperature": "1/K", "time": "1/s", "order": "1/pose"}[self.by]]
+
+    def variations(self, scale: float) -> list[Self]:
+        """Return a warm-up that is a little faster or slower."""
+        if not self.time_constant:
+            return [self]
+        return [
+            replace(self, time_constant=self.time_constant * 3.0 ** (a * scale))
+            for a in (-0.5, -0.25, 0.0, 0.25, 0.5)
+        ]
+
+    def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the nominal lengths times the profile of the growth."""
+        x = self.growth(self._order(poses) if self.by == "order" else poses.column(self.by))
+        lengths = np.array([kind in LENGTHS for kind in GEOMETRY])[:, None] * robot.geometry
+        return x[:, None, None, None] * lengths[None, :, :, None]
+
+    def growth(self, driver: Array) -> Array:
+        """Return how far the growth has come ``(N,)`` at values of the column that drives it."""
+        x = np.asarray(driver, dtype=float) - self.reference
+        return 1.0 - np.exp(-np.maximum(x, 0.0) / self.time_constant) if self.time_constant else x
+
+    def _order(self, poses: Poses) -> Array:
+        """Return the order of acquisition ``(N,)``, the end of it where none is stated."""
+        if np.all(np.isfinite(poses.order)):
+            return poses.order
+        return np.where(
+            np.isfinite(poses.order), poses.order, poses.column("order") if self.last is None else self.last
+        )
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return what drives the growth."""
+        mapping: dict[str, Any] = {
+            "by": self.by,
+            "reference": self.reference,
+            "time_constant": self.time_constant,
+        }
+        return mapping if self.last is None else {**mapping, "last": self.last}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        last = mapping.get("last")
+        return cls(
+            str(mapping["by"]),
+            float(mapping["reference"]),
+            float(mapping["time_constant"]),
+            None if last is None else float(last),
+        )
+
+    @classmethod
+    def candidates(cls, dataset: Dataset) -> list[Effect]:
+        """Return growth in proportion to what may drive it, and warm-ups of a few time constants.
+
+        A thermometer in the room does not feel the motors: an arm warms up by its own work as well, with the clock or from pose to pose.
+        """
+        drivers = {drift_driver(dataset), "time" if "time" in dataset.poses else "order"}
+        found: list[Effect] = []
+        for driver in sorted(drivers):
+            x = _values(dataset, driver)
+            start, span = float(np.min(x)), float(np.ptp(x))
+            if span <= 0:
+                continue
+            last = start + span if driver == "order" else None
+            found.append(cls(driver, start, last=last))
+            if driver != "temperature":
+                found += [cls(driver, start, share * span, last) for share in WARM_UP_SHARES]
+        return found
+
+    @classmethod
+    def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
+        """Return growth with the column that is named, or with what may drive it."""
+        by = words[0] if words else drift_driver(dataset)
+        if by not in DRIVERS:
+            raise ValueError(f"'{by}' drives no drift; there are {', '.join(DRIVERS)}")
+        if by != "order" and (missing := missing_column(dataset, by)):
+            raise ValueError(missing)
+        x = _values(dataset, by)
+        return [cls(by, float(x.min()), last=float(x.max()) if by == "order" else None)]
+
+    @property
+    def is_change_in_time(self) -> bool:
+        """Return whether the clock or the order drives the growth, and not the temperature."""
+        return self.by != "temperature"
+
+    def not_transferable(self, dataset: Dataset) -> str | None:
+        """Return that a growth by the clock is that of one campaign, or that the temperature is missing."""
+        if self.by != "temperature":
+            return f"its dependence on {self.by} is that of one campaign"
+        return missing_column(dataset, self.by)
+
+    @property
+    def title(self) -> str:
+        """Return what drives the growth, and how fast a warm-up is."""
+        constant = f"{number(self.time_constant)}{_CLOCK.get(self.by, '')}"
+        what = f"warm-up (constant {constant})" if self.time_constant else self.kind
+        return f"{what} {'in the course of acquisition' if self.by == 'order' else 'with ' + self.by}"
+
+    @property
+    def clause(self) -> str:
+        """Return that the arm grows, and with what."""
+        return f"the arm grows: {self.title}"
+
+    @classmethod
+    def advice_on_data(cls, dataset: Dataset) -> list[str]:
+        """Return that time and temperature should be recorded, where they are not."""
+        poses = dataset.poses
+        missing = [name for name in ("time", "temperature") if name not in poses]
+        if not missing:
+            return []
+        known = "order" in poses or "time" in poses
+        order = "" if known else "; without them the order of the rows has to stand for the time"
+        them = "it" if len(missing) == 1 else "them"
+        return [
+            f"Record {listed(missing)} with each pose: a drift could not be looked for along {them}{order}."
+        ]
+
+    def pictures(self, view: View) -> list[Profile | Map]:
+        """Return the growth of all lengths over what drives it."""
+        nominal, poses = view.nominal, view.poses
+        driver = poses.order if self.by == "order" else poses.column(self.by)
+        lengths = np.array([kind in LENGTHS for kind in GEOMETRY])[:, None] * nominal.geometry
+        rest, std = view.asked(view.geometry_screws() @ lengths.ravel())
+        x = np.linspace(driver.min(), driver.max(), CURVE_POINTS)
+        basis = self.growth(x)[:, None]
+        curve = np.stack([x, basis @ self.coefficients, view.error_of(self, basis)])
+        fitted = self.growth(driver) * self.coefficients[0]
+        axis = Axis("growth of all lengths", "m/m")
+        return [Profile(variable_axis(self.by), axis, driver, fitted + rest, rest, std, fitted, curve)]
+
+
+def drift_driver(dataset: Dataset) -> str:
+    """Return what may drive a thermal drift: the temperature where it is recorded and varies, else the time, else the order."""
+    for name in ("temperature", "time"):
+        if name in dataset.poses and float(np.ptp(dataset.poses[name].to_numpy(dtype=float))) > 0:
+            return name
+    return "order"
+
+
+def _values(dataset: Dataset, driver: str) -> Array:
+    return order_and_time(dataset)[0] if driver == "order" else dataset.poses[driver].to_numpy(dtype=float)

@@ -1,0 +1,45 @@
+"""What an effect is called: its place, then its kind."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from scalar.effects.wording import listed, orders
+
+ORDERS_IN_TITLE, ORDERS_IN_SENTENCE = 12, 3
+
+
+def titled(kind: str, target: Mapping[str, Any], depends_on: Sequence[str] = ()) -> str:
+    """Return the title of an effect.
+
+    Args:
+        kind: Two or three words.
+        target: As ``diagnosis.json`` writes it.
+        depends_on: Columns that it varies with, for what has no place.
+    """
+    if "joints" in target:
+        return f"{joints_in_words(target['joints'])}: {kind}"
+    if "source" in target:
+        return f"joint {target['joint']}: {kind} from joint {target['source']}"
+    if "orders" in target:
+        return f"joint {target['joint']}: {kind}, {orders(target['orders'], ORDERS_IN_TITLE)}"
+    if "order" in target and "joint" in target:
+        return f"joint {target['joint']}: {kind}, order {target['order']}"
+    if "joint" in target:
+        return f"joint {target['joint']}: {kind}"
+    if "plane" in target:
+        return f"target plane {target['plane']}: {kind}{_since(target)}"
+    if depends_on:
+        return f"{kind}, depending on {listed(depends_on)}"
+    return f"{kind}{_since(target)}"
+
+
+def joints_in_words(joints: Sequence[int]) -> str:
+    """Return ``joint 2`` or ``joints 2 and 3``."""
+    return f"joint{'s' if len(joints) > 1 else ''} {listed([str(j) for j in joints])}"
+
+
+def _since(target: Mapping[str, Any]) -> str:
+    at = target.get("at")
+    return f", from order {at['order']:.0f} on" if at and at.get("order") is not None else ""

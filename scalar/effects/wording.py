@@ -1,0 +1,84 @@
+"""Numbers with units as people read them: what effects, the report and the terminal write."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from scalar.units import DEG, MM, MRAD
+
+UNKNOWN = "–"
+
+
+def listed(words: Sequence[str], joint: str = "and") -> str:
+    """Return words as a list in a sentence."""
+    words = list(words)
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} {joint} {words[-1]}"
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """Return a number with a few significant digits, a true minus, and powers of ten written out."""
+    if value is None or not np.isfinite(value):
+        return UNKNOWN
+    if value != 0 and not 1e-5 <= abs(value) < 1e5:
+        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+        raised = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+        return f"{mantissa} × 10{raised}".replace("-", "−")
+    decimals = 0 if value == 0 else max(digits - 1 - int(np.floor(np.log10(abs(value)))), 0)
+    return f"{value:.{decimals}f}".replace("-", "−")
+
+
+def length(value: float) -> str:
+    """Return a length [m] in millimetres."""
+    return f"{number(value / MM, 2)} mm"
+
+
+def angle(value: float, digits: int = 2) -> str:
+    """Return an angle [rad] in degrees."""
+    return f"{number(value / DEG, digits)}°"
+
+
+def coefficient(name: str, value: float, std: float | None) -> tuple[str, str, str, str]:
+    """Return a coefficient's name, value, standard error and unit for a table, in millimetres, degrees and milliradians.
+
+    The end of the name tells the unit; a lone ``per_m`` is one over metres.
+    """
+    for ending, scale, unit in (
+        ("_rad_per_rad", MRAD, "mrad/rad"),
+        ("_m_per_m", MM, "mm/m"),
+        ("_per_m", MM, "mm/m²"),
+        ("_rad", DEG, "°"),
+        ("_m", MM, "mm"),
+        ("_per_K", MM, "mm/m per K"),
+        ("_per_pose", MM, "mm/m per pose"),
+        ("_per_s", MM, "mm/m per s"),
+    ):
+        if name.endswith(ending):
+            stem = name.removesuffix(ending).replace("_", " ")
+            return stem, number(value / scale), UNKNOWN if std is None else number(std / scale, 2), unit
+    return name, number(value), UNKNOWN if std is None else number(std, 2), ""
+
+
+def sized(value: float, unit: str) -> str:
+    """Return a value of a unit in which effects have their coefficients (rad, m, rad/rad ...) in words."""
+    if unit == "rad":
+        return angle(value)
+    return length(value) if unit == "m" else f"{number(value, 2)} {unit}"
+
+
+def orders(numbers: Sequence[int], most: int) -> str:
+    """Return orders of a series in words: each of them, or from where to where if there are more than ``most``."""
+    if len(numbers) > most:
+        return f"{len(numbers)} orders from {min(numbers)} to {max(numbers)}"
+    return f"order{'s' if len(numbers) > 1 else ''} {listed([str(k) for k in numbers])}"
+
+
+KNOWN_LENGTH = "a reference of known length would show it"
+KNOWN_LENGTH_ADVICE = (
+    "Add a length that is known: two target planes whose distance was measured, or one whose place in the base frame "
+    "is known (distance_std and normal_std in dataset.yaml). It fixes the scale, which these data cannot."
+)
+"""What shows an error that scales the whole workcell."""
