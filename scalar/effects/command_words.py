@@ -56,9 +56,11 @@ def planes_named(dataset: Dataset, words: Sequence[str]) -> list[str]:
     """Return the plane that the first word names, or all planes where there is no word.
 
     Raises:
-        ValueError: The dataset has no such plane.
+        ValueError: The dataset has no such plane, or none at all.
     """
     names = [plane.name for plane in dataset.planes]
+    if not names:
+        raise ValueError(f"this effect needs target planes, and a {dataset.sensor.kind} measures none")
     if not words:
         return names
     if words[0] not in names:

@@ -12,7 +12,7 @@ from scalar.data.poses import Poses
 from scalar.effects.acquisition import range_middle
 from scalar.effects.effect import Effect
 from scalar.effects.picture import Map, Profile, View
-from scalar.effects.range_error import RangeError
+from scalar.effects.range_error import RangeError, check_measures_range
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
@@ -74,6 +74,7 @@ class RangeDistortion(RangeError):
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
         """Return a curvature about the middle of the measured ranges."""
+        check_measures_range(dataset)
         return [cls(range_middle(dataset))]
 
     @property

@@ -22,6 +22,16 @@ if TYPE_CHECKING:
 LEAST_INCIDENCE = 0.05  # |n . e|, 87 degrees: a ray that grazes the plane says little of its range
 
 
+def check_measures_range(dataset: Dataset) -> None:
+    """Refuse a dataset whose sensor measures no range.
+
+    Raises:
+        ValueError: Naming the sensor's kind.
+    """
+    if not kind_of(dataset).measures_range:
+        raise ValueError(f"this effect needs a sensor that measures ranges, and a {dataset.sensor.kind} does not")
+
+
 @dataclass(frozen=True, eq=False)
 class RangeError(PointEffect):
     """An error of the measured range along the direction in which the scanner errs."""
@@ -53,7 +63,12 @@ class RangeError(PointEffect):
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
-        """Return the error."""
+        """Return the error.
+
+        Raises:
+            ValueError: The sensor measures no range.
+        """
+        check_measures_range(dataset)
         return [cls()]
 
     def not_transferable(self, dataset: Dataset) -> str | None:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,9 +12,11 @@ from numpy.typing import ArrayLike
 
 from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import write_json
+from scalar.data.io.json_reader import read_json
 from scalar.data.poses import Poses
 from scalar.effects.saving import effect_from_mapping, effect_to_mapping
 from scalar.errors import Fault, InvalidInput
+from scalar.estimation.calibration_file import check_calibration, check_effects_made
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
@@ -220,23 +221,20 @@ def load_calibration(path: str | Path) -> Calibration:
     """Return the calibration in a file that ``Calibration.save`` wrote.
 
     Raises:
-        InvalidInput: The file is missing, is not JSON, is not a calibration, or has an effect whose module is absent.
+        InvalidInput: The file is missing, is not JSON, is damaged (the key is named), is not a calibration, or has an effect whose
+            module is absent.
     """
     path = Path(path)
-    try:
-        mapping = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InvalidInput(
-            [Fault(str(path), "no such file; 'scalar calibrate DATASET -o DIR' writes one")]
-        ) from None
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise InvalidInput([Fault(str(path), f"not a calibration: {error}")]) from None
+    if not path.exists():
+        raise InvalidInput([Fault(str(path), "no such file; 'scalar calibrate DATASET -o DIR' writes one")])
+    mapping = read_json(path)
     if not isinstance(mapping, dict) or mapping.get("format") not in (VERSION_1, FORMAT):
         raise InvalidInput(
             [Fault(str(path), f"not a calibration: its format is not '{FORMAT}'", None, "format")]
         )
     try:
         mapping = _as_version_2(mapping)
+        check_calibration(mapping, str(path))
         unknown = [key for key in mapping if key not in KEYS]
         unknown += [
             f"parameters.{name}.{key}"
@@ -247,10 +245,12 @@ def load_calibration(path: str | Path) -> Calibration:
         if unknown:  # to ignore what a later release wrote would give a wrong answer
             message = "not known to this release of scalar; use the release that wrote the file"
             raise InvalidInput([Fault(str(path), message, None, key) for key in unknown])
-        return _from_mapping(mapping)
-    except InvalidInput as error:  # an effect whose kind is not known here
-        raise InvalidInput([Fault(str(path), fault.message) for fault in error.faults]) from None
-    except (KeyError, TypeError, ValueError, IndexError) as error:
+        calibration = _from_mapping(mapping)
+        check_effects_made(calibration.model.effects, mapping, str(path))
+        return calibration
+    except InvalidInput as error:  # an effect whose kind is not known here does not know the file
+        raise InvalidInput([replace(fault, file=str(path)) for fault in error.faults]) from None
+    except (KeyError, TypeError, ValueError, IndexError, OverflowError, AttributeError) as error:
         raise InvalidInput(
             [Fault(str(path), f"damaged calibration: {type(error).__name__} {error}")]
         ) from None
@@ -258,10 +258,10 @@ def load_calibration(path: str | Path) -> Calibration:
 
 def _as_version_2(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the content of a calibration of either version as that of version 2."""
-    if mapping["format"] == FORMAT:
+    nested = mapping.get("covariance")
+    if mapping["format"] == FORMAT or not isinstance(nested, dict):
         return mapping
-    nested = mapping["covariance"]
-    return {**mapping, "format": FORMAT, "names": nested["names"], "covariance": nested["matrix"]}
+    return {**mapping, "format": FORMAT, "names": nested.get("names"), "covariance": nested.get("matrix")}
 
 
 def _from_mapping(mapping: Mapping[str, Any]) -> Calibration:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scalar.data.io.json_reader import read_json
 from scalar.data.pose_tables import read_pose_table
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.frame_tables import FRAME_COLUMNS
@@ -30,10 +30,7 @@ def read_truth(
     path = folder / "truth.json"
     if not path.exists():
         return poses, None
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise InvalidInput([Fault(str(path), f"not JSON: {error}")]) from None
+    content = read_json(path)
     try:
         _check_truth(content)
     except (TypeError, ValueError, KeyError, AttributeError):

@@ -7,7 +7,8 @@ import pytest
 
 import scalar.estimation.calibrate as calibrating
 from scalar.data.dataset import Dataset
-from scalar.effects.joints import JointCompliance, JointHarmonic
+from scalar.effects.joint_compliance import JointCompliance
+from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.errors import Undetermined
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.identifiability import analyse

@@ -163,7 +163,7 @@ def test_what_is_no_calibration_is_refused(content, tmp_path):
     with pytest.raises(InvalidInput, match="no such file"):
         load_calibration(path)
     path.write_bytes(content.encode("latin-1"))
-    with pytest.raises(InvalidInput, match="not a calibration"):
+    with pytest.raises(InvalidInput, match=r"not a calibration|not JSON|not UTF-8"):
         load_calibration(path)
-    with pytest.raises(InvalidInput, match=r"not a calibration|no such"):
+    with pytest.raises(InvalidInput, match="cannot be read"):
         load_calibration(tmp_path)

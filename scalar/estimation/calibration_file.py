@@ -1,0 +1,117 @@
+"""Whether the content of a calibration file can be trusted: against its schema, and each part against the others.
+
+A calibration that was damaged or edited must not predict poses that are a little wrong: what does not fit together is refused by
+its key.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from jsonschema import Draft202012Validator
+
+from scalar.data.description import Description, Path, check_schema
+from scalar.data.io.atomic import plain
+from scalar.data.strict_schema import strict_validator
+from scalar.effects.effect import Effect
+from scalar.errors import InvalidInput
+
+_JOINTS = ("joint", "source", "joints")
+
+
+@cache
+def _validator() -> Draft202012Validator:
+    schemas = resources.files("scalar.estimation").joinpath("schemas")
+    return strict_validator(
+        json.loads(schemas.joinpath("calibration.schema.json").read_text(encoding="utf-8"))
+    )
+
+
+def check_calibration(mapping: Any, file: str) -> None:
+    """Refuse the content of a calibration of version 2 that is not what it should be.
+
+    Args:
+        mapping: The plain data of the file.
+        file: Its name, in messages.
+
+    Raises:
+        InvalidInput: With every fault found, each with its key.
+    """
+    content = Description(mapping, {}, file)
+    check_schema(content, _validator())
+    if not content.faults:
+        _check_sizes(content)
+        _check_joints(content)
+    if content.faults:
+        raise InvalidInput(content.faults)
+
+
+def check_effects_made(effects: Sequence[Effect], mapping: Any, file: str) -> None:
+    """Refuse effects whose target or coefficients the file states otherwise than they were made.
+
+    Args:
+        effects: As they were made from the file's settings.
+        mapping: The plain data of the file.
+        file: Its name, in messages.
+
+    Raises:
+        InvalidInput: With the key of each.
+    """
+    content = Description(mapping, {}, file)
+    for i, (effect, entry) in enumerate(zip(effects, mapping["effects"], strict=True)):
+        if plain(effect.target) != entry["target"]:
+            message = f"contradicts the effect's settings, which say {json.dumps(plain(effect.target))}"
+            content.fault(("effects", i, "target"), f"{message}; calibrate again")
+        for name in sorted(entry["coefficients"].keys() - set(effect.coefficient_names)):
+            content.fault(
+                ("effects", i, "coefficients", name), f"no coefficient of {effect.name}; calibrate again"
+            )
+    if content.faults:
+        raise InvalidInput(content.faults)
+
+
+def _check_sizes(content: Description) -> None:
+    """Add what does not fit together in number."""
+    n = len(content.items("robot", "nominal", "joints"))
+    calibrated = len(content.items("robot", "calibrated", "joints"))
+    if calibrated != n:
+        content.fault(
+            ("robot", "calibrated", "joints"),
+            f"{calibrated} joints where the nominal arm has {n}; calibrate again",
+        )
+    names = content.items("names")
+    for i, name in enumerate(names):
+        if name not in content.mapping["parameters"]:
+            content.fault(("names", i), f"no parameter is called {name!r}; calibrate again")
+    if len(set(names)) < len(names):
+        content.fault(("names",), "a name stands here twice; calibrate again")
+    rows = content.items("covariance")
+    if len(rows) != len(names) or any(len(row) != len(names) for row in rows):
+        content.fault(
+            ("covariance",),
+            f"not a matrix of {len(names)} rows and columns, as names has it; calibrate again",
+        )
+
+
+def _check_joints(content: Description) -> None:
+    """Add every joint of an effect that the robot does not have."""
+    n = len(content.items("robot", "nominal", "joints"))
+    for i in range(len(content.items("effects"))):
+        for part in ("target", "settings"):
+            for path, joint in _joints(content.get("effects", i, part), ("effects", i, part)):
+                if isinstance(joint, bool) or not isinstance(joint, int) or not 1 <= joint <= n:
+                    content.fault(path, f"{joint!r} is no joint; this robot has joints 1 to {n}")
+
+
+def _joints(mapping: dict[str, Any], path: Path) -> Iterator[tuple[Path, Any]]:
+    """Yield each joint that a target or settings name, with its path."""
+    for key in _JOINTS:
+        value = mapping.get(key, [])
+        if isinstance(value, list):
+            yield from (((*path, key, i), joint) for i, joint in enumerate(value))
+        else:
+            yield (*path, key), value
