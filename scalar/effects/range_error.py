@@ -29,7 +29,9 @@ def check_measures_range(dataset: Dataset) -> None:
         ValueError: Naming the sensor's kind.
     """
     if not kind_of(dataset).measures_range:
-        raise ValueError(f"this effect needs a sensor that measures ranges, and a {dataset.sensor.kind} does not")
+        raise ValueError(
+            f"this effect needs a sensor that measures ranges, and a {dataset.sensor.kind} does not"
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,9 @@ from tests import helpers
 def test_an_error_of_the_range_needs_a_sensor_that_measures_ranges(kind: str, name: str) -> None:
     """A tracker and a probe measure no range along a ray: the effect is named, and the kind of sensor."""
     dataset = helpers.make_scene(kind=kind, poses_per_plane=4).dataset
-    with pytest.raises(InvalidInput, match=rf"{name}: this effect needs a sensor that measures ranges.*{kind}"):
+    with pytest.raises(
+        InvalidInput, match=rf"{name}: this effect needs a sensor that measures ranges.*{kind}"
+    ):
         parse_effects(name, dataset)
 
 
