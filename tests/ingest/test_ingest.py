@@ -446,3 +446,31 @@ def test_the_example_mappings_are_sound(path):
     robot = Robot.from_mapping(mapping.description.mapping["robot"])
     reach = np.linalg.norm(robot.flange(np.zeros((1, robot.n_joints)))[0, :3, 3])
     assert 0.5 < reach < 3.0
+
+
+@pytest.mark.parametrize(
+    "edit, key",
+    [
+        (lambda m: m["poses"]["columns"]["q1"].update(column=1.0), "column"),
+        (lambda m: m["dataset"]["robot"]["joints"][0].update(a=int("9" * 390)), "joints[0].a"),
+    ],
+)
+def test_an_integer_has_no_point_and_no_number_has_hundreds_of_digits(
+    edit: Any, key: str, tmp_path: Path
+) -> None:
+    """A column's number with a point, and a length too large to compute with, are refused by their keys."""
+    mapping = {**tracker_mapping(), "dataset_units": {"length": "mm", "angle": "deg"}}
+    edit(mapping)
+    dump_yaml(mapping, tmp_path / "mapping.yaml")
+    write_table(tmp_path / "table.csv", cells())
+    result = CliRunner().invoke(
+        cli,
+        [
+            "import",
+            *(str(tmp_path / name) for name in ("mapping.yaml", "table.csv")),
+            "-o",
+            str(tmp_path / "d"),
+        ],
+    )
+    assert result.exit_code == 2, result.output
+    assert key in result.stderr

@@ -149,3 +149,17 @@ def test_a_former_key_is_refused_with_the_present_one(config, place, old, new):
     """A scene of an older version is not read silently without its effects: the message names the new key."""
     message = refusal(config)
     assert place in message and f"the key {old!r} is now called {new!r}" in message
+
+
+@pytest.mark.parametrize(
+    "path, value",
+    [
+        (("seed",), 1.0),
+        (("poses_per_plane",), 5.0),
+        (("sensor", "points_per_scan"), 64.0),
+        (("planes", 0, "normal"), [0, 0, int("9" * 390)]),
+    ],
+)
+def test_an_integer_has_no_point_and_no_number_has_hundreds_of_digits(path, value):
+    """A whole number with a point where an integer is asked, and one too large to compute with, are refused by key."""
+    assert path[0] in refusal(with_value(path, value))
