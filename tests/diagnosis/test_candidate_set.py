@@ -1,0 +1,58 @@
+"""What is tried on a dataset: every kind where it can act, and nothing where it cannot."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scalar.diagnosis.candidate_set import candidates, changes, elements, flexible
+from scalar.effects import registry
+from tests.effects.everything import optional_columns
+from tests.effects.injected import make_cell
+from tests.helpers import make_scene
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    return make_cell(seed=5, poses_per_plane=8, points_per_scan=6, columns=optional_columns).dataset
+
+
+def test_every_kind_with_a_name_is_tried_on_a_scanner(dataset):
+    """All kinds but ripples, which are found as a part of all orders, are among the candidates or the changes of scans."""
+    tried = {e.name for e in candidates(dataset)} | {e.name for e, _ in changes(dataset)}
+    assert tried == {kind.name for kind in registry.OURS if not kind.flexible} - {"joint_ripple"}
+
+
+@pytest.mark.parametrize("kind", ["probe", "tracker"])
+def test_a_sensor_without_ranges_has_no_errors_of_ranges(kind):
+    """A probe and a tracker are tried for no error of a laser's range; a tracker for nothing of planes."""
+    data = make_scene(seed=3, poses_per_plane=10, kind=kind).dataset
+    tried = {e.name for e in candidates(data)} | {e.name for e, _ in changes(data)}
+    assert not {name for name in tried if name.startswith("range_")}
+    assert kind == "probe" or not {name for name in tried if name.startswith("plane_")}
+
+
+def test_a_joint_that_stands_still_is_not_tried(dataset):
+    """No candidate is an error of a joint that never moves."""
+    still = replace(dataset, poses=dataset.poses.assign(q5=0.3))
+    assert not [e for e in candidates(still) if e.erring_joint == 5]
+    assert [e for e in candidates(dataset) if e.erring_joint == 5]
+
+
+def test_elements_are_the_columns_of_the_whole(dataset):
+    """An effect of several terms has the columns of its elements, one after the other, at any poses."""
+    from scalar.data.poses import Poses
+
+    poses = Poses.from_frame(dataset.poses, 6, order_is_row=True)
+    for effect in candidates(dataset):
+        if effect.n_terms > 1 and hasattr(effect, "joint_basis"):
+            whole = effect.joint_basis(dataset.robot, poses)
+            parts = np.concatenate([e.joint_basis(dataset.robot, poses) for e in elements(effect)], axis=2)
+            np.testing.assert_array_equal(parts, whole)
+
+
+def test_flexible_terms_say_what_they_depend_on(dataset):
+    """Every flexible term is marked as one and names the columns it varies with; a covariate of no known meaning is among them."""
+    terms = flexible(dataset)
+    assert all(term.flexible and term.depends_on for term in terms)
+    assert any(term.depends_on == ["humidity"] for term in terms)
