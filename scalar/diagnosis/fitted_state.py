@@ -104,9 +104,17 @@ class FittedState:
 
     @cached_property
     def _background(self) -> Background:
-        if self.whitening is None:
+        return self.background_whitened_by(self.whitening)
+
+    def background(self) -> Background:
+        """Return the residual and what the model explains already, whitened for the state's own variance component as well."""
+        return self._background
+
+    def background_whitened_by(self, whitening: Array | None) -> Background:
+        """Return the same under any whitening ``(N, m, m)``: squared residuals of two states compare only under one."""
+        if whitening is None:
             return self.background_within_scans()
-        residual, jacobian = (whitened(self.whitening, rows) for rows in self.linearised())
+        residual, jacobian = (whitened(whitening, rows) for rows in self.linearised())
         return Background.of(
             residual,
             jacobian,
@@ -114,10 +122,6 @@ class FittedState:
             self.residuals.measurement.rows_per_pose,
             self.settings.score_test,
         )
-
-    def background(self) -> Background:
-        """Return the residual and what the model explains already, whitened for the spread of whole poses as well."""
-        return self._background
 
     def columns_of(self, effects: Sequence[Effect], bases: dict[Effect, JointBasis] | None = None) -> Array:
         """Return the columns ``(N m, e)`` of effects at this model, whitened as the background, whether or not it has them.
@@ -223,9 +227,10 @@ def refit(
     measurement = rows.keeping(extra_basis_of(model.effects))
     residuals = Residuals.of(dataset, model, measurement)
     if measurement.scans:
-        # The sigma of unstated noise comes from the scans; profiles leave the scatter that it is measured from out.
-        weighed = residuals.reweighted(model)
-        residuals = Residuals.of(dataset, model, profile_measurement(measurement, model, weighed))
+        # Noise that is not stated is measured from the scatter within scans, which profiles leave out.
+        weighted = residuals if measurement.sigma_stated else residuals.reweighted(model)
+        profiled = profile_measurement(measurement, model, weighted)
+        residuals = Residuals(profiled, residuals.poses, residuals.bases, residuals.known)
     if effects:
         free &= ~unobservable_coefficients(residuals, model, free, settings.estimation.fit.unseen_share)
     model = _optimum(residuals, model, free, settings.refit).rebased()

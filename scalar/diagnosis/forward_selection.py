@@ -68,7 +68,9 @@ def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedSt
             best = ranking[0]
             if best.effect.label != effect.label and best.evidence > own.evidence + settings.swap_margin:
                 trial = state.refitted(merged(others, best.effect))
-                better = trial.background().squared < state.background().squared + 1e-9
+                # Under its own whitening a worse fit is excused by the variance component that it leaves.
+                left = trial.background_whitened_by(state.whitening).squared
+                better = left < state.background().squared + 1e-9
                 if (better or best.dof < own.dof) and no_worse(
                     held_out_errors(state), held_out_errors(trial)
                 ):

@@ -7,13 +7,16 @@ study ``snakemake sensitivity`` says how much depends on it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, is_dataclass
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 
 from scalar.data.poses import STILL
 from scalar.units import DEG, MM
+
+Settings = TypeVar("Settings")
 
 
 def setting(default: Any, unit: str, meaning: str, reason: str) -> Any:
@@ -234,3 +237,22 @@ def documentation(settings: Any, prefix: str = "") -> dict[str, dict[str, Any]]:
         else:
             found[prefix + item.name] = {"value": value, **item.metadata}
     return found
+
+
+def changed(settings: Settings, values: Mapping[str, Any]) -> Settings:
+    """Return settings with other values of some thresholds, by the names that ``documentation`` gives them.
+
+    Raises:
+        ValueError: A name is that of no threshold.
+    """
+    for name, value in values.items():
+        settings = _with(settings, name.split("."), value, name)
+    return settings
+
+
+def _with(settings: Any, path: list[str], value: Any, name: str) -> Any:
+    first, *rest = path
+    part = getattr(settings, first) if first in {item.name for item in fields(settings)} else None
+    if part is None or is_dataclass(part) != bool(rest):
+        raise ValueError(f"'{name}' is no threshold")
+    return replace(settings, **{first: _with(part, rest, value, name) if rest else value})

@@ -1,0 +1,64 @@
+"""Refits share the rows of a dataset: points are compressed when a function of them is first asked for, and never again."""
+
+import numpy as np
+import pytest
+
+from scalar.diagnosis.fitted_state import refit
+from scalar.effects.command_line import parse_effects
+from scalar.estimation.geometry_fit import geometry_fit
+from scalar.sensors import line_laser
+from tests.diagnosis.cases import scale
+from tests.effects.injected import make_cell
+
+REFITS = ("joint_scale:3", "joint_scale:3,joint_harmonic:2:4", "base_compliance", "")
+
+
+@pytest.fixture
+def compressed(monkeypatch):
+    """Return a list that grows by the number of functions of a point at every compression of all scans."""
+    widths = []
+    compress = line_laser.compress
+
+    def counted(basis, starts):
+        widths.append(basis.shape[1])
+        return compress(basis, starts)
+
+    monkeypatch.setattr(line_laser, "compress", counted)
+    return widths
+
+
+def test_scans_are_compressed_once_however_often_is_refitted(compressed):
+    """A first fit compresses the scans once; refits with other effects of the arm not at all."""
+    dataset = scale(1, poses_per_plane=20)[0].dataset
+    model, prepared = geometry_fit(dataset)
+    compressed.clear()
+    state = refit(dataset, model, prepared.free, ())
+    assert compressed == [3]
+    for effects in REFITS:
+        state = state.refitted(parse_effects(effects, dataset))
+    assert compressed == [3]
+
+
+def test_functions_that_an_effect_needs_are_compressed_once_more(compressed):
+    """An effect of the laser needs the direction of the ray kept: one more compression, for all refits that have such an effect."""
+    dataset = make_cell(seed=2, poses_per_plane=20).dataset
+    model, prepared = geometry_fit(dataset)
+    state = refit(dataset, model, prepared.free, ())
+    compressed.clear()
+    for effects in ("range_offset", "range_offset,joint_scale:2", "joint_scale:2", "range_offset"):
+        state = state.refitted(parse_effects(effects, dataset))
+    assert len(compressed) == 1 and compressed[0] > 3
+
+
+@pytest.mark.parametrize("stated", [1e-4, None])
+def test_shared_rows_give_the_answer_of_fresh_ones(stated):
+    """A refit on shared rows is the refit on rows compressed for it alone, to the last bit, whether or not the noise is stated."""
+    dataset = make_cell(seed=3, poses_per_plane=20, stated_noise=stated).dataset
+    model, prepared = geometry_fit(dataset)
+    effects = parse_effects("joint_scale:3,range_offset", dataset)
+    start = refit(dataset, model, prepared.free, ())
+    shared = start.refitted(effects)
+    fresh = refit(dataset, start.model, prepared.free, effects)
+    assert shared.rows is start.rows and fresh.rows is not start.rows
+    np.testing.assert_array_equal(shared.model.vector, fresh.model.vector)
+    assert shared.residuals.measurement.sigma == fresh.residuals.measurement.sigma
