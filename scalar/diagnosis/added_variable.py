@@ -1,4 +1,4 @@
-"""An effect beside everything else that is free: what is left of its signal, and what is measured of that.
+"""An effect conditional on everything else that is free: what is left of its signal, and what is measured of that.
 
 By the theorem of Frisch, Waugh and Lovell, the coefficient of an effect in the joint fit is the slope of the residual over the effect's
 signal once the columns of everything else are projected out of both: the added-variable plot.

@@ -2,9 +2,9 @@
 
 A noise of whole poses is drawn anew at every pose. Before it is given a name, what each pose asks for is put in the order of everything that is
 recorded, and multiplied by what its neighbours ask for: ``t = sum a_i a_k / sqrt(sum (a_i a_k)^2)`` over neighbours i and k, about normal
-where the order means nothing (von Neumann's ratio, with the spread of the products taken from the products themselves). What a pose asks
-for is its residual, plate by plate; or its residual along the derivative by one joint's angle, of which the sign is that of the joint's
-error on whatever plate.
+where the order means nothing (von Neumann's ratio, with the standard error of the products taken from the products themselves). What a pose asks
+for is its residual, target plane by target plane; or its residual along the derivative by one joint's angle, of which the sign is that of the joint's
+error on whatever plane.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def _along(state: FittedState, z: Array) -> list[Array]:
 
 
 def _courses(state: FittedState) -> dict[str, Array]:
-    """Return the course of the acquisition and every column that goes with it."""
+    """Return the order of acquisition and every column that was recorded with the poses."""
     dataset = state.dataset
     found = {"time" if "time" in dataset.poses else "order": state.residuals.poses.order}
     for name in ("temperature", *dataset.covariates):
@@ -109,7 +109,7 @@ def _courses(state: FittedState) -> dict[str, Array]:
 
 
 def _places(state: FittedState) -> dict[str, Array]:
-    """Return where on its plate the sensor looked, along the plate's own two axes [m], ``(N,)`` each; nothing for a tracker, which has no plates."""
+    """Return where on its target plane the sensor looked, along the plane's own two axes [m], ``(N,)`` each; nothing for a tracker."""
     target = state.model.target
     if not isinstance(target, Planes):
         return {}

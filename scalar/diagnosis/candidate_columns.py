@@ -1,4 +1,4 @@
-"""The candidates of a dataset as columns, beside a fitted model: taken once, scored as often as the residual changes.
+"""The candidates of a dataset as columns, given a fitted model: taken once, scored as often as the residual changes.
 
 Several candidates share columns (an order of a joint stands alone and in the joint's whole spectrum): each column stands there once.
 """
@@ -110,7 +110,7 @@ class CandidateColumns:
         self.moments: dict[int, Moments] = {}
 
     def projected(self, background: Background) -> Projected:
-        """Return the columns beside the state's background, or beside it without some of its columns."""
+        """Return the columns conditional on the state's background, or on it without some of its columns."""
         gram = self.gram
         if background.released is not None:
             B = background.released.T @ self.E

@@ -15,7 +15,7 @@ from scalar.geometry.se3 import Array
 
 
 def rivals(state: FittedState, i: int, columns: CandidateColumns) -> tuple[Scored, list[Scored]]:
-    """Return how effect i of a state scores beside the others, and how everything else would score in its place."""
+    """Return how effect i of a state scores given the others, and how everything else would score in its place."""
     left_out = background_without(state, [i])
     return together(state, [i], columns.candidates, left_out), rank(state, left_out[0], columns)
 
@@ -26,7 +26,7 @@ def together(
     candidates: CandidateSet,
     left_out: tuple[Background, Array, Array],
 ) -> Scored:
-    """Return how effects of a state score beside the others, as one: by the first of them.
+    """Return how effects of a state score given the others, as one: by the first of them.
 
     Args:
         state: With the effects.
@@ -35,7 +35,7 @@ def together(
         left_out: As ``background_without`` gives it for these effects.
     """
     without, mine, sizes = left_out
-    # Rows of priors apart, which no column of another effect has: what is left of the effects' own beside the others.
+    # Rows of priors apart, which no column of another effect has: what is left of the effects' own given the others.
     assert without.released is not None
     left = without.released.T @ mine
     projected = Projected.with_gram(without, mine, left.T @ left, np.sum(mine * mine, axis=0), sizes)

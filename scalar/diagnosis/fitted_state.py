@@ -1,4 +1,4 @@
-"""A fitted model in the course of a hunt, and the columns of everything that might be added to it."""
+"""A fitted model during forward selection, and the columns of everything that might be added to it."""
 
 from __future__ import annotations
 
@@ -95,10 +95,10 @@ class FittedState:
 
     @cached_property
     def whitening(self) -> Array | None:
-        """Return ``(N, m, m)``, the whitening of what whole poses spread by beyond the noise of their points, or None.
+        """Return ``(N, m, m)``, the whitening of the likeliest variance component of whole poses, beyond the noise of their points, or None.
 
-        Whatever a model lacks looks like such a spread at first. To test with it costs little power where something is there, and keeps a few
-        poses that spread more than others from posing as an effect where nothing is.
+        Whatever a model lacks looks like such a component at first. To test with it costs little power where an effect is there; where none is,
+        it keeps a few poses of large residuals from being taken for one.
         """
         return whitening_for(self.variance_components[0]) if self.variance_components else None
 

@@ -1,4 +1,4 @@
-"""The hunt: score every candidate, add the best, refit everything, judge on held-out poses, repeat; then ask whether another would do as well.
+"""Forward selection: score every candidate, add the best, refit everything, judge on held-out poses, and repeat.
 
 A candidate is taken if its gain is beyond chance, corrected for all that were tried, and if it lowers the error on held-out poses. After every
 step what is already in the model must still earn its place, and may be replaced by what explains the same better, so that the order in which

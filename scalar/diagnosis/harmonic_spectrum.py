@@ -110,7 +110,7 @@ def tempered(effects: Sequence[Effect], factor: float) -> tuple[Effect, ...]:
 
 
 def as_whitened(state: FittedState) -> FittedState:
-    """Return a state with its priors set against rows that are whitened for the spread of whole poses as well: for scores and final fits."""
+    """Return a state with its priors set against rows that are whitened for its variance component as well: for scores and final fits."""
     if not any(is_shrunk(effect) for effect in state.effects):
         return state
     effects = tempered(state.effects, max(_excess(state), 1.0))
@@ -130,7 +130,7 @@ def is_shrunk(effect: Effect) -> bool:
 
 
 def _excess(state: FittedState) -> float:
-    """Return by how much the rows that are whitened for the noise within scans alone spread more than those whitened for whole poses."""
+    """Return the ratio of the variance of rows whitened for the noise within scans alone to that of rows whitened for whole poses as well."""
     plain = state.background_within_scans()
     return float(np.sqrt(plain.variance / state.background().variance))
 
@@ -161,7 +161,7 @@ def _band(order: int) -> tuple[int, int]:
 
 @dataclass(frozen=True, eq=False)
 class _System:
-    """The rows of a state, linear in the coefficients of all orders, beside everything else that is free.
+    """The rows of a state, linear in the coefficients of all orders and in everything else that is free.
 
     Attributes:
         A: ``(R, F)``, the columns of everything else, of unit length.
@@ -179,7 +179,7 @@ class _System:
 
     @classmethod
     def of(cls, state: FittedState, dense: Sequence[Series]) -> _System:
-        """Return the system of a state, whitened for the spread of whole poses."""
+        """Return the system of a state, whitened for the variance component of whole poses."""
         residual, J = (whitened(state.whitening, rows) for rows in state.linearised())
         joints = [effect.joint for effect in dense]
         mine = np.zeros(len(state.free), dtype=bool)

@@ -1,8 +1,8 @@
 """What a model predicts of poses that neither its fit nor its choice has seen, in blocks of successive poses.
 
-Neighbours in time are alike, so a pose beside a training pose is hardly held out. Poses are cut into blocks of successive acquisition, dealt
-out to the folds in turn, so that every fold spans the whole time and a change in its course is seen from both sides. Poses that are commanded
-twice are held out together: whatever is odd about a pose comes back with it, and a fit to its twin would know it. Each fold's fit is the
+Neighbours in time are alike, so a pose next to a training pose is hardly held out. Poses are cut into blocks of successive acquisition, dealt
+out to the folds in turn, so that every fold spans the whole time and a change at any time has poses of every fold on both sides. Poses that
+are commanded twice are held out together: whatever is odd about a pose comes back with it, and a fit to its repetition would know it. Each fold's fit is the
 Gauss-Newton step from the joint optimum, exact for what is nearly linear at this scale.
 """
 
@@ -78,7 +78,7 @@ def held_out_errors(state: FittedState, whitening: Array | None = None) -> HeldO
 
     Args:
         state: To judge.
-        whitening: ``(N, m, m)``, of what whole poses spread by; the same for states that are compared.
+        whitening: ``(N, m, m)``, of a variance component of whole poses; the same for states that are compared.
     """
     residual, J = (whitened(whitening, rows) for rows in state.linearised())
     N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose

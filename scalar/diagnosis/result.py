@@ -31,7 +31,7 @@ class Finding:
 
     Attributes:
         effect: With its coefficients.
-        p_value: Of its gain beside the other effects, corrected for all that were tried.
+        p_value: Of its gain given the other effects, corrected for all that were tried.
         before, after: Held-out errors without and with it, in the order of taking.
         confounded_with: Effects that would explain the same as well.
         confidence: Chance that name and target are right.
@@ -88,12 +88,12 @@ class Diagnosis:
 
     @property
     def component_is_no_noise(self) -> bool:
-        """Return whether poses spread by what is no noise: more than any arm, or alike for poses that are near one another."""
+        """Return whether the variance component is no noise: larger than any arm's repeatability, or autocorrelated over neighbouring poses."""
         return bool(self.noise) and (self.exceeds_any_repeatability or bool(self.depends_on))
 
     @property
     def exceeds_any_repeatability(self) -> bool:
-        """Return whether poses spread by more than any arm's repeatability: something acts on them that no test here recognises."""
+        """Return whether poses vary by more than any arm's repeatability: something acts on them that no test here recognises."""
         return (
             bool(self.noise)
             and self.noise[0].name == "pose_jitter"
@@ -106,7 +106,7 @@ class Diagnosis:
         named = [f for f in self.findings if not f.effect.flexible]
         flexible_terms = self.flexible_terms
         effects = [self._finding(f, std) for f in named]
-        # Beside structure without a name, what poses spread by is as likely the rest of that structure as a noise.
+        # Where there is unmodelled structure, a variance component is as likely the rest of that structure as a noise.
         if self.noise and not flexible_terms:
             effects.append(self.noise_entry())
         effects += [self._unattributed_entry(flexible_terms, std)] if flexible_terms else []
@@ -164,7 +164,7 @@ class Diagnosis:
         return entry
 
     def noise_entry(self) -> dict[str, Any]:
-        """Return the entry of the likeliest noise effect; without a name where it is beyond belief."""
+        """Return the entry of the likeliest noise effect; without a name where it is no noise."""
         best, *others = self.noise
         settings = self.after.settings
         unit = "std_rad" if best.name == "pose_jitter" else "std_m"

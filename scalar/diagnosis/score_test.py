@@ -1,9 +1,9 @@
-"""How much of a residual each candidate would explain beside everything the model already fits: a score test without a refit.
+"""How much of a residual each candidate would explain given everything the model already fits: a score test without a refit.
 
 With Q an orthonormal basis of the Jacobian's columns, ``E' = E - Q Q' E`` is what a candidate's columns hold that the model does not, and
 ``gain = r' E' (E' E')^+ E' r`` is the drop of the squared residual if the candidate were added (Frisch, Waugh and Lovell). Directions
-in which E' is all but nothing are never scored: an almost silent column explains whatever rounding left. Nor are combinations that
-the data would know less well than common sense does: an effect of implausible size is none.
+in which E' is all but nothing are never scored: an almost unobservable column explains whatever rounding left. Nor are combinations
+that the data determine less well than their prior does: an effect of implausible size is none.
 
 Rows are whitened, but a model that lacks something has more residual than noise, so gains are judged against the residual that
 would remain: an F test, and an evidence (half the drop of the Bayesian information criterion, less the log of how many were tried).
@@ -116,11 +116,11 @@ def _triangular(columns: Array, independent: float) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Projected:
-    """Columns beside a model, all at once: what every group of them would explain follows without another pass over the rows.
+    """Columns conditional on a model, all at once: what every group of them would explain follows without another pass over the rows.
 
     Attributes:
         variance: Of the residual.
-        gram: ``(e, e)``, ``E'^T E'``, in units of the plausible sizes and of the residual's variance.
+        gram: ``(e, e)``, ``E'^T E'``, in units of the prior standard deviations and of the residual's variance.
         projection: ``(e,)``, ``E'^T r`` in the same units.
         share: ``(e,)``, ``|E'|^2 / |E|^2`` of each column.
     """
@@ -132,13 +132,13 @@ class Projected:
 
     @classmethod
     def of(cls, background: Background, E: Array, own_gram: Array, sizes: Array) -> Projected:
-        """Return the columns beside a background.
+        """Return the columns conditional on a background.
 
         Args:
             background: Of the fitted model.
             E: ``(N m, e)``.
             own_gram: ``E^T E``, which does not depend on the background.
-            sizes: ``(e,)``, plausible sizes of the coefficients.
+            sizes: ``(e,)``, prior standard deviations of the coefficients.
         """
         return cls.with_gram(background, E, gram_given(background, E, own_gram), np.diag(own_gram), sizes)
 
@@ -167,7 +167,7 @@ class Projected:
     def forward(self, groups: Array, worth: float) -> list[int]:
         """Return which groups ``(T, w)`` to take, best first, as long as one drops the squared residual by ``worth`` a column.
 
-        After each the others are projected beside it, so that each step looks at what is left.
+        After each the others are projected onto what it leaves, so that each step looks at what is left.
         """
         width = groups.shape[1]
         columns = groups.ravel()
@@ -192,7 +192,7 @@ class Projected:
 
 
 def gram_given(background: Background, E: Array, own_gram: Array) -> Array:
-    """Return ``E'^T E'`` ``(e, e)`` of columns beside a background."""
+    """Return ``E'^T E'`` ``(e, e)`` of columns conditional on a background."""
     A = background.Q.T @ E
     gram = own_gram - A.T @ A
     if background.released is not None:
@@ -202,7 +202,7 @@ def gram_given(background: Background, E: Array, own_gram: Array) -> Array:
 
 
 def in_prior_units(background: Background, squared: Array, sizes: Array) -> Array:
-    """Return the factor ``(e,)`` on each column: its plausible size, or many standard errors where it is not bounded."""
+    """Return the factor ``(e,)`` on each column: its prior standard deviation, or many standard errors where it is not bounded."""
     unbounded = background.settings.unbounded * np.sqrt(background.variance / np.maximum(squared, 1e-300))
     return np.where(np.isfinite(sizes), sizes, unbounded)
 
@@ -210,7 +210,7 @@ def in_prior_units(background: Background, squared: Array, sizes: Array) -> Arra
 def _gain(grams: Array, projections: Array) -> tuple[Array, Array]:
     """Return gains ``(T,)`` over the variance and degrees of freedom ``(T,)`` of grams ``(T, w, w)``, projections ``(T, w)``.
 
-    In these units an eigenvalue is how much better the data know a direction than common sense: directions below 1 are left out, the
+    In these units an eigenvalue is how much better the data determine a direction than its prior does: directions below 1 are left out, the
     others are shrunk by that much.
     """
     values, vectors = np.linalg.eigh((grams + np.swapaxes(grams, 1, 2)) / 2)
@@ -261,7 +261,7 @@ class ChangeScores:
 
 @dataclass(frozen=True, eq=False)
 class Moments:
-    """Columns that act from one pose on, for every such pose, beside a model: what does not depend on the residual.
+    """Columns that act from one pose on, for every such pose, given a model: what does not depend on the residual.
 
     Attributes:
         index: ``(T,)``, the poses that are touched.
@@ -286,7 +286,7 @@ class Moments:
         return cls(index, at, grams, np.einsum("nme,nme->e", Ei, Ei))
 
     def score(self, background: Background, E: Array, sizes: Array) -> ChangeScores:
-        """Return the scores beside a background of the same model, or one that has released directions of it."""
+        """Return the scores given a background of the same model, or one that has released directions of it."""
         projection = np.cumsum(
             np.einsum("nme,nm->ne", E[self.index], background.residual[self.index])[::-1], axis=0
         )[::-1]

@@ -15,7 +15,7 @@ from scalar.estimation.settings import EstimationSettings, setting
 
 @dataclass(frozen=True)
 class RefitSettings:
-    """When a refit in the course of the selection is done."""
+    """When a refit during the selection has converged."""
 
     tolerance: float = setting(
         1e-9, "relative", "of cost and coordinates where the careful fit ends", "chosen: rounding"

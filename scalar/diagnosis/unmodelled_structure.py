@@ -1,7 +1,7 @@
 """Structure beyond doubt that no name fits: found by flexible terms, judged harder than a name, and never forced into the nearest one.
 
-A flexible term takes the place of a name, or of all names of a joint or of a course in time at once, where it explains far better: a step of an
-angle is imitated by a scale with five harmonics, a bump by four, and neither is one of them.
+A flexible term takes the place of a name, or of all names of a joint or of all that varies with time at once, where it explains far better: a step
+of an angle is imitated by a scale with five harmonics, a bump by four, and neither is one of them.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ COLUMNS_AT_ONCE = 512
 
 
 def with_flexible_terms(state: FittedState, named: CandidateSet) -> FittedState:
-    """Return a state with flexible terms for what its named effects leave, the names judged again beside them.
+    """Return a state with flexible terms for what its named effects leave, the names judged again given them.
 
     Args:
-        state: Where the hunt for names ended.
+        state: Where forward selection among the names ended.
         named: What has a name.
     """
     pools = _banks(flexible(state.dataset))
@@ -135,7 +135,7 @@ def _with_partial_imitators(state: FittedState, imitated: Effect) -> tuple[Fitte
 
 
 def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
-    """Return which effects one flexible term could stand for: all of a joint, all that a course in time may imitate, each alone."""
+    """Return which effects one flexible term could stand for: all of a joint, all that a variation with time may imitate, each alone."""
     by_joint: dict[int, list[int]] = {}
     in_time = []
     for i, effect in enumerate(effects):
@@ -157,10 +157,10 @@ def _own_names_dropped(state: FittedState) -> FittedState:
 
 
 def _minor_names_dropped(state: FittedState) -> FittedState:
-    """Return a state without names that explain little beside what has none: they are as likely a part of it.
+    """Return a state without names that explain little compared with what has none: they are as likely a part of it.
 
-    What has no name is what the flexible terms explain, and what poses spread by where neighbours err alike. A change in time beside an
-    unnamed course in time has to explain more than that, any other name a tenth of it.
+    What has no name is what the flexible terms explain, and a variance component where residuals are autocorrelated. Where a flexible term varies
+    with time, a change in time has to explain more than that term, any other name a tenth of it.
     """
     plain = state.background_within_scans()
     flexible_terms = [i for i, effect in enumerate(state.effects) if effect.flexible]

@@ -1,4 +1,4 @@
-"""Effects that shift nothing on average and show in the covariance: joints that repeat only to a spread, scans with an error of their own.
+"""Effects that shift nothing on average and show in the covariance: joints that do not repeat exactly, scans with an error of their own.
 
 Each adds ``v K_i`` to the unit covariance of a pose's whitened rows: ``K = D D'`` with D the rows' derivatives by the joint angles for a jitter, by
 an error common to the scan for a bias. v is found by maximum likelihood; the likelihoods tell the two apart, since a jitter moves far poses
@@ -55,7 +55,7 @@ def variance_components(
         alpha: Chance of a component where there is none.
     """
     rows = background.residual
-    # A fit takes up its share of the spread; without it the estimate would be low by that share.
+    # A fit takes up its share of the variance; without it the estimate would be low by that share.
     live = background.freedom + background.Q.shape[1]
     rows = rows * np.sqrt(live / background.freedom)
     found = []
@@ -153,7 +153,7 @@ class WhitenedMeasurement(Measurement):
 
     @property
     def sigma_known(self) -> bool:
-        """Return whether the noise within scans is stated: what whole poses spread by is estimated beside the fit."""
+        """Return whether the noise within scans is stated: the variance component of whole poses is estimated apart from the fit."""
         return self.inner.sigma_stated
 
     def initial_target(self, dataset: Any) -> Target:
