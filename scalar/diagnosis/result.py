@@ -136,8 +136,31 @@ class Diagnosis:
                 "after": _residual(self.after, self.held_out_after),
                 "floor_mm": floor(self.after) / MM,
             },
+            "candidates": self._candidates(),
         }
         return plain(mapping)
+
+    def _candidates(self) -> list[dict[str, Any]]:
+        """Return the leading candidates with their scores on the residual before, best first, each title once.
+
+        A gear is tried order by order and with several orders at once, which may come to the same. What these data cannot show has no score.
+        """
+        squared = self.before.background().squared
+        best: dict[str, Scored] = {}
+        for entry in self.ranking:
+            if entry.dof:
+                best.setdefault(entry.effect.title, entry)
+        return [
+            {
+                "name": entry.effect.name,
+                "target": entry.effect.target,
+                "title": title,
+                "evidence_nats": entry.evidence,
+                "share_of_residual": min(entry.gain / squared, 1.0),
+                "p_value": entry.p_value,
+            }
+            for title, entry in best.items()
+        ]
 
     def _finding(self, finding: Finding, std: Mapping[str, float]) -> dict[str, Any]:
         entry = effect_to_mapping(finding.effect, std)

@@ -11,8 +11,9 @@ with logged(snakemake.log):
 
     given = snakemake.input
     truth, control_truth = Path(given.workcell) / "truth", Path(given.control_workcell) / "truth"
-    tables = tell(Path(given.workcell) / "dataset")
-    found = errors(Path(given.after).parent, Path(given.control), truth, control_truth)
+    diagnosed = Path(given.diagnosis).parent
+    tables = tell(Path(given.workcell) / "dataset", diagnosed)
+    found = errors(diagnosed, Path(given.control), truth, control_truth)
     for name, table in {**tables, "errors": found}.items():
         write_table(snakemake.output[name], table)
     told = numbers(read(given.diagnosis), read(truth / "truth.json"), found, tables)

@@ -1,7 +1,7 @@
 """One diagnosis told step by step: the residual, the candidates, the effect, the errors, as tables to draw and to quote.
 
-The diagnosis itself is made by the command line from the dataset's folder; here the same data are diagnosed again for
-the numbers behind the pictures, which no file holds.
+The diagnosis itself is made by the command line. Here its files are read; nothing is selected again. The numbers behind the pictures, one
+for each pose, follow from the saved calibrations and the dataset.
 """
 
 from __future__ import annotations
@@ -14,13 +14,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from scalar.data.dataset import read_dataset
-from scalar.diagnosis import Diagnosis, diagnose
+from scalar.data.dataset import Dataset, read_dataset
+from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.partial_residuals import FittedView
 from scalar.diagnosis.scan_residuals import signed_residual
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.picture import Profile
-from scalar.estimation.result import load_calibration
+from scalar.estimation.gross_errors import clean
+from scalar.estimation.result import Calibration, load_calibration
 from scalar.evaluate import Evaluation, evaluate
 from scalar.evaluate.truth import read_truth
 from scalar.units import DEG, MM
@@ -41,54 +42,70 @@ def write_control(config: Path, out_dir: Path) -> None:
     write_scene(simulate({**load_config(config), "injected": []}, base_dir=config.parent), out_dir)
 
 
-def tell(dataset_dir: str | Path) -> dict[str, pd.DataFrame]:
+def tell(dataset_dir: Path, diagnosis_dir: Path) -> dict[str, pd.DataFrame]:
     """Return the tables of a diagnosis whose first effect is a gear's.
 
+    Args:
+        dataset_dir: What was diagnosed.
+        diagnosis_dir: With before.json, after.json and diagnosis.json.
+
     Returns:
-        ``poses``: of each pose the joint's angle, the residual before and after, and what it asks of the joint beside all
+        ``poses``: of each pose the joint's angle, the residual before and after, and what it asks of the joint given all
         else. ``curve``: the effect over the angle, with its standard error. ``ranking``: the candidates on the residual before.
     """
-    diagnosis = diagnose(read_dataset(dataset_dir))
-    effect = diagnosis.after.model.effects[0]
+    diagnosis = read(diagnosis_dir / "diagnosis.json")
+    data = _cleaned(read_dataset(dataset_dir), diagnosis)
+    saved = {when: load_calibration(diagnosis_dir / f"{when}.json") for when in ("before", "after")}
+    before, after = (_state(data, saved[when]) for when in ("before", "after"))
+    effect = after.effects[0]
     assert isinstance(effect, JointHarmonic), effect.name
-    view = FittedView.of(
-        diagnosis.after, diagnosis.calibration_after.free, diagnosis.calibration_after.covariance
-    )
-    course = diagnosis.after.effects[0].pictures(view)[0]
-    assert isinstance(course, Profile) and course.curve is not None
-    data = diagnosis.after.dataset
+    view = FittedView.of(after, saved["after"].free, saved["after"].covariance)
+    profile = effect.pictures(view)[0]
+    assert isinstance(profile, Profile) and profile.curve is not None
     poses = pd.DataFrame(
         {
             "pose": data.pose_ids,
             "plane": [data.planes[k].name for k in data.plane_index],
-            "angle_deg": course.x / DEG,
-            "residual_before_mm": signed_residual(diagnosis.before) / MM,
-            "residual_after_mm": signed_residual(diagnosis.after) / MM,
-            "asked_deg": course.y / DEG,
-            "asked_std_deg": course.std / DEG,
-            "left_deg": course.rest / DEG,
+            "angle_deg": profile.x / DEG,
+            "residual_before_mm": signed_residual(before) / MM,
+            "residual_after_mm": signed_residual(after) / MM,
+            "asked_deg": profile.y / DEG,
+            "asked_std_deg": profile.std / DEG,
+            "left_deg": profile.rest / DEG,
         }
     )
     names = ("angle_deg", "effect_deg", "effect_std_deg")
-    curve = pd.DataFrame(dict(zip(names, course.curve / DEG, strict=True)))
+    curve = pd.DataFrame(dict(zip(names, profile.curve / DEG, strict=True)))
     return {"poses": poses, "curve": curve, "ranking": _ranking(diagnosis)}
 
 
-def _ranking(diagnosis: Diagnosis) -> pd.DataFrame:
-    squared = diagnosis.before.background().squared
-    found = {finding.effect.key for finding in diagnosis.findings}
+def _cleaned(dataset: Dataset, diagnosis: Mapping[str, Any]) -> Dataset:
+    """Return the dataset without what the diagnosis set aside."""
+    cleaned = clean(dataset).dataset
+    return cleaned.subset(~np.isin(cleaned.pose_ids, diagnosis["outliers"]["poses"]))
+
+
+def _state(dataset: Dataset, calibration: Calibration) -> FittedState:
+    """Return a calibration as a state: its own model at the optimum, for which no prior from the data sheet was needed."""
+    assert not calibration.summary["kept_near_data_sheet"]
+    model = calibration.model
+    geometry = model.names[: model.blocks["effects"].start]
+    return refit(dataset, model, np.isin(geometry, calibration.free), model.effects)
+
+
+def _ranking(diagnosis: Mapping[str, Any]) -> pd.DataFrame:
+    found = [(effect["name"], effect["target"]) for effect in diagnosis["effects"]]
     rows = [
         {
-            "candidate": entry.effect.title,
-            "evidence_nats": entry.evidence,
-            "share_of_residual": min(entry.gain / squared, 1.0),
-            "p_value": entry.p_value,
-            "found": entry.effect.key in found,
+            "candidate": entry["title"],
+            "evidence_nats": entry["evidence_nats"],
+            "share_of_residual": entry["share_of_residual"],
+            "p_value": entry["p_value"],
+            "found": (entry["name"], entry["target"]) in found,
         }
-        for entry in diagnosis.ranking
+        for entry in diagnosis["candidates"][:RANKED]
     ]
-    # A gear is tried order by order and with several at once, which may come to the same.
-    return pd.DataFrame(rows).drop_duplicates("candidate").head(RANKED)
+    return pd.DataFrame(rows)
 
 
 def errors(diagnosis_dir: Path, control: Path, truth: Path, control_truth: Path) -> pd.DataFrame:
