@@ -129,7 +129,7 @@ def test_the_calibrations_can_be_used(tmp_path):
         zip(after.model.effects[0].coefficient_names, after.model.effects[0].coefficients, strict=True)
     )
     for name, entry in found["coefficients"].items():
-        # The hunt fits the rows of tests, the calibration all points: the same to a hundredth of the error bar.
+        # Forward selection fits the rows of tests, the calibration all points: the same to a hundredth of the error bar.
         assert abs(entry["value"] - applied[name]) < 0.01 * entry["std"]
     size = np.hypot(*(v["value"] for v in found["coefficients"].values()))
     spread = max(v["std"] for v in found["coefficients"].values())

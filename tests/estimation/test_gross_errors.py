@@ -92,7 +92,7 @@ def test_labels_that_say_nothing_are_refused(how):
 
 @pytest.mark.parametrize("case", [knock, slip])
 def test_a_change_is_not_an_outlier(case):
-    """What moves from one pose on and stays is kept for the hunt."""
+    """What moves from one pose on and stays is kept for forward selection."""
     found = clean(case(11)[0].dataset)
     assert not found.outlier_poses and not found.mislabelled_poses
 
