@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from scalar.estimation.gauge_choice import choose_fixed, preference
+from scalar.estimation.settings import IdentifiabilitySettings
 from tests import helpers
+
+SETTINGS = IdentifiabilitySettings()
 
 
 def deficient(rng, columns, null):
@@ -22,7 +25,7 @@ def test_what_remains_free_is_determined(r, seed):
     """One column for each null direction, and without them the Jacobian has full rank."""
     rng = np.random.default_rng(seed)
     J, null = deficient(rng, 15, rng.standard_normal((15, r)))
-    chosen = choose_fixed(null, list(rng.permutation(15)), J)
+    chosen = choose_fixed(null, list(rng.permutation(15)), J, SETTINGS)
     assert len(set(chosen)) == len(chosen) == r
     s = np.linalg.svd(np.delete(J, chosen, axis=1), compute_uv=False)
     assert s[-1] > 1e-4 * s[0]
@@ -35,7 +38,7 @@ def test_of_two_that_serve_alike_the_preferred_is_fixed(preferred):
     null[2], null[7] = 1.0, -1.0
     J, null = deficient(np.random.default_rng(0), 10, null)
     order = [preferred, *(i for i in range(10) if i != preferred)]
-    assert choose_fixed(null, order, J) == [preferred]
+    assert choose_fixed(null, order, J, SETTINGS) == [preferred]
 
 
 def test_a_preferred_parameter_that_hardly_helps_is_not_fixed():
@@ -43,13 +46,13 @@ def test_a_preferred_parameter_that_hardly_helps_is_not_fixed():
     null = np.zeros((10, 1))
     null[0], null[4], null[8] = 1e-3, 1.0, -1.0
     J, null = deficient(np.random.default_rng(0), 10, null)
-    assert choose_fixed(null, list(range(10)), J) == [4]
+    assert choose_fixed(null, list(range(10)), J, SETTINGS) == [4]
 
 
 def test_nothing_is_fixed_where_everything_is_observed():
     """Without a null direction there is nothing to choose."""
     J = np.linalg.qr(np.random.default_rng(0).standard_normal((20, 5)))[0]
-    assert choose_fixed(np.zeros((5, 0)), [0, 1, 2, 3, 4], J) == []
+    assert choose_fixed(np.zeros((5, 0)), [0, 1, 2, 3, 4], J, SETTINGS) == []
 
 
 def test_conventions_come_before_what_was_measured():

@@ -19,6 +19,7 @@ from scalar.geometry.se3 import Array, log_so3
 from scalar.sensors import measure
 
 MOST_POSES = 60  # of which a first look is made; a set-up that is wrong is wrong everywhere
+LEAST_EQUATIONS = 2.0  # for each free parameter: with fewer a fit explains what it likes
 STEPS = 12  # of the first look's damped Gauss-Newton
 
 
@@ -110,6 +111,9 @@ def full_fit(dataset: Dataset) -> Trial | None:
     """Return the fit of sensor, target and geometry, or None where the data cannot determine it or it fails."""
     try:
         prepared = prepare(dataset)
+        equations = int(prepared.residuals.measurement.equations.sum())
+        if equations < LEAST_EQUATIONS * prepared.free.sum():
+            return None
         found = fit(prepared.residuals, prepared.coarse, prepared.free, tolerance=COARSE)
         return Trial(typical_distance(prepared.residuals, found.model), found.model, prepared)
     except (ScalarError, np.linalg.LinAlgError, ValueError, FloatingPointError):
