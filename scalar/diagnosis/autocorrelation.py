@@ -1,4 +1,4 @@
-"""Is what is left noise? Poses that are neighbours in time, or in the joints' angles, err alike where something acts on them.
+"""Whether the remaining residual is noise: where something acts on the arm, the residuals of neighbouring poses are autocorrelated.
 
 A noise of whole poses is drawn anew at every pose. Before it is given a name, what each pose asks for is put in the order of everything that is
 recorded, and multiplied by what its neighbours ask for: ``t = sum a_i a_k / sqrt(sum (a_i a_k)^2)`` over neighbours i and k, about normal
@@ -25,7 +25,7 @@ LAGS = (1, 2, 3)
 
 
 def depends_on(state: FittedState) -> list[str]:
-    """Return the columns in which neighbouring poses err alike beyond chance, those of the surest order: none where what is left is noise."""
+    """Return the columns along which the residuals are autocorrelated beyond chance, the most significant ones; none where they are noise."""
     z, settings = state.background().residual, state.settings.autocorrelation
     along = _along(state, z)
     poses = state.residuals.poses

@@ -105,7 +105,7 @@ def _read_by_cell(file: str, raw: bytes, layout: Layout, faults: list[Fault]) ->
         return None
     wrong = header_faults(file, names, layout, lines[0][0])
     faults += wrong
-    if len(wrong) == 1 and wrong[0].column is None:  # nothing in it can be told apart
+    if len(wrong) == 1 and wrong[0].column is None:  # its columns cannot be distinguished
         return None
     rows, numbers = [], []
     for number, line in lines[1:]:
