@@ -88,7 +88,12 @@ def test_our_modules_are_compiled_and_never_stale(bare_clone: Path) -> None:
     source.write_text("ANSWER = 2\n", encoding="utf-8")
     os.utime(source, ns=(times.st_atime_ns, times.st_mtime_ns))  # the same size and time, other content
     run = subprocess.run(
-        [sys.executable, "-B", "-c", "from scalar.answer import ANSWER; print(ANSWER)"],
+        [
+            sys.executable,
+            "-B",
+            "-c",
+            "import sys; sys.path.insert(0, 'scalar'); from answer import ANSWER; print(ANSWER)",
+        ],
         cwd=bare_clone,
         capture_output=True,
         text=True,

@@ -11,6 +11,8 @@ ALLOWED = {
     "scalar.data.io.atomic",
     "scalar.data.io.plain_yaml",
     "scalar.data.dataset",
+    "scalar.data.formats",
+    "scalar.data.strict_schema",
 }
 FOLDER = Path(scalar.simulation.__file__).parent
 

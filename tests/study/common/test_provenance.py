@@ -25,7 +25,7 @@ def test_the_checksum_is_that_of_a_copy(copies):
 @pytest.mark.parametrize(
     "file",
     [
-        "scalar/evaluate.py",
+        "scalar/units.py",
         "study/blind_trials/score.py",
         "study/blind_trials/schemas/blind_trials.schema.json",
     ],
