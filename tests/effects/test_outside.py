@@ -54,7 +54,12 @@ def diagnosed(cell, tmp_path_factory):
         ),
     }
     write_dataset(folder / "dataset", mapping=cell.scene.mapping(), **tables)
-    result = run("diagnose", folder / "dataset", "-o", folder / "out", "--effects-module", FILE)
+    with (
+        pytest.MonkeyPatch.context() as patch
+    ):  # what the command loads is forgotten: later tests in this process know nothing of it
+        patch.setattr(registry, "_OF_USERS", {})
+        patch.setattr(registry, "_asked", False)
+        result = run("diagnose", folder / "dataset", "-o", folder / "out", "--effects-module", FILE)
     assert result.exit_code == 0, result.output
     at = cell.truth_poses(50, np.random.default_rng(3))[0]
     at[["pose", *joint_names(6)]].to_csv(folder / "joints.csv", index=False)
