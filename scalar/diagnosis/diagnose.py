@@ -33,7 +33,6 @@ from scalar.estimation.joint_fit import fit_from
 from scalar.estimation.prepare import Prepared
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT
-from scalar.geometry.se3 import Array
 
 MAX_RANKING = 25
 
@@ -64,7 +63,9 @@ def diagnose(
     cleaned = _cleaned(dataset, settings)
     start = _selected(dataset, cleaned, settings, progress)
     for _ in range(settings.selection.max_cleanings):
-        cleaner = clean_given_effects(cleaned, _distances(start.found), settings.estimation.gross_errors)
+        cleaner = clean_given_effects(
+            cleaned, start.found.residuals.pose_distances(start.found.model), settings.estimation.gross_errors
+        )
         if cleaner is cleaned:
             break
         cleaned = cleaner
@@ -127,7 +128,7 @@ def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
         InvalidInput: One other reading of the set-up explains the data.
         Undetermined: None does.
     """
-    distances = _distances(state)
+    distances = state.residuals.pose_distances(state.model)
     typical = float(np.median(distances))
     if typical > MOST_LEFT:
         refuse_wrong_setup(dataset)
@@ -199,9 +200,3 @@ def _findings(before: FittedState, after: FittedState, tried: CandidateSet) -> t
         found.append(Finding(effect, own.p_value, error, now, tuple(near), sure))
         error = now
     return tuple(found)
-
-
-def _distances(state: FittedState) -> Array:
-    """Return the root mean square distance [m] of every pose, effects applied, ``(N,)``."""
-    squares, counts = state.residuals.squared_distances(state.model)
-    return np.sqrt(squares / counts)

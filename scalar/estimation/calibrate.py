@@ -20,7 +20,7 @@ from scalar.estimation.joint_fit import fit_all
 from scalar.estimation.prepare import prepare
 from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, EstimationSettings
-from scalar.estimation.setup.refusal import misfit_refused, pose_distances, refuse_wrong_setup
+from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT
 from scalar.estimation.sufficiency import TooManyUnknowns
 
@@ -55,7 +55,7 @@ def calibrate(
     try:
         prepared = prepare(dataset, fix, settings)
         found, residuals = fit_all(dataset, prepared, effects, fixed_effects, settings.fit)
-        distances = pose_distances(residuals, found.model)
+        distances = residuals.pose_distances(found.model)
         if np.median(distances) > MOST_LEFT:
             refuse_wrong_setup(dataset)
         if distances.max() > settings.sufficiency.gross_error:

@@ -151,8 +151,7 @@ def _distances_under(dataset: Dataset, model: Model) -> Array:
     residuals = Residuals.of(
         dataset, Model(model.robot, model.nominal, model.reference_rotation, model.sensor, model.target)
     )
-    squares, counts = residuals.squared_distances(model)
-    return np.sqrt(squares / counts)
+    return residuals.pose_distances(model)
 
 
 def in_runs(dataset: Dataset, off: Array, settings: GrossErrorSettings) -> Array:

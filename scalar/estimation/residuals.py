@@ -174,6 +174,11 @@ class Residuals:
         T = self.kinematics(model).T_base_sensor
         return self.measurement.distances(T, model.target, self.point_effects(model))
 
+    def pose_distances(self, model: Model) -> Array:
+        """Return the root mean square distance of every pose from its target ``(N,)`` [m], effects applied."""
+        squares, counts = self.squared_distances(model)
+        return np.sqrt(squares / counts)
+
 
 def extra_basis_of(effects: Sequence[Effect]) -> tuple[str, ...]:
     """Return the functions of a point that the effects need kept in the compressed scans."""

@@ -6,17 +6,9 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.errors import Undetermined
-from scalar.estimation.model import Model
-from scalar.estimation.residuals import Residuals
 from scalar.estimation.setup.suspicion import WrongSetup, explain
 from scalar.geometry.se3 import Array
 from scalar.units import MM
-
-
-def pose_distances(residuals: Residuals, model: Model) -> Array:
-    """Return the root mean square distance of every pose from its target ``(N,)`` [m]."""
-    squares, counts = residuals.squared_distances(model)
-    return np.sqrt(squares / counts)
 
 
 def refuse_wrong_setup(dataset: Dataset) -> None:
@@ -35,7 +27,7 @@ def misfit_refused(dataset: Dataset, distances: Array) -> Undetermined:
 
     Args:
         dataset: What was measured.
-        distances: ``(N,)`` [m], as ``pose_distances`` gives them.
+        distances: ``(N,)`` [m], as ``Residuals.pose_distances`` gives them.
     """
     worst = int(dataset.pose_ids[np.argmax(distances)])
     return Undetermined(

@@ -122,8 +122,7 @@ def full_fit(dataset: Dataset) -> Trial | None:
 
 def typical_distance(residuals: Residuals, model: Model) -> float:
     """Return the median over poses of the root mean square distance from the target [m]: a few wrong poses do not count."""
-    squares, counts = residuals.squared_distances(model)
-    return float(np.median(np.sqrt(squares / counts)))
+    return float(np.median(residuals.pose_distances(model)))
 
 
 def thinned(dataset: Dataset) -> Dataset:
