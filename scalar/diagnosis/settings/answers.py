@@ -1,0 +1,32 @@
+"""Thresholds of what is said of the answers: how sure they are, and what no data of this kind could show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from scalar.estimation.settings import setting
+
+
+@dataclass(frozen=True)
+class ConfidenceSettings:
+    """How evidence becomes a confidence; both numbers are fitted to the answers of the blind trials."""
+
+    most: float = setting(
+        0.97,
+        "1",
+        "share of the answers that seemed sure which were right",
+        "fitted: paper/summaries/blind_trials",
+    )
+    temperature: float = setting(
+        4.5, "1", "that log odds are divided by", "fitted: paper/summaries/blind_trials"
+    )
+
+
+@dataclass(frozen=True)
+class ObservabilitySettings:
+    """When an effect is declared unobservable."""
+
+    unobservable: float = setting(
+        0.01, "of a column's length", "an effect with less left, given the model, leaves no residual",
+        "chosen: an effect of usual size, tenths of a millimetre, then leaves micrometres",
+    )  # fmt: skip

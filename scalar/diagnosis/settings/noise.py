@@ -1,0 +1,43 @@
+"""Thresholds of noise: how poses vary from one to the next, and whether neighbours vary alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from scalar.estimation.settings import setting
+
+
+@dataclass(frozen=True)
+class VarianceComponentSettings:
+    """When poses vary by more than the noise of their points, and when that is no noise."""
+
+    alpha_variance_component: float = setting(
+        1e-5,
+        "1",
+        "chance of a variance component where there is none",
+        "chosen: it decides how every effect is tested",
+    )
+    confounded_likelihood: float = setting(
+        3.0, "nats", "of likelihood within which jitter and bias are confounded", "odds of twenty"
+    )
+    worst_repeatability: float = setting(
+        4e-4, "rad", "of each joint; poses that repeat worse are no jitter, something acts on them",
+        "four times the worst orientation repeatability of an ABB IRB 1600, 87 microradians; its position repeats to 37 micrometres "
+        "(Slamani, Nubiola and Bonev, Industrial Robot 39, 2012)",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class AutocorrelationSettings:
+    """When residuals of neighbouring poses are autocorrelated."""
+
+    alpha_autocorrelation: float = setting(
+        1e-4,
+        "1",
+        "chance of autocorrelation where there is none, corrected for all orders that were tried",
+        "chosen: it takes a name away",
+    )
+    neighbours: int = setting(3, "poses", "nearest in two joint angles", "as many as the lags in an order")
+    least_poses: int = setting(
+        12, "poses", "of a plane, for neighbours to be near one another", "chosen: four times the neighbours"
+    )
