@@ -1,4 +1,5 @@
-from .data.dataset import Dataset, PlaneGuess, Sensor, read_dataset
+from .data.dataset import Dataset, read_dataset
+from .data.declared import PlaneGuess, Sensor
 from .diagnosis.diagnose import diagnose
 from .diagnosis.result import Diagnosis
 from .effects.effect import Effect

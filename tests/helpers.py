@@ -21,7 +21,9 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from scalar.data.dataset import Dataset, PlaneGuess, Sensor, write_dataset
+from scalar.data.dataset import Dataset
+from scalar.data.dataset_writer import write_dataset
+from scalar.data.declared import PlaneGuess, Sensor
 from scalar.geometry.robot import Robot
 
 CONFIGS = Path(__file__).parents[1] / "configs" / "robots"

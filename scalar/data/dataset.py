@@ -1,4 +1,4 @@
-"""The one reader, writer and checker of measured data: a folder of the format ``scalar-dataset/2``, or 1.
+"""The one reader and checker of measured data: a folder of the format ``scalar-dataset/2``, or 1.
 
 A dataset is all that calibration and diagnosis read. Poses stand in acquisition order; the laser
 points of one pose stand together, in the order of the file. The reader raises every fault it finds.
@@ -8,103 +8,28 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from scalar.data.arrays import content_of_arrays
-from scalar.data.description import DESCRIPTION
-from scalar.data.folder import POSES, Content, examine_folder, known_files, read_folder
-from scalar.data.formats import DATASET_FORMAT
-from scalar.data.io.atomic import atomic_directory
-from scalar.data.io.plain_yaml import dump_yaml, load_yaml
+from scalar.data.dataset_writer import write_dataset
+from scalar.data.declared import PlaneGuess, Sensor, description, optional_float, unit_plane
+from scalar.data.folder import Content, examine_folder, read_folder
 from scalar.data.located_table import Table
 from scalar.data.sensor_formats import SensorFormat, sensor_formats
-from scalar.errors import Fault, InvalidInput
-from scalar.geometry.robot import Robot, fixed_transform_mapping
+from scalar.errors import Fault
+from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import transform_from_rotation_vector
 
 if TYPE_CHECKING:
     import pandas as pd
 
 KNOWN_POSE_COLUMNS = ("pose", "plane", "order", "time", "temperature", "session")
-
-
-@dataclass(frozen=True, eq=False)
-class PlaneGuess:
-    """A plane as the user guesses it, ``normal . p = distance`` in the base frame.
-
-    Attributes:
-        name: as in poses.csv.
-        normal: ``(3,)``, unit; a normal of another length is scaled together with its distance.
-        distance: [m].
-        distance_std: [m], given for a plane that is a known reference, else None.
-        normal_std: [rad], as `distance_std`.
-    """
-
-    name: str
-    normal: np.ndarray
-    distance: float
-    distance_std: float | None = None
-    normal_std: float | None = None
-
-    @classmethod
-    def from_mapping(cls, mapping: Mapping[str, Any]) -> PlaneGuess:
-        """Return the plane of an entry of ``planes`` in dataset.yaml; its normal may have any length."""
-        normal = np.array(mapping["normal"], dtype=float)
-        length = float(np.linalg.norm(normal))
-        known = mapping.get("known", {})
-        distance_std = _float(known.get("distance_std"))
-        return cls(
-            name=mapping["name"],
-            normal=normal / length,
-            distance=float(mapping["distance"]) / length,
-            distance_std=None if distance_std is None else distance_std / length,
-            normal_std=_float(known.get("normal_std")),
-        )
-
-    def to_mapping(self) -> dict[str, Any]:
-        """Return the plane as dataset.yaml writes it."""
-        mapping: dict[str, Any] = {
-            "name": self.name,
-            "normal": [float(x) for x in self.normal],
-            "distance": float(self.distance),
-        }
-        if self.distance_std is not None or self.normal_std is not None:
-            mapping["known"] = {"distance_std": self.distance_std, "normal_std": self.normal_std}
-        return mapping
-
-
-@dataclass(frozen=True, eq=False)
-class Sensor:
-    """What is on the flange, nominally.
-
-    Attributes:
-        kind: The name of one of the kinds in ``scalar.sensors``.
-        T_flange_sensor: ``(4, 4)``, rough; None where it is not given.
-        noise: one standard deviation along the error axis [m], or None.
-        error_axis: ``ray`` (from the sensor's origin through the point) or ``z``.
-        options: what the kind asks for beyond these, by the key in dataset.yaml.
-    """
-
-    kind: str
-    T_flange_sensor: np.ndarray | None
-    noise: float | None = None
-    error_axis: str = "ray"
-    options: Mapping[str, Any] = field(default_factory=dict)
-
-    def to_mapping(self) -> dict[str, Any]:
-        """Return the sensor as dataset.yaml writes it."""
-        mapping: dict[str, Any] = {"kind": self.kind}
-        if self.T_flange_sensor is not None:
-            mapping["nominal_pose"] = fixed_transform_mapping(np.asarray(self.T_flange_sensor, dtype=float))
-        if self.noise is not None:
-            mapping["noise"] = float(self.noise)
-        return mapping | {"error_axis": self.error_axis} | dict(self.options)
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,10 +109,10 @@ class Dataset:
             >>> dataset.n_poses, dataset.points.shape
             (2, (2, 3))
         """
-        mapping = _description(name, source, robot, sensor, planes)
+        mapping = description(name, source, robot, sensor, planes)
         content = content_of_arrays(mapping, q, points, plane, pose_ids, columns or {})
         # Not the rotation vectors that dataset.yaml would hold: they keep the last digit of a transform only nearly.
-        return replace(_build(content), robot=robot, sensor=sensor, planes=tuple(map(_unit, planes)))
+        return replace(_build(content), robot=robot, sensor=sensor, planes=tuple(map(unit_plane, planes)))
 
     def write(self, path: str | os.PathLike[str], *, table_format: str = "csv") -> None:
         """Write the dataset as a folder, which appears whole or not at all.
@@ -207,7 +132,7 @@ class Dataset:
             table = pd.DataFrame(self.points, columns=list(layout.units))
             table.insert(0, "pose", np.repeat(self.pose_ids, np.diff(self.starts)))
             tables[layout.stem] = table
-        mapping = _description(self.name, self.source, self.robot, self.sensor, self.planes)
+        mapping = description(self.name, self.source, self.robot, self.sensor, self.planes)
         write_dataset(path, mapping=mapping, poses=self.poses, table_format=table_format, **tables)
 
     @property
@@ -294,19 +219,6 @@ def validate_dataset(path: str | os.PathLike[str]) -> list[Fault]:
     return faults
 
 
-def _description(
-    name: str, source: str, robot: Robot, sensor: Sensor, planes: Sequence[PlaneGuess]
-) -> dict[str, Any]:
-    """Return the content of dataset.yaml."""
-    mapping: dict[str, Any] = {"format": DATASET_FORMAT, "name": name}
-    if source:
-        mapping["source"] = source
-    mapping |= {"robot": robot.to_mapping(), "sensor": sensor.to_mapping()}
-    if planes:
-        mapping["planes"] = [plane.to_mapping() for plane in planes]
-    return mapping
-
-
 def _build(content: Content) -> Dataset:
     """Return the dataset of a folder that has no fault."""
     import pandas as pd
@@ -330,7 +242,7 @@ def _build(content: Content) -> Dataset:
         sensor=Sensor(
             format.kind,
             T_flange_sensor,
-            _float(sensor.get("noise")),
+            optional_float(sensor.get("noise")),
             sensor.get("error_axis", "ray"),
             {key: sensor[key] for key in format.options if key in sensor},
         ),
@@ -341,17 +253,6 @@ def _build(content: Content) -> Dataset:
         points=xyz,
         starts=starts,
     )
-
-
-def _unit(plane: PlaneGuess) -> PlaneGuess:
-    """Return the plane with a normal of length one, which is kept to the last digit where it has that length."""
-    if abs(np.linalg.norm(plane.normal) - 1.0) < 1e-12:
-        return plane
-    return PlaneGuess.from_mapping(plane.to_mapping())
-
-
-def _float(value: Any) -> float | None:
-    return None if value is None else float(value)
 
 
 def _group_points(
@@ -367,61 +268,3 @@ def _group_points(
         xyz = xyz[np.argsort(rows, kind="stable")]
     counts = np.bincount(rows, minlength=len(pose_ids))
     return xyz, np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-
-
-def write_dataset(
-    dataset_dir: str | os.PathLike[str],
-    *,
-    mapping: dict[str, Any],
-    poses: pd.DataFrame,
-    table_format: str = "csv",
-    **measured: pd.DataFrame | None,
-) -> None:
-    """Write a dataset folder, which appears whole or not at all; numbers read back exactly as they were.
-
-    Args:
-        dataset_dir: replaced if it is a dataset already and holds nothing else.
-        mapping: the content of dataset.yaml.
-        poses: the rows of poses.csv.
-        table_format: ``csv`` or ``parquet``, for the measurements.
-        measured: the rows of the measurements, by the name of their file, as in ``scans=`` or ``points=``.
-
-    Raises:
-        InvalidInput: the folder cannot be written, or holds something else than a dataset.
-        ValueError: a number is not finite.
-    """
-    if table_format not in ("csv", "parquet"):
-        raise ValueError(f"table_format is csv or parquet, not {table_format!r}")
-    with atomic_directory(dataset_dir, may_replace=_is_dataset) as folder:
-        dump_yaml(mapping, folder / DESCRIPTION)
-        _write_table(poses, folder / POSES)
-        for name, table in measured.items():
-            if table is not None:
-                _write_table(table, folder / f"{name}.{table_format}")
-
-
-def _is_dataset(path: Path) -> bool:
-    """Return whether a folder holds a dataset and nothing else."""
-    if not {item.name for item in path.iterdir()} <= set(known_files()):
-        return False
-    try:
-        mapping = load_yaml(path / DESCRIPTION)
-    except InvalidInput:
-        return False
-    return isinstance(mapping, dict) and str(mapping.get("format", "")).startswith("scalar-dataset/")
-
-
-def _write_table(table: pd.DataFrame, path: Path) -> None:
-    """Write a table with float64 in the shortest form that reads back exactly, the same bytes each time."""
-    numbers = table.select_dtypes("number")
-    if not np.isfinite(numbers.to_numpy(dtype=float)).all():
-        raise ValueError(f"{path.name}: a number is not finite")
-    table = table.astype({name: np.float64 for name in table.select_dtypes("floating").columns})
-    if path.suffix == ".parquet":
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
-        columns = {str(name): table[name].to_numpy() for name in table.columns}
-        pq.write_table(pa.table(columns), path, compression="zstd")
-    else:
-        table.to_csv(path, index=False, lineterminator="\n")

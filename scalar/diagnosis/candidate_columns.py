@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.diagnosis.candidate_set import candidates, changes, elements
+from scalar.diagnosis.change_scores import ChangeScores, Moments
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.score_test import Background, ChangeScores, Moments, Projected, gram_given
+from scalar.diagnosis.score_test import Background, Projected, gram_given
 from scalar.effects import Effect
 from scalar.estimation.effect_bases import JointBasis
 from scalar.geometry.se3 import Array

@@ -161,7 +161,7 @@ class Projected:
 
     def score(self, groups: Array) -> tuple[Array, Array, Array]:
         """Return gain, degrees of freedom and observability ``(T,)`` each of groups of columns ``(T, w)``."""
-        gain, dof = _gain(self.gram[groups[:, :, None], groups[:, None, :]], self.projection[groups])
+        gain, dof = shrunk_gain(self.gram[groups[:, :, None], groups[:, None, :]], self.projection[groups])
         return self.variance * gain, dof, np.sqrt(self.share[groups].max(axis=1, initial=0.0))
 
     def forward(self, groups: Array, worth: float) -> list[int]:
@@ -175,7 +175,7 @@ class Projected:
         local = np.arange(len(columns)).reshape(groups.shape)
         chosen: list[int] = []
         while len(chosen) < len(groups):
-            gain, dof = _gain(G[local[:, :, None], local[:, None, :]], s[local])
+            gain, dof = shrunk_gain(G[local[:, :, None], local[:, None, :]], s[local])
             gain[chosen] = -np.inf
             best = int(np.argmax(gain))
             if dof[best] == 0 or self.variance * gain[best] < worth * width:
@@ -207,7 +207,7 @@ def in_prior_units(background: Background, squared: Array, sizes: Array) -> Arra
     return np.where(np.isfinite(sizes), sizes, unbounded)
 
 
-def _gain(grams: Array, projections: Array) -> tuple[Array, Array]:
+def shrunk_gain(grams: Array, projections: Array) -> tuple[Array, Array]:
     """Return gains ``(T,)`` over the variance and degrees of freedom ``(T,)`` of grams ``(T, w, w)``, projections ``(T, w)``.
 
     In these units an eigenvalue is how much better the data determine a direction than its prior does: directions below 1 are left out, the
@@ -242,66 +242,3 @@ def evidence(background: Background, gain: float, dof: int, tried: int) -> float
     rest, _ = remainder(background, gain, dof)
     n = background.freedom
     return 0.5 * (n * np.log((rest + gain) / rest) - dof * np.log(n)) - np.log(max(tried, 1))
-
-
-@dataclass(frozen=True, eq=False)
-class ChangeScores:
-    """Scores of a change at every possible moment.
-
-    Attributes:
-        first: ``(T,)``, index of the first pose after the change, in order of acquisition among the poses that it touches.
-        gain: ``(T,)``.
-        dof: ``(T,)``.
-    """
-
-    first: Array
-    gain: Array
-    dof: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Moments:
-    """Columns that act from one pose on, for every such pose, given a model: what does not depend on the residual.
-
-    Attributes:
-        index: ``(T,)``, the poses that are touched.
-        at: Which of them may be the first after the change.
-        grams: ``(len(at), e, e)``, ``E'^T E'`` of the columns from there on.
-        squared: ``(e,)``, squared lengths of the columns where they act all the time.
-    """
-
-    index: Array
-    at: Array
-    grams: Array
-    squared: Array
-
-    @classmethod
-    def of(cls, background: Background, E: Array, index: Array, margin: int) -> Moments:
-        """Return the moments of columns ``(N, m, e)`` that touch the poses ``index``, without regard to what a background has released."""
-        Ei = E[index]
-        moment = np.cumsum(np.einsum("nmi,nmj->nij", Ei, Ei)[::-1], axis=0)[::-1]
-        at = np.arange(margin, len(index) - margin + 1)
-        shared = _from_each_on(background.Q, E, index)[at]
-        grams = moment[at] - np.swapaxes(shared, 1, 2) @ shared
-        return cls(index, at, grams, np.einsum("nme,nme->e", Ei, Ei))
-
-    def score(self, background: Background, E: Array, sizes: Array) -> ChangeScores:
-        """Return the scores given a background of the same model, or one that has released directions of it."""
-        projection = np.cumsum(
-            np.einsum("nme,nm->ne", E[self.index], background.residual[self.index])[::-1], axis=0
-        )[::-1]
-        grams = self.grams
-        if background.released is not None:
-            shared = _from_each_on(background.released, E, self.index)[self.at]
-            grams = grams + np.swapaxes(shared, 1, 2) @ shared
-        scale = in_prior_units(background, self.squared, sizes)
-        grams = grams * ((scale[:, None] * scale[None, :]) / background.variance)
-        gain, dof = _gain(grams, projection[self.at] * scale / background.variance)
-        return ChangeScores(self.index[self.at], background.variance * gain, dof)
-
-
-def _from_each_on(Q: Array, E: Array, index: Array) -> Array:
-    """Return ``Q^T E`` over the poses of ``index`` from each on, ``(T, F, e)``."""
-    N, m, _ = E.shape
-    by_pose = np.swapaxes(Q.reshape(N, m, -1)[index], 1, 2) @ E[index]
-    return np.cumsum(by_pose[::-1], axis=0)[::-1]

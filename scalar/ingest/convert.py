@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from scalar.data.dataset import write_dataset
+from scalar.data.dataset_writer import write_dataset
 from scalar.data.located_table import Layout, check_cells
 from scalar.data.table_consistency import check_points, check_poses, poses_layout
 from scalar.data.unit_suspicions import suspect_joint_angles, suspect_points

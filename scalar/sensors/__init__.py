@@ -2,8 +2,11 @@
 
 from scalar.sensors.fixed_target import FixedTarget
 from scalar.sensors.point_by_point import PointByPoint
-from scalar.sensors.protocol import Guess, Measurement, Pieces, Rows, Scans, Target, as_scans, stated_sigma
+from scalar.sensors.protocol import Measurement
 from scalar.sensors.registry import kind_named, kind_of, measure, register, unregister
+from scalar.sensors.rows import Pieces, Rows, stated_sigma
+from scalar.sensors.scans import Scans, as_scans
+from scalar.sensors.target import Guess, Target
 
 __all__ = [
     "FixedTarget",

@@ -21,8 +21,9 @@ from scalar.sensors.compression import compress, compress_keeping_q
 from scalar.sensors.linear_guess import guesses
 from scalar.sensors.plane_targets import OnPlanes, fit_planes, plane_targets
 from scalar.sensors.profile import LINE_BASIS, contact, point_basis, robust_variance, scatter_within
-from scalar.sensors.protocol import LEAST_SIGMA, Guess, Pieces, Rows, Target, stated_sigma
+from scalar.sensors.rows import LEAST_SIGMA, Pieces, Rows, stated_sigma
 from scalar.sensors.scan_pieces import cut_in_pieces
+from scalar.sensors.target import Guess, Target
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset

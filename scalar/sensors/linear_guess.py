@@ -12,7 +12,8 @@ import numpy as np
 from scalar.errors import Undetermined
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array, transform
-from scalar.sensors.protocol import Guess, Scans
+from scalar.sensors.scans import Scans
+from scalar.sensors.target import Guess
 
 _ALTERNATIONS = 8
 _UNKNOWNS = 9

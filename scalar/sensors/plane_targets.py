@@ -9,7 +9,8 @@ import numpy as np
 
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
-from scalar.sensors.protocol import Measurement, Target
+from scalar.sensors.protocol import Measurement
+from scalar.sensors.target import Target
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from scalar.geometry.se3 import Array
-from scalar.sensors.protocol import Measurement, Rows, Target
+from scalar.sensors.protocol import Measurement
+from scalar.sensors.rows import Rows
+from scalar.sensors.target import Target
 
 
 class PointByPoint(Measurement):

@@ -16,7 +16,8 @@ from scalar.geometry.planes import PARAMETERS_PER_PLANE, Planes
 from scalar.geometry.se3 import Array, cross
 from scalar.sensors.plane_targets import OnPlanes, fit_planes, plane_targets
 from scalar.sensors.point_by_point import PointByPoint
-from scalar.sensors.protocol import Pieces, Rows, Target, stated_sigma
+from scalar.sensors.rows import Pieces, Rows, stated_sigma
+from scalar.sensors.target import Target
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset

@@ -3,9 +3,8 @@
 A kind of sensor is a subclass of ``Measurement``. The class says what the kind is able to do (its capabilities) and what a dataset folder
 holds of it (``format``); an object of the class is the measurement of one dataset, reduced to whitened residual rows.
 
-A *target* is what is measured against: planes, the frame of a tracker, points with known places. The rows of a pose depend on the robot
-only through the pose of the sensor, so a row's derivative is a wrench ``(1, 6)``: a small screw (w, v) of the sensor, in the base frame,
-changes the residual by ``wrench . (w, v)``.
+What a kind gives back stands in ``scalar.sensors.rows``, what it measures against in ``scalar.sensors.target``, and what a kind that scans
+planes has beyond the protocol in ``scalar.sensors.scans``.
 
 Most kinds predict what they measure, ``h(T_base_sensor, target)``, and subtract what was measured: they are subclasses of ``PointByPoint``
 (``scalar.sensors.point_by_point``) and supply h. Kinds that reduce many points to a few rows implement ``Measurement`` itself.
@@ -15,158 +14,18 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
 from scalar.data.sensor_formats import SensorFormat
 from scalar.errors import Undetermined
 from scalar.geometry.se3 import Array
+from scalar.sensors.rows import Pieces, Rows
+from scalar.sensors.target import Guess, Target
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
-
-UNSTATED_SIGMA = 1e-4  # m; scales the rows where nothing is stated, until the scatter is measured or for good
-LEAST_SIGMA = 1e-9  # m; no sensor is as good, and the rounding of coordinates in metres stays well below it
-
-
-def stated_sigma(noise: float | None) -> float:
-    """Return the standard deviation [m] to whiten with, where a dataset states ``noise`` [m] or None."""
-    return UNSTATED_SIGMA if noise is None else max(float(noise), LEAST_SIGMA)
-
-
-class Target(Protocol):
-    """What a sensor measures against: some items (planes, frames), each with the same number of free coordinates, maybe none."""
-
-    @property
-    def parameter_names(self) -> list[str]:
-        """Names of all coordinates, item by item."""
-        ...
-
-    @property
-    def parameter_units(self) -> list[str]:
-        """Units of all coordinates."""
-        ...
-
-    @property
-    def vector(self) -> Array:
-        """All coordinates."""
-        ...
-
-    def with_vector(self, vector: Array) -> Any:
-        """Return the target at other coordinates."""
-        ...
-
-    def rebased(self) -> Any:
-        """Return the same target with its coordinates counted from where it is."""
-        ...
-
-    def expressed_about(self, guess: Any) -> Any:
-        """Return the same target in the coordinates that are reported."""
-        ...
-
-
-@dataclass(frozen=True, eq=False)
-class Rows:
-    """Whitened residual rows of N poses, m each, and their derivatives.
-
-    Attributes:
-        residual: ``(N, m)``, in standard deviations.
-        wrench: ``(N, m, 6)``, derivative by a screw of the sensor in the base frame [1/rad, 1/m].
-        target: ``(N, m, t)``, derivative by the coordinates of the pose's own target item.
-        extra: ``(N, m, k)``, derivative by the coefficients of effects on points and surfaces.
-    """
-
-    residual: Array
-    wrench: Array
-    target: Array
-    extra: Array
-
-
-class Scans(Protocol):
-    """What a kind that scans planes has beyond ``Measurement``: points on lines, compressed to rows ``R c`` of their contact vectors c.
-
-    The contact vector and the functions of a point that it weighs are those of ``scalar.sensors.profile``.
-    """
-
-    @property
-    def points(self) -> Array:
-        """x and z of every point in the sensor's frame ``(P, 2)`` [m]."""
-        ...
-
-    @property
-    def starts(self) -> Array:
-        """Where each scan's points begin ``(N + 1,)``."""
-        ...
-
-    @property
-    def error_axis(self) -> str:
-        """The direction in which a point errs: ``ray`` (from the sensor's origin through it) or ``z``."""
-        ...
-
-    @property
-    def target_index(self) -> Array:
-        """Which plane each pose measures ``(N,)``."""
-        ...
-
-    @property
-    def sigma(self) -> float:
-        """Standard deviation of a point along the error axis [m]."""
-        ...
-
-    @property
-    def R(self) -> Array:
-        """Whitened triangular factors ``(N, k, k)``."""
-        ...
-
-    @property
-    def R_metric(self) -> Array:
-        """The same with every point weighted alike, in metres ``(N, k, k)``."""
-        ...
-
-    def initial_target(self, dataset: Dataset) -> Any:
-        """Return the planes at their rough guesses."""
-        ...
-
-    def fitted_target(self, T_base_sensor: Array, target: Any) -> Any:
-        """Return the planes of least squared distance to the points."""
-        ...
-
-
-class Guess(NamedTuple):
-    """A first guess of the sensor's pose on the flange.
-
-    Attributes:
-        T_flange_sensor: ``(4, 4)``.
-        refits_target: Whether the target is to be fitted to it before the fit of both; else it stays as guessed.
-    """
-
-    T_flange_sensor: Array
-    refits_target: bool
-
-
-@dataclass(frozen=True, eq=False)
-class Pieces:
-    """Measurements on planes cut in a few pieces each, averaged. P pieces.
-
-    Attributes:
-        pose: ``(P,)``, which pose.
-        reach: ``(P,)`` [m], measured range, or z.
-        position: ``(P, 3)`` [m], base frame.
-        height: ``(P,)`` [m], over the plane as all effects have it.
-        of_effect: ``(P,)`` [m], what the effect in question adds to the height.
-        incidence: ``(P,)``, ``n . e``: by how much the height grows with the range.
-        std: ``(P,)`` [m], standard error of the height.
-    """
-
-    pose: Array
-    reach: Array
-    position: Array
-    height: Array
-    of_effect: Array
-    incidence: Array
-    std: Array
 
 
 class Measurement(ABC):
@@ -398,14 +257,3 @@ class Measurement(ABC):
             effect: The one in question, bound to the poses.
         """
         raise NotImplementedError(f"a {self.words} has no points on planes")
-
-
-def as_scans(measurement: Measurement) -> Scans:
-    """Return a measurement as scans of planes.
-
-    Raises:
-        ValueError: Its kind of sensor does not scan.
-    """
-    if not measurement.scans:
-        raise ValueError(f"scans of planes are needed, and this is a {measurement.words}")
-    return cast(Scans, measurement)

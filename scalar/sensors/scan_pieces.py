@@ -10,7 +10,8 @@ import numpy as np
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 from scalar.sensors.profile import contact, point_basis
-from scalar.sensors.protocol import Pieces, Scans
+from scalar.sensors.rows import Pieces
+from scalar.sensors.scans import Scans
 
 PIECES = 4  # that each scan is averaged in
 

@@ -23,7 +23,8 @@ from scalar.geometry.se3 import (
     transform_from_rotation_vector,
 )
 from scalar.sensors.point_by_point import PointByPoint
-from scalar.sensors.protocol import Target, stated_sigma
+from scalar.sensors.rows import stated_sigma
+from scalar.sensors.target import Target
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset

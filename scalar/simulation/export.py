@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from scalar.data.dataset import write_dataset
+from scalar.data.dataset_writer import write_dataset
 from scalar.data.io.atomic import atomic_directory, write_json
 from scalar.simulation.scene import SimulatedScene
 

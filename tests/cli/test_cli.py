@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from scalar.cli import cli
-from scalar.data.dataset import write_dataset
+from scalar.data.dataset_writer import write_dataset
 from tests import helpers
 from tests.small_datasets import edit_cell, edit_lines
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from scalar.data.dataset import read_dataset, write_dataset
+from scalar.data.dataset import read_dataset
+from scalar.data.dataset_writer import write_dataset
 from scalar.estimation.result import Calibration
 from tests import small_datasets
 

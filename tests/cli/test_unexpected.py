@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 import scalar.data.folder
 from scalar.cli import cli
-from scalar.data.dataset import write_dataset
+from scalar.data.dataset_writer import write_dataset
 from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from tests.small_datasets import description, tables
 

@@ -10,7 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from scalar.data.dataset import Dataset, read_dataset, validate_dataset, write_dataset
+from scalar.data.dataset import Dataset, read_dataset, validate_dataset
+from scalar.data.dataset_writer import write_dataset
 from scalar.errors import InvalidInput
 from tests.small_datasets import PLANES, description, edit_cell, edit_lines, tables
 

@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from scalar.data.dataset import validate_dataset, write_dataset
+from scalar.data.dataset import validate_dataset
+from scalar.data.dataset_writer import write_dataset
 from scalar.errors import Fault
 from tests.small_datasets import description, tables
 

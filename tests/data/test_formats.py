@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from scalar.data.dataset import read_dataset, validate_dataset, write_dataset
+from scalar.data.dataset import read_dataset, validate_dataset
+from scalar.data.dataset_writer import write_dataset
 from tests import small_datasets
 
 VERSION_1 = Path(__file__).parents[1] / "version_1"

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from scalar.data.dataset import read_dataset, write_dataset
+from scalar.data.dataset import read_dataset
+from scalar.data.dataset_writer import write_dataset
 from scalar.errors import InvalidInput
 from tests.small_datasets import description, edit_cell, edit_lines, tables
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from scalar.data.dataset import read_dataset, write_dataset
+from scalar.data.dataset import read_dataset
+from scalar.data.dataset_writer import write_dataset
 from scalar.data.io.json_reader import read_json
 from scalar.data.io.plain_yaml import load_yaml
 from scalar.data.io.regular_file import check_regular_file, read_regular_file

@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from scalar.data.dataset import read_dataset, write_dataset
+from scalar.data.dataset import read_dataset
+from scalar.data.dataset_writer import write_dataset
 from scalar.data.io.atomic import atomic_directory, atomic_write
 from scalar.data.io.json_reader import read_json
 from scalar.data.io.plain_yaml import dump_yaml, load_yaml

@@ -10,7 +10,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from scalar.data.dataset import read_dataset, validate_dataset, write_dataset
+from scalar.data.dataset import read_dataset, validate_dataset
+from scalar.data.dataset_writer import write_dataset
 from scalar.data.located_table import MAX_SHOWN
 from scalar.errors import Fault, InvalidInput
 from tests.small_datasets import description, edit_cell, edit_lines, tables, write_text

@@ -7,7 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from scalar.data.dataset import validate_dataset, write_dataset
+from scalar.data.dataset import validate_dataset
+from scalar.data.dataset_writer import write_dataset
 from scalar.errors import Fault
 from scalar.units import DEG, MM
 from tests.small_datasets import N_POSES, PLANES, description, tables

@@ -11,7 +11,8 @@ import pytest
 from click.testing import CliRunner
 
 from scalar.cli import cli
-from scalar.data.dataset import read_dataset, write_dataset
+from scalar.data.dataset import read_dataset
+from scalar.data.dataset_writer import write_dataset
 from scalar.diagnosis import diagnose
 from scalar.estimation.result import load_calibration
 from scalar.report.output import write_diagnosis

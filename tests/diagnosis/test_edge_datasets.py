@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scalar.data.dataset import PlaneGuess
+from scalar.data.declared import PlaneGuess
 from scalar.diagnosis import diagnose
 from scalar.errors import ScalarError, Undetermined
 from tests import helpers

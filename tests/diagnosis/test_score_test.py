@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import kstest
 
-from scalar.diagnosis.score_test import Background, Moments, Projected, evidence, p_value
+from scalar.diagnosis.change_scores import Moments
+from scalar.diagnosis.score_test import Background, Projected, evidence, p_value
 
 HUGE = 1e9  # a size so large that it shrinks nothing
 SHRUNK = 1e-5  # relative: what a plausible size of many standard errors may take away

@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from scalar.cli import cli
-from scalar.data.dataset import write_dataset
+from scalar.data.dataset_writer import write_dataset
 from scalar.effects import registry
 from scalar.errors import InvalidInput
 from tests.effects.injected import Flaws, make_cell, on_joint

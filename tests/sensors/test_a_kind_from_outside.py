@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from scalar.data.dataset import Dataset, read_dataset, validate_dataset, write_dataset
+from scalar.data.dataset import Dataset, read_dataset, validate_dataset
+from scalar.data.dataset_writer import write_dataset
 from scalar.data.sensor_formats import MeasuredTable, SensorFormat
 from scalar.diagnosis import diagnose
 from scalar.errors import InvalidInput

@@ -5,7 +5,8 @@ import pandas as pd
 import pytest
 from study.worked_example.tell import RANKED, tell
 
-from scalar.data.dataset import read_dataset, write_dataset
+from scalar.data.dataset import read_dataset
+from scalar.data.dataset_writer import write_dataset
 from scalar.diagnosis import diagnose, forward_selection
 from scalar.diagnosis.scan_residuals import signed_residual
 from scalar.report.output import write_diagnosis

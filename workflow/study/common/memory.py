@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scalar.data.dataset import Dataset, PlaneGuess, Sensor
+from scalar.data.dataset import Dataset
+from scalar.data.declared import PlaneGuess, Sensor
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import transform_from_rotation_vector
 

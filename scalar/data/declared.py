@@ -1,0 +1,109 @@
+"""What a dataset declares beside its measurements: planes as they are guessed, and the sensor as it is nominally."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from scalar.data.formats import DATASET_FORMAT
+from scalar.geometry.robot import Robot, fixed_transform_mapping
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneGuess:
+    """A plane as the user guesses it, ``normal . p = distance`` in the base frame.
+
+    Attributes:
+        name: as in poses.csv.
+        normal: ``(3,)``, unit; a normal of another length is scaled together with its distance.
+        distance: [m].
+        distance_std: [m], given for a plane that is a known reference, else None.
+        normal_std: [rad], as `distance_std`.
+    """
+
+    name: str
+    normal: np.ndarray
+    distance: float
+    distance_std: float | None = None
+    normal_std: float | None = None
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> PlaneGuess:
+        """Return the plane of an entry of ``planes`` in dataset.yaml; its normal may have any length."""
+        normal = np.array(mapping["normal"], dtype=float)
+        length = float(np.linalg.norm(normal))
+        known = mapping.get("known", {})
+        distance_std = optional_float(known.get("distance_std"))
+        return cls(
+            name=mapping["name"],
+            normal=normal / length,
+            distance=float(mapping["distance"]) / length,
+            distance_std=None if distance_std is None else distance_std / length,
+            normal_std=optional_float(known.get("normal_std")),
+        )
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the plane as dataset.yaml writes it."""
+        mapping: dict[str, Any] = {
+            "name": self.name,
+            "normal": [float(x) for x in self.normal],
+            "distance": float(self.distance),
+        }
+        if self.distance_std is not None or self.normal_std is not None:
+            mapping["known"] = {"distance_std": self.distance_std, "normal_std": self.normal_std}
+        return mapping
+
+
+@dataclass(frozen=True, eq=False)
+class Sensor:
+    """What is on the flange, nominally.
+
+    Attributes:
+        kind: The name of one of the kinds in ``scalar.sensors``.
+        T_flange_sensor: ``(4, 4)``, rough; None where it is not given.
+        noise: one standard deviation along the error axis [m], or None.
+        error_axis: ``ray`` (from the sensor's origin through the point) or ``z``.
+        options: what the kind asks for beyond these, by the key in dataset.yaml.
+    """
+
+    kind: str
+    T_flange_sensor: np.ndarray | None
+    noise: float | None = None
+    error_axis: str = "ray"
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the sensor as dataset.yaml writes it."""
+        mapping: dict[str, Any] = {"kind": self.kind}
+        if self.T_flange_sensor is not None:
+            mapping["nominal_pose"] = fixed_transform_mapping(np.asarray(self.T_flange_sensor, dtype=float))
+        if self.noise is not None:
+            mapping["noise"] = float(self.noise)
+        return mapping | {"error_axis": self.error_axis} | dict(self.options)
+
+
+def description(
+    name: str, source: str, robot: Robot, sensor: Sensor, planes: Sequence[PlaneGuess]
+) -> dict[str, Any]:
+    """Return the content of dataset.yaml."""
+    mapping: dict[str, Any] = {"format": DATASET_FORMAT, "name": name}
+    if source:
+        mapping["source"] = source
+    mapping |= {"robot": robot.to_mapping(), "sensor": sensor.to_mapping()}
+    if planes:
+        mapping["planes"] = [plane.to_mapping() for plane in planes]
+    return mapping
+
+
+def unit_plane(plane: PlaneGuess) -> PlaneGuess:
+    """Return the plane with a normal of length one, which is kept to the last digit where it has that length."""
+    if abs(np.linalg.norm(plane.normal) - 1.0) < 1e-12:
+        return plane
+    return PlaneGuess.from_mapping(plane.to_mapping())
+
+
+def optional_float(value: Any) -> float | None:
+    return None if value is None else float(value)

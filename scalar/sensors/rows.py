@@ -1,0 +1,59 @@
+"""What a measurement is reduced to: whitened residual rows with their derivatives, and pieces of scans for pictures.
+
+The rows of a pose depend on the robot only through the pose of the sensor, so a row's derivative is a wrench ``(1, 6)``: a small screw (w, v)
+of the sensor, in the base frame, changes the residual by ``wrench . (w, v)``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from scalar.geometry.se3 import Array
+
+UNSTATED_SIGMA = 1e-4  # m; scales the rows where nothing is stated, until the scatter is measured or for good
+LEAST_SIGMA = 1e-9  # m; no sensor is as good, and the rounding of coordinates in metres stays well below it
+
+
+def stated_sigma(noise: float | None) -> float:
+    """Return the standard deviation [m] to whiten with, where a dataset states ``noise`` [m] or None."""
+    return UNSTATED_SIGMA if noise is None else max(float(noise), LEAST_SIGMA)
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Whitened residual rows of N poses, m each, and their derivatives.
+
+    Attributes:
+        residual: ``(N, m)``, in standard deviations.
+        wrench: ``(N, m, 6)``, derivative by a screw of the sensor in the base frame [1/rad, 1/m].
+        target: ``(N, m, t)``, derivative by the coordinates of the pose's own target item.
+        extra: ``(N, m, k)``, derivative by the coefficients of effects on points and surfaces.
+    """
+
+    residual: Array
+    wrench: Array
+    target: Array
+    extra: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Measurements on planes cut in a few pieces each, averaged. P pieces.
+
+    Attributes:
+        pose: ``(P,)``, which pose.
+        reach: ``(P,)`` [m], measured range, or z.
+        position: ``(P, 3)`` [m], base frame.
+        height: ``(P,)`` [m], over the plane as all effects have it.
+        of_effect: ``(P,)`` [m], what the effect in question adds to the height.
+        incidence: ``(P,)``, ``n . e``: by how much the height grows with the range.
+        std: ``(P,)`` [m], standard error of the height.
+    """
+
+    pose: Array
+    reach: Array
+    position: Array
+    height: Array
+    of_effect: Array
+    incidence: Array
+    std: Array

@@ -1,0 +1,72 @@
+"""What a kind of sensor that scans planes has beyond the protocol: points on lines, compressed to a few rows a scan."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol, cast
+
+from scalar.geometry.se3 import Array
+from scalar.sensors.protocol import Measurement
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+
+class Scans(Protocol):
+    """What a kind that scans planes has beyond ``Measurement``: points on lines, compressed to rows ``R c`` of their contact vectors c.
+
+    The contact vector and the functions of a point that it weighs are those of ``scalar.sensors.profile``.
+    """
+
+    @property
+    def points(self) -> Array:
+        """x and z of every point in the sensor's frame ``(P, 2)`` [m]."""
+        ...
+
+    @property
+    def starts(self) -> Array:
+        """Where each scan's points begin ``(N + 1,)``."""
+        ...
+
+    @property
+    def error_axis(self) -> str:
+        """The direction in which a point errs: ``ray`` (from the sensor's origin through it) or ``z``."""
+        ...
+
+    @property
+    def target_index(self) -> Array:
+        """Which plane each pose measures ``(N,)``."""
+        ...
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of a point along the error axis [m]."""
+        ...
+
+    @property
+    def R(self) -> Array:
+        """Whitened triangular factors ``(N, k, k)``."""
+        ...
+
+    @property
+    def R_metric(self) -> Array:
+        """The same with every point weighted alike, in metres ``(N, k, k)``."""
+        ...
+
+    def initial_target(self, dataset: Dataset) -> Any:
+        """Return the planes at their rough guesses."""
+        ...
+
+    def fitted_target(self, T_base_sensor: Array, target: Any) -> Any:
+        """Return the planes of least squared distance to the points."""
+        ...
+
+
+def as_scans(measurement: Measurement) -> Scans:
+    """Return a measurement as scans of planes.
+
+    Raises:
+        ValueError: Its kind of sensor does not scan.
+    """
+    if not measurement.scans:
+        raise ValueError(f"scans of planes are needed, and this is a {measurement.words}")
+    return cast(Scans, measurement)
