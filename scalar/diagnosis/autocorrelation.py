@@ -3,8 +3,9 @@
 A noise of whole poses is drawn anew at every pose. Before it is given a name, what each pose asks for is put in the order of everything that is
 recorded, and multiplied by what its neighbours ask for: ``t = sum a_i a_k / sqrt(sum (a_i a_k)^2)`` over neighbours i and k, about normal
 where the order means nothing (von Neumann's ratio, with the standard error of the products taken from the products themselves). What a pose asks
-for is its residual, target plane by target plane; or its residual along the derivative by one joint's angle, of which the sign is that of the joint's
-error on whatever plane.
+for is its residual, target plane by target plane; or its residual along the derivative by what might err (``asked_places``), of which the sign is
+that of the error on whatever plane. Orders are those of time, of recorded columns, of angles, of sums and differences of two angles, of
+the place on the plane and of gravity in the sensor's frame.
 """
 
 from __future__ import annotations
@@ -17,39 +18,69 @@ from scipy.stats import norm, rankdata
 
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.settings import DEFAULTS, AutocorrelationSettings
-from scalar.diagnosis.variance_components import directions
+from scalar.diagnosis.sign_flips import upper_tail
+from scalar.effects.flexible.variable import GRAVITY
 from scalar.geometry.planes import Planes
+from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
 
 LAGS = (1, 2, 3)
+_NORMAL_WILL_DO = 0.01  # a chance above it is not looked at more closely
 
 
 def depends_on(state: FittedState) -> list[str]:
     """Return the columns along which the residuals are autocorrelated beyond chance, the most significant ones; none where they are noise."""
-    z, settings = state.background().residual, state.settings.autocorrelation
-    along = _along(state, z)
-    poses = state.residuals.poses
+    found = chances(state, state.background().residual)
+    surest = min(found, key=lambda names: found[names])
+    return list(surest) if found[surest] < state.settings.autocorrelation.alpha_autocorrelation else []
+
+
+def chances(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
+    """Return for every set of columns the chance of residuals as much alike as these in its order, corrected for all that were tried.
+
+    What varies with the course of the measurement, with one column, and with two of them has a third of the chance each (Bonferroni, weighted):
+    pairs of angles are many, and must not hide a course.
+
+    Args:
+        state: Whose model is at its optimum.
+        z: ``(N, m)``, its whitened residuals, or a draw of what they would be by chance.
+    """
+    least = state.settings.autocorrelation.least_poses
+    asked = asked_places(state, z)
     plates = state.residuals.measurement.target_index
     whole = np.zeros(len(z))
-    moving = [
-        j
-        for j in range(poses.q.shape[1])
-        if np.ptp(poses.q[:, j]) > state.settings.estimation.identifiability.still
-    ]
-    angles = {f"q{j + 1}": poses.q[:, j] for j in moving}
-    chances: dict[tuple[str, ...], float] = {}
-    for name, values in (angles | _courses(state) | _places(state)).items():
-        near = _in_order(whole, values, settings.least_poses)
-        tried = [
-            alike(z, _in_order(plates, values, settings.least_poses)),
-            *(alike(a[:, None], near) for a in along),
-        ]
-        chances[name,] = min(tried) * len(tried)
-    for pair in itertools.combinations(angles, 2):
-        near = _near(np.column_stack([angles[name] for name in pair]), settings)
-        chances[pair] = min(alike(a[:, None], near) for a in along) * len(along)
-    surest = min(chances, key=lambda names: chances[names])
-    return list(surest) if chances[surest] * len(chances) < settings.alpha_autocorrelation else []
+    angles, courses = _moving_angles(state), _courses(state)
+    found: dict[str, list[tuple[tuple[str, ...], float]]] = {"course": [], "single": [], "pair": []}
+
+    def judge(family: str, names: tuple[str, ...], tried: list[float]) -> None:
+        found[family].append((names, min(tried, default=1.0) * len(tried)))
+
+    def in_order(values: Array) -> list[float]:
+        by_plate = alike(z, _in_order(plates, values, least))
+        return [by_plate, *alike_each(asked, _in_order(whole, values, least))]
+
+    for name, values in courses.items():
+        judge("course", (name,), in_order(values))
+    for name, values in (angles | _places(state)).items():
+        judge("single", (name,), in_order(values))
+    for component in _gravity(state):
+        judge("single", (GRAVITY,), in_order(component))
+    for a, b in itertools.combinations(angles, 2):
+        judge("pair", (a, b), in_order(angles[a] + angles[b]))
+        judge("pair", (a, b), in_order(angles[a] - angles[b]))
+        near = _near(np.column_stack([angles[a], angles[b]]), state.settings.autocorrelation)
+        judge("pair", (a, b), alike_each(asked, near))
+    corrected: dict[tuple[str, ...], float] = {}
+    for family in found.values():
+        for names, chance in family:
+            corrected[names] = min(corrected.get(names, np.inf), chance * len(family) * len(found))
+    return corrected
+
+
+def _moving_angles(state: FittedState) -> dict[str, Array]:
+    """Return the angles ``(N,)`` [rad] of the joints that move, by name."""
+    q, still = state.residuals.poses.q, state.settings.estimation.identifiability.still
+    return {f"q{j + 1}": q[:, j] for j in range(q.shape[1]) if np.ptp(q[:, j]) > still}
 
 
 def alike(z: Array, near: Array) -> float:
@@ -60,8 +91,25 @@ def alike(z: Array, near: Array) -> float:
         near: ``(P, 2)``, pairs of neighbours.
     """
     products = np.sum(z[near[:, 0]] * z[near[:, 1]], axis=1)
-    length = float(np.sqrt(np.sum(products**2)))
-    return float(norm.sf(products.sum() / length)) if length > 0 else 1.0
+    return _chances(products[:, None], near, len(z))[0]
+
+
+def alike_each(asked: Array, near: Array) -> list[float]:
+    """Return the same chance for each place's ``asked`` ``(N, K)``."""
+    return _chances(asked[near[:, 0]] * asked[near[:, 1]], near, len(asked))
+
+
+def _chances(products: Array, near: Array, n_poses: int) -> list[float]:
+    """Return the chance of each sum of products ``(P, K)`` over neighbours ``(P, 2)``, where each pose's sign means nothing.
+
+    A sum that a normal tail calls unlikely is judged by its own, which is heavier where a few poses have large residuals.
+    """
+    sums, lengths = products.sum(axis=0), np.sqrt(np.sum(products**2, axis=0))
+    seen = lengths > 0
+    found = np.where(seen, norm.sf(sums / np.where(seen, lengths, 1.0)), 1.0)
+    for k in np.flatnonzero(found < _NORMAL_WILL_DO):
+        found[k] = upper_tail(products[:, k], near, n_poses)
+    return [float(chance) for chance in found]
 
 
 def _in_order(groups: Array, order: Array, least_poses: int = DEFAULTS.autocorrelation.least_poses) -> Array:
@@ -85,14 +133,31 @@ def _near(values: Array, settings: AutocorrelationSettings = DEFAULTS.autocorrel
     return np.unique(np.sort(pairs, axis=1), axis=0)
 
 
-def _along(state: FittedState, z: Array) -> list[Array]:
-    """Return what each pose asks of every joint's angle ``(N,)``, in standard errors."""
-    by_angle = dict(directions(state.residuals, state.model))["pose_jitter"]
+def asked_places(state: FittedState, z: Array) -> Array:
+    """Return what each pose asks of everything that might err ``(N, K)``, in standard errors.
+
+    Every joint's angle, all lengths in proportion (growth), the sensor's pose on the flange and the pose of the base, a component each;
+    what no row shows is left out.
+
+    Args:
+        state: Whose model is at its optimum.
+        z: ``(N, m)``, whitened residuals.
+    """
+    N, m = z.shape
+    model, n = state.model, state.model.robot.n_joints
+    jacobian = state.residuals.linearise_measured(model)[1]
+    geometry = jacobian[:, model.blocks["geometry"]].reshape(N, m, len(GEOMETRY), n)
+    lengths = [k for k, kind in enumerate(GEOMETRY) if kind in LENGTHS]
+    growth = np.sum(geometry[:, :, lengths] * model.nominal.geometry[lengths], axis=(2, 3))
+    by_angle = geometry[:, :, GEOMETRY.index("theta")]
+    sensor = jacobian[:, model.blocks["sensor"]].reshape(N, m, -1)
+    base = state.residuals.wrench(model)
+    by_place = np.concatenate([by_angle, growth[:, :, None], sensor, base], axis=2)
     if state.whitening is not None:
-        by_angle = state.whitening @ by_angle
-    lengths = np.linalg.norm(by_angle, axis=1)
-    asked = np.einsum("nmk,nm->nk", by_angle, z) / np.maximum(lengths, 1e-300)
-    return list(asked[:, lengths.any(axis=0)].T)
+        by_place = state.whitening @ by_place
+    sizes = np.linalg.norm(by_place, axis=1)
+    asked = np.einsum("nmk,nm->nk", by_place, z) / np.maximum(sizes, 1e-300)
+    return asked[:, sizes.any(axis=0)]
 
 
 def _courses(state: FittedState) -> dict[str, Array]:
@@ -116,3 +181,13 @@ def _places(state: FittedState) -> dict[str, Array]:
     origins = state.residuals.kinematics(state.model).T_base_sensor[:, :3, 3]
     along = np.einsum("nkx,nx->kn", target.tangents[state.residuals.measurement.target_index], origins)
     return {"plate_u": along[0], "plate_v": along[1]}
+
+
+def _gravity(state: FittedState) -> Array:
+    """Return the direction of gravity in the sensor's frame ``(3, N)``; nothing where it is not stated."""
+    robot = state.model.robot
+    size = float(np.linalg.norm(robot.gravity))
+    if size == 0:
+        return np.zeros((0, state.dataset.n_poses))
+    rotations = state.residuals.kinematics(state.model).T_base_sensor[:, :3, :3]
+    return np.einsum("nij,i->jn", rotations, robot.gravity / size)

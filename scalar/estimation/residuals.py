@@ -98,6 +98,10 @@ class Residuals:
             self._latest = model, kinematics, rows
         return self._latest[1], self._latest[2]
 
+    def wrench(self, model: Model) -> Array:
+        """Return the derivatives ``(N, m, 6)`` of the measured rows by a motion of the whole arm: a screw in the base frame."""
+        return self._at(model)[1].wrench
+
     def residual(self, model: Model) -> Array:
         """Return all rows ``(N m + priors,)``, in standard deviations."""
         return np.concatenate([self._at(model)[1].residual.ravel(), self._priors(model)[0]])

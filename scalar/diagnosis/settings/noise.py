@@ -32,10 +32,10 @@ class AutocorrelationSettings:
     """When residuals of neighbouring poses are autocorrelated."""
 
     alpha_autocorrelation: float = setting(
-        1e-4,
+        1e-3,
         "1",
         "chance of autocorrelation where there is none, corrected for all orders that were tried",
-        "chosen: it takes a name away",
+        "chosen: it takes a noise its name, which is a smaller fault than a name for a pattern",
     )
     neighbours: int = setting(3, "poses", "nearest in two joint angles", "as many as the lags in an order")
     least_poses: int = setting(

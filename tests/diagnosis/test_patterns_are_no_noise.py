@@ -1,0 +1,52 @@
+"""A residual with a pattern is not reported as noise: what acts on growth, or on the sensor's mount, looks like a noise to each pose alone."""
+
+import numpy as np
+import pytest
+
+from scalar.diagnosis.diagnose import diagnose
+from tests.effects.injected import A, D, Flaws, make_cell, true_frames
+
+
+def sawtooth_growth(truth):
+    """All lengths grow by 6e-4 over 45 poses and fall back: a cycle of warming and pausing."""
+
+    def geometry(at):
+        lengths = np.zeros_like(truth.geometry)
+        lengths[[A, D]] = truth.geometry[[A, D]]
+        return 6e-4 * ((at.order / 45.0 + 0.3) % 1.0 - 0.5)[:, None, None] * lengths
+
+    return Flaws(geometry=geometry)
+
+
+def loose_mount(truth):
+    """The sensor lies 0.15 mm to one side of its play or to the other, as gravity has it."""
+
+    def motion(at):
+        T = true_frames(truth, Flaws(), at, np.zeros_like(at.q))
+        side = np.clip(-T[:, 2, 0] / 0.1, -1.0, 1.0)
+        M = np.tile(np.eye(4), (len(T), 1, 1))
+        M[:, :3, 3] = T[:, :3, 2] * (1.5e-4 * side)[:, None]
+        return M
+
+    return Flaws(base=motion)
+
+
+@pytest.mark.parametrize(("pattern", "depends"), [(sawtooth_growth, ["order"]), (loose_mount, ["gravity"])])
+@pytest.mark.parametrize("seed", [0, 2])
+def test_a_pattern_is_unattributed_and_says_what_it_depends_on(pattern, depends, seed):
+    """Neither has a name among those that are tried."""
+    truth = make_cell(seed=seed, poses_per_plane=3).scene.truth
+    cell = make_cell(pattern(truth), seed=seed, poses_per_plane=34)
+    content = diagnose(cell.dataset).to_mapping()
+    assert content["verdict"] == "unattributed"
+    assert [effect["name"] for effect in content["effects"]] == ["unattributed"]
+    assert content["effects"][0]["depends_on"] == depends
+
+
+@pytest.mark.parametrize("flaws", [Flaws(jitter=1e-4), Flaws(bias=1e-4)], ids=["jitter", "bias"])
+def test_a_noise_keeps_a_name(flaws):
+    """Whichever of the two: poses that err independently of one another are no pattern."""
+    for seed in (10, 11):
+        content = diagnose(make_cell(flaws, seed=seed, poses_per_plane=25).dataset).to_mapping()
+        assert content["verdict"] == "effect"
+        assert {effect["name"] for effect in content["effects"]} <= {"pose_jitter", "scan_bias"}
