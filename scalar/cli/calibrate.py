@@ -122,10 +122,8 @@ def describe_calibration(calibration: Calibration) -> str:
             f"  plane {plane['name']}: normal [{n[0]:.5f} {n[1]:.5f} {n[2]:.5f}], distance {plane['distance'] / MM:.3f} mm"
             + (f" +- {plane['distance_std_m'] / MM:.3f}" if plane["distance_std_m"] else "")
         )
-    for effect in model.effects:
-        for name, unit, value in zip(
-            effect.parameter_names, effect.coefficient_units, effect.coefficients, strict=True
-        ):
+    for effect, names in zip(model.effects, model.effect_names, strict=True):
+        for name, unit, value in zip(names, effect.coefficient_units, effect.coefficients, strict=True):
             spread = f" +- {std[name]:.2g}" if name in std else " (held)"
             lines.append(f"  effect {name}: {value:.4g}{spread} {unit}")
     lines += transfer.describe(summary.get("effects_from"))

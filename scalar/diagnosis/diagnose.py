@@ -88,8 +88,8 @@ def diagnose(
     )
     calibration_after = conclude(cleaned.dataset, prepared, *_final_fit(after, noise), settings=fits)
     # What is reported is what the calibration holds, to the last digit.
-    fitted = calibration_after.model.effects
-    findings = tuple(replace(f, effect=effect) for f, effect in zip(findings, fitted, strict=True))
+    fitted = zip(findings, calibration_after.model.effects, calibration_after.effect_std, strict=True)
+    findings = tuple(replace(f, effect=effect, std=tuple(std)) for f, effect, std in fitted)
     return Diagnosis(
         dataset=dataset,
         cleaned=cleaned,
@@ -197,6 +197,6 @@ def _findings(before: FittedState, after: FittedState, tried: CandidateSet) -> t
         if is_shrunk(effect):
             others, near = [], []
         sure = confidence(own.evidence, others, after.settings.confidence)
-        found.append(Finding(effect, own.p_value, error, now, tuple(near), sure))
+        found.append(Finding(effect, own.p_value, error, now, tuple(near), sure, ()))
         error = now
     return tuple(found)

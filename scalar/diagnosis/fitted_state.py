@@ -222,7 +222,20 @@ def refit(
         rows: The same dataset reduced to rows, or None to reduce it now.
     """
     rows = MeasuredRows(dataset) if rows is None else rows
-    model = replace(model, effects=tuple(effects)).rebased()
+    state = _fitted(dataset, replace(model, effects=tuple(effects)), geometry_free, settings, rows)
+    for _ in range(settings.refit.max_relinearisations):
+        moved = [effect.relinearised() for effect in state.effects]
+        if all(new is old for new, old in zip(moved, state.effects, strict=True)):
+            break
+        state = _fitted(dataset, replace(state.model, effects=tuple(moved)), geometry_free, settings, rows)
+    return state
+
+
+def _fitted(
+    dataset: Dataset, model: Model, geometry_free: Array, settings: Settings, rows: MeasuredRows
+) -> FittedState:
+    """Return the joint optimum of a model with its effects, linear in their coefficients."""
+    model, effects = model.rebased(), model.effects
     free = np.r_[geometry_free, np.ones(sum(len(e.coefficients) for e in effects), dtype=bool)]
     measurement = rows.keeping(extra_basis_of(model.effects))
     residuals = Residuals.of(dataset, model, measurement)

@@ -104,11 +104,16 @@ class FittedView:
         k = len(effect.coefficients)
         C = np.zeros((k, k))
         at = {name: i for i, name in enumerate(self.free)}
-        known = [(i, at[name]) for i, name in enumerate(effect.parameter_names) if name in at]
+        known = [(i, at[name]) for i, name in enumerate(self._names_of(effect)) if name in at]
         if known:
             mine, all_ = np.array(known).T
             C[np.ix_(mine, mine)] = self.covariance[np.ix_(all_, all_)]
         return np.sqrt(np.maximum(np.einsum("gi,ij,gj->g", basis, C, basis), 0.0))
+
+    def _names_of(self, effect: Effect) -> tuple[str, ...]:
+        """Return the names of an effect's coefficients in the calibration; none for an effect that the state has not."""
+        names = self.state.model.effect_names
+        return next((names[i] for i, own in enumerate(self.state.effects) if own is effect), ())
 
     def pieces(self, effect: Effect) -> Pieces:
         """Return the measured heights over the planes, with what one effect on points adds to them."""

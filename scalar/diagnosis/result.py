@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,8 +14,7 @@ from scalar.diagnosis.noise_floor import between_scans, floor
 from scalar.diagnosis.observability import Unobservable
 from scalar.diagnosis.ranking import Scored
 from scalar.diagnosis.variance_components import VarianceComponent
-from scalar.effects import Effect
-from scalar.effects.saving import effect_to_mapping
+from scalar.effects import Effect, registry
 from scalar.estimation.gross_errors import Cleaned
 from scalar.estimation.result import Calibration
 from scalar.units import MM
@@ -35,6 +33,7 @@ class Finding:
         before, after: Held-out errors without and with it, in the order of taking.
         confounded_with: Effects that would explain the same as well.
         confidence: Chance that name and target are right.
+        std: ``(k,)``, standard errors of the coefficients, None for those that were not estimated.
     """
 
     effect: Effect
@@ -43,6 +42,7 @@ class Finding:
     after: HeldOutErrors
     confounded_with: tuple[Effect, ...]
     confidence: float
+    std: tuple[float | None, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,14 +102,13 @@ class Diagnosis:
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the content of ``diagnosis.json``."""
-        std = self.calibration_after.std
         named = [f for f in self.findings if not f.effect.flexible]
         flexible_terms = self.flexible_terms
-        effects = [self._finding(f, std) for f in named]
+        effects = [self._finding(f) for f in named]
         # Where there is unmodelled structure, a variance component is as likely the rest of that structure as a noise.
         if self.noise and not flexible_terms:
             effects.append(self.noise_entry())
-        effects += [self._unattributed_entry(flexible_terms, std)] if flexible_terms else []
+        effects += [self._unattributed_entry(flexible_terms)] if flexible_terms else []
         outliers = [*self.cleaned.outlier_poses, *(pose for pose, _ in self.cleaned.mislabelled_poses)]
         mapping = {
             "format": FORMAT,
@@ -162,14 +161,17 @@ class Diagnosis:
             for title, entry in best.items()
         ]
 
-    def _finding(self, finding: Finding, std: Mapping[str, float]) -> dict[str, Any]:
-        entry = effect_to_mapping(finding.effect, std)
-        module = {"module": entry["module"]} if "module" in entry else {}
+    def _finding(self, finding: Finding) -> dict[str, Any]:
+        effect = finding.effect
+        module = registry.module_of(effect)
         return {
-            "name": entry["name"],
-            **module,
-            "target": entry["target"],
-            "coefficients": entry["coefficients"],
+            "name": effect.name,
+            **({} if module is None else {"module": module}),
+            "target": effect.target,
+            "coefficients": {
+                name: {"value": value, "std": std}
+                for name, (value, std) in effect.stated(finding.std).items()
+            },
             "p_value": finding.p_value,
             "held_out_rms_before_mm": finding.before.rms / MM,
             "held_out_rms_after_mm": finding.after.rms / MM,
@@ -177,8 +179,8 @@ class Diagnosis:
             "confidence": finding.confidence,
         }
 
-    def _unattributed_entry(self, findings: list[Finding], std: Mapping[str, float]) -> dict[str, Any]:
-        entry = self._finding(findings[0], std)
+    def _unattributed_entry(self, findings: list[Finding]) -> dict[str, Any]:
+        entry = self._finding(findings[0])
         entry["coefficients"] = {}
         depends = [v for f in findings for v in f.effect.depends_on]
         entry["depends_on"] = list(dict.fromkeys(depends))

@@ -30,6 +30,7 @@ PRIOR_STD = {
     "m/m": 0.02,
     "1/m": 0.1,
     "1/K": 1e-3,
+    "1": 1.0,
 }
 """By unit: ten times and more what real arms and workcells have. A coefficient with a unit that is not listed is not bounded."""
 
@@ -117,7 +118,7 @@ class Effect(ABC):
 
     @property
     def key(self) -> str:
-        """A name that tells this effect from every other in a model: name and target."""
+        """Name and target as one word, for the names of parameters; of two effects with the same one in a model, the second is numbered."""
         parts = []
         for value in self.target.values():
             if isinstance(value, dict):
@@ -126,14 +127,25 @@ class Effect(ABC):
                 parts.append(f"{value}")
         return "_".join([self.name, *parts])
 
-    @property
-    def parameter_names(self) -> list[str]:
-        """Names of the coefficients in tables of all parameters."""
-        return [f"{self.key}.{name}" for name in self.coefficient_names]
-
     def with_coefficients(self, coefficients: Sequence[float] | Array) -> Self:
         """Return the same effect with other coefficients ``(k,)``."""
         return replace(self, coefficients=np.array(coefficients, dtype=float))
+
+    def stated(self, std: Sequence[float | None]) -> dict[str, tuple[float, float | None]]:
+        """Return the numbers that a diagnosis states of the effect: by name, unit at the end, the value and its standard error.
+
+        Args:
+            std: ``(k,)``, standard errors of the coefficients, None where they were not estimated.
+        """
+        values = zip(self.coefficient_names, self.coefficients, std, strict=True)
+        return {name: (float(value), error) for name, value, error in values}
+
+    def relinearised(self) -> Self:
+        """Return the effect with what is not linear in it moved to where its coefficients lead; itself where that changes nothing.
+
+        A number that an effect is not linear in has a coefficient of its own, whose column is the derivative by it, and is found by a few fits.
+        """
+        return self
 
     # What is proposed for a dataset.
 
@@ -254,9 +266,8 @@ class Effect(ABC):
 
     def table(self, std: Sequence[float | None]) -> Table | None:
         """Return the coefficients as a table, with their standard errors ``(k,)``; None where they mean nothing to a reader."""
-        values = zip(self.coefficient_names, self.coefficients, std, strict=True)
         rows: list[tuple[str, ...]] = [
-            coefficient(name, float(value), error) for name, value, error in values
+            coefficient(name, value, error) for name, (value, error) in self.stated(std).items()
         ]
         return ("coefficient", "value", "±", "unit"), rows
 

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from scalar.effects import registry
 from scalar.effects.effect import Effect
 
 
-def effect_to_mapping(effect: Effect, std: Mapping[str, float]) -> dict[str, Any]:
+def effect_to_mapping(effect: Effect, std: Sequence[float | None]) -> dict[str, Any]:
     """Return an effect as calibrations and diagnoses write it; ``module`` stands there where it came from outside the package.
 
     Args:
         effect: With its coefficients.
-        std: Standard errors by parameter name, for those that were estimated.
+        std: ``(k,)``, standard errors of the coefficients; None for those that were not estimated.
     """
     module = registry.module_of(effect)
     return {
@@ -22,10 +22,8 @@ def effect_to_mapping(effect: Effect, std: Mapping[str, float]) -> dict[str, Any
         **({} if module is None else {"module": module}),
         "target": effect.target,
         "coefficients": {
-            name: {"value": float(value), "std": float(std[key]) if key in std else None}
-            for name, key, value in zip(
-                effect.coefficient_names, effect.parameter_names, effect.coefficients, strict=True
-            )
+            name: {"value": float(value), "std": None if error is None else float(error)}
+            for name, value, error in zip(effect.coefficient_names, effect.coefficients, std, strict=True)
         },
         "settings": effect.to_mapping(),
     }

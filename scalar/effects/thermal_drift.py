@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 
 DRIVERS = ("temperature", "time", "order")
 WARM_UP_SHARES = (0.1, 0.3, 1.0)  # of the whole time: time constants of a warm-up that are tried
-_CLOCK = {"time": " s", "order": " poses"}
+_CLOCK = {"time": "s", "order": "poses"}
+_LARGEST_STEP = np.log(2.0)  # of the logarithm of a time constant, between two fits
+_LEAST_STEP = 1e-3  # the same: a smaller one is not worth another fit, since its square is what is neglected
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +36,15 @@ class ThermalDrift(LinkEffect):
         reference: Value of the column at which the lengths are those of the model.
         time_constant: Of a warm-up ``1 - exp(-(t - reference) / time_constant)``; zero for growth in proportion.
         last: Last order of acquisition: where predictions without ``order`` stand. None where it is not known.
+        about: Growth of a warm-up about which its time constant is estimated: its second coefficient is ``ln(tau) - ln(time_constant)``, with
+            the derivative at this growth as its column. Zero where the time constant is not estimated.
     """
 
     by: str
     reference: float
     time_constant: float = 0.0
     last: float | None = None
+    about: float = 0.0
 
     name: ClassVar[str] = "thermal_drift"
     kind: ClassVar[str] = "thermal drift"
@@ -59,14 +64,14 @@ class ThermalDrift(LinkEffect):
     def coefficient_names(self) -> list[str]:
         """Growth a kelvin, a second, a pose; or the whole growth of a warm-up."""
         if self.time_constant:
-            return ["growth_m_per_m"]
+            return ["growth_m_per_m", "log_time_constant_1"] if self.about else ["growth_m_per_m"]
         return [{"temperature": "growth_per_K", "time": "growth_per_s", "order": "growth_per_pose"}[self.by]]
 
     @property
     def coefficient_units(self) -> list[str]:
         """As the names say."""
         if self.time_constant:
-            return ["m/m"]
+            return ["m/m", "1"] if self.about else ["m/m"]
         return [{"temperature": "1/K", "time": "1/s", "order": "1/pose"}[self.by]]
 
     def variations(self, scale: float) -> list[Self]:
@@ -82,12 +87,49 @@ class ThermalDrift(LinkEffect):
         """Return the nominal lengths times the profile of the growth."""
         x = self.growth(self._order(poses) if self.by == "order" else poses.column(self.by))
         lengths = np.array([kind in LENGTHS for kind in GEOMETRY])[:, None] * robot.geometry
-        return x[:, None, None, None] * lengths[None, :, :, None]
+        return x[:, None, None, :] * lengths[None, :, :, None]
 
     def growth(self, driver: Array) -> Array:
-        """Return how far the growth has come ``(N,)`` at values of the column that drives it."""
+        """Return the growth per unit of every coefficient ``(N, k)`` at values of the column that drives it."""
         x = np.asarray(driver, dtype=float) - self.reference
-        return 1.0 - np.exp(-np.maximum(x, 0.0) / self.time_constant) if self.time_constant else x
+        if not self.time_constant:
+            return x[:, None]
+        s = np.maximum(x, 0.0) / self.time_constant
+        columns = [1.0 - np.exp(-s)]
+        if self.about:
+            columns.append(-self.about * s * np.exp(-s))
+        return np.stack(columns, axis=1)
+
+    def relinearised(self) -> Self:
+        """Return a warm-up whose time constant stands where it was estimated; the first time, one whose time constant is estimated."""
+        if not self.time_constant or not self.coefficients[0]:
+            return self
+        growth = float(self.coefficients[0])
+        if not self.about:
+            return replace(self, about=growth, coefficients=np.array([growth, 0.0]))
+        step = float(np.clip(self._log_change, -_LARGEST_STEP, _LARGEST_STEP))
+        if abs(step) < _LEAST_STEP:
+            return self
+        constant = self.time_constant * float(np.exp(step))
+        return replace(self, time_constant=constant, about=growth, coefficients=np.array([growth, 0.0]))
+
+    @property
+    def _log_change(self) -> float:
+        """Return by how much the logarithm of the time constant is off the one that the columns were computed for."""
+        return float(self.coefficients[1] * self.about / self.coefficients[0]) if self.about else 0.0
+
+    def stated(self, std: Sequence[float | None]) -> dict[str, tuple[float, float | None]]:
+        """Return the growth, and the time constant of a warm-up in the unit of what drives it."""
+        names = self.coefficient_names[:1]
+        found = {names[0]: (float(self.coefficients[0]), std[0])}
+        if not self.time_constant:
+            return found
+        constant = self.time_constant * float(np.exp(self._log_change))
+        relative = std[1] if self.about else None
+        if relative is not None:
+            relative *= abs(self.about / float(self.coefficients[0]))
+        name = f"time_constant_{_CLOCK.get(self.by, 'K')}"
+        return {**found, name: (constant, None if relative is None else relative * constant)}
 
     def _order(self, poses: Poses) -> Array:
         """Return the order of acquisition ``(N,)``, the end of it where none is stated."""
@@ -104,6 +146,8 @@ class ThermalDrift(LinkEffect):
             "reference": self.reference,
             "time_constant": self.time_constant,
         }
+        if self.about:
+            mapping["about"] = self.about
         return mapping if self.last is None else {**mapping, "last": self.last}
 
     @classmethod
@@ -115,6 +159,7 @@ class ThermalDrift(LinkEffect):
             float(mapping["reference"]),
             float(mapping["time_constant"]),
             None if last is None else float(last),
+            float(mapping.get("about", 0.0)),
         )
 
     @classmethod
@@ -161,7 +206,7 @@ class ThermalDrift(LinkEffect):
     @property
     def title(self) -> str:
         """Return what drives the growth, and how fast a warm-up is."""
-        constant = f"{number(self.time_constant)}{_CLOCK.get(self.by, '')}"
+        constant = f"{number(self.time_constant)} {_CLOCK.get(self.by, 'K')}"
         what = f"warm-up (constant {constant})" if self.time_constant else self.kind
         return f"{what} {'in the course of acquisition' if self.by == 'order' else 'with ' + self.by}"
 
@@ -191,9 +236,9 @@ class ThermalDrift(LinkEffect):
         lengths = np.array([kind in LENGTHS for kind in GEOMETRY])[:, None] * nominal.geometry
         rest, std = view.asked(view.geometry_screws() @ lengths.ravel())
         x = np.linspace(driver.min(), driver.max(), CURVE_POINTS)
-        basis = self.growth(x)[:, None]
+        basis = self.growth(x)
         curve = np.stack([x, basis @ self.coefficients, view.error_of(self, basis)])
-        fitted = self.growth(driver) * self.coefficients[0]
+        fitted = self.growth(driver) @ self.coefficients
         axis = Axis("growth of all lengths", "m/m")
         return [Profile(variable_axis(self.by), axis, driver, fitted + rest, rest, std, fitted, curve)]
 

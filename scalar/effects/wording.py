@@ -55,6 +55,8 @@ def coefficient(name: str, value: float, std: float | None) -> tuple[str, str, s
         ("_per_K", MM, "mm/m per K"),
         ("_per_pose", MM, "mm/m per pose"),
         ("_per_s", MM, "mm/m per s"),
+        ("_poses", 1.0, "poses"),
+        ("_s", 1.0, "s"),
     ):
         if name.endswith(ending):
             stem = name.removesuffix(ending).replace("_", " ")

@@ -15,6 +15,7 @@ from itertools import accumulate
 import numpy as np
 
 from scalar.effects.effect import Effect
+from scalar.effects.parameter_names import parameter_names
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.geometry.se3 import Array, exp_so3, log_so3, transform
 from scalar.sensors import Target
@@ -77,8 +78,16 @@ class Model:
     @cached_property
     def names(self) -> list[str]:
         """Return the name of every coordinate."""
-        effects = [name for effect in self.effects for name in effect.parameter_names]
-        return [*self.robot.parameter_names, *SENSOR_PARAMETERS, *self.target.parameter_names, *effects]
+        return [*self._geometry_names, *(name for names in self.effect_names for name in names)]
+
+    @cached_property
+    def _geometry_names(self) -> list[str]:
+        return [*self.robot.parameter_names, *SENSOR_PARAMETERS, *self.target.parameter_names]
+
+    @cached_property
+    def effect_names(self) -> list[tuple[str, ...]]:
+        """Return for each effect the names of its coefficients; no two names of a model are the same."""
+        return parameter_names(self.effects, self._geometry_names)
 
     @cached_property
     def units(self) -> list[str]:

@@ -81,6 +81,14 @@ class Calibration:
         """Return the standard error of every free parameter, in its unit."""
         return dict(zip(self.free, np.sqrt(np.diag(self.covariance)), strict=True))
 
+    @property
+    def effect_std(self) -> list[list[float | None]]:
+        """Return for each effect the standard errors of its coefficients, None for those that were not estimated."""
+        std = self.std
+        return [
+            [float(std[name]) if name in std else None for name in names] for names in self.model.effect_names
+        ]
+
     def parameters(self) -> dict[str, dict[str, Any]]:
         """Return ``{name: {value, std, unit, held, reason}}`` of every parameter."""
         std = self.std
@@ -170,7 +178,10 @@ class Calibration:
             "sensor": {**self.sensor, "pose": fixed_transform_mapping(model.T_flange_sensor)},
             "parameters": self.parameters(),
             "gauge": list(self.gauge),
-            "effects": [effect_to_mapping(effect, self.std) for effect in model.effects],
+            "effects": [
+                effect_to_mapping(effect, std)
+                for effect, std in zip(model.effects, self.effect_std, strict=True)
+            ],
             "residual_rms_m": self.residual_rms,
             "planes": [],
             **kind_named(self.sensor["kind"]).target_to_mapping(model.target, self.std),

@@ -11,7 +11,6 @@ import numpy as np
 from scalar.diagnosis.partial_residuals import FittedView
 from scalar.diagnosis.separating_poses import separation
 from scalar.diagnosis.variance_components import whitening_for
-from scalar.effects import Effect
 from scalar.effects.picture import Map, Profile
 from scalar.report import words
 from scalar.report.advice import advice
@@ -163,16 +162,14 @@ def _card(
         "before": words.number(finding.before.rms / MM),
         "after": words.number(finding.after.rms / MM),
         "seen": f"{100 * view.share_left(diagnosis.after.effects[index]):.0f} %",
-        "table": _coefficients(diagnosis, effect),
+        "table": _coefficients(finding),
         "pictures": [draw(picture, poses, most) for picture in pictures],
         "confounded": _confounded(diagnosis, index, finding),
     }
 
 
-def _coefficients(diagnosis: Diagnosis, effect: Effect) -> dict[str, Any] | None:
-    std = diagnosis.calibration_after.std
-    errors = [std.get(name) for name in effect.parameter_names]
-    table = effect.table([None if e is None else float(e) for e in errors])
+def _coefficients(finding: Finding) -> dict[str, Any] | None:
+    table = finding.effect.table(finding.std)
     return None if table is None else {"head": table[0], "rows": table[1]}
 
 
@@ -255,7 +252,7 @@ def _noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
     squared = max(diagnosis.before.background().squared, 1e-300)
-    taken = {f.effect.key for f in diagnosis.findings}
+    taken = {f.effect.title for f in diagnosis.findings}
     top = max([entry.evidence for entry in diagnosis.ranking] + [1e-9])
     # A candidate with several sets of columns has one line, for its best.
     best = {entry.effect.title: entry for entry in reversed(diagnosis.ranking)}
@@ -266,7 +263,7 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
             "percent": _percent(max(entry.evidence, 0.0), top),
             "p_value": words.chance(entry.p_value),
             "share": f"{100 * min(entry.gain / squared, 1.0):.1f} %",
-            "taken": entry.effect.key in taken,
+            "taken": entry.effect.title in taken,
         }
         for entry in diagnosis.ranking
         if best[entry.effect.title] is entry

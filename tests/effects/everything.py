@@ -31,7 +31,7 @@ from scalar.effects.sensor_slip import SensorSlip
 from scalar.effects.thermal_drift import ThermalDrift
 
 SIZE = {"rad": 3e-4, "m": 5e-4, "rad/rad": 1e-3, "m/m": 1e-3, "1/m": 5e-3}
-SIZE |= {"1/K": 1e-5, "1/s": 1e-6, "1/pose": 3e-6}
+SIZE |= {"1/K": 1e-5, "1/s": 1e-6, "1/pose": 3e-6, "1": 0.1}
 
 
 def optional_columns(rng: np.random.Generator, n_poses: int, n_joints: int) -> dict[str, np.ndarray]:
@@ -62,6 +62,7 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         ThermalDrift("temperature", 21.0),
         ThermalDrift("time", 0.0),
         ThermalDrift("time", 0.0, 400.0),
+        ThermalDrift("time", 0.0, 400.0, about=1e-3),
         ThermalDrift("order", 0.0),
         SensorSlip(half, 120.5),
         SensorSlip(half, None, turns=False),

@@ -29,6 +29,6 @@ def test_a_curvature_in_the_model_brings_predictions_nearer_to_the_truth(axis):
 def test_the_middle_is_kept():
     """An effect read back from a calibration is curved about the same range; one of an older file about zero."""
     (effect,) = parse_effects("range_distortion", make_cell(seed=32, poses_per_plane=10).dataset)
-    mapping = effect_to_mapping(effect, {})
+    mapping = effect_to_mapping(effect, [None] * len(effect.coefficients))
     assert effect_from_mapping(mapping).middle == effect.middle
     assert effect_from_mapping(mapping | {"settings": {}}).middle == 0.0

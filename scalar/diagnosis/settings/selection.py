@@ -17,6 +17,10 @@ class RefitSettings:
     max_steps: int = setting(
         10, "steps", "of Gauss-Newton before the careful fit takes over", "chosen: three are the rule"
     )
+    max_relinearisations: int = setting(
+        8, "fits", "more for what an effect is not linear in, such as a time constant",
+        "chosen: three are the rule, and each may halve or double it",
+    )  # fmt: skip
     sound: float = setting(
         1e-11,
         "of the largest eigenvalue",

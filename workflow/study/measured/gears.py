@@ -57,13 +57,13 @@ def _error(found: Calibration, joint: int, angles: Array) -> tuple[Array, Array]
     place = {name: i for i, name in enumerate(found.free)}
     error = np.zeros(len(angles))
     columns, where = [], []
-    for effect in model.effects:
+    for effect, names in zip(model.effects, model.effect_names, strict=True):
         if isinstance(effect, JointHarmonic) and effect.joint == joint:
             basis = effect.joint_basis(model.nominal, at)[:, joint - 1]
             error += basis @ effect.coefficients
-            known = [k for k, name in enumerate(effect.parameter_names) if name in place]
+            known = [k for k, name in enumerate(names) if name in place]
             columns.append(basis[:, known])
-            where += [place[effect.parameter_names[k]] for k in known]
+            where += [place[names[k]] for k in known]
     basis = np.concatenate(columns, axis=1)
     covariance = found.covariance[np.ix_(where, where)]
     return error, np.maximum(np.einsum("ni,ij,nj->n", basis, covariance, basis), 0.0)
