@@ -5,6 +5,7 @@
 #   snakemake figures --cores 2                              figures only, from the tables
 #   snakemake measured --cores 2                             measured robots, where their files are to be had
 #   snakemake blind_trials --cores 2                          what a diagnosis makes of injected effects: about an hour
+#   snakemake sensitivity --cores 2                          what depends on each setting of the diagnosis: about an hour
 #   snakemake processors --cores 2                           which figures of the headline depend on the processor
 #   snakemake --report report.html                           a page with all results, after a run
 from snakemake.utils import min_version
@@ -31,6 +32,7 @@ include: "workflow/rules/figures.smk"
 include: "workflow/rules/measured.smk"
 include: "workflow/rules/processors.smk"
 include: "workflow/rules/blind_trials.smk"
+include: "workflow/rules/sensitivity.smk"
 include: "workflow/rules/worked_example.smk"
 include: "workflow/rules/claims.smk"
 include: "workflow/rules/paper.smk"

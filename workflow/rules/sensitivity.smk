@@ -1,0 +1,128 @@
+# What depends on each setting of the diagnosis, halved and doubled on blind sets. A target of its own, `snakemake sensitivity`, and about
+# an hour of one core; a run that was stopped goes on with the set where it was. Its summaries are committed:
+#   cp results/sensitivity/summaries/* paper/summaries/sensitivity/
+from study.sensitivity.sets import load_sets
+
+try:
+    SENSITIVITY_CONFIG = ROOT / config.get("sensitivity", "configs/sensitivity.yaml")
+    SENSITIVITY = load_sets(SENSITIVITY_CONFIG)
+except InvalidInput as error:
+    raise WorkflowError(str(error)) from None
+SENSITIVITY_DIR = f"{RESULTS}/sensitivity"
+
+
+wildcard_constraints:
+    blind_set="|".join(SENSITIVITY.sets),
+
+
+localrules:
+    sensitivity,
+
+
+def sensitivity_scene(wildcards):
+    """Return the scene of a blind set and its robot's file."""
+    workcell = SENSITIVITY.sets[wildcards.blind_set].workcell
+    scene = ROOT / SENSITIVITY.workcells[workcell]["scene"]
+    robot = load_yaml(scene).get("robot")
+    return [
+        local(path.resolve()) for path in [scene, *([scene.parent / robot] if isinstance(robot, str) else [])]
+    ]
+
+
+def varied(names):
+    """Return the tables of some blind sets."""
+    return [f"{SENSITIVITY_DIR}/sets/{name}.csv" for name in names]
+
+
+rule screen_settings:
+    input:
+        sets=varied(SENSITIVITY.screened),
+        modules=modules("study.sensitivity.summary", "study.common.tables"),
+    output:
+        f"{SENSITIVITY_DIR}/screened.json",
+    log:
+        f"{RESULTS}/logs/sensitivity/screen.log",
+    threads: 1
+    message:
+        "Choosing the settings that are varied on the other blind sets"
+    script:
+        "../scripts/screen_settings.py"
+
+
+rule vary_settings:
+    input:
+        unpack(
+            lambda w: (
+                {} if w.blind_set in SENSITIVITY.screened else {"screened": f"{SENSITIVITY_DIR}/screened.json"}
+            )
+        ),
+        scene=sensitivity_scene,
+        modules=modules("study.sensitivity.vary", "study.sensitivity.datasets", "study.common.tables"),
+    output:
+        f"{SENSITIVITY_DIR}/sets/{{blind_set}}.csv",
+    log:
+        f"{RESULTS}/logs/sensitivity/{{blind_set}}.log",
+    threads: 1
+    params:
+        config=local(SENSITIVITY_CONFIG),
+        root=local(ROOT),
+        # So that an edit of the config runs again what it changes, and nothing else.
+        wanted=lambda w: repr(
+            (
+                SENSITIVITY.scene,
+                SENSITIVITY.workcells[SENSITIVITY.sets[w.blind_set].workcell],
+                SENSITIVITY.sets[w.blind_set],
+            )
+        ),
+    message:
+        "Varying the settings on {wildcards.blind_set}"
+    script:
+        "../scripts/vary_settings.py"
+
+
+rule summarise_sensitivity:
+    input:
+        sets=varied(SENSITIVITY.sets),
+        guards=resource("guarding_settings.csv"),
+        modules=modules("study.sensitivity.summary", "study.common.tables", "study.common.provenance"),
+    output:
+        table=report(
+            f"{SENSITIVITY_DIR}/summaries/settings.csv",
+            caption="../report/sensitivity.rst",
+            category="Tables",
+            labels={"study": "sensitivity", "shows": "what depends on each setting"},
+        ),
+        numbers=f"{SENSITIVITY_DIR}/summaries/numbers.json",
+    log:
+        f"{RESULTS}/logs/sensitivity/summarise.log",
+    threads: 1
+    params:
+        screening=SENSITIVITY.screened,
+        sets=list(SENSITIVITY.sets),
+    message:
+        "Tabulating what depends on each setting"
+    script:
+        "../scripts/summarise_sensitivity.py"
+
+
+rule draw_sensitivity:
+    input:
+        table=f"{SENSITIVITY_DIR}/summaries/settings.csv",
+        modules=modules("study.plots.sensitivity", "study.common.tables"),
+    output:
+        **figure(
+            f"{SENSITIVITY_DIR}/figures/sensitivity", "figure_sensitivity", "Sensitivity", shows="settings"
+        ),
+    log:
+        f"{RESULTS}/logs/sensitivity/draw.log",
+    threads: 1
+    message:
+        "Drawing what depends on each setting"
+    script:
+        "../scripts/draw_sensitivity.py"
+
+
+rule sensitivity:
+    input:
+        rules.summarise_sensitivity.output,
+        rules.draw_sensitivity.output,

@@ -1,0 +1,142 @@
+"""A blind set as a dataset, with true poses that it does not hold: a line laser's by the simulator, other sensors' from the same arm.
+
+A tracker follows the sensor's origin at the postures of the scans. A probe has a stylus along the sensor's z axis; each posture is bent,
+by least squares over the joints, until the tip stands where a contact with the target plane, and its noise, puts it. Both ask the physics
+engine where the arm stands, with what is injected into the arm; what is injected into the scanner or the target planes is not theirs.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.dataset import Dataset, Sensor
+from study.blind_trials.gross_errors import with_gross_errors
+from study.common.grid import with_overrides
+from study.common.memory import dataset_in_memory
+from study.sensitivity.sets import BlindSet, Sets
+
+if TYPE_CHECKING:
+    from scalar.simulation.scene import SimulatedScene
+
+Array = np.ndarray
+STYLUS = 0.2  # m: about the scanner's stand-off, so that a scan's posture is nearly a contact
+STREAM = 51_423  # beside the seed, of what this module draws
+_STEP = 1e-5  # rad, of central differences
+_CONTACTS = 8  # rounds of bending; three reach a nanometre
+
+
+def make_dataset(wanted: BlindSet, sets: Sets, root: Path) -> tuple[Dataset, pd.DataFrame]:
+    """Return a blind set and its true poses.
+
+    Args:
+        wanted: Which. sets: Its config. root: Where the paths of scenes start.
+
+    Raises:
+        SimulationError: Too few postures see a target plane.
+    """
+    # The simulator is an extra; a diagnosis of one's own data does without.
+    from scalar.simulation.config import complete_config, load_config
+    from scalar.simulation.scene import simulate
+
+    workcell = sets.workcells[wanted.workcell]
+    scene = root / workcell["scene"]
+    config = load_config(scene)
+    for overrides in (sets.scene, workcell["overrides"], wanted.overrides):
+        config = with_overrides(config, overrides)
+    config |= {
+        "seed": wanted.seed,
+        "name": wanted.workcell,
+        "injected": [dict(entry) for entry in wanted.injected],
+    }
+    simulated = simulate(complete_config(config, base_dir=scene.parent), base_dir=scene.parent)
+    rng = np.random.default_rng([wanted.seed, STREAM])
+    dataset = dataset_in_memory(simulated)
+    if wanted.sensor == "tracker":
+        return _tracker(simulated, dataset, rng), simulated.truth_poses
+    if wanted.sensor == "probe":
+        return _probe(simulated, dataset, rng)
+    return with_gross_errors(dataset, wanted.gross_errors, rng)[0], simulated.truth_poses
+
+
+def _tracker(simulated: SimulatedScene, dataset: Dataset, rng: np.random.Generator) -> Dataset:
+    """Return what a tracker, standing anywhere, measures of the sensor's origin."""
+    noise = simulated.config["noise"]["range_noise_std_m"]
+    R, _ = np.linalg.qr(rng.standard_normal((3, 3)))
+    R = R * np.sign(np.linalg.det(R))
+    origins = simulated.T_base_sensor[:, :3, 3]
+    points = origins @ R.T + rng.uniform(-3.0, 3.0, 3) + noise * rng.standard_normal(origins.shape)
+    return _measured(dataset, Sensor("tracker", dataset.sensor.T_flange_sensor, noise), dataset.q, points)
+
+
+def _probe(
+    simulated: SimulatedScene, dataset: Dataset, rng: np.random.Generator
+) -> tuple[Dataset, pd.DataFrame]:
+    """Return contacts of a stylus with the target planes, and the true poses of its tip."""
+    noise = simulated.config["noise"]["range_noise_std_m"]
+    planes = simulated.workcell.target_planes
+    normals = np.array([planes[k].normal for k in simulated.plane_index])
+    distances = np.array([planes[k].distance for k in simulated.plane_index])
+    wanted = distances + noise * rng.standard_normal(len(distances))
+    q = simulated.q.copy()
+    for _ in range(_CONTACTS):
+        height = np.sum(normals * _tips(simulated, q), axis=1) - wanted
+        if np.abs(height).max() < 1e-9:
+            break
+        slope = np.empty(q.shape)
+        for j in range(q.shape[1]):
+            step = _STEP * (np.arange(q.shape[1]) == j)
+            moved = _tips(simulated, q + step) - _tips(simulated, q - step)
+            slope[:, j] = np.sum(normals * moved, axis=1) / (2 * _STEP)
+        q -= slope * (height / np.sum(slope**2, axis=1))[:, None]
+    nominal = dataset.sensor.T_flange_sensor
+    assert nominal is not None
+    truth = simulated.truth_poses.copy()
+    truth[["x", "y", "z"]] += STYLUS * _z_axes(truth[["rx", "ry", "rz"]].to_numpy())
+    return _measured(dataset, Sensor("probe", nominal @ _along_z(), noise), q, None), truth
+
+
+def _tips(simulated: SimulatedScene, q: Array) -> Array:
+    """Return where the stylus ends ``(N, 3)`` [m] with the encoders at ``q`` ``(N, n)`` [rad], by the physics engine."""
+    from scalar.simulation.truth import arm_frames
+
+    T = arm_frames(simulated.workcell.arm, simulated.effects, q, simulated.poses, evaluating=False)
+    return T[:, :3, 3] + STYLUS * T[:, :3, 2]
+
+
+def _z_axes(rotation_vectors: Array) -> Array:
+    """Return the third columns ``(N, 3)`` of rotations, by Rodrigues' formula."""
+    angle = np.linalg.norm(rotation_vectors, axis=1, keepdims=True)
+    k = rotation_vectors / np.where(angle > 0, angle, 1.0)
+    z = np.array([0.0, 0.0, 1.0])
+    return z * np.cos(angle) + np.cross(k, z) * np.sin(angle) + k * k[:, 2:] * (1 - np.cos(angle))
+
+
+def _along_z() -> Array:
+    T = np.eye(4)
+    T[2, 3] = STYLUS
+    return T
+
+
+def _measured(dataset: Dataset, sensor: Sensor, q: Array, points: Array | None) -> Dataset:
+    """Return a dataset of the same arm and poses, seen by another sensor."""
+    own = {"pose", "plane", *(f"q{j + 1}" for j in range(q.shape[1]))}
+    columns: dict[str, Any] = {
+        str(name): dataset.poses[name].to_numpy() for name in dataset.poses.columns if name not in own
+    }
+    touching = points is None
+    return Dataset.from_arrays(
+        robot=dataset.robot,
+        sensor=sensor,
+        q=q,
+        points=points,
+        planes=dataset.planes if touching else (),
+        plane=list(dataset.poses["plane"]) if touching else None,
+        columns=columns,
+        pose_ids=dataset.pose_ids,
+        name=dataset.name,
+        source=dataset.source,
+    )

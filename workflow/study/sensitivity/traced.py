@@ -1,0 +1,229 @@
+"""Numbers that carry other values they might have had, and notice the first operation that would have come out otherwise.
+
+One diagnosis with traced thresholds stands for many. Each traced number holds its value and, by name, its alternatives: this
+threshold halved, that one doubled. Arithmetic is done on the value and on every alternative, and goes on. Where a result steers
+the computation or leaves Python's arithmetic (a comparison, a loop's end, an array, a conversion to a plain number) it is taken
+with the value and with every alternative: an alternative under which it is another is noted in ``Trace.parted`` and followed no
+further. By induction, an alternative that is not in ``parted`` at the end would have taken every step that the diagnosis took,
+with the same numbers: its answer is known without a run. One that is in ``parted`` has to be run; its answer may still be the same.
+
+``Traced`` is not a ``float``: C code reads a float's bits without asking, and would escape notice. What it cannot be used for
+fails, and the set is then run in full. A loop ``for _ in range(threshold)`` converts its bound; ``traced_ranges`` lets the modules
+of the estimator count with ``counted``, so that a loop that ends by itself before either bound is the same loop.
+"""
+
+from __future__ import annotations
+
+import builtins
+import math
+import operator
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from numbers import Number
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(eq=False)
+class Trace:
+    """What a computation did with its traced numbers.
+
+    Attributes:
+        used: Names of alternatives whose numbers entered any operation.
+        parted: Names of alternatives under which an operation came out otherwise.
+    """
+
+    used: set[Any] = field(default_factory=set)
+    parted: set[Any] = field(default_factory=set)
+
+
+class Traced:
+    """A number and, by name, the values that it would have under each alternative."""
+
+    __slots__ = ("alternatives", "trace", "value")
+
+    def __init__(self, value: Any, alternatives: Mapping[Any, Any], trace: Trace) -> None:
+        """Take a plain number, its alternatives and where to note what becomes of them."""
+        self.value, self.alternatives, self.trace = value, dict(alternatives), trace
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        """Return what a ufunc makes of it; where it writes into an array, all alternatives part."""
+        call = getattr(ufunc, method)
+        if "out" in options:
+            _traces(inputs).parted.update(_names(inputs))
+            return call(*(_under(x, None) for x in inputs), **options)
+        return _applied(lambda *given: call(*given, **options), inputs)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
+        """Return it as an array, in which no alternative is followed."""
+        return np.array(_settled(lambda value: value, self), dtype=dtype)
+
+    def __float__(self) -> float:
+        """Return the plain number."""
+        return _settled(float, self)
+
+    def __int__(self) -> int:
+        """Return the plain whole number."""
+        return _settled(int, self)
+
+    def __index__(self) -> int:
+        """Return the plain whole number, for an index or a count."""
+        return _settled(operator.index, self)
+
+    def __bool__(self) -> bool:
+        """Return whether it is not zero."""
+        return _settled(bool, self)
+
+    def __hash__(self) -> int:
+        """Return the number's hash."""
+        return _settled(hash, self)
+
+    def __str__(self) -> str:
+        """Return the number's text."""
+        return _settled(str, self)
+
+    __repr__ = __str__
+
+    def __getitem__(self, key: Any) -> Any:
+        """Return a part of an array, under every alternative."""
+        return _applied(operator.getitem, (self, key))
+
+    def __len__(self) -> int:
+        """Return the length of an array."""
+        return _settled(len, self)
+
+    def __iter__(self) -> Iterator[Any]:
+        """Yield what an array holds."""
+        return (self[i] for i in range(len(self)))
+
+    def __getattr__(self, name: str) -> Any:
+        """Return what the plain value has by a name; no alternative is followed further."""
+        if name.startswith("__"):  # protocols that the value may have and this class has not
+            raise AttributeError(name)
+        self.trace.used.update(self.alternatives)
+        self.trace.parted.update(self.alternatives)
+        return getattr(self.value, name)
+
+    def __format__(self, form: str) -> str:
+        """Return the number's text in a format."""
+        return _settled(lambda value: format(value, form), self)
+
+
+def _operation(function: Callable[..., Any], reflected: bool = False) -> Callable[..., Any]:
+    """Return a method that does an operator's work on the value and on every alternative."""
+
+    def method(self: Traced, *others: Any) -> Any:
+        return _applied(function, (*others, self) if reflected else (self, *others))
+
+    return method
+
+
+for _name in ("lt", "le", "gt", "ge", "eq", "ne", "neg", "pos", "abs"):
+    setattr(Traced, f"__{_name}__", _operation(getattr(operator, _name)))
+for _name in ("add", "sub", "mul", "matmul", "truediv", "floordiv", "mod", "pow"):
+    setattr(Traced, f"__{_name}__", _operation(getattr(operator, _name)))
+    setattr(Traced, f"__r{_name}__", _operation(getattr(operator, _name), reflected=True))
+for _name, _function in (("round", round), ("ceil", math.ceil), ("floor", math.floor), ("trunc", math.trunc)):
+    setattr(Traced, f"__{_name}__", _operation(_function))
+Number.register(Traced)  # NumPy and SciPy take it for a scalar where they ask
+
+
+def _applied(function: Callable[..., Any], inputs: tuple[Any, ...]) -> Any:
+    """Return a function's result, traced where it is a number that an alternative makes another."""
+    trace = _traces(inputs)
+    names = _names(inputs)
+    trace.used |= names
+    value = function(*(_under(x, None) for x in inputs))
+    followed = {}
+    for name in names - trace.parted:
+        try:
+            other = function(*(_under(x, name) for x in inputs))
+        except Exception:  # whatever it is, the diagnosis did not meet it
+            trace.parted.add(name)
+            continue
+        if _same(other, value):
+            continue
+        if _is_numeric(value) and _is_numeric(other):
+            followed[name] = other
+        else:
+            trace.parted.add(name)
+    return Traced(value, followed, trace) if followed else value
+
+
+def _settled(function: Callable[[Any], Any], number: Traced) -> Any:
+    """Return what a function makes of the value; alternatives of which it makes something else part."""
+    trace = number.trace
+    trace.used.update(number.alternatives)
+    value = function(number.value)
+    for name in set(number.alternatives) - trace.parted:
+        try:
+            same = _same(function(number.alternatives[name]), value)
+        except Exception:  # as above
+            same = False
+        if not same:
+            trace.parted.add(name)
+    return value
+
+
+def _under(given: Any, name: Any) -> Any:
+    """Return what is given as it is under an alternative; None: as it is."""
+    return given.alternatives.get(name, given.value) if isinstance(given, Traced) else given
+
+
+def _names(inputs: tuple[Any, ...]) -> set[Any]:
+    return {name for x in inputs if isinstance(x, Traced) for name in x.alternatives}
+
+
+def _traces(inputs: tuple[Any, ...]) -> Trace:
+    return next(x.trace for x in inputs if isinstance(x, Traced))
+
+
+def _is_numeric(value: Any) -> bool:
+    """Return whether a result is a number or an array of numbers; truths and whatever else decide, and are not followed."""
+    if isinstance(value, np.ndarray):
+        return value.dtype.kind in "iuf"
+    return isinstance(value, Number | np.number) and not isinstance(value, bool | np.bool_)
+
+
+def _same(a: Any, b: Any) -> bool:
+    """Return whether two results are the same to the last bit, arrays included; NaN is NaN."""
+    a, b = np.asarray(a), np.asarray(b)
+    if a.shape != b.shape:
+        return False
+    return bool(np.all((a == b) | ((a != a) & (b != b))))
+
+
+def counted(*bounds: Any) -> Any:
+    """Return ``range(*bounds)``; with a traced bound, count up and compare with it each time."""
+    if not any(isinstance(bound, Traced) for bound in bounds):
+        return builtins.range(*bounds)
+    begin, end, step = (0, *bounds, 1) if len(bounds) == 1 else (*bounds, 1)[:3]
+    return _counting(begin, end, step)
+
+
+def _counting(begin: Any, end: Any, step: Any) -> Iterator[int]:
+    i = operator.index(begin)
+    step = operator.index(step)
+    while i < end if step > 0 else i > end:
+        yield i
+        i += step
+
+
+@contextmanager
+def traced_ranges(package: str = "scalar") -> Iterator[None]:
+    """Let the loops of a package's modules count by ``counted``: a name of theirs that hides the built-in, for a while."""
+    modules = [
+        module
+        for name, module in list(sys.modules.items())
+        if name.split(".")[0] == package and module is not None and "range" not in vars(module)
+    ]
+    for module in modules:
+        vars(module)["range"] = counted
+    try:
+        yield
+    finally:
+        for module in modules:
+            del vars(module)["range"]

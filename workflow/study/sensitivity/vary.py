@@ -1,0 +1,111 @@
+"""One blind set, diagnosed with the default settings and with every variant that could come out otherwise: a row a variant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import pandas as pd
+
+from scalar.data.dataset import Dataset
+from scalar.diagnosis import Diagnosis, diagnose
+from scalar.diagnosis.settings import DEFAULTS, Settings
+from scalar.errors import ScalarError
+from study.sensitivity.answers import Answer, answer_of, differences, refusal
+from study.sensitivity.traced import Trace, traced_ranges
+from study.sensitivity.variants import Variant, traced_settings
+
+ROW_COLUMNS = {
+    "set": "of configs/sensitivity.yaml",
+    "setting": "dotted name of a threshold",
+    "direction": "halved or doubled",
+    "value": "what it became",
+    "how": "unused: it entered no operation; same: every operation came out the same, so the answer is known; "
+    "run: diagnosed with it",
+    "changed": "kinds of statements that differ from the default's answer, the gravest first, with ; between",
+    "example": "the gravest of them in words",
+    "held_out_mm": "rms over poses held out, as this diagnosis states it",
+    "held_out_default_mm": "the same with the default settings",
+    "unseen_mm": "mean position error over true poses, base aligned",
+    "unseen_default_mm": "the same with the default settings",
+}
+UNUSED, SAME, RUN = "unused", "same", "run"
+
+Diagnose = Callable[[Dataset, Settings], Diagnosis]
+
+
+def with_settings(dataset: Dataset, settings: Settings) -> Diagnosis:
+    """Return a diagnosis with settings."""
+    return diagnose(dataset, settings=settings)
+
+
+def vary(
+    name: str,
+    dataset: Dataset,
+    truth_poses: pd.DataFrame,
+    wanted: Sequence[Variant],
+    diagnose: Diagnose = with_settings,
+) -> pd.DataFrame:
+    """Return a row for each variant, columns ``ROW_COLUMNS``.
+
+    Args:
+        name: Of the set.
+        dataset: It.
+        truth_poses: Poses that it does not hold, with their true frames.
+        wanted: Variants.
+        diagnose: From a dataset and settings to a diagnosis.
+    """
+
+    def answer(settings: Settings) -> Answer:
+        try:
+            return answer_of(diagnose(dataset, settings), truth_poses)
+        except ScalarError as error:
+            return refusal(error)
+
+    default = answer(DEFAULTS)
+    used, parted = _traced(answer, default, wanted)
+    rows = []
+    for i, variant in enumerate(wanted):
+        how = RUN if variant in parted else SAME if variant in used else UNUSED
+        other = _varied(answer, variant) if how == RUN else default
+        found = differences(default, other)
+        rows.append(
+            {
+                "set": name,
+                "setting": variant.setting,
+                "direction": variant.direction,
+                "value": variant.value,
+                "how": how,
+                "changed": ";".join(found),
+                "example": next(iter(found.values()), ""),
+                **{f"{key}_mm": other.get(f"{key}_mm") for key in ("held_out", "unseen")},
+                **{f"{key}_default_mm": default.get(f"{key}_mm") for key in ("held_out", "unseen")},
+            }
+        )
+        if how == RUN:
+            print(f"{name} {i + 1}/{len(wanted)} {variant.setting} {variant.direction}: {';'.join(found) or 'same'}")
+    return pd.DataFrame(rows, columns=list(ROW_COLUMNS))
+
+
+def _varied(answer: Callable[[Settings], Answer], variant: Variant) -> Answer:
+    """Return a variant's answer; where the diagnosis ends in an error that is no refusal, the answer says so."""
+    try:
+        return answer(variant.settings)
+    except Exception as error:  # a defect of ours: counted, and one variant does not stop the others
+        return refusal(error)
+
+
+def _traced(
+    answer: Callable[[Settings], Answer], default: Answer, wanted: Sequence[Variant]
+) -> tuple[set[Any], set[Any]]:
+    """Return which variants enter any operation, and which could come out otherwise; all, where tracing fails."""
+    trace = Trace()
+    try:
+        with traced_ranges():
+            same = not differences(default, answer(traced_settings(wanted, trace)))
+    except Exception as error:  # something that a traced number cannot do
+        print(f"tracing failed, so every variant is run: {type(error).__name__}: {error}")
+        same = False
+    if not same:
+        return set(wanted), set(wanted)
+    return trace.used, trace.parted
