@@ -53,7 +53,9 @@ rule vary_settings:
     input:
         unpack(
             lambda w: (
-                {} if w.blind_set in SENSITIVITY.screened else {"screened": f"{SENSITIVITY_DIR}/screened.json"}
+                {}
+                if w.blind_set in SENSITIVITY.screened
+                else {"screened": f"{SENSITIVITY_DIR}/screened.json"}
             )
         ),
         scene=sensitivity_scene,

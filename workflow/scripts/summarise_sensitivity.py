@@ -4,7 +4,6 @@ from job import logged
 
 with logged(snakemake.log):
     import pandas as pd
-
     from scalar.data.io.atomic import write_json
     from study.common.provenance import code_version
     from study.common.tables import read_tables, write_table

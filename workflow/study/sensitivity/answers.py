@@ -107,7 +107,10 @@ def differences(default: Answer, other: Answer) -> dict[str, str]:
     for kind in ("unobservable", "set_aside", "fixed"):
         if default[kind] != other[kind]:
             found[kind] = f"{KINDS[kind]}: {_change(default[kind], other[kind])}"
-    for key, what in (("unseen_mm", "error at poses not measured"), ("stated_mm", "stated uncertainty there")):
+    for key, what in (
+        ("unseen_mm", "error at poses not measured"),
+        ("stated_mm", "stated uncertainty there"),
+    ):
         if relative_change(default[key], other[key]) > RELATIVE:
             found.setdefault("errors", f"{what} {default[key]:.4g} mm became {other[key]:.4g} mm")
     return {kind: found[kind] for kind in KINDS if kind in found}
@@ -168,7 +171,9 @@ def _listed(items: list[str]) -> str:
 
 
 def _change(before: list[Any], after: list[Any]) -> str:
-    if len(before) == len(after) and before and isinstance(before[0], list):  # what is set aside: lists and counts
+    if (
+        len(before) == len(after) and before and isinstance(before[0], list)
+    ):  # what is set aside: lists and counts
         return f"{_count(before)} became {_count(after)}"
     return f"{len(before)} became {len(after)}"
 

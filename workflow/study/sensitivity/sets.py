@@ -91,7 +91,9 @@ def load_sets(path: str | Path) -> Sets:
             message = f"no workcell {entry['workcell']!r}; there are {known}"
             faults.append(Fault(file, message, column=f"sets.{i}.workcell"))
         if names.index(entry["name"]) != i:
-            faults.append(Fault(file, f"a set before has the name {entry['name']!r}", column=f"sets.{i}.name"))
+            faults.append(
+                Fault(file, f"a set before has the name {entry['name']!r}", column=f"sets.{i}.name")
+            )
     if faults:
         raise InvalidInput(faults)
     sets = {

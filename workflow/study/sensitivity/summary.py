@@ -11,8 +11,8 @@ import pandas as pd
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.estimation.settings import documentation
 from study.sensitivity.answers import NAMING
-from study.sensitivity.vary import RUN, UNUSED
 from study.sensitivity.variants import DIRECTIONS, DOUBLED, HALVED, variants
+from study.sensitivity.vary import RUN, UNUSED
 
 COLUMNS = {
     "setting": "dotted name of a threshold",
@@ -44,16 +44,16 @@ def tabulate(rows: pd.DataFrame, guards: pd.DataFrame) -> pd.DataFrame:
         rows: Of all sets, as ``vary`` gives them. guards: workflow/resources/guarding_settings.csv.
     """
     documented, values = documentation(DEFAULTS), {(v.setting, v.direction): v.value for v in variants()}
-    known: Any = guards.set_index("setting")
+    known = {row["setting"]: row for row in guards.to_dict("records")}
+    groups: Any = rows.groupby("setting", sort=False)
     table = []
-    for setting, of_setting in rows.groupby("setting", sort=False):
-        name = str(setting)
+    for name, of_setting in groups:
         # A count of one has no half: its other direction speaks for both.
         by_direction: dict[str, Any] = {d: of_setting[of_setting["direction"] == d] for d in DIRECTIONS}
         changed = {d: part[part["changed"] != ""] for d, part in by_direction.items()}
         naming = {d: part[part["changed"].map(touches_naming)] for d, part in changed.items()}
         silent = not any(map(len, changed.values()))
-        guard = known.loc[name] if silent and name in known.index else {"guards": "", "test": ""}
+        guard = known[name] if silent and name in known else {"guards": "", "test": ""}
         table.append(
             {
                 "setting": name,
@@ -75,12 +75,12 @@ def tabulate(rows: pd.DataFrame, guards: pd.DataFrame) -> pd.DataFrame:
         )
     frame = pd.DataFrame(table, columns=list(COLUMNS))
     order = pd.DataFrame({"naming": shares(frame, "naming"), "changed": shares(frame, "changed")})
-    return frame.loc[order.sort_values(["naming", "changed"], ascending=False, kind="stable").index].reset_index(
-        drop=True
-    )
+    return frame.loc[
+        order.sort_values(["naming", "changed"], ascending=False, kind="stable").index
+    ].reset_index(drop=True)
 
 
-def shares(table: pd.DataFrame, what: str) -> pd.Series:
+def shares(table: pd.DataFrame, what: str) -> Any:
     """Return for each setting the share of variants, halved and doubled, that changed something: ``changed`` or ``naming``."""
     return (table[f"{what}_{HALVED}"] + table[f"{what}_{DOUBLED}"]) / (2 * table["sets"])
 
@@ -114,11 +114,12 @@ def _worst(rows: pd.DataFrame, what: str) -> float:
 
 def still_open(rows: pd.DataFrame) -> list[str]:
     """Return the settings worth varying on more sets: those that changed an answer, and those that no set put to the test."""
-    found = []
-    for setting, of_setting in rows.groupby("setting", sort=False):
-        if (of_setting["changed"] != "").any() or not (of_setting["how"] == RUN).any():
-            found.append(str(setting))
-    return found
+    groups: Any = rows.groupby("setting", sort=False)
+    return [
+        name
+        for name, of_setting in groups
+        if (of_setting["changed"] != "").any() or not (of_setting["how"] == RUN).any()
+    ]
 
 
 def numbers(table: pd.DataFrame, screening: Iterable[str], all_sets: Iterable[str]) -> dict[str, Any]:
@@ -127,19 +128,20 @@ def numbers(table: pd.DataFrame, screening: Iterable[str], all_sets: Iterable[st
     Args:
         table: As ``tabulate`` gives it. screening: Names of its sets. all_sets: Names of all.
     """
-    changed: Any = table[shares(table, "changed") > 0]
-    naming: Any = table[shares(table, "naming") > 0]
-    silent: Any = table[shares(table, "changed") == 0]
+    changed, naming = shares(table, "changed") > 0, shares(table, "naming") > 0
+    guarded: Any = table["test"] != ""
+    used: Any = table["used"] > 0
+    run: Any = table["run"] > 0
     return {
         "sets": {"screening": len(list(screening)), "all": len(list(all_sets))},
         "settings": {
             "all": len(table),
-            "used": int((table["used"] > 0).sum()),
-            "run": int((table["run"] > 0).sum()),
-            "changed": len(changed),
-            "naming": len(naming),
-            "silent": len(silent),
-            "guarding": int((silent["test"] != "").sum()),
+            "used": int(used.sum()),
+            "run": int(run.sum()),
+            "changed": int(changed.sum()),
+            "naming": int(naming.sum()),
+            "silent": int((~changed).sum()),
+            "guarding": int((guarded & ~changed).sum()),
         },
         "top": [_quoted(row) for row in table.head(TOP).to_dict("records")],
     }

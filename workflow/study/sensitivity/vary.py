@@ -83,7 +83,9 @@ def vary(
             }
         )
         if how == RUN:
-            print(f"{name} {i + 1}/{len(wanted)} {variant.setting} {variant.direction}: {';'.join(found) or 'same'}")
+            print(
+                f"{name} {i + 1}/{len(wanted)} {variant.setting} {variant.direction}: {';'.join(found) or 'same'}"
+            )
     return pd.DataFrame(rows, columns=list(ROW_COLUMNS))
 
 
