@@ -86,7 +86,7 @@ rule summarise_sensitivity:
     input:
         sets=varied(SENSITIVITY.sets),
         guards=resource("guarding_settings.csv"),
-        modules=modules("study.sensitivity.summary", "study.common.tables", "study.common.provenance"),
+        modules=modules("study.sensitivity.summary", "study.common.tables"),
     output:
         table=report(
             f"{SENSITIVITY_DIR}/summaries/settings.csv",
@@ -98,9 +98,6 @@ rule summarise_sensitivity:
     log:
         f"{RESULTS}/logs/sensitivity/summarise.log",
     threads: 1
-    params:
-        screening=SENSITIVITY.screened,
-        sets=list(SENSITIVITY.sets),
     message:
         "Tabulating what depends on each setting"
     script:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -122,18 +122,19 @@ def still_open(rows: pd.DataFrame) -> list[str]:
     ]
 
 
-def numbers(table: pd.DataFrame, screening: Iterable[str], all_sets: Iterable[str]) -> dict[str, Any]:
+def numbers(table: pd.DataFrame, rows: pd.DataFrame) -> dict[str, Any]:
     """Return what the paper quotes.
 
     Args:
-        table: As ``tabulate`` gives it. screening: Names of its sets. all_sets: Names of all.
+        table: As ``tabulate`` gives it. rows: What it was made from.
     """
     changed, naming = shares(table, "changed") > 0, shares(table, "naming") > 0
     guarded: Any = table["test"] != ""
     used: Any = table["used"] > 0
     run: Any = table["run"] > 0
     return {
-        "sets": {"screening": len(list(screening)), "all": len(list(all_sets))},
+        "commits": sorted(set(rows["commit"].dropna())),
+        "sets": {"all": int(rows["set"].nunique()), "fewest": int(table["sets"].min())},
         "settings": {
             "all": len(table),
             "used": int(used.sum()),

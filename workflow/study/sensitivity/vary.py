@@ -8,15 +8,17 @@ from typing import Any
 import pandas as pd
 
 from scalar.data.dataset import Dataset
-from scalar.diagnosis import Diagnosis, diagnose
+from scalar.diagnosis import diagnose
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.errors import ScalarError
+from study.common.provenance import code_version
 from study.sensitivity.answers import Answer, answer_of, differences, refusal
 from study.sensitivity.traced import Trace, traced_ranges
 from study.sensitivity.variants import Variant, traced_settings
 
 ROW_COLUMNS = {
     "set": "of configs/sensitivity.yaml",
+    "commit": "of the code that diagnosed; null outside a repository",
     "setting": "dotted name of a threshold",
     "direction": "halved or doubled",
     "value": "what it became",
@@ -31,37 +33,36 @@ ROW_COLUMNS = {
 }
 UNUSED, SAME, RUN = "unused", "same", "run"
 
-Diagnose = Callable[[Dataset, Settings], Diagnosis]
+AnswerTo = Callable[[Settings], Answer]
+"""From settings to an answer; a refusal is a ``ScalarError``."""
 
 
-def with_settings(dataset: Dataset, settings: Settings) -> Diagnosis:
-    """Return a diagnosis with settings."""
-    return diagnose(dataset, settings=settings)
+def answering(dataset: Dataset, truth_poses: pd.DataFrame) -> AnswerTo:
+    """Return what the diagnosis of a dataset answers to settings.
+
+    Args:
+        dataset: One set.
+        truth_poses: Poses that it does not hold, with their true frames.
+    """
+    return lambda settings: answer_of(diagnose(dataset, settings=settings), truth_poses)
 
 
-def vary(
-    name: str,
-    dataset: Dataset,
-    truth_poses: pd.DataFrame,
-    wanted: Sequence[Variant],
-    diagnose: Diagnose = with_settings,
-) -> pd.DataFrame:
+def vary(name: str, answer_to: AnswerTo, wanted: Sequence[Variant]) -> pd.DataFrame:
     """Return a row for each variant, columns ``ROW_COLUMNS``.
 
     Args:
         name: Of the set.
-        dataset: It.
-        truth_poses: Poses that it does not hold, with their true frames.
+        answer_to: What the diagnosis of the set answers to settings.
         wanted: Variants.
-        diagnose: From a dataset and settings to a diagnosis.
     """
 
     def answer(settings: Settings) -> Answer:
         try:
-            return answer_of(diagnose(dataset, settings), truth_poses)
+            return answer_to(settings)
         except ScalarError as error:
             return refusal(error)
 
+    commit = code_version()["commit"]
     default = answer(DEFAULTS)
     used, parted = _traced(answer, default, wanted)
     rows = []
@@ -72,6 +73,7 @@ def vary(
         rows.append(
             {
                 "set": name,
+                "commit": commit,
                 "setting": variant.setting,
                 "direction": variant.direction,
                 "value": variant.value,
@@ -89,7 +91,7 @@ def vary(
     return pd.DataFrame(rows, columns=list(ROW_COLUMNS))
 
 
-def _varied(answer: Callable[[Settings], Answer], variant: Variant) -> Answer:
+def _varied(answer: AnswerTo, variant: Variant) -> Answer:
     """Return a variant's answer; where the diagnosis ends in an error that is no refusal, the answer says so."""
     try:
         return answer(variant.settings)
@@ -97,9 +99,7 @@ def _varied(answer: Callable[[Settings], Answer], variant: Variant) -> Answer:
         return refusal(error)
 
 
-def _traced(
-    answer: Callable[[Settings], Answer], default: Answer, wanted: Sequence[Variant]
-) -> tuple[set[Any], set[Any]]:
+def _traced(answer: AnswerTo, default: Answer, wanted: Sequence[Variant]) -> tuple[set[Any], set[Any]]:
     """Return which variants enter any operation, and which could come out otherwise; all, where tracing fails."""
     trace = Trace()
     try:

@@ -1,0 +1,133 @@
+"""Traced numbers: the value's own result, and a note of every alternative that would have led elsewhere, no other missing."""
+
+import operator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from study.sensitivity.answers import answer_of, differences
+from study.sensitivity.datasets import make_dataset
+from study.sensitivity.sets import load_sets
+from study.sensitivity.traced import Trace, Traced, counted, traced_ranges
+from study.sensitivity.variants import traced_settings, variants
+
+from scalar.diagnosis import diagnose
+from scalar.diagnosis.settings import DEFAULTS
+from scalar.estimation.settings import documentation
+
+ROOT = Path(__file__).parents[3]
+NUMBERS = st.floats(0.1, 10.0)
+OPERATORS = st.sampled_from([operator.add, operator.sub, operator.mul, operator.truediv, min, max])
+
+
+def traced(value, **alternatives):
+    """Return a traced number and its trace."""
+    trace = Trace()
+    return Traced(value, alternatives, trace), trace
+
+
+@given(NUMBERS, NUMBERS, NUMBERS, NUMBERS, OPERATORS, OPERATORS)
+def test_what_is_computed_is_the_value_s_own_and_an_alternative_that_ends_elsewhere_has_parted(
+    value, other, a, b, first, second
+):
+    """For any two operations and a comparison: the outcome is that of plain numbers; the alternative has parted if its outcome is another."""
+
+    def outcome(x):
+        return second(first(x, a), np.float64(b)) < 5.0
+
+    number, trace = traced(value, other=other)
+    assert bool(outcome(number)) == bool(outcome(value))
+    if outcome(other) != outcome(value):
+        assert trace.parted == {"other"}
+
+
+@pytest.mark.parametrize(
+    ("ask", "parting"),
+    [
+        (lambda x: x > 1.5, {"low"}),
+        (lambda x: x > 0.5, set()),
+        (lambda x: np.float64(2.5) < x, {"high"}),
+        (lambda x: np.array([1.2, 9.0]) < x, {"low"}),
+        (lambda x: np.maximum(np.array([7.0, 9.0]), x) * 2.0, set()),
+        (lambda x: float(np.maximum(np.array([3.0, 9.0]), x)[0]), {"high"}),
+        (lambda x: float(max(x, 3.0)), {"high"}),
+        (lambda x: float(x), {"low", "high"}),
+        (lambda x: int(x * 0.4), {"high"}),
+        (lambda x: np.full(3, x), {"low", "high"}),
+        (lambda x: [0, 1, 2, 3, 4, 5][: int(np.ceil(x))], {"low", "high"}),
+        (lambda x: x + 1.0, set()),
+    ],
+)
+def test_exactly_those_alternatives_part_that_come_out_otherwise(ask, parting):
+    """2 with the alternatives 1 and 4, in comparisons, arrays, counts and conversions; what nobody asks for parts nobody."""
+    number, trace = traced(2.0, low=1.0, high=4.0)
+    result, plain = ask(number), ask(2.0)
+    assert np.array_equal(result if isinstance(result, np.ndarray | list) else plain, plain)
+    assert trace.parted == parting
+    assert trace.used == {"low", "high"}
+
+
+@pytest.mark.parametrize(
+    ("rounds", "parting"), [(1, set()), (2, set()), (3, {"low"}), (4, {"low"}), (9, {"low", "high"})]
+)
+def test_a_loop_that_ends_by_itself_parts_only_bounds_that_would_have_ended_it(rounds, parting):
+    """At most 4 rounds, or 2, or 8: a loop left in its second round is the same under all; one that runs out is another under more."""
+    bound, trace = traced(4, low=2, high=8)
+    done = 0
+    for i in counted(bound):
+        done = i + 1
+        if done == rounds:
+            break
+    assert done == min(rounds, 4)
+    assert trace.parted == parting
+
+
+def test_plain_ranges_stay_as_they_are():
+    """Without a traced bound it is the built-in, and the modules have theirs back after the study."""
+    from scalar.diagnosis import forward_selection
+
+    assert counted(2, 5) == range(2, 5)
+    with traced_ranges():
+        assert vars(forward_selection)["range"] is counted
+    assert "range" not in vars(forward_selection)
+
+
+@pytest.fixture(scope="module")
+def small_set():
+    """Return a small blind set and its true poses."""
+    sets = load_sets(ROOT / "configs/sensitivity_smoke.yaml")
+    return make_dataset(sets.sets["scale"], sets, ROOT)
+
+
+@pytest.mark.slow
+def test_what_a_trace_says_is_the_same_is_the_same_when_it_is_run(small_set):
+    """Of the variants that no operation parted, twelve are run: every number of the answer is the default's, to the last bit."""
+    dataset, truth_poses = small_set
+    trace, wanted = Trace(), variants()
+    default = diagnose(dataset).to_mapping()
+    with traced_ranges():
+        assert diagnose(dataset, settings=traced_settings(wanted, trace)).to_mapping() == default
+    assert trace.parted < trace.used < set(wanted)
+    same = [variant for variant in wanted if variant in trace.used - trace.parted]
+    for variant in np.random.default_rng(3).permutation(len(same))[:12]:
+        assert diagnose(dataset, settings=same[variant].settings).to_mapping() == default, same[variant]
+    loosest = [variant for variant in wanted if variant.setting == "observability.unobservable"]
+    answers = [answer_of(diagnose(dataset, settings=v.settings), truth_poses) for v in loosest]
+    told = [bool(differences(answer_of(diagnose(dataset), truth_poses), answer)) for answer in answers]
+    assert {v for v, is_told in zip(loosest, told, strict=True) if is_told} <= trace.parted
+
+
+def test_every_threshold_has_a_variant_on_either_side():
+    """Every number is halved and doubled; counts stay whole and above zero, chances and shares below one."""
+    documented = documentation(DEFAULTS)
+    found = {(v.setting, v.direction): v.value for v in variants()}
+    for name, entry in documented.items():
+        value, low, high = entry["value"], found.get((name, "halved")), found.get((name, "doubled"))
+        assert low is not None or value == 1, name
+        assert high is not None and high > value, name
+        assert low is None or 0 < low < value, name
+        assert type(high) is type(value), name
+        if isinstance(value, float) and value < 1.0 and entry["unit"] == "1":
+            assert high < 1.0, name
