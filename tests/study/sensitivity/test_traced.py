@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from study.sensitivity.answers import answer_of, differences
 from study.sensitivity.datasets import make_dataset
 from study.sensitivity.sets import load_sets
-from study.sensitivity.traced import Trace, Traced, counted, traced_ranges
+from study.sensitivity.traced import Trace, Traced, counted
 from study.sensitivity.variants import traced_settings, variants
+from study.sensitivity.watched import judged, same_content, watched_estimator
 
 from scalar.diagnosis import diagnose
 from scalar.diagnosis.settings import DEFAULTS
@@ -84,14 +85,37 @@ def test_a_loop_that_ends_by_itself_parts_only_bounds_that_would_have_ended_it(r
     assert trace.parted == parting
 
 
-def test_plain_ranges_stay_as_they_are():
-    """Without a traced bound it is the built-in, and the modules have theirs back after the study."""
-    from scalar.diagnosis import forward_selection
+def test_a_function_that_is_judged_parts_only_alternatives_with_another_result():
+    """Of 2, 9, 4 and 5, those below 4.5: below 4.2 they are the same two, though a comparison parts; below 8, three."""
 
+    def below(values, threshold):
+        kept = [float(value) for value in values if float(value) + 0.0 * float(threshold) < float(threshold)]
+        return tuple(kept), np.array(len(kept))
+
+    number, trace = traced(4.5, near=4.2, far=8.0)
+    assert judged(below, same_content)([2.0, 9.0, 4.0, 5.0], threshold=number) == ((2.0, 4.0), 2)
+    assert trace.parted == {"far"} and trace.used == {"near", "far"}
+    assert judged(below, same_content)([2.0, 9.0], 4.5) == ((2.0,), 1)
+
+
+def test_a_judged_result_that_is_traced_is_asked_for_under_every_alternative():
+    """Twice the threshold, which parts nothing by itself: the plain number comes back, and both alternatives part."""
+    number, trace = traced(4.5, near=4.2, far=8.0)
+    assert judged(lambda x: (2.0 * x,), same_content)(number) == (9.0,)
+    assert trace.parted == {"near", "far"}
+
+
+def test_plain_ranges_stay_as_they_are():
+    """Without a traced bound it is the built-in, and the modules have theirs and their functions back after the study."""
+    from scalar.diagnosis import diagnose as module_of_its_own  # so that the modules are there
+    from scalar.diagnosis import hold_out
+
+    before = hold_out.first_times
     assert counted(2, 5) == range(2, 5)
-    with traced_ranges():
-        assert vars(forward_selection)["range"] is counted
-    assert "range" not in vars(forward_selection)
+    with watched_estimator():
+        assert vars(hold_out)["range"] is counted and hold_out.first_times is not before
+    assert "range" not in vars(hold_out) and hold_out.first_times is before
+    assert callable(module_of_its_own)
 
 
 @pytest.fixture(scope="module")
@@ -103,11 +127,13 @@ def small_set():
 
 @pytest.mark.slow
 def test_what_a_trace_says_is_the_same_is_the_same_when_it_is_run(small_set):
-    """Of the variants that no operation parted, twelve are run: every number of the answer is the default's, to the last bit."""
+    """Of the variants that no operation parted, twelve are run: every number of the answer is the default's, to the last bit, confidences
+    apart, which count by the side of 0.8 on which they are.
+    """
     dataset, truth_poses = small_set
-    trace, wanted = Trace(), variants()
+    trace, wanted = Trace(), [v for v in variants() if not v.setting.startswith("confidence.")]
     default = diagnose(dataset).to_mapping()
-    with traced_ranges():
+    with watched_estimator():
         assert diagnose(dataset, settings=traced_settings(wanted, trace)).to_mapping() == default
     assert trace.parted < trace.used < set(wanted)
     same = [variant for variant in wanted if variant in trace.used - trace.parted]

@@ -134,7 +134,7 @@ def numbers(table: pd.DataFrame, rows: pd.DataFrame) -> dict[str, Any]:
     run: Any = table["run"] > 0
     return {
         "commits": sorted(set(rows["commit"].dropna())),
-        "sets": {"all": int(rows["set"].nunique()), "fewest": int(table["sets"].min())},
+        "sets": {"all": len(set(rows["set"])), "fewest": min(table["sets"].tolist())},
         "settings": {
             "all": len(table),
             "used": int(used.sum()),

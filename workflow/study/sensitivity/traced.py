@@ -8,8 +8,8 @@ further. By induction, an alternative that is not in ``parted`` at the end would
 with the same numbers: its answer is known without a run. One that is in ``parted`` has to be run; its answer may still be the same.
 
 ``Traced`` is not a ``float``: C code reads a float's bits without asking, and would escape notice. What it cannot be used for
-fails, and the set is then run in full. A loop ``for _ in range(threshold)`` converts its bound; ``traced_ranges`` lets the modules
-of the estimator count with ``counted``, so that a loop that ends by itself before either bound is the same loop.
+fails, and the set is then run in full. A loop ``for _ in range(threshold)`` converts its bound; counted by ``counted`` instead, a loop
+that ends by itself before either bound is the same loop.
 """
 
 from __future__ import annotations
@@ -17,9 +17,7 @@ from __future__ import annotations
 import builtins
 import math
 import operator
-import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from numbers import Number
 from typing import Any
@@ -210,20 +208,3 @@ def _counting(begin: Any, end: Any, step: Any) -> Iterator[int]:
     while i < end if step > 0 else i > end:
         yield i
         i += step
-
-
-@contextmanager
-def traced_ranges(package: str = "scalar") -> Iterator[None]:
-    """Let the loops of a package's modules count by ``counted``: a name of theirs that hides the built-in, for a while."""
-    modules = [
-        module
-        for name, module in list(sys.modules.items())
-        if name.split(".")[0] == package and module is not None and "range" not in vars(module)
-    ]
-    for module in modules:
-        vars(module)["range"] = counted
-    try:
-        yield
-    finally:
-        for module in modules:
-            del vars(module)["range"]

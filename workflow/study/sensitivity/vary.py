@@ -13,8 +13,9 @@ from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.errors import ScalarError
 from study.common.provenance import code_version
 from study.sensitivity.answers import Answer, answer_of, differences, refusal
-from study.sensitivity.traced import Trace, traced_ranges
+from study.sensitivity.traced import Trace
 from study.sensitivity.variants import Variant, traced_settings
+from study.sensitivity.watched import watched_estimator
 
 ROW_COLUMNS = {
     "set": "of configs/sensitivity.yaml",
@@ -103,7 +104,7 @@ def _traced(answer: AnswerTo, default: Answer, wanted: Sequence[Variant]) -> tup
     """Return which variants enter any operation, and which could come out otherwise; all, where tracing fails."""
     trace = Trace()
     try:
-        with traced_ranges():
+        with watched_estimator():
             same = not differences(default, answer(traced_settings(wanted, trace)))
     except Exception as error:  # something that a traced number cannot do
         print(f"tracing failed, so every variant is run: {type(error).__name__}: {error}")
