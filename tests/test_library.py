@@ -5,6 +5,7 @@ import doctest
 import re
 import subprocess
 import sys
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -68,5 +69,10 @@ def test_the_readme_runs(my_cell: Path, capsys: pytest.CaptureFixture[str]) -> N
 
 
 def test_types_are_for_users_too() -> None:
-    """The package says that it is typed (PEP 561)."""
+    """The package says that it is typed (PEP 561), and ``make lint`` checks every module that defines one of its names strictly."""
     assert (ROOT / "scalar" / "py.typed").exists()
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        strict = set(tomllib.load(file)["tool"]["pyright"]["strict"])
+    modules = {f"{getattr(scalar, name).__module__.replace('.', '/')}.py" for name in scalar.__all__}
+    assert modules | {"scalar/__init__.pyi"} <= strict
+    assert all((ROOT / path).exists() for path in strict)

@@ -4,6 +4,9 @@ A dataset is all that calibration and diagnosis read. Poses stand in acquisition
 points of one pose stand together, in the order of the file. The reader raises every fault it finds.
 """
 
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+# pandas is not annotated throughout.
+
 from __future__ import annotations
 
 import os
@@ -11,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -143,12 +146,12 @@ class Dataset:
     @cached_property
     def q(self) -> np.ndarray:
         """Return the joint angles as the encoders read them, ``(N, n)`` [rad]."""
-        return self.poses[[f"q{i + 1}" for i in range(self.robot.n_joints)]].to_numpy(dtype=float)
+        return _values(self.poses, [f"q{i + 1}" for i in range(self.robot.n_joints)], np.float64)
 
     @cached_property
     def pose_ids(self) -> np.ndarray:
         """Return the ids of the poses, ``(N,)`` int64."""
-        return self.poses["pose"].to_numpy(dtype=np.int64)
+        return _values(self.poses, "pose", np.int64)
 
     @cached_property
     def plane_index(self) -> np.ndarray:
@@ -156,7 +159,8 @@ class Dataset:
         if not self.planes:
             return np.full(self.n_poses, -1, dtype=np.int64)
         index = {plane.name: i for i, plane in enumerate(self.planes)}
-        return np.array([index[name] for name in self.poses["plane"]], dtype=np.int64)
+        names = cast(Any, self.poses["plane"])
+        return np.array([index[name] for name in names], dtype=np.int64)
 
     @cached_property
     def session(self) -> np.ndarray | None:
@@ -165,7 +169,7 @@ class Dataset:
             return None
         import pandas as pd
 
-        labels = self.poses["session"]
+        labels = cast(Any, self.poses["session"])
         try:  # 1 and 1.0 are one session, where all are numbers
             return pd.factorize(labels.astype(float))[0].astype(np.int64)
         except ValueError:
@@ -176,7 +180,8 @@ class Dataset:
         """Return the names of the numeric columns that the format does not define, as in the file."""
         n = self.robot.n_joints
         known = {*KNOWN_POSE_COLUMNS, *(f"{stem}{i + 1}" for stem in ("q", "approach") for i in range(n))}
-        return tuple(str(name) for name in self.poses.columns if name not in known)
+        columns: list[Any] = list(self.poses.columns)
+        return tuple(str(name) for name in columns if name not in known)
 
     def subset(self, rows: np.ndarray) -> Dataset:
         """Return the dataset of some of the poses, still in acquisition order.
@@ -188,7 +193,8 @@ class Dataset:
         rows = np.flatnonzero(rows) if rows.dtype == bool else np.sort(rows.astype(np.int64))
         counts = np.diff(self.starts)[rows]
         starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-        taken = np.arange(starts[-1]) + np.repeat(self.starts[rows] - starts[:-1], counts)
+        moved = cast(Any, self.starts[rows] - starts[:-1])
+        taken = np.arange(int(starts[-1])) + np.repeat(moved, counts)
         return replace(
             self,
             poses=self.poses.iloc[rows].reset_index(drop=True),
@@ -234,7 +240,7 @@ def _build(content: Content) -> Dataset:
     if pose is not None:
         T_flange_sensor = transform_from_rotation_vector(pose["translation"], pose["rotation_vector"])
     format = sensor_formats()[sensor["kind"]]
-    xyz, starts = _group_points(frame["pose"].to_numpy(), format, content.points)
+    xyz, starts = _group_points(_values(frame, "pose", np.int64), format, content.points)
     return Dataset(
         name=mapping["name"],
         source=mapping.get("source") or "",
@@ -253,6 +259,11 @@ def _build(content: Content) -> Dataset:
         points=xyz,
         starts=starts,
     )
+
+
+def _values(table: Any, columns: str | list[str], dtype: type[np.float64 | np.int64]) -> np.ndarray:
+    """Return columns of a table as an array."""
+    return table[columns].to_numpy(dtype=dtype)
 
 
 def _group_points(

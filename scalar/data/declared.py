@@ -73,7 +73,7 @@ class Sensor:
     T_flange_sensor: np.ndarray | None
     noise: float | None = None
     error_axis: str = "ray"
-    options: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the sensor as dataset.yaml writes it."""

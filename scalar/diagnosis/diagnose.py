@@ -176,7 +176,7 @@ def _final_fit(state: FittedState, noise: tuple[VarianceComponent, ...]) -> Any:
 
 def _findings(before: FittedState, after: FittedState, tried: CandidateSet) -> tuple[Finding, ...]:
     """Return the effects of a state one by one, each with the held-out error before and after it is added."""
-    found = []
+    found: list[Finding] = []
     state, error = before, held_out_errors(before)
     effects: tuple[Effect, ...] = ()
     scored = as_whitened(after)

@@ -199,7 +199,7 @@ class Diagnosis:
             if best.log_likelihood_gain - s.log_likelihood_gain
             < settings.variance_components.confounded_likelihood
         ]
-        entry = {
+        entry: dict[str, Any] = {
             "name": best.name,
             "target": {},
             "coefficients": {unit: {"value": best.std, "std": best.std_error}},

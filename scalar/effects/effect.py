@@ -119,7 +119,7 @@ class Effect(ABC):
     @property
     def key(self) -> str:
         """Name and target as one word, for the names of parameters; of two effects with the same one in a model, the second is numbered."""
-        parts = []
+        parts: list[str] = []
         for value in self.target.values():
             if isinstance(value, dict):
                 parts.append(f"{value['order']:g}")

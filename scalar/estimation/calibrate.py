@@ -5,6 +5,9 @@ The parameters that the data do not determine are derived for the robot and the 
 and fixed; no list of them is kept.
 """
 
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+# pandas is not annotated throughout.
+
 from __future__ import annotations
 
 from collections.abc import Sequence

@@ -1,11 +1,14 @@
 """What a calibration is: a model with its covariance, what was held and why; to predict with, to save and to load."""
 
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+# pandas is not annotated throughout.
+
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -57,10 +60,10 @@ class Calibration:
     sensor: Mapping[str, Any]
     free: tuple[str, ...] = ()
     covariance: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    held: Mapping[str, str] = field(default_factory=dict)
+    held: Mapping[str, str] = field(default_factory=dict[str, str])
     gauge: tuple[Mapping[str, Any], ...] = ()
     residual_rms: float = 0.0
-    summary: Mapping[str, Any] = field(default_factory=dict)
+    summary: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     @classmethod
     def nominal(cls, dataset: Dataset, T_flange_sensor: Array | None = None) -> Calibration:
@@ -238,13 +241,13 @@ def load_calibration(path: str | Path) -> Calibration:
     path = Path(path)
     if not path.exists():
         raise InvalidInput([Fault(str(path), "no such file; 'scalar calibrate DATASET -o DIR' writes one")])
-    mapping = read_json(path)
-    if not isinstance(mapping, dict) or mapping.get("format") not in (VERSION_1, FORMAT):
+    content: Any = read_json(path)
+    if not isinstance(content, dict) or content.get("format") not in (VERSION_1, FORMAT):
         raise InvalidInput(
             [Fault(str(path), f"not a calibration: its format is not '{FORMAT}'", None, "format")]
         )
     try:
-        mapping = _as_version_2(mapping)
+        mapping = _as_version_2(cast(dict[str, Any], content))
         check_calibration(mapping, str(path))
         unknown = [key for key in mapping if key not in KEYS]
         unknown += [

@@ -102,7 +102,7 @@ class Robot:
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the ``robot:`` block of a dataset, modified DH."""
-        joints = []
+        joints: list[dict[str, Any]] = []
         for i in range(self.n_joints):
             joint: dict[str, Any] = {kind: float(self.geometry[k, i]) for k, kind in enumerate(GEOMETRY)}
             joint["limits"] = [float(x) for x in self.limits[i]]
