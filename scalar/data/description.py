@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 from jsonschema import Draft202012Validator
-from jsonschema.exceptions import ValidationError
 
 from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.plain_yaml import LARGEST, Lines, join_path
-from scalar.data.located_table import MAX_SHOWN, did_you_mean, shorten
+from scalar.data.located_table import shorten
+from scalar.data.schema_words import Path, in_our_words
 from scalar.data.sensor_formats import SensorFormat, sensor_formats
 from scalar.data.strict_schema import strict_validator
 from scalar.errors import Fault
@@ -24,12 +24,6 @@ DESCRIPTION = "dataset.yaml"
 MIN_PLANES = 3
 MAX_JOINTS = 100
 """As the schema has it: longer chains are not described by mistake alone."""
-
-_KINDS = {"number": "a number", "array": "a list", "object": "a mapping", "string": "text"}
-
-Path = tuple[str | int, ...]
-
-_FEW = 3  # up to this length a list is a vector or a pair, whose length is fixed
 
 
 class Description:
@@ -139,49 +133,8 @@ def check_schema(description: Description, validator: Draft202012Validator) -> N
     """Add every difference from a schema to ``description.faults``."""
     errors = validator.iter_errors(description.mapping)
     for error in sorted(errors, key=lambda e: [str(k) for k in e.absolute_path]):
-        _say(description, error)
-
-
-def _say(description: Description, error: ValidationError) -> None:
-    """Add what a schema error means, in words for the one who wrote the file."""
-    path: Path = tuple(error.absolute_path)
-    value: Any = error.instance
-    expected: Any = error.validator_value
-    meaning = error.schema.get("description", "") if isinstance(error.schema, dict) else ""
-    match error.validator:
-        case "additionalProperties":
-            known = list(error.schema["properties"])  # pyright: ignore[reportArgumentType, reportIndexIssue]
-            for key in [key for key in value if key not in known][:MAX_SHOWN]:
-                hint = did_you_mean(key, [k for k in known if k not in value])
-                description.fault((*path, key), f"unknown key; {hint}the keys here are {', '.join(known)}")
-        case "required":
-            for key in (
-                key for key in expected if key not in value and f"{key!r} is a required" in error.message
-            ):
-                sub = error.schema.get("properties", {}).get(key, {})  # pyright: ignore[reportAttributeAccessIssue]
-                description.fault((*path, key), f"missing; add it: {sub.get('description', key)}")
-        case "type":
-            kinds = [expected] if isinstance(expected, str) else expected
-            found = "empty" if value is None else f"not {_KINDS.get(kinds[0], kinds[0])} ({shorten(value)})"
-            description.fault(path, f"{found}; write {meaning}")
-        case "enum":
-            known = [str(choice) for choice in expected]
-            hint = did_you_mean(str(value), known)
-            description.fault(path, f"unknown ({shorten(value)}); {hint}write one of {', '.join(known)}")
-        case "const":
-            description.fault(path, f"{shorten(value)} cannot be read by this version; write {expected}")
-        case "exclusiveMinimum":
-            description.fault(path, f"{value} is not greater than {expected}; write {meaning}")
-        case "minimum":
-            description.fault(path, f"{value} is less than {expected}; write {meaning}")
-        case "maximum":
-            description.fault(path, f"{value} is greater than {expected}; write {meaning}")
-        case "maxItems" if expected > _FEW:
-            description.fault(path, f"{len(value)} entries, and at most {expected} are read; remove some")
-        case "minItems" | "maxItems":
-            description.fault(path, f"{len(value)} entries where {expected} are needed; write {meaning}")
-        case _:
-            description.fault(path, f"empty; write {meaning}")
+        for path, message in in_our_words(error):
+            description.fault(path, message)
 
 
 def check_finite(description: Description, value: Any, path: Path) -> None:

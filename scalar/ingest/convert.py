@@ -6,7 +6,7 @@ Left out: the orientation that some trackers give, which the format has no place
 """
 
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from scalar.data.table_consistency import check_points, check_poses, poses_layou
 from scalar.data.unit_suspicions import suspect_joint_angles, suspect_points
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.imported_table import ImportedTable, by_file
-from scalar.ingest.mapping import JOINT, MappingFile
+from scalar.ingest.mapping import MappingFile
 from scalar.ingest.mapping_reader import load_mapping
 from scalar.ingest.read_block import read_block
 from scalar.ingest.source_files import choose_files
@@ -97,20 +97,20 @@ def _write(
     approach = [f"approach{i + 1}" for i in range(n)]
     first = ["pose", "plane", *joints, "order", "time", "temperature", "session", *approach]
     rest = [name for name in poses.columns if name not in (*first, *mapping.point_columns)]
-    frame = _frame(poses, [name for name in (*first, *rest) if name in poses.columns])
+    frame = _frame(poses, [name for name in (*first, *rest) if name in poses.columns], joints)
     measured = {}
     if points is not None and mapping.table is not None:
-        measured[mapping.table.stem] = _frame(points, list(mapping.table.columns))
+        measured[mapping.table.stem] = _frame(points, list(mapping.table.columns), mapping.point_columns)
     content = mapping.description.mapping
     write_dataset(dataset_dir, mapping=content, poses=frame, **measured)
 
 
-def _frame(table: ImportedTable, names: Sequence[str]) -> pd.DataFrame:
-    """Return columns as they are written: text, numbers, and integers where all are."""
+def _frame(table: ImportedTable, names: Sequence[str], real: Collection[str]) -> pd.DataFrame:
+    """Return columns as they are written: text, numbers, and integers where all are and the column is not ``real``."""
     frame = pd.DataFrame({name: table.columns[name] for name in names})
     for name in names:
         values = table.columns[name]
-        whole = values.dtype != object and not JOINT.fullmatch(name) and name not in ("x", "y", "z")
+        whole = values.dtype != object and name not in real
         if whole and np.all(values == np.round(values)) and np.all(np.abs(values) < 2.0**53):
             frame[name] = values.astype(np.int64)
     return frame

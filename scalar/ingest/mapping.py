@@ -100,10 +100,15 @@ class MappingFile:
         return self.table is not None and self.table.several_rows and self.points is None
 
 
-def quantity_of(name: str) -> str | None:
-    """Return the quantity in a column of ours that has a unit, or None."""
+def quantity_of(name: str, table: MeasuredTable | None) -> str | None:
+    """Return the quantity in a column of ours that has a unit, or None.
+
+    Args:
+        name: Of the column.
+        table: Of the kind of sensor, which says the units of what it measures; None where it measures nothing of its own.
+    """
     if JOINT.fullmatch(name):
         return "angle"
-    return {"x": "length", "y": "length", "z": "length", "time": "time", "temperature": "temperature"}.get(
-        name
-    )
+    if table is not None and name in table.units:
+        return {"m": "length", "rad": "angle"}[table.units[name]]
+    return {"time": "time", "temperature": "temperature"}.get(name)

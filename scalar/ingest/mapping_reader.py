@@ -18,10 +18,11 @@ from scalar.data.description import Description, check_description, check_finite
 from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.plain_yaml import load_yaml_lines
 from scalar.data.located_table import did_you_mean, shorten
+from scalar.data.sensor_formats import MeasuredTable
 from scalar.data.strict_schema import strict_validator
 from scalar.data.unit_suspicions import suspect_description
 from scalar.errors import Fault, InvalidInput
-from scalar.ingest.mapping import TEXT_COLUMNS, Block, Column, FileRule, MappingFile, quantity_of
+from scalar.ingest.mapping import JOINT, TEXT_COLUMNS, Block, Column, FileRule, MappingFile, quantity_of
 from scalar.ingest.mapping_columns import check_columns
 from scalar.ingest.named_units import UNITS, description_to_si
 
@@ -54,12 +55,13 @@ def load_mapping(path: Path) -> MappingFile:
         raise InvalidInput(given.faults)
     description = _description(given, path)
     poses, points = content["poses"], content.get("points")
+    table = None if description.format is None else description.format.table
     mapping = MappingFile(
         description,
         content.get("text", {}),
         content.get("matrix", {}).get("variable"),
-        _block(given, "poses", poses),
-        None if points is None else _block(given, "points", points),
+        _block(given, "poses", poses, table),
+        None if points is None else _block(given, "points", points, table),
     )
     if not description.faults:
         check_columns(given, mapping)
@@ -101,11 +103,11 @@ def _description(given: Description, path: Path) -> Description:
     return description
 
 
-def _block(given: Description, key: str, block: Mapping[str, Any]) -> Block:
+def _block(given: Description, key: str, block: Mapping[str, Any], table: MeasuredTable | None) -> Block:
     """Return a block of the mapping; its faults go to ``given.faults``."""
     columns: dict[str, Column] = {}
     for name, entry in block["columns"].items():
-        columns[name] = _column(given, (key, "columns", name), name, entry, quantity_of(name))
+        columns[name] = _column(given, (key, "columns", name), name, entry, quantity_of(name, table))
     for name, entry in block.get("covariates", {}).items():
         columns[name] = _column(given, (key, "covariates", name), name, entry, None)
     files = tuple(
@@ -142,7 +144,7 @@ def _column(
         hint = did_you_mean(unit, list(units))
         given.fault((*path, "unit"), f"unknown ({shorten(unit)}); {hint}write one of {', '.join(units)}")
     for key in ("sign", "offset"):
-        if key in entry and quantity != "angle":
+        if key in entry and not JOINT.fullmatch(name):
             given.fault((*path, key), "only joints have one; remove this key")
     if "names" in entry and name not in TEXT_COLUMNS:
         given.fault((*path, "names"), "only plane and session have names; remove this key")

@@ -17,6 +17,7 @@ from typing import Any
 import jsonschema
 
 from scalar.data.io.plain_yaml import LARGEST, join_path, load_yaml
+from scalar.data.schema_words import in_our_words
 from scalar.data.strict_schema import strict_validator
 from scalar.errors import Fault, InvalidInput
 from scalar.simulation.injected_checks import injected_faults
@@ -158,17 +159,8 @@ def _faults(error: Any, file: str) -> list[Fault]:
         unknown = [key for key in error.instance if key not in known]
         prefix = f"{place}." if place else ""
         return [Fault(file, _unknown(key, known), column=prefix + key) for key in unknown]
-    if error.validator == "anyOf" and error.context:
-        # Speak of the alternative of the right type: a robot block with a misspelt key, not "is no text".
-        deeper = [sub for sub in error.context if sub.validator != "type"]
-        if deeper:
-            return [fault for sub in deeper for fault in _faults(sub, file)]
-    message = "; ".join(error.message.splitlines())
-    if error.validator == "enum" and isinstance(error.instance, str):
-        message = f"{error.instance!r} is not known here" + _meant(
-            error.instance, list(error.validator_value)
-        )
-    return [Fault(file, message[:300], column=place or None)]
+    said = in_our_words(error)
+    return [Fault(file, message, column=join_path(path) or None) for path, message in said]
 
 
 def _unknown(key: str, known: list[str]) -> str:

@@ -48,7 +48,7 @@ EDITS = [
     (put("robot", "gravty", [0, 0, -9.81]), "robot.gravty", "did you mean 'gravity'?"),
     (put("robot", "base", {"translation": [0, 0]}), "robot.base.translation", "2 entries"),
     (put("robot", "base", {}), "robot.base", "empty"),
-    (put(*J, "alpha", "x"), "robot.joints[2].alpha", "not a number ('x'); write link twist [rad]"),
+    (put(*J, "alpha", "x"), "robot.joints[2].alpha", "not a number ('x'); write a number (link twist [rad])"),
     (put(*J, "alpha", "1.5"), "robot.joints[2].alpha", "not a number ('1.5')"),
     (put(*J, "alpha", True), "robot.joints[2].alpha", "not a number (True)"),
     (put(*J, "alpha", float("nan")), "robot.joints[2].alpha", "not a finite number"),

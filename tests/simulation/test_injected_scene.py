@@ -167,7 +167,7 @@ def test_same_seed_same_bytes(tmp_path):
 
 
 FAULTS = [
-    ({"effect": "joint_harmonc"}, r"injected\[0\]\.effect: 'joint_harmonc'.*did you mean 'joint_harmonic'"),
+    ({"effect": "joint_harmonc"}, r"injected\[0\]\.effect: unknown \('joint_harmonc'\).*did you mean 'joint_harmonic'"),
     ({"effect": "joint_scale", "target": {"jiont": 2}}, r"injected\[0\]\.target\.jiont: unknown key.*'joint'"),
     ({"effect": "joint_scale", "siez": 1e-3}, r"injected\[0\]\.siez: unknown key.*did you mean 'size'"),
     ({"effect": "plane_bow", "target": {"joint": 2}}, r"injected\[0\]\.target\.joint: unknown key.*plane"),
@@ -179,11 +179,11 @@ FAULTS = [
     ({"effect": "joint_harmonic", "target": {"order": 2}, "phases_rad": [0, 1]}, r"injected\[0\]\.phases_rad: 2 phases"),
     ({"effect": "sensor_slip", "target": {"at": {"order": 36}}}, r"injected\[0\]\.target\.at\.order.*0 to 35"),
     ({"effect": "thermal_drift", "lengths": ["a_7"]}, r"injected\[0\]\.lengths: 'a_7' is no length"),
-    ({"effect": "unknown", "kind": "angle_bmp"}, r"injected\[0\]\.kind: 'angle_bmp'.*did you mean 'angle_bump'"),
+    ({"effect": "unknown", "kind": "angle_bmp"}, r"injected\[0\]\.kind: unknown \('angle_bmp'\).*did you mean 'angle_bump'"),
     ({"effect": "joint_backlash", "recorded": False, "target": {"joint": 1}}, r"injected\[0\]\.target\.joint.*weight"),
     ({"effect": "scan_bias", "size": 0}, r"injected\[0\]\.size"),
-    ("joint_scale", r"injected\[0\]: 'joint_scale' is not of type 'object'"),
-    ({}, r"injected\[0\]: 'effect' is a required property"),
+    ("joint_scale", r"injected\[0\]: not a mapping \('joint_scale'\)"),
+    ({}, r"injected\[0\]\.effect: missing; add it"),
 ]  # fmt: skip
 
 

@@ -21,6 +21,7 @@ from scalar.errors import InvalidInput
 from study.common.grid import read_grid
 from study.common.methods import METHODS, PROPOSED
 from study.common.renamed import renamed_faults
+from study.common.schema_faults import schema_faults
 from study.common.seeds import batch_names, batch_seeds
 from scalar.data.io.plain_yaml import load_yaml, resolve
 
@@ -133,7 +134,7 @@ def modules(*names):
 
 
 config.update(with_numbers(config))
-if faults := renamed_faults(config):
+if faults := renamed_faults(config) or schema_faults(config, ROOT / "workflow/schemas/config.schema.json"):
     raise WorkflowError("\n".join(faults))
 validate(config, str(ROOT / "workflow/schemas/config.schema.json"))
 RESULTS = config["results"]

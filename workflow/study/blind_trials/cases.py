@@ -16,7 +16,8 @@ from typing import Any
 import jsonschema
 import numpy as np
 
-from scalar.data.io.plain_yaml import load_yaml
+from scalar.data.io.plain_yaml import join_path, load_yaml
+from scalar.data.schema_words import in_our_words
 from scalar.errors import Fault, InvalidInput
 from study.common.renamed import renamed_faults
 
@@ -159,8 +160,9 @@ def load_study(path: str | Path) -> Study:
         raise InvalidInput([Fault(file, message) for message in renamed])
     validator = jsonschema.Draft202012Validator(json.loads(SCHEMA.read_text(encoding="utf-8")))
     faults = [
-        Fault(file, error.message.splitlines()[0], column=".".join(map(str, error.absolute_path)))
+        Fault(file, message, column=join_path(path) or None)
         for error in validator.iter_errors(content)
+        for path, message in in_our_words(error)
     ]
     if faults:
         raise InvalidInput(faults)

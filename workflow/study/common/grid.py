@@ -23,6 +23,7 @@ import jsonschema
 
 from scalar.data.io.plain_yaml import resolve
 from scalar.data.located_table import did_you_mean
+from scalar.data.schema_words import in_our_words
 from scalar.errors import Fault, InvalidInput
 
 CASE = "case"
@@ -140,6 +141,6 @@ def _case(file: str, line: int, row: Mapping[str, Any], before: list[Case], faul
         value = resolve(cell.strip())
         schema = {"$defs": _schema()["$defs"], **_schema_of(column)}  # type: ignore[dict-item]
         for error in jsonschema.Draft202012Validator(schema).iter_errors(value):
-            faults.append(Fault(file, error.message.splitlines()[0], line, column))
+            faults += [Fault(file, message, line, column) for _, message in in_our_words(error)]
         overrides[column] = value
     return Case(name, (row.get(SCENE) or "").strip() or None, overrides)

@@ -14,7 +14,8 @@ from typing import Any
 
 import jsonschema
 
-from scalar.data.io.plain_yaml import load_yaml
+from scalar.data.io.plain_yaml import join_path, load_yaml
+from scalar.data.schema_words import in_our_words
 from scalar.errors import Fault, InvalidInput
 
 SCHEMA = Path(__file__).parent / "schemas/sensitivity.schema.json"
@@ -79,8 +80,9 @@ def load_sets(path: str | Path) -> Sets:
     content, file = load_yaml(Path(path)), Path(path).name
     validator = jsonschema.Draft202012Validator(json.loads(SCHEMA.read_text(encoding="utf-8")))
     faults = [
-        Fault(file, error.message.splitlines()[0], column=".".join(map(str, error.absolute_path)))
+        Fault(file, message, column=join_path(path) or None)
         for error in validator.iter_errors(content)
+        for path, message in in_our_words(error)
     ]
     if faults:
         raise InvalidInput(faults)
