@@ -1,0 +1,198 @@
+"""Thresholds against what good data do not have: halved, doubled or out of the way, each decides otherwise on numbers made for it.
+
+``snakemake sensitivity`` names these tests for thresholds that no blind set puts to the test.
+"""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scalar.diagnosis.autocorrelation import _in_order, _near
+from scalar.diagnosis.fitted_state import _optimum
+from scalar.diagnosis.harmonic_spectrum import _System
+from scalar.diagnosis.hold_out import HeldOutErrors, blocks, first_times, improvement, no_worse
+from scalar.diagnosis.result import Diagnosis
+from scalar.diagnosis.score_test import Background, Projected, in_prior_units, remainder
+from scalar.diagnosis.settings import DEFAULTS
+from scalar.estimation.geometry_fit import geometry_fit
+from scalar.estimation.least_squares import covariance_and_step
+from scalar.estimation.residuals import Residuals
+from tests import helpers
+
+SCORE, HOLD_OUT, SPECTRUM = DEFAULTS.score_test, DEFAULTS.hold_out, DEFAULTS.spectrum
+
+
+def doubled(settings: Any, name: str) -> Any:
+    """Return settings with one threshold doubled."""
+    return replace(settings, **{name: 2 * getattr(settings, name)})
+
+
+def background(settings: Any = SCORE, columns: Any = None) -> Background:
+    """Return the background of 40 poses of three rows, one column fitted unless others are given."""
+    rng = np.random.default_rng(0)
+    r, J = rng.standard_normal(120), rng.standard_normal((120, 1))
+    return Background.of(r, J if columns is None else columns, 40, 3, settings)
+
+
+def test_a_column_that_is_all_but_explained_is_not_scored():
+    """15 millionths of its squared length are left: scored from 10 on, not from 20 on."""
+    rng = np.random.default_rng(0)
+    fitted, other = np.linalg.qr(rng.standard_normal((120, 2)))[0].T
+    E = (fitted + np.sqrt(1.5e-5) * other)[:, None]
+    for settings, scored in ((SCORE, True), (doubled(SCORE, "unobservable_share"), False)):
+        given = background(settings, fitted[:, None])
+        found = Projected.of(given, E, E.T @ E, np.array([np.inf]))
+        assert bool(found.gram.any()) == scored
+
+
+def test_a_column_of_rounding_adds_no_direction():
+    """A second column that leaves the first by 1.5e-10 of its length: a direction of its own above 1e-10, none below 2e-10."""
+    first, other = np.linalg.qr(np.random.default_rng(1).standard_normal((120, 2)))[0].T
+    columns = np.column_stack([first, first + 1.5e-10 * other])
+    assert background(SCORE, columns).freedom == 118
+    assert background(doubled(SCORE, "independent"), columns).freedom == 119
+
+
+def test_a_coefficient_without_a_prior_is_given_a_wide_one():
+    """Its prior standard deviation is that many of its standard errors; what has a prior keeps it."""
+    sizes, squared = np.array([np.inf, 0.3]), np.array([4.0, 4.0])
+    usual, wider = (
+        in_prior_units(background(s), squared, sizes) for s in (SCORE, doubled(SCORE, "unbounded"))
+    )
+    np.testing.assert_allclose(wider / usual, [2.0, 1.0])
+    assert usual[0] == pytest.approx(SCORE.unbounded * np.sqrt(background().variance / 4.0))
+
+
+def test_no_gain_leaves_less_than_a_share_of_the_noise():
+    """Nine tenths explained: a fifth of the noise is taken to remain, or two fifths."""
+    given = background()
+    left = [
+        remainder(replace(given, settings=s), 0.9 * given.squared, 1)
+        for s in (SCORE, doubled(SCORE, "least_remainder"))
+    ]
+    assert left[1][0] == pytest.approx(2 * left[0][0])
+    assert left[0][0] > 0.1 * given.squared
+
+
+def test_poses_within_reach_of_one_another_are_repetitions():
+    """Three milliradians apart in one joint: two poses above two, one pose below four."""
+    q = np.array([[0.0, 1.0], [0.003, 1.0], [0.5, 0.5]])
+    assert list(first_times(q, HOLD_OUT.same_pose)) == [0, 1, 2]
+    assert list(first_times(q, 2 * HOLD_OUT.same_pose)) == [0, 0, 2]
+
+
+def test_poses_are_held_out_in_folds_of_blocks():
+    """A hundred poses: so many folds, and so many blocks in all."""
+    for settings in (HOLD_OUT, doubled(HOLD_OUT, "folds"), doubled(HOLD_OUT, "blocks_per_fold")):
+        block, fold = blocks(np.arange(100.0)[:, None], settings)
+        assert fold.max() + 1 == settings.folds
+        assert block.max() + 1 == settings.folds * settings.blocks_per_fold
+
+
+def errors(squared: Any, metric: float = 1.0, settings: Any = HOLD_OUT) -> HeldOutErrors:
+    """Return held-out errors of blocks with a pose each."""
+    n = len(squared)
+    return HeldOutErrors(np.asarray(squared), np.full(n, metric), np.ones(n), np.arange(n), settings)
+
+
+def test_what_one_block_gains_counts_for_so_many_times_the_usual():
+    """Nineteen blocks gain one each and the last eight: it counts for five, or for all of its eight, with more scatter."""
+    drop = np.r_[np.ones(19) + 0.2 * np.tile([1, -1], 10)[:19], 8.0]
+    usual, wide = (
+        improvement(errors(drop + 5, settings=s), errors(np.full(20, 5.0)))
+        for s in (HOLD_OUT, doubled(HOLD_OUT, "most_gain"))
+    )
+    assert usual > wide
+
+
+def test_an_error_in_metres_may_grow_by_a_little():
+    """By one and a half per cent: too much where one is tolerated, not where two are."""
+    after = errors(np.ones(4), 1.015**2)
+    assert not no_worse(errors(np.ones(4)), after)
+    assert no_worse(errors(np.ones(4), settings=doubled(HOLD_OUT, "tolerated_growth")), after)
+
+
+def system(settings: Any = SPECTRUM) -> _System:
+    """Return rows with an error of orders 1 and 3 of one joint, and columns of all orders up to 12."""
+    rng = np.random.default_rng(2)
+    q = rng.uniform(-3.0, 3.0, 600)
+    orders = np.arange(1, 13)
+    E = np.column_stack([f(k * q) for k in orders for f in (np.sin, np.cos)]) / 1e-4
+    residual = 3e-4 / 1e-4 * np.sin(q) + 2e-4 / 1e-4 * np.cos(3 * q) + rng.standard_normal(600)
+    band = np.repeat([0, 0, 1, 1, 1, 1, *[2] * 6], 2)
+    return _System(np.ones((600, 1)) / np.sqrt(600), E, residual, band, settings)
+
+
+def test_the_sizes_of_greatest_evidence_do_not_depend_on_where_the_search_starts():
+    """From a half, twice and a hundred times the first size the search ends at the same; cut short, a band that is not there keeps a size."""
+    usual = system().most_evident()[0]
+    for factor in (0.5, 2.0, 100.0):
+        start = replace(SPECTRUM, first_size=factor * SPECTRUM.first_size)
+        np.testing.assert_allclose(system(start).most_evident()[0][:2], usual[:2], rtol=0.01)
+    for early in ({"rounds": 1}, {"converged": 3.0}):
+        assert system(replace(SPECTRUM, **early)).most_evident()[0][2] > 1.5 * usual[2]
+
+
+def test_an_order_that_is_not_there_has_the_least_size():
+    """Bands without any column are as small as the search allows."""
+    for settings in (SPECTRUM, doubled(SPECTRUM, "least_size")):
+        assert system(settings).most_evident()[0][-1] == settings.least_size
+
+
+def test_a_parameter_that_only_one_part_shows_is_held_by_the_ridge():
+    """With that part left out nothing is known of it: the ridge makes the step zero instead of none, whatever its size."""
+    given = system()
+    q = np.linspace(-3.0, 3.0, 600)
+    A = np.column_stack([given.A, np.where(q > 2.0, 1.0, 0.0) / np.sqrt(100)])
+    state: Any = SimpleNamespace(
+        dataset=SimpleNamespace(q=q[:, None]),
+        residuals=SimpleNamespace(measurement=SimpleNamespace(rows_per_pose=1)),
+    )
+    sizes = given.most_evident()[0]
+    found = [
+        replace(given, A=A, settings=s).unseen_error(sizes, state, [1])
+        for s in (SPECTRUM, doubled(SPECTRUM, "hardly_bounded"), doubled(SPECTRUM, "parts"))
+    ]
+    assert np.isfinite(found).all()
+    assert found[1] == pytest.approx(found[0], rel=1e-4)
+    assert found[2] != pytest.approx(found[0], rel=1e-4)
+
+
+def test_neighbours_need_enough_poses_to_be_near():
+    """Twenty poses of a plane have neighbours where twelve are enough, none where twenty-four are needed; each has so many nearest ones."""
+    settings = DEFAULTS.autocorrelation
+    order = np.random.default_rng(3).random(20)
+    assert len(_in_order(np.zeros(20), order, settings.least_poses))
+    assert not len(_in_order(np.zeros(20), order, 2 * settings.least_poses))
+    values = np.random.default_rng(4).random((40, 2))
+    few, many = (_near(values, s) for s in (settings, doubled(settings, "neighbours")))
+    assert len(few) < len(many)
+
+
+def test_poses_that_repeat_worse_than_any_arm_are_no_noise():
+    """6e-4 rad is above four times, and below eight times, the worst repeatability of an industrial arm."""
+    for settings, exceeds in (
+        (DEFAULTS.variance_components, True),
+        (doubled(DEFAULTS.variance_components, "worst_repeatability"), False),
+    ):
+        after = SimpleNamespace(settings=SimpleNamespace(variance_components=settings))
+        found: Any = SimpleNamespace(noise=[SimpleNamespace(name="pose_jitter", std=6e-4)], after=after)
+        assert bool(Diagnosis.exceeds_any_repeatability.fget(found)) == exceeds  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    "way", [{}, {"max_steps": 1}, {"sound": 1.0}, {"promised": 1e-3}, {"sound": 1.0, "tolerance": 1e-6}]
+)
+def test_every_way_to_the_optimum_ends_there(way):
+    """Steps by normal equations, the careful fit after one of them or from the first on, and looser ends: within a hundredth of a
+    standard error of the optimum. The thresholds choose the way.
+    """
+    dataset = helpers.make_scene(seed=4, poses_per_plane=15, points_per_scan=8).dataset
+    model, prepared = geometry_fit(dataset)
+    residuals = Residuals.of(dataset, model)
+    found = _optimum(residuals, model.rebased(), prepared.free, replace(DEFAULTS.refit, **way))
+    residual, jacobian = residuals.linearise(found)
+    assert covariance_and_step(jacobian[:, prepared.free], residual)[1] < 0.01
