@@ -57,6 +57,7 @@ def diagnose(dataset: Path, output: Path, effects_modules: Sequence[Path]) -> No
 def describe_diagnosis(diagnosis: Diagnosis) -> str:
     """Return what was found, in about ten lines."""
     from scalar.report import words
+    from scalar.report.shipped_words import shipped_sentences
 
     d = diagnosis.to_mapping()
     before, after = d["residual"]["before"], d["residual"]["after"]
@@ -81,6 +82,7 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
         f"  error on held-out poses {before['held_out_rms_mm']:.4f} -> {after['held_out_rms_mm']:.4f} mm RMS; "
         f"noise alone would leave {d['residual']['floor_mm']:.4f} mm"
     )
+    lines += [f"  {sentence}" for sentence in shipped_sentences(diagnosis)]
     outliers = d["outliers"]
     if outliers["poses"] or outliers["points"]:
         lines.append(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -22,17 +21,21 @@ from scalar.diagnosis.observability import unobservable_effects
 from scalar.diagnosis.ranking import rank
 from scalar.diagnosis.result import Diagnosis, Finding
 from scalar.diagnosis.settings import DEFAULTS, Settings
+from scalar.diagnosis.shipped_fit import BY_COMPONENT, shipped_fit
 from scalar.diagnosis.unmodelled_structure import with_flexible_terms
-from scalar.diagnosis.variance_components import VarianceComponent, WhitenedMeasurement, whitening_for
+from scalar.diagnosis.variance_components import WhitenedMeasurement
 from scalar.effects import Effect
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.conclude import conclude
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.gross_errors import Cleaned, clean, clean_given_effects
 from scalar.estimation.joint_fit import fit_from
+from scalar.estimation.least_squares import Fit
 from scalar.estimation.prepare import Prepared
+from scalar.estimation.residuals import Residuals
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT
+from scalar.geometry.se3 import Array
 
 MAX_RANKING = 25
 
@@ -78,6 +81,7 @@ def diagnose(
     after = with_spectrum(after, tried)
     noise = tuple(after.variance_components)
     findings = _findings(before, after, tried)
+    shipped = shipped_fit(before, after, after.whitening)
     progress("calibrating")
     fits = settings.estimation.fit
     calibration_before = conclude(
@@ -86,9 +90,10 @@ def diagnose(
         *fit_from(cleaned.dataset, before.model, before.free, None, fits),
         settings=fits,
     )
-    calibration_after = conclude(cleaned.dataset, prepared, *_final_fit(after, noise), settings=fits)
+    whitening = after.whitening if shipped.effects_fit == BY_COMPONENT else None
+    calibration_found = conclude(cleaned.dataset, prepared, *_final_fit(after, whitening), settings=fits)
     # What is reported is what the calibration holds, to the last digit.
-    fitted = zip(findings, calibration_after.model.effects, calibration_after.effect_std, strict=True)
+    fitted = zip(findings, calibration_found.model.effects, calibration_found.effect_std, strict=True)
     findings = tuple(replace(f, effect=effect, std=tuple(std)) for f, effect, std in fitted)
     return Diagnosis(
         dataset=dataset,
@@ -96,9 +101,9 @@ def diagnose(
         before=before,
         after=after,
         held_out_before=held_out_errors(before),
-        held_out_after=held_out_errors(after),
         calibration_before=calibration_before,
-        calibration_after=calibration_after,
+        calibration_found=calibration_found,
+        shipped=shipped,
         findings=findings,
         noise=noise,
         depends_on=tuple(depends_on(after)) if noise else (),
@@ -158,13 +163,13 @@ def _selected(
     return _Selected(prepared, before, select_forward(before, tried), tried)
 
 
-def _final_fit(state: FittedState, noise: tuple[VarianceComponent, ...]) -> Any:
-    """Return the final fit of a state: on all points, or on profile rows weighted for a noise effect where there is one."""
-    if not noise:
+def _final_fit(state: FittedState, whitening: Array | None) -> tuple[Fit, Residuals]:
+    """Return the final fit of a state: on all points, or on profile rows with the weights of a variance component ``(N, m, m)``."""
+    if whitening is None:
         return fit_from(state.dataset, state.model, state.free, None, state.settings.estimation.fit)
     residuals = state.residuals
     residuals = type(residuals)(
-        WhitenedMeasurement(residuals.measurement, whitening_for(noise[0])),
+        WhitenedMeasurement(residuals.measurement, whitening),
         residuals.poses,
         residuals.bases,
         residuals.known,

@@ -31,14 +31,14 @@ def joint_limits(state: FittedState) -> Array:
     return np.where(bounded, limits, np.column_stack([q.min(axis=0), q.max(axis=0)]))
 
 
-def poses_anywhere(state: FittedState) -> Poses:
+def poses_anywhere(state: FittedState, count: int = N_POSES) -> Poses:
     """Return random poses within the joint limits, the same for every call; other columns take values that were seen."""
     limits = joint_limits(state)
     rng = np.random.default_rng(_SEED)
-    q = rng.uniform(limits[:, 0], limits[:, 1], size=(N_POSES, len(limits)))
+    q = rng.uniform(limits[:, 0], limits[:, 1], size=(count, len(limits)))
     seen = state.residuals.poses
-    columns = {name: rng.choice(values, N_POSES) for name, values in seen.columns.items()}
-    return Poses(q, np.full(N_POSES, float(np.median(seen.order))), columns)
+    columns = {name: rng.choice(values, count) for name, values in seen.columns.items()}
+    return Poses(q, np.full(count, float(np.median(seen.order))), columns)
 
 
 def displacements(state: FittedState, more: Sequence[Effect], steps: Array, poses: Poses) -> Array:
@@ -50,11 +50,21 @@ def displacements(state: FittedState, more: Sequence[Effect], steps: Array, pose
         steps: ``(P + k,)``, changes of all parameters and of those coefficients.
         poses: Where.
     """
+    return np.linalg.norm((displacement_columns(state, poses, more) @ steps).reshape(-1, 3), axis=1)
+
+
+def displacement_columns(state: FittedState, poses: Poses, more: Sequence[Effect] = ()) -> Array:
+    """Return the derivatives ``(3 N, P + k)`` of predicted positions [m] by all parameters, the best rigid motion removed from each.
+
+    Args:
+        state: Fitted.
+        poses: Where.
+        more: Effects that the state has not, whose coefficients follow those of its model.
+    """
     model = replace(state.model, effects=(*state.model.effects, *more))
     kinematics = Kinematics.of(model, poses, EffectBases.of(model.nominal, poses, model.effects))
-    motion = kinematics.screws() @ steps
-    o = kinematics.T_base_sensor[:, :3, 3]
-    shift = motion[:, 3:] + np.cross(motion[:, :3], o)
+    screws, o = kinematics.screws(), kinematics.T_base_sensor[:, :3, 3]
+    shift = (screws[:, 3:] - skew(o) @ screws[:, :3]).reshape(3 * len(o), -1)
     lever = np.concatenate([-skew(o), np.broadcast_to(np.eye(3), (len(o), 3, 3))], axis=2).reshape(-1, 6)
-    rest = shift.ravel() - lever @ np.linalg.lstsq(lever, shift.ravel(), rcond=None)[0]
-    return np.linalg.norm(rest.reshape(-1, 3), axis=1)
+    basis = np.linalg.qr(lever)[0]
+    return shift - basis @ (basis.T @ shift)

@@ -135,7 +135,16 @@ def improvement(before: HeldOutErrors, after: HeldOutErrors) -> float:
     A block whose fit has hardly any hold without it may gain more than all others together, and only its scatter would then be seen: gains
     beyond some times the usual are also counted as that much, losses never.
     """
-    drop = before.whitened - after.whitened
+    return _over_blocks(before.whitened - after.whitened, before)
+
+
+def improvement_in_metres(before: HeldOutErrors, after: HeldOutErrors) -> float:
+    """Return the same for the squared distances of points: unlike whitened rows, they compare fits that weigh poses differently."""
+    return _over_blocks((before.metric - after.metric) * before.counts, before)
+
+
+def _over_blocks(drop: Array, before: HeldOutErrors) -> float:
+    """Return how many standard errors the sum of drops of poses ``(N,)`` is above zero, by blocks."""
     n = int(before.block.max()) + 1
     per_block = np.bincount(before.block, weights=drop, minlength=n)
     usual = np.minimum(per_block, before.settings.most_gain * float(np.median(np.abs(per_block))))

@@ -13,6 +13,7 @@ from scalar.diagnosis.hold_out import HeldOutErrors
 from scalar.diagnosis.noise_floor import between_scans, floor
 from scalar.diagnosis.observability import Unobservable
 from scalar.diagnosis.ranking import Scored
+from scalar.diagnosis.shipped_fit import ShippedFit
 from scalar.diagnosis.variance_components import VarianceComponent
 from scalar.effects import Effect, registry
 from scalar.estimation.gross_errors import Cleaned
@@ -52,7 +53,9 @@ class Diagnosis:
     Attributes:
         dataset: As read; ``cleaned`` is what was used.
         before, after: States without effects and with all that were found.
-        calibration_before, calibration_after: The same as calibrations.
+        held_out_before: Held-out errors without effects.
+        calibration_before, calibration_found: The same as calibrations.
+        shipped: Which of them is ``after.json``, how the latter weighs the poses, and what decided.
         findings: In the order in which they were added.
         noise: Noise effects, the likeliest first; the first is what is reported.
         depends_on: Columns in whose order the residuals of neighbours are alike where a noise would have a name: it is none.
@@ -65,14 +68,24 @@ class Diagnosis:
     before: FittedState
     after: FittedState
     held_out_before: HeldOutErrors
-    held_out_after: HeldOutErrors
     calibration_before: Calibration
-    calibration_after: Calibration
+    calibration_found: Calibration
+    shipped: ShippedFit
     findings: tuple[Finding, ...]
     noise: tuple[VarianceComponent, ...]
     depends_on: tuple[str, ...]
     unobservable: tuple[Unobservable, ...]
     ranking: tuple[Scored, ...]
+
+    @property
+    def calibration_after(self) -> Calibration:
+        """Return the calibration that is shipped."""
+        return self.calibration_before if self.shipped.without_effects else self.calibration_found
+
+    @property
+    def held_out_after(self) -> HeldOutErrors:
+        """Return the held-out errors of the calibration that is shipped."""
+        return self.shipped.held_out
 
     @property
     def verdict(self) -> str:
@@ -131,10 +144,11 @@ class Diagnosis:
                 "between_scans_mm": between_scans(self.after) / MM,
             },
             "residual": {
-                "before": _residual(self.before, self.held_out_before),
-                "after": _residual(self.after, self.held_out_after),
+                "before": _residual(self.calibration_before, self.held_out_before),
+                "after": _residual(self.calibration_after, self.held_out_after),
                 "floor_mm": floor(self.after) / MM,
             },
+            "shipped": self.shipped.to_mapping(),
             "candidates": self._candidates(),
         }
         return plain(mapping)
@@ -199,13 +213,15 @@ class Diagnosis:
             if best.log_likelihood_gain - s.log_likelihood_gain
             < settings.variance_components.confounded_likelihood
         ]
+        weighed = self.shipped.disagreement
+        equal = self.shipped.effects_held_out.rms if weighed is None else weighed.held_out_rms[0]
         entry: dict[str, Any] = {
             "name": best.name,
             "target": {},
             "coefficients": {unit: {"value": best.std, "std": best.std_error}},
             "p_value": best.p_value,
-            "held_out_rms_before_mm": self.held_out_after.rms / MM,
-            "held_out_rms_after_mm": self.held_out_after.rms / MM,
+            "held_out_rms_before_mm": equal / MM,
+            "held_out_rms_after_mm": self.shipped.effects_held_out.rms / MM,
             "confounded_with": [{"name": s.name, "target": {}} for s in near],
             "confidence": confidence(
                 best.log_likelihood_gain, [s.log_likelihood_gain for s in others], settings.confidence
@@ -218,9 +234,9 @@ class Diagnosis:
         return entry
 
 
-def _residual(state: FittedState, error: HeldOutErrors) -> dict[str, float]:
+def _residual(calibration: Calibration, error: HeldOutErrors) -> dict[str, float]:
     return {
-        "train_rms_mm": state.residuals.rms(state.model) / MM,
+        "train_rms_mm": calibration.residual_rms / MM,
         "held_out_rms_mm": error.rms / MM,
         "held_out_max_mm": error.largest / MM,
     }

@@ -16,6 +16,7 @@ from scalar.report import words
 from scalar.report.advice import advice
 from scalar.report.pictures import draw
 from scalar.report.residual_pictures import draw_residuals, draw_scatter
+from scalar.report.shipped_words import shipped_sentences
 from scalar.report.thinning import dots_per_panel
 from scalar.sensors import kind_of
 from scalar.units import DEG, MM
@@ -38,7 +39,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return everything that the template needs."""
     mapping = diagnosis.to_mapping()
     view = FittedView.of(
-        diagnosis.after, diagnosis.calibration_after.free, diagnosis.calibration_after.covariance
+        diagnosis.after, diagnosis.calibration_found.free, diagnosis.calibration_found.covariance
     )
     shown = [effect.pictures(view) for effect in diagnosis.after.effects[:_MANY_PICTURES]]
     most = dots_per_panel(2 * (sum(len(pictures) for pictures in shown) + 1))
@@ -54,6 +55,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": mapping["verdict"],
         "headline": VERDICTS[mapping["verdict"]],
         "sentence": _sentence(mapping, effects),
+        "shipped": shipped_sentences(diagnosis),
         "errors": _errors(mapping, bool(diagnosis.findings)),
         "effects": effects,
         "residuals": draw_residuals(diagnosis.before, diagnosis.after, most),

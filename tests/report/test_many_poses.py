@@ -10,6 +10,7 @@ from scalar.diagnosis import Diagnosis
 from scalar.diagnosis.fitted_state import refit
 from scalar.diagnosis.hold_out import held_out_errors
 from scalar.diagnosis.result import Finding
+from scalar.diagnosis.shipped_fit import shipped_fit
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation.conclude import conclude
 from scalar.estimation.geometry_fit import geometry_fit
@@ -44,10 +45,13 @@ def test_a_report_of_many_tracked_poses_stays_below_three_megabytes(poses: int) 
             before=before,
             after=after,
             held_out_before=errors[0],
-            held_out_after=errors[1],
             calibration_before=calibrations[0],
-            calibration_after=calibrations[1],
-            findings=tuple(Finding(effect, 1e-9, *errors, (), 0.9) for effect in effects),
+            calibration_found=calibrations[1],
+            shipped=shipped_fit(before, after, None),
+            findings=tuple(
+                Finding(effect, 1e-9, *errors, (), 0.9, std)
+                for effect, std in zip(effects, calibrations[1].effect_std, strict=True)
+            ),
             noise=(),
             depends_on=(),
             unobservable=(),

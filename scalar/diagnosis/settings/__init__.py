@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from scalar.diagnosis.settings.answers import ConfidenceSettings, ObservabilitySettings
+from scalar.diagnosis.settings.answers import ConfidenceSettings, ObservabilitySettings, ShippedFitSettings
 from scalar.diagnosis.settings.many_terms import FlexibleTermSettings, SpectrumSettings
 from scalar.diagnosis.settings.noise import AutocorrelationSettings, VarianceComponentSettings
 from scalar.diagnosis.settings.selection import (
@@ -33,6 +33,7 @@ __all__ = [
     "ScoreTestSettings",
     "SelectionSettings",
     "Settings",
+    "ShippedFitSettings",
     "SpectrumSettings",
     "VarianceComponentSettings",
 ]
@@ -57,6 +58,7 @@ class Settings:
     autocorrelation: AutocorrelationSettings = field(default_factory=AutocorrelationSettings)
     confidence: ConfidenceSettings = field(default_factory=ConfidenceSettings)
     observability: ObservabilitySettings = field(default_factory=ObservabilitySettings)
+    shipped_fit: ShippedFitSettings = field(default_factory=ShippedFitSettings)
 
 
 DEFAULTS = Settings()

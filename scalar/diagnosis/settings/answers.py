@@ -30,3 +30,17 @@ class ObservabilitySettings:
         0.01, "of a column's length", "an effect with less left, given the model, leaves no residual",
         "chosen: an effect of usual size, tenths of a millimetre, then leaves micrometres",
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ShippedFitSettings:
+    """Which fit becomes ``after.json``."""
+
+    beyond_chance: float = setting(
+        2.0, "standard errors", "by which two fits have to differ on held-out poses, or in their predictions, to differ at all",
+        "the usual two, blocks or poses being the samples",
+    )  # fmt: skip
+    surer: float = setting(
+        0.9, "of the standard error of a prediction", "that the weights of a variance component have to leave where held-out poses do not tell",
+        "chosen: for a gain of less than a tenth, equal weights are the plainer choice",
+    )  # fmt: skip

@@ -1,0 +1,78 @@
+"""How predictions at poses that were not measured vary when one pose at a time is left out: what a way to weigh the poses is worth.
+
+The delete-one-pose jackknife (Efron and Stein, Annals of Statistics 9, 1981; CR3 of Bell and McCaffrey, Survey Methodology 28, 2002) holds
+whatever the covariance within a pose is, also where the weights of a fit are wrong. A fit weighted by a component that is not there loses
+efficiency and is not biased, so its own standard errors do not show the loss and these do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scalar.diagnosis.elsewhere import displacement_columns, poses_anywhere
+from scalar.diagnosis.fitted_state import FittedState, whitened
+from scalar.diagnosis.harmonic_spectrum import as_whitened
+from scalar.geometry.se3 import Array
+
+N_POSES = 200  # random poses at which predictions are compared
+_LEAST_LEFT = 1e-3  # of a pose's rows once a fit has taken its share: a pose that alone determines something is not inflated further
+
+
+@dataclass(frozen=True, eq=False)
+class Moves:
+    """How predicted positions at random poses move, the best rigid motion removed.
+
+    Attributes:
+        to_optimum: ``(3 K,)`` [m], from the state to the optimum under the weights.
+        left_out: ``(N, 3 K)`` [m], when each pose is left out of the fit.
+    """
+
+    to_optimum: Array
+    left_out: Array
+
+    @property
+    def std(self) -> float:
+        """Return the standard error of a predicted position [m], root mean square over the random poses."""
+        return _spread(self.left_out)
+
+    def apart(self, other: Moves) -> tuple[float, float]:
+        """Return by how much two fits of the same poses differ in their predictions [m], and the standard error of that difference [m]."""
+        difference = self.to_optimum - other.to_optimum
+        return _length(difference), _spread(self.left_out - other.left_out)
+
+
+def moves(state: FittedState, whitening: Array | None) -> Moves:
+    """Return the moves of a fit of a state's poses.
+
+    Args:
+        state: Near the optimum.
+        whitening: ``(N, m, m)``, the weights of the poses; None for those of the noise within scans alone.
+    """
+    state = state if whitening is None else as_whitened(state)
+    residual, J = (whitened(whitening, rows) for rows in state.linearised())
+    N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
+    scale = np.linalg.norm(J, axis=0)
+    scale[scale == 0] = 1.0
+    J = J / scale
+    inverse = np.linalg.pinv(J.T @ J, rcond=1e-12, hermitian=True)
+    step = -inverse @ (J.T @ residual)
+    rest = (residual + J @ step)[: N * m].reshape(N, m)
+    rows = J[: N * m].reshape(N, m, -1)
+    response = rows @ inverse
+    taken, axes = np.linalg.eigh(response @ np.swapaxes(rows, 1, 2))
+    along = np.einsum("nij,ni->nj", axes, rest) / np.maximum(1.0 - taken, _LEAST_LEFT)
+    steps = np.einsum("nmf,nm->nf", response, np.einsum("nij,nj->ni", axes, along))
+    columns = displacement_columns(state, poses_anywhere(state, N_POSES))[:, state.free] / scale
+    return Moves(columns @ step, steps @ columns.T)
+
+
+def _spread(left_out: Array) -> float:
+    N = len(left_out)
+    about = left_out - left_out.mean(axis=0)
+    return float(np.sqrt((N - 1) / N * np.sum(about * about) / (about.shape[1] / 3)))
+
+
+def _length(move: Array) -> float:
+    return float(np.sqrt(np.sum(move * move) / (len(move) / 3)))

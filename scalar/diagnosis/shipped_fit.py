@@ -1,0 +1,119 @@
+"""Which fit is shipped as ``after.json``: what is reported of it is worked out for that fit and no other.
+
+Where a variance component is identified, its weights are one way to fit and equal weights are another. What predicts held-out poses better is
+shipped, compared pose by pose in blocks, in metres; where that does not tell, the weights are used if predictions at poses that were not
+measured then vary clearly less when single poses are left out. Neither is shipped against evidence: where held-out poses say that the model
+without effects predicts better, that one is shipped, and the effects remain findings. A test of whether the two fits differ (Hausman,
+Econometrica 46, 1978) is no safeguard and is only reported: false weights lose efficiency and do not bias.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.harmonic_spectrum import as_whitened
+from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors, improvement_in_metres
+from scalar.diagnosis.jackknife import moves
+from scalar.geometry.se3 import Array
+from scalar.units import MM
+
+BEFORE, EQUAL, BY_COMPONENT = "before", "equal_weights", "weights_of_component"
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """How the fit with the weights of a variance component compares with the one without.
+
+    Attributes:
+        apart: Between their predictions at random poses, root mean square [m], the best rigid motion removed.
+        apart_std: Standard error of that difference, poses being the samples [m].
+        held_out_rms: Of the fit with equal weights and of the weighted one [m].
+        predicted_std: Of a predicted position, of the one and the other, clustered by pose [m].
+        beyond_chance: Whether they differ by more than chance makes.
+    """
+
+    apart: float
+    apart_std: float
+    held_out_rms: tuple[float, float]
+    predicted_std: tuple[float, float]
+    beyond_chance: bool
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return what ``diagnosis.json`` says of it."""
+        equal, weighted = self.held_out_rms
+        std_equal, std_weighted = self.predicted_std
+        return {
+            "apart_mm": self.apart / MM,
+            "apart_std_mm": self.apart_std / MM,
+            "beyond_chance": self.beyond_chance,
+            "equal_weights": {"held_out_rms_mm": equal / MM, "predicted_std_mm": std_equal / MM},
+            "weights_of_component": {"held_out_rms_mm": weighted / MM, "predicted_std_mm": std_weighted / MM},
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class ShippedFit:
+    """Which fit is shipped, and what decided.
+
+    Attributes:
+        fit: ``before``, ``equal_weights`` or ``weights_of_component``.
+        effects_fit: The same for the effects that are reported: one of the latter two.
+        held_out: Errors of the fit that is shipped.
+        effects_held_out: Errors of the fit of the effects.
+        decided_by: ``held_out``, ``predicted_std`` or ``only_one``.
+        disagreement: Between the weights, where there are two.
+    """
+
+    fit: str
+    effects_fit: str
+    held_out: HeldOutErrors
+    effects_held_out: HeldOutErrors
+    decided_by: str
+    disagreement: Disagreement | None
+
+    @property
+    def without_effects(self) -> bool:
+        """Return whether the model without effects is shipped, though effects were found."""
+        return self.fit == BEFORE
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return what ``diagnosis.json`` says of it."""
+        found = None if self.disagreement is None else self.disagreement.to_mapping()
+        return {"fit": self.fit, "decided_by": self.decided_by, "disagreement": found}
+
+
+def shipped_fit(before: FittedState, after: FittedState, whitening: Array | None) -> ShippedFit:
+    """Return which fit to ship.
+
+    Args:
+        before: Without effects.
+        after: With those that were found.
+        whitening: ``(N, m, m)``, weights of the variance component that was identified, or None.
+    """
+    settings = after.settings.shipped_fit
+    without, equal = held_out_errors(before), held_out_errors(after)
+    fit, held_out, decided_by, found = EQUAL, equal, "only_one", None
+    if whitening is not None:
+        weighted = held_out_errors(as_whitened(after), whitening)
+        ours, theirs = moves(after, None), moves(after, whitening)
+        apart, error = theirs.apart(ours)
+        found = Disagreement(
+            apart,
+            error,
+            (equal.rms, weighted.rms),
+            (ours.std, theirs.std),
+            apart > settings.beyond_chance * error,
+        )
+        gain = improvement_in_metres(equal, weighted), improvement_in_metres(weighted, equal)
+        if max(gain) >= settings.beyond_chance:
+            decided_by, better = "held_out", gain[0] > gain[1]
+        else:
+            decided_by, better = "predicted_std", theirs.std < settings.surer * ours.std
+        if better:
+            fit, held_out = BY_COMPONENT, weighted
+    effects_fit, effects_held_out = fit, held_out
+    if improvement_in_metres(held_out, without) >= settings.beyond_chance:
+        fit, held_out, decided_by = BEFORE, without, "held_out"
+    return ShippedFit(fit, effects_fit, held_out, effects_held_out, decided_by, found)

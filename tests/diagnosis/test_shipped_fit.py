@@ -1,0 +1,127 @@
+"""The fit that is shipped: chosen by what predicts better, never against evidence, and what is reported is of that fit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scalar.data.dataset import Dataset
+from scalar.diagnosis import diagnose
+from scalar.diagnosis.elsewhere import displacement_columns, poses_anywhere
+from scalar.diagnosis.fitted_state import FittedState, refit, whitened
+from scalar.diagnosis.hold_out import held_out_errors
+from scalar.diagnosis.jackknife import N_POSES, moves
+from scalar.diagnosis.shipped_fit import BEFORE, BY_COMPONENT, EQUAL, shipped_fit
+from scalar.diagnosis.variance_components import WhitenedMeasurement
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.estimation.geometry_fit import geometry_fit
+from scalar.estimation.residuals import Residuals
+from scalar.report.shipped_words import shipped_sentences
+from tests.effects.injected import Flaws, make_cell
+
+
+def fitted(seed: int, flaws: Flaws | None = None, **settings) -> FittedState:
+    """Return a cell's fit without effects."""
+    dataset = make_cell(flaws or Flaws(), seed=seed, points_per_scan=20, **settings).dataset
+    model, prepared = geometry_fit(dataset)
+    return refit(dataset, model, prepared.free, ())
+
+
+@pytest.fixture(scope="module")
+def jittering() -> FittedState:
+    return fitted(71, Flaws(jitter=1.5e-4), poses_per_plane=40)
+
+
+def false_weights(state: FittedState, rng: np.random.Generator) -> np.ndarray:
+    """Return weights ``(N, m, m)`` between 0.1 and 10 that have nothing to do with the noise."""
+    m = state.residuals.measurement.rows_per_pose
+    return 10 ** rng.uniform(-1, 1, state.dataset.n_poses)[:, None, None] * np.eye(m)
+
+
+def with_more_noise(dataset: Dataset, std: float, seed: int) -> Dataset:
+    """Return a dataset with further errors of the range [m] that its stated noise knows nothing of."""
+    points = dataset.points
+    e = std * np.random.default_rng([72, seed]).standard_normal(len(points))
+    return replace(dataset, points=points * (1.0 + e / np.linalg.norm(points, axis=1))[:, None])
+
+
+@pytest.mark.parametrize("weighted", [False, True])
+def test_leaving_a_pose_out_is_a_fit_without_it(jittering, weighted):
+    """The moves when single poses are left out are those of least squares on the other rows, to rounding."""
+    state = jittering
+    weights = state.whitening if weighted else None
+    residual, J = (whitened(weights, rows) for rows in state.linearised())
+    m = state.residuals.measurement.rows_per_pose
+    columns = displacement_columns(state, poses_anywhere(state, N_POSES))[:, state.free]
+    found = moves(state, weights)
+    all_rows = np.linalg.lstsq(J, -residual, rcond=None)[0]
+    np.testing.assert_allclose(found.to_optimum, columns @ all_rows, rtol=0, atol=1e-9)
+    for pose in (0, 17, state.dataset.n_poses - 1):
+        rest = np.delete(np.arange(len(residual)), np.arange(pose * m, (pose + 1) * m))
+        without = np.linalg.lstsq(J[rest], -residual[rest], rcond=None)[0]
+        np.testing.assert_allclose(found.left_out[pose], columns @ (without - all_rows), rtol=1e-5, atol=1e-9)
+
+
+def test_the_standard_error_is_that_of_repeated_campaigns():
+    """Over campaigns that differ in their noise alone, predictions vary as the jackknife of one says, whatever noise is stated."""
+    dataset = make_cell(seed=72, points_per_scan=20, poses_per_plane=40).dataset
+    model, prepared = geometry_fit(dataset)
+    states = [refit(with_more_noise(dataset, 3e-4, k), model, prepared.free, ()) for k in range(12)]
+    stated = np.array([moves(state, None).std for state in states])
+    anywhere = poses_anywhere(states[0], N_POSES)
+    columns = displacement_columns(states[0], anywhere)[:, states[0].free]
+    vectors = np.array([state.model.vector[state.free] for state in states])
+    moved = (vectors - vectors.mean(axis=0)) @ columns.T
+    spread = np.sqrt(np.sum(moved**2) / (len(states) - 1) / N_POSES)
+    assert spread / 1.35 < np.sqrt(np.mean(stated**2)) < spread * 1.35
+
+
+def test_weights_that_are_right_are_used(jittering):
+    """Where joints do not repeat, the fit with their weights is shipped."""
+    assert shipped_fit(jittering, jittering, jittering.whitening).fit == BY_COMPONENT
+
+
+def test_weights_that_are_wrong_are_not_used():
+    """Weights that have nothing to do with the noise are turned down, and after.json stays as it was."""
+    for seed in range(4):
+        state = fitted(80 + seed, poses_per_plane=40)
+        shipped = shipped_fit(state, state, false_weights(state, np.random.default_rng(seed)))
+        assert shipped.fit == EQUAL
+        np.testing.assert_array_equal(shipped.held_out.metric, held_out_errors(state).metric)
+
+
+def test_a_model_that_predicts_worse_is_not_shipped():
+    """Effects without which held-out poses are predicted better remain findings: the model without them is shipped."""
+    before = fitted(75, poses_per_plane=40)
+    after = before.refitted([JointHarmonic(j, tuple(range(2, 13))) for j in (1, 2, 3, 4)])
+    shipped = shipped_fit(before, after, None)
+    assert held_out_errors(after).rms > held_out_errors(before).rms
+    assert shipped.fit == BEFORE and shipped.without_effects and shipped.effects_fit == EQUAL
+    np.testing.assert_array_equal(shipped.held_out.metric, held_out_errors(before).metric)
+
+
+def test_what_is_reported_is_of_the_file_that_is_written():
+    """The errors of `after` are those of the calibration that is shipped, weighted or not: training and held out."""
+    dataset = make_cell(Flaws(jitter=1.5e-4), seed=71, points_per_scan=20, poses_per_plane=40).dataset
+    diagnosis = diagnose(dataset)
+    mapping = diagnosis.to_mapping()
+    assert mapping["shipped"]["fit"] == BY_COMPONENT and mapping["effects"]
+    shipped, state = diagnosis.calibration_after, diagnosis.after
+    used = Residuals.of(diagnosis.cleaned.dataset, shipped.model)
+    train = mapping["residual"]["after"]["train_rms_mm"]
+    assert train == pytest.approx(1e3 * used.rms(shipped.model), rel=1e-9)
+    weighted = held_out_errors(state, state.whitening)
+    assert mapping["residual"]["after"]["held_out_rms_mm"] == pytest.approx(1e3 * weighted.rms, rel=1e-12)
+    assert weighted.rms != held_out_errors(state).rms
+    (sentence, *_) = shipped_sentences(diagnosis)
+    assert "after.json is fitted with the weights" in sentence
+    # The optimum under the weights that the report names is where the shipped calibration stands.
+    rows = Residuals(
+        WhitenedMeasurement(state.residuals.measurement, state.whitening), used.poses, used.bases, used.known
+    )
+    residual, J = rows.linearise(shipped.model)
+    free = np.array([name in shipped.free for name in shipped.model.names])
+    step = np.linalg.lstsq(J[:, free], -residual, rcond=None)[0]
+    assert np.linalg.norm(J[:, free] @ step) < 0.05
