@@ -7,7 +7,7 @@ measuring do not.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
@@ -59,6 +59,10 @@ class Effects:
     def noise(self, noise: Noise) -> Noise:
         """Return the noise of the scene with what is injected of it: jitter, bias."""
         return noise
+
+    def at_rest(self) -> Self:
+        """Return the effects as they act on evaluation poses, which are reached one by one and at rest."""
+        return self
 
     def record(self) -> list[dict[str, Any]]:
         """Return the entries of `effects` in truth.json."""

@@ -17,6 +17,7 @@ from scalar.simulation.declared import draw_errors
 from scalar.simulation.poses import Search, find_poses
 from scalar.simulation.scanner import Scanner, scanner_from_mapping
 from scalar.simulation.streams import POSES, TRUE_ARM, WEIGHTS, stream
+from scalar.simulation.surfaces import is_flat
 from scalar.simulation.target_planes import TargetPlane, target_plane_from_mapping
 from scalar.simulation.transforms import Array
 from scalar.simulation.weight_guess import draw_weights
@@ -74,6 +75,12 @@ def workcell_text(config: Mapping[str, Any]) -> str:
     parts = {key: config.get(key) for key in WORKCELL_KEYS}
     parts["sensor"] = {key: config["sensor"][key] for key in WORKCELL_SENSOR_KEYS}
     return json.dumps(parts, sort_keys=True)
+
+
+def scans_text(config: Mapping[str, Any]) -> str:
+    """Return what true scans depend on, beside their postures, as text that can be compared."""
+    surface = "" if is_flat(config["surface"]) else json.dumps(config["surface"], sort_keys=True)
+    return workcell_text(config) + surface
 
 
 def plan_poses(

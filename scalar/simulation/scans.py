@@ -17,7 +17,7 @@ class Scans:
     """What rays met, without noise and without effects.
 
     Attributes:
-        workcell: what the postures depend on, as in `PosePlan`. T_base_sensor: for each plane (k, 4, 4), in the
+        workcell: what they depend on, as text. T_base_sensor: for each plane (k, 4, 4), in the
             order of the plan. angles: for each plane (k, M) [rad] of the rays, rising. ranges: as many [m].
     """
 

@@ -22,9 +22,19 @@ from scalar.simulation.effects import Effects
 from scalar.simulation.errors import SimulationError
 from scalar.simulation.injected.catalogue import inject, injected_records
 from scalar.simulation.noise import Noise, noise_from_mapping, noisy_points
-from scalar.simulation.plan import PosePlan, Progress, Workcell, plan_poses, workcell_of, workcell_text
+from scalar.simulation.optics.imperfect import imperfections
+from scalar.simulation.plan import (
+    PosePlan,
+    Progress,
+    Workcell,
+    plan_poses,
+    scans_text,
+    workcell_of,
+    workcell_text,
+)
+from scalar.simulation.ranges import true_ranges
 from scalar.simulation.records import recorded_columns
-from scalar.simulation.scanner import BEYOND, cast_fan
+from scalar.simulation.scanner import directions
 from scalar.simulation.scans import Scans
 from scalar.simulation.streams import (
     INITIAL_MODEL,
@@ -33,12 +43,12 @@ from scalar.simulation.streams import (
     PLANE_GUESS,
     RANGE_NOISE,
     SCAN_BIAS,
+    SCANNER,
     SELECTION,
     stream,
 )
 from scalar.simulation.transforms import Array
 from scalar.simulation.truth import arm_frames, evaluation_poses, truth_mapping
-from scalar.simulation.world import World
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +64,7 @@ class SimulatedScene:
         plane_index: (N,) into the planes.
         T_base_sensor: (N, 4, 4), where the sensor truly was. ranges: (N, M) [m], true. angles: (N, M) [rad]
             of the rays.
-        points: (N, M, 2) [m], measured.
+        points: (N, M, 2) [m], measured. seen: (N, M) bool, those that the scanner delivers.
     """
 
     config: dict[str, Any]
@@ -71,6 +81,7 @@ class SimulatedScene:
     ranges: Array
     angles: Array
     points: Array
+    seen: Array
 
     @cached_property
     def truth_poses(self) -> pd.DataFrame:
@@ -82,7 +93,7 @@ class SimulatedScene:
         rows = np.argsort(_acquisition_order(self.config, poses_wanted(self.config)))
         listed = [rows[self.plane_index[rows] == k] for k in range(len(self.workcell.target_planes))]
         return Scans(
-            workcell_text(self.config),
+            scans_text(self.config),
             *(tuple(table[at] for at in listed) for table in (self.T_base_sensor, self.angles, self.ranges)),
         )
 
@@ -154,30 +165,49 @@ def simulate(
         chosen = np.sort(np.argsort(lottery, axis=1)[:, : scanner.points], axis=1)
     angles = rays[chosen]
     known = None
-    if cast is not None and cast.workcell == plan.workcell and noise.joint_std == 0 and not effects.record():
+    if (
+        cast is not None
+        and cast.workcell == scans_text(config)
+        and noise.joint_std == 0
+        and not effects.record()
+    ):
         known = cast.at(wanted, order, angles)
     if known is None:
         T_base_sensor = arm_frames(workcell.arm, effects, q_true, poses, evaluating=False)
-        ranges = _measure(workcell, effects, T_base_sensor, angles, plane_index, poses)
+        ranges = true_ranges(config, workcell, effects, T_base_sensor, angles, plane_index, poses)
     else:
         T_base_sensor, ranges = known
     readings = ranges * np.cos(angles) if scanner.error_axis == "z" else ranges
+    normals = np.array([target_plane.axes[:, 2] for target_plane in workcell.target_planes])[plane_index]
+    faced = np.einsum("nij,nmj,ni->nm", T_base_sensor[:, :3, :3], directions(angles), -normals)
+    own_chance = [(k, i) for k, count in enumerate(wanted) for i in range(count)]
+    imperfect = imperfections(
+        config["scanner"],
+        scanner,
+        ranges,
+        angles,
+        faced,
+        chosen,
+        np.take_along_axis(draws(RANGE_NOISE, scanner.rays), chosen, axis=1),
+        lambda row: stream(seed, SCANNER, *own_chance[order[row]]),
+        stream(seed, SCANNER),
+    )
     points = noisy_points(
         ranges,
         angles,
         noise,
-        np.take_along_axis(draws(RANGE_NOISE, scanner.rays), chosen, axis=1),
+        imperfect.draws,
         draws(SCAN_BIAS),
         scanner.error_axis,
-        effects.range_errors(readings, angles, poses),
+        effects.range_errors(readings, angles, poses) + imperfect.errors,
     )
     if progress is not None:
         progress("scans", len(q), len(q))
     scan_table = pd.DataFrame(
         {
-            "pose": np.repeat(np.arange(len(q)), scanner.points),
-            "x": points[..., 0].ravel(),
-            "z": points[..., 1].ravel(),
+            "pose": np.repeat(np.arange(len(q)), imperfect.seen.sum(1)),
+            "x": points[imperfect.seen, 0],
+            "z": points[imperfect.seen, 1],
         }
     )
     return SimulatedScene(
@@ -185,7 +215,7 @@ def simulate(
         dataset=_dataset_mapping(config, workcell, noise),
         poses=poses,
         scans=scan_table,
-        truth=truth_mapping(workcell.arm, workcell.target_planes, noise, effects, poses, seed),
+        truth=truth_mapping(workcell.arm, workcell.target_planes, noise, effects, poses, config),
         workcell=workcell,
         effects=effects,
         q=q,
@@ -195,6 +225,7 @@ def simulate(
         ranges=ranges,
         angles=angles,
         points=points,
+        seen=imperfect.seen,
     )
 
 
@@ -208,35 +239,6 @@ def _acquisition_order(config: Mapping[str, Any], wanted: list[int]) -> Array:
         return np.arange(sum(wanted))
     keys = [stream(config["seed"], ORDER, k).random(count) for k, count in enumerate(wanted)]
     return np.argsort(np.concatenate(keys), kind="stable")
-
-
-def _measure(
-    workcell: Workcell,
-    effects: Effects,
-    T_base_sensor: Array,
-    angles: Array,
-    plane_index: Array,
-    poses: pd.DataFrame,
-) -> Array:
-    """Return the true ranges (N, M) [m], asked of pybullet in a world without the arm.
-
-    That the arm does not stand in the beam was seen when the pose was chosen.
-    """
-    ranges = np.empty(angles.shape)
-    length = workcell.scanner.range_far * BEYOND
-    with World() as world:
-        for rows, target_planes in effects.target_planes(workcell.target_planes, poses):
-            world.set_target_planes(target_planes)
-            hit, ranges[rows] = cast_fan(world, T_base_sensor[rows], angles[rows], length)
-            wrong = (hit != np.array(world.target_plane_ids)[plane_index[rows], None]).sum(1)
-            if wrong.any():
-                worst = int(np.argmax(wrong))
-                row = poses.iloc[rows].iloc[worst]
-                raise SimulationError(
-                    f"pose {row['pose']} on plane {row['plane']}: {wrong[worst]} of {angles.shape[1]} rays "
-                    "left the target plane, moved by noise or effects; raise edge_margin_m"
-                )
-    return ranges
 
 
 def _dataset_mapping(config: Mapping[str, Any], workcell: Workcell, noise: Noise) -> dict[str, Any]:

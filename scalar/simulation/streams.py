@@ -21,13 +21,16 @@ import numpy as np
     TIME,
     APPROACH,
     TEMPERATURE,
-) = range(14)
+    SCANNER,
+    SURFACE,
+) = range(16)
 """The uses of chance. Numbers are part of what a seed means: append, never reorder."""
 
 TRUTH_POSES_SEED = 20180710
 """The one seed of the evaluation poses, whatever the scene's seed: all calibrations are judged alike."""
 
 
-def stream(seed: int, use: int, plane: int = 0) -> np.random.Generator:
-    """Return the generator of one use of chance, for one plane."""
-    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(use, plane)))
+def stream(seed: int, use: int, plane: int = 0, pose: int | None = None) -> np.random.Generator:
+    """Return the generator of one use of chance, for one plane, or for one of its poses, in the order of finding them."""
+    key = (use, plane) if pose is None else (use, plane, pose)
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))

@@ -1,6 +1,6 @@
 """What was injected, for those who judge a calibration: never inside the dataset folder."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,8 +9,10 @@ import pandas as pd
 from scalar.simulation.arm import Arm, pose_mapping
 from scalar.simulation.effects import Effects
 from scalar.simulation.noise import Noise
+from scalar.simulation.optics.imperfect import is_imperfect
 from scalar.simulation.records import SIDES
 from scalar.simulation.streams import TRUTH_POSES_SEED
+from scalar.simulation.surfaces import is_flat
 from scalar.simulation.target_planes import TargetPlane
 from scalar.simulation.transforms import Array, vector_from_rotation
 from scalar.simulation.world import World
@@ -24,12 +26,15 @@ def truth_mapping(
     noise: Noise,
     effects: Effects,
     poses: pd.DataFrame,
-    seed: int,
+    config: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Return truth.json: SI units, arrays by joint; t [m] and r [rad]: the sensor's pose on the flange.
 
-    Parameters are those of the first pose, before anything drifts or slips.
+    Parameters are those of the first pose, before anything drifts or slips. What the scanner and the surfaces do wrong stands
+    there as the complete `config` has it, where it has any.
     """
+    faults = {"scanner": config["scanner"]} if is_imperfect(config["scanner"]) else {}
+    faults |= {} if is_flat(config["surface"]) else {"surface": config["surface"]}
     arm = effects.arms(arm, poses.iloc[:1], False)[0][1]
     sensor = pose_mapping(arm.T_flange_sensor)
     return {
@@ -51,7 +56,8 @@ def truth_mapping(
         "scan_bias_std_m": noise.scan_bias_std,
         "joint_noise_std_rad": noise.joint_std,
         "range_quantum_m": noise.range_quantum,
-        "seed": seed,
+        **faults,
+        "seed": config["seed"],
         "note": NOTE,
     }
 
@@ -95,7 +101,7 @@ def evaluation_poses(
         for name in recorded.columns.difference(["plane", *table.columns], sort=False):
             approaches = name.startswith("approach")
             table[name] = rng.choice(SIDES, count) if approaches else recorded[name].to_numpy()[-1]
-    T = arm_frames(arm, effects, q, table, evaluating=True)
+    T = arm_frames(arm, effects.at_rest(), q, table, evaluating=True)
     table[["x", "y", "z"]] = T[:, :3, 3]
     table[["rx", "ry", "rz"]] = vector_from_rotation(T[:, :3, :3])
     if progress is not None:

@@ -111,6 +111,11 @@ class World:
         """Return pybullet's number of the arm; -1 without one."""
         return self._arm_id
 
+    @property
+    def arm(self) -> Arm | None:
+        """Return the arm that stands; None without one."""
+        return self._arm
+
     def set_target_planes(self, target_planes: Sequence[TargetPlane]) -> None:
         """Put these target planes up in place of those that stand; one that stands already stays."""
         standing = list(zip(self._target_planes, self.target_plane_ids, strict=True))

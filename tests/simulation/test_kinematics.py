@@ -30,6 +30,8 @@ POSTURES = 200
 
 # Where the flange is at q = 0, from the makers' drawings and interface documents: (x, y, z) [m].
 FLANGE_AT_ZERO = {
+    "large_arm": (0.35 + 1.2 + 0.215, 0.0, 0.675 + 1.15 - 0.041),  # upper arm upright, forearm level
+    "small_arm": (0.12 + 0.07, 0.0, 0.135 + 0.135 + 0.038),
     "panda": (0.088, 0.0, 0.333 + 0.316 + 0.384 - 0.107),
     "puma560": (0.4318 + 0.0203, 0.1501, -0.4331 - 0.05625),  # upper arm level, forearm down
     "ur10e": (-1.18425, -0.2907, 0.06085),

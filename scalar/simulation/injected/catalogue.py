@@ -6,8 +6,8 @@ not depend on another's, nor on any size.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
@@ -15,6 +15,7 @@ import pandas as pd
 from scalar.simulation.arm import Arm
 from scalar.simulation.effects import Effects, Rows
 from scalar.simulation.injected.base import InjectedEffect
+from scalar.simulation.injected.causes import CAUSES
 from scalar.simulation.injected.compliance import BaseCompliance, JointCompliance
 from scalar.simulation.injected.joints import JointBacklash, JointCoupling, JointHarmonic, JointScale
 from scalar.simulation.injected.links import AxisNonparallel, ThermalDrift
@@ -54,7 +55,12 @@ BY_NAME = {kind.name: kind for kind in CLASSES}
 
 def injected_records(entries: Sequence[Mapping[str, Any]]) -> set[str]:
     """Return what has to be recorded of each pose for these entries of `injected`."""
-    return set().union(*(BY_NAME[entry["effect"]].needs(entry) for entry in entries))
+    return set().union(*(class_of(entry).needs(entry) for entry in entries))
+
+
+def class_of(entry: Mapping[str, Any]) -> type[InjectedEffect]:
+    """Return the class that injects a complete entry."""
+    return CAUSES.get(entry.get("kind", ""), BY_NAME[entry["effect"]])
 
 
 def inject(
@@ -71,9 +77,7 @@ def inject(
     """
     return Injected(
         tuple(
-            BY_NAME[entry["effect"]].inject(
-                entry, Stage(workcell, poses, plane_index, k), stream(seed, EFFECTS, k)
-            )
+            class_of(entry).inject(entry, Stage(workcell, poses, plane_index, k), stream(seed, EFFECTS, k))
             for k, entry in enumerate(entries)
         )
     )
@@ -130,6 +134,10 @@ class Injected(Effects):
         for part in self.parts:
             noise = part.noise(noise)
         return noise
+
+    def at_rest(self) -> Self:
+        """Return all of them at rest."""
+        return replace(self, parts=tuple(part.at_rest() for part in self.parts))
 
     def record(self) -> list[dict[str, Any]]:
         """Return all entries, in the config's order."""

@@ -30,7 +30,9 @@ def dataset_in_memory(scene: SimulatedScene) -> Dataset:
         robot=robot,
         sensor=Sensor(sensor["kind"], T_flange_sensor, sensor.get("noise"), sensor["error_axis"]),
         q=poses[joints].to_numpy(),
-        points=scene.points,
+        points=scene.points
+        if scene.seen.all()
+        else [p[s] for p, s in zip(scene.points, scene.seen, strict=True)],
         planes=[PlaneGuess.from_mapping(plane) for plane in mapping["planes"]],
         plane=list(poses["plane"]),
         columns={name: poses[name].to_numpy() for name in others},

@@ -1,0 +1,31 @@
+"""Causes of no known name, from physics that the estimator has no formula for: a file a place.
+
+In a config they are kinds of the effect `unknown`, beside the shapes of `injected.unknown`, which are near to what an estimator
+tries anyway.
+"""
+
+from scalar.simulation.injected.causes.base import Cause
+from scalar.simulation.injected.causes.climate import AirConditioning, SawtoothGrowth
+from scalar.simulation.injected.causes.drives import EncoderInterpolation, TwoPulleyBelt, TwoSlopeGear
+from scalar.simulation.injected.causes.floor import GivingFloor
+from scalar.simulation.injected.causes.hose import Hose
+from scalar.simulation.injected.causes.mount import LooseMount, WanderingLaser
+from scalar.simulation.injected.causes.moves import LateTrigger, Vibration
+
+CAUSES: dict[str, type[Cause]] = {
+    cause.kind: cause
+    for cause in (
+        AirConditioning,
+        EncoderInterpolation,
+        GivingFloor,
+        Hose,
+        LateTrigger,
+        LooseMount,
+        SawtoothGrowth,
+        TwoPulleyBelt,
+        TwoSlopeGear,
+        Vibration,
+        WanderingLaser,
+    )
+}
+"""By kind, as a config names them."""

@@ -1,0 +1,147 @@
+"""Drives: a belt on two eccentric pulleys, an encoder's interpolation, a gear with two slopes of stiffness."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+import pandas as pd
+
+from scalar.simulation.injected.causes.base import Cause, scaled
+from scalar.simulation.injected.stage import Stage
+from scalar.simulation.transforms import Array
+from scalar.simulation.world import World
+
+ECCENTRICITY = 1e-3  # over the radius; errors this small are in proportion
+TURNS = (2.2, 6.8)  # of the driven pulley in one turn of the joint
+PULLEYS = (1.4, 2.6)  # turns of the driving pulley in one of the driven
+NOT_WHOLE = (
+    0.15  # turns are no nearer to a whole number than this, as designers choose teeth without common factors
+)
+ROUNDS = 20  # of the fixed point of the belt's equation
+LINES = 512  # of an encoder's disc, on the joint
+SIGNAL_FAULT = 0.02  # spread of gain, quadrature and offset of its two signals
+FIRST_SLOPE_ENDS = (0.25, 0.5)  # share of the largest torque
+STIFFER = (3.0, 5.0)  # the second slope's stiffness over the first's
+
+
+@dataclass(frozen=True, eq=False)
+class DriveCause(Cause):
+    """An error of one joint, a function of its own angle or torque alone."""
+
+    of_a_joint: ClassVar[bool] = True
+
+    def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
+        """Return dq (N, n) [rad]."""
+        dq = np.zeros_like(q)
+        j = self.target["joint"] - 1
+        dq[:, j] = self.details["factor"] * self.raw(world, q, j)
+        return dq
+
+    def raw(self, world: World, q: Array, j: int) -> Array:
+        """Return the error before scaling (N,), of joint j from 0."""
+        raise NotImplementedError
+
+    @classmethod
+    def _made(
+        cls, target: dict[str, Any], size: float, stage: Stage, depends_on: list[str], **details: Any
+    ) -> Self:
+        plain = cls(target, size, cls.details_of(depends_on, factor=1.0, **details))
+        with World() as world:
+            world.place_arm(stage.arm)
+            _, factor = scaled(plain.raw(world, stage.q, target["joint"] - 1), size)
+        return cls(target, size, plain.details | {"factor": factor})
+
+
+@dataclass(frozen=True, eq=False)
+class TwoPulleyBelt(DriveCause):
+    """A belt over two pulleys that turn about axes beside their middles.
+
+    The belt's length is kept: r2(theta2) dtheta2 = r1(theta1) dtheta1 with r = R (1 + e cos(theta + phi)), so
+    theta2 + e2 sin(theta2 + phi2) = (theta1 + e1 sin(theta1 + phi1)) / ratio. Neither pulley turns a whole number of times in a
+    turn of the joint.
+    """
+
+    kind: ClassVar[str] = "two_pulley_belt"
+
+    @classmethod
+    def made(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
+        """Draw joint, turns and phases."""
+        joint = target.get("joint", stage.draw_joint(rng))
+        turns = _not_whole(rng, *TURNS)
+        details = {
+            "turns": turns,
+            "ratio": _not_whole(rng, *PULLEYS),
+            "shares": rng.uniform(0.3, 1.0, 2).tolist(),
+        }
+        phases = rng.uniform(0.0, 2 * np.pi, 2).tolist()
+        return cls._made({"joint": joint}, size, stage, [f"q{joint}"], **details, phases_rad=phases)
+
+    def raw(self, world: World, q: Array, j: int) -> Array:
+        """Return how far the driven pulley is from where a perfect belt would have it, in joint angle."""
+        d = self.details
+        e1, e2 = ECCENTRICITY * np.array(d["shares"])
+        driving = d["turns"] * d["ratio"] * q[:, j]
+        ideal = driving / d["ratio"]
+        fed = (driving + e1 * np.sin(driving + d["phases_rad"][0])) / d["ratio"]
+        driven = ideal
+        for _ in range(ROUNDS):
+            driven = fed - e2 * np.sin(driven + d["phases_rad"][1])
+        return (driven - ideal) / d["turns"]
+
+
+def _not_whole(rng: np.random.Generator, low: float, high: float) -> float:
+    """Return a number between two that is not near a whole one."""
+    while True:
+        value = float(rng.uniform(low, high))
+        if abs(value - round(value)) > NOT_WHOLE:
+            return value
+
+
+@dataclass(frozen=True, eq=False)
+class EncoderInterpolation(DriveCause):
+    """An encoder with 512 lines whose sine and cosine are not quite: gains, quadrature and offsets differ.
+
+    The angle within a line is the arc tangent of the two signals; its error repeats 512 times a turn, which poses at random
+    angles cannot follow.
+    """
+
+    kind: ClassVar[str] = "encoder_interpolation"
+
+    @classmethod
+    def made(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
+        """Draw joint and signal faults."""
+        joint = target.get("joint", stage.draw_joint(rng))
+        faults = (SIGNAL_FAULT * rng.standard_normal(4)).tolist()
+        return cls._made({"joint": joint}, size, stage, [f"q{joint}"], lines=LINES, signal_faults=faults)
+
+    def raw(self, world: World, q: Array, j: int) -> Array:
+        """Return the interpolated angle less the true one."""
+        gain, quadrature, offset_sine, offset_cosine = self.details["signal_faults"]
+        phase = self.details["lines"] * q[:, j]
+        sine = (1.0 + gain) * np.sin(phase + quadrature) + offset_sine
+        cosine = np.cos(phase) + offset_cosine
+        read = np.arctan2(sine, cosine)
+        return np.angle(np.exp(1j * (read - phase))) / self.details["lines"]
+
+
+@dataclass(frozen=True, eq=False)
+class TwoSlopeGear(DriveCause):
+    """A gear that is soft at first and stiff beyond, as strain wave gears are: K1 up to T1, K2 beyond, for either sign."""
+
+    kind: ClassVar[str] = "two_slope_gear"
+
+    @classmethod
+    def made(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
+        """Draw a joint that carries weight, the torque at the bend and the second slope."""
+        joint = target.get("joint", stage.draw_joint(rng, stage.loaded, "no joint carries weight"))
+        bend = float(rng.uniform(*FIRST_SLOPE_ENDS) * np.abs(stage.torques[:, joint - 1]).max())
+        stiffer = float(rng.uniform(*STIFFER))
+        depends_on = [f"q{j}" for j in range(2, stage.arm.n + 1)]
+        return cls._made({"joint": joint}, size, stage, depends_on, bend_n_m=bend, stiffer=stiffer)
+
+    def raw(self, world: World, q: Array, j: int) -> Array:
+        """Return the wind-up, in torque over the first slope."""
+        torque = world.gravity_torques(q)[:, j]
+        bend = self.details["bend_n_m"]
+        soft = np.clip(np.abs(torque), 0.0, bend)
+        return np.sign(torque) * (soft + (np.abs(torque) - soft) / self.details["stiffer"])

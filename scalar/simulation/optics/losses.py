@@ -1,0 +1,52 @@
+"""Where a scanner sees two surfaces at once, or none: mixed pixels at an edge, gaps, glints.
+
+A spot that lies across an edge of the target plane returns light from the plane and from what lies behind; the centroid lies between,
+by the shares of the spot. Whoever prepares the data cuts off what is far behind, and keeps the beginning of that flank.
+"""
+
+import numpy as np
+from scipy.special import ndtr
+
+from scalar.simulation.transforms import Array
+
+EDGE_AT = (0.06, 0.3)  # share of the pixels that an edge cuts off, from either end
+GAP = (0.02, 0.3)  # m: how far behind the plane the background lies
+SPOT_PIXELS = (0.6, 2.0)  # half the width of a spot, one standard deviation
+
+
+def mixed_pixels(rng: np.random.Generator, pixels: int, share: float, gate: float) -> tuple[Array, Array]:
+    """Return how much too far the pixels of one scan are read (pixels,) [m], and which are kept (pixels,) bool.
+
+    Args:
+        share: of the scans that cross an edge. gate: what lies farther behind than this [m] is cut off.
+    """
+    crosses = rng.random() < share
+    at, gap, spot = rng.uniform(*EDGE_AT), rng.uniform(*GAP), rng.uniform(*SPOT_PIXELS)
+    from_left = rng.random() < 0.5
+    if not crosses:
+        return np.zeros(pixels), np.full(pixels, True)
+    place = np.arange(pixels) if from_left else np.arange(pixels)[::-1]
+    beyond = ndtr((at * pixels - place) / spot)  # share of the spot that falls behind
+    error = gap * beyond
+    return error, error <= gate
+
+
+def gaps(rng: np.random.Generator, pixels: int, share: float, run: float) -> Array:
+    """Return which pixels of one scan are delivered (pixels,) bool: gaps of geometric length, on average `run` pixels.
+
+    Args:
+        share: of all pixels that are lost.
+    """
+    if share == 0.0:
+        return np.full(pixels, True)
+    lost = np.full(pixels, False)
+    begins = np.flatnonzero(rng.random(pixels) < share / run)
+    for start, length in zip(begins, rng.geometric(1.0 / run, len(begins)), strict=True):
+        lost[start : start + length] = True
+    return ~lost
+
+
+def glints(rng: np.random.Generator, pixels: int, share: float, times: float) -> Array:
+    """Return what the noise of each pixel is multiplied with (pixels,): 1, or at glints 1 + `times` E, E exponential."""
+    hit = rng.random(pixels) < share
+    return 1.0 + times * np.where(hit, rng.exponential(size=pixels), 0.0)
