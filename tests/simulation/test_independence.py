@@ -12,6 +12,7 @@ ALLOWED = {
     "scalar.data.io.plain_yaml",
     "scalar.data.dataset",
     "scalar.data.formats",
+    "scalar.data.schema_words",
     "scalar.data.strict_schema",
 }
 FOLDER = Path(scalar.simulation.__file__).parent
