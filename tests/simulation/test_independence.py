@@ -11,6 +11,7 @@ ALLOWED = {
     "scalar.data.io.atomic",
     "scalar.data.io.plain_yaml",
     "scalar.data.dataset",
+    "scalar.data.dataset_writer",
     "scalar.data.formats",
     "scalar.data.schema_words",
     "scalar.data.strict_schema",
