@@ -58,7 +58,7 @@ def test_examples_run(my_cell: Path, name: str) -> None:
 
 
 def test_the_readme_runs(my_cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The code under "As a library" runs as it stands, and names what was planted."""
+    """The code under "As a library" runs as it stands, and names what was injected."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     match = re.search(r"## As a library\n\n```python\n(.*?)```", text, re.DOTALL)
     assert match

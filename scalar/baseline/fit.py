@@ -109,7 +109,7 @@ def calibrate_baseline(
         sensor=sensor_mapping(dataset),
         free=tuple(name for name, is_free in zip(names, free, strict=True) if is_free),
         covariance=covariance,
-        held={name: "fixed, as published" for name, is_free in zip(names, free, strict=True) if not is_free},
+        fixed={name: "fixed, as published" for name, is_free in zip(names, free, strict=True) if not is_free},
         gauge=gauge,
         residual_rms=Residuals.of(dataset, model).rms(model),
         summary={

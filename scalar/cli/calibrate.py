@@ -35,10 +35,10 @@ _MISFIT_WORTH_SAYING = 1.15
     "--effects-from",
     type=PATH,
     metavar="CALIBRATION",
-    help="Take the arm's effects from another calibration and hold them.",
+    help="Take the arm's effects from another calibration and fix them.",
 )
 @click.option(
-    "--hold", metavar="NAME,...", help="Hold these parameters at their nominal values, e.g. a_2,d_4."
+    "--hold", metavar="NAME,...", help="Fix these parameters at their nominal values, e.g. a_2,d_4."
 )
 def calibrate(
     dataset: Path,
@@ -124,7 +124,7 @@ def describe_calibration(calibration: Calibration) -> str:
         )
     for effect, names in zip(model.effects, model.effect_names, strict=True):
         for name, unit, value in zip(names, effect.coefficient_units, effect.coefficients, strict=True):
-            spread = f" +- {std[name]:.2g}" if name in std else " (held)"
+            spread = f" +- {std[name]:.2g}" if name in std else " (fixed)"
             lines.append(f"  effect {name}: {value:.4g}{spread} {unit}")
     lines += transfer.describe(summary.get("effects_from"))
     near = summary.get("kept_near_data_sheet") or {}

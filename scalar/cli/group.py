@@ -50,7 +50,7 @@ class _Group(click.Group):
 )
 @click.version_option(__version__, prog_name="scalar")
 def cli() -> None:
-    """Calibrate a robot and the sensor on its flange together, from scans of three rough planes.
+    """Calibrate a robot and the sensor on its flange together, from scans of three planes of which only initial guesses are known.
 
     \b
     Your own data in four lines:

@@ -84,7 +84,7 @@ class Dataset:
             q: ``(N, n)`` [rad], joint angles as the encoders read them, a row a pose.
             points: line-laser: N arrays ``(M_i, 2)``, or one ``(N, M, 2)`` [m], x and z in the sensor frame; tracker:
                 ``(N, 3)`` [m], in the tracker's frame; probe: None.
-            planes: the rough planes; none for a tracker.
+            planes: the initial guesses of the planes; none for a tracker.
             plane: ``(N,)``, the name of the plane that each pose measures; None for a tracker.
             columns: the optional columns of poses.csv by name, ``(N,)`` each: ``order``, ``time`` [s], ``temperature``
                 [deg C], ``session``, ``approach`` as ``(N, n)`` of -1 and 1, and any covariate.

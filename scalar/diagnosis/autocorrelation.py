@@ -36,10 +36,10 @@ def depends_on(state: FittedState) -> list[str]:
 
 
 def chances(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
-    """Return for every set of columns the chance of residuals as much alike as these in its order, corrected for all that were tried.
+    """Return for every set of columns the chance of residuals as autocorrelated as these in its order, corrected for all that were tried.
 
-    What varies with the course of the measurement, with one column, and with two of them has a third of the chance each (Bonferroni, weighted):
-    pairs of angles are many, and must not hide a course.
+    What varies in the course of time, with one column, and with two of them has a third of the chance each (Bonferroni, weighted):
+    pairs of angles are many, and must not hide what varies in the course of time.
 
     Args:
         state: Whose model is at its optimum.
@@ -47,7 +47,7 @@ def chances(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
     """
     least = state.settings.autocorrelation.least_poses
     asked = asked_places(state, z)
-    plates = state.residuals.measurement.target_index
+    planes = state.residuals.measurement.target_index
     whole = np.zeros(len(z))
     angles, courses = _moving_angles(state), _courses(state)
     found: dict[str, list[tuple[tuple[str, ...], float]]] = {"course": [], "single": [], "pair": []}
@@ -56,8 +56,8 @@ def chances(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
         found[family].append((names, min(tried, default=1.0) * len(tried)))
 
     def in_order(values: Array) -> list[float]:
-        by_plate = alike(z, _in_order(plates, values, least))
-        return [by_plate, *alike_each(asked, _in_order(whole, values, least))]
+        by_plane = alike(z, _in_order(planes, values, least))
+        return [by_plane, *alike_each(asked, _in_order(whole, values, least))]
 
     for name, values in courses.items():
         judge("course", (name,), in_order(values))
@@ -84,7 +84,7 @@ def _moving_angles(state: FittedState) -> dict[str, Array]:
 
 
 def alike(z: Array, near: Array) -> float:
-    """Return the chance that neighbours are as much alike as these where to be neighbours means nothing.
+    """Return the chance of residuals as autocorrelated as these where it means nothing to be neighbours.
 
     Args:
         z: ``(N, m)``, residuals.

@@ -4,7 +4,7 @@ With evidences in nats (half the drop of the Bayesian information criterion, les
 against an answer, among all that was tried and nothing at all, are ``exp(-E) + sum exp(E_k - E)``. They would be right if the truth were
 among what was tried, and nothing but Gaussian noise in addition. Neither need be: an effect of no known name, a place that is nearly right.
 So the log odds count for less, and no answer is surer than answers that seemed sure have been; both numbers are fitted to the answers of
-the closed loop, whose sets hold effects of every size and of no known name.
+the blind trials, whose sets hold effects of every size and of no known name.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ class Diagnosis:
         shipped: Which of them is ``after.json``, how the latter weighs the poses, and what decided.
         findings: In the order in which they were added.
         noise: Noise effects, the likeliest first; the first is what is reported.
-        depends_on: Columns in whose order the residuals of neighbours are alike where a noise would have a name: it is none.
+        depends_on: Columns in whose order the residuals are autocorrelated, where a variance component would be reported: it is not noise.
         unobservable: Effects that these data cannot show.
         ranking: Of all candidates on the residual before, best first.
     """
@@ -203,7 +203,7 @@ class Diagnosis:
         return entry
 
     def noise_entry(self) -> dict[str, Any]:
-        """Return the entry of the likeliest noise effect; without a name where it is no noise."""
+        """Return the entry of the likeliest noise effect, unattributed where it is no noise."""
         best, *others = self.noise
         settings = self.after.settings
         unit = "std_rad" if best.name == "pose_jitter" else "std_m"

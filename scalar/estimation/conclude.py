@@ -52,10 +52,10 @@ def conclude(
     covariance, _ = covariance_and_step(jacobian[:, found.free], residual)
     spread = misfit(residuals, model, int(found.free.sum()), settings.misfit_p_value)
     names = model.names
-    held = {h.name: h.reason for h in prepared.identifiability.fixed}
+    fixed = {h.name: h.reason for h in prepared.identifiability.fixed}
     for name, is_free in zip(names, found.free, strict=True):
-        if not is_free and name not in held:
-            held[name] = _why_fixed(name, "." in name and name not in prepared.initial.model.names)
+        if not is_free and name not in fixed:
+            fixed[name] = _why_fixed(name, "." in name and name not in prepared.initial.model.names)
     summary: dict[str, Any] = {
         "poses": dataset.n_poses,
         "points": len(dataset.points) if len(dataset.points) else dataset.n_poses,
@@ -89,7 +89,7 @@ def conclude(
         sensor=sensor_mapping(dataset),
         free=tuple(name for name, is_free in zip(names, found.free, strict=True) if is_free),
         covariance=covariance,
-        held=held,
+        fixed=fixed,
         gauge=tuple(
             {"held": h.name, "reason": h.reason, "moves_with": list(h.moves_with), "cause": h.cause}
             for h in prepared.identifiability.fixed

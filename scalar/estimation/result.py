@@ -1,4 +1,4 @@
-"""What a calibration is: a model with its covariance, what was held and why; to predict with, to save and to load."""
+"""What a calibration is: a model with its covariance, what was fixed and why; to predict with, to save and to load."""
 
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
 # pandas is not annotated throughout.
@@ -46,12 +46,12 @@ class Calibration:
     """A calibrated model.
 
     Attributes:
-        model: In reporting coordinates: the sensor's rotation vector is absolute, normals are counted from the rough guesses.
+        model: In reporting coordinates: the sensor's rotation vector is absolute, normals are counted from the initial guesses.
         sensor: Kind, stated noise and error axis, as the dataset has them.
         free: Names of the parameters that were estimated.
         covariance: ``(F, F)`` of the free parameters, in their units squared.
-        held: ``{name: reason}`` of every parameter that was not estimated.
-        gauge: What could not be seen: one mapping for each held direction.
+        fixed: ``{name: reason}`` of every parameter that was not estimated.
+        gauge: What could not be observed: one mapping for each parameter that was fixed for it.
         residual_rms: Root mean square distance of points and target [m].
         summary: Numbers for people: poses, points, noise, misfit, how the fit started and ended.
     """
@@ -60,7 +60,7 @@ class Calibration:
     sensor: Mapping[str, Any]
     free: tuple[str, ...] = ()
     covariance: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    held: Mapping[str, str] = field(default_factory=dict[str, str])
+    fixed: Mapping[str, str] = field(default_factory=dict[str, str])
     gauge: tuple[Mapping[str, Any], ...] = ()
     residual_rms: float = 0.0
     summary: Mapping[str, Any] = field(default_factory=dict[str, Any])
@@ -102,7 +102,7 @@ class Calibration:
                 "std": float(std[name]) if name in std else None,
                 "unit": unit,
                 "held": name not in std,
-                "reason": None if name in std else self.held.get(name, "nominal"),
+                "reason": None if name in std else self.fixed.get(name, "nominal"),
             }
             for name, value, unit in zip(model.names, model.vector, model.units, strict=True)
         }
@@ -138,7 +138,7 @@ class Calibration:
         return self._kinematics(q, columns).T_base_sensor
 
     def predict_std(self, q: ArrayLike | pd.DataFrame, **columns: ArrayLike) -> tuple[Array, Array]:
-        """Return the standard errors of the predicted poses, what is held being taken as exact.
+        """Return the standard errors of the predicted poses, what is fixed being taken as exact.
 
         Args:
             q: As in ``predict``.
@@ -295,7 +295,7 @@ def _from_mapping(mapping: Mapping[str, Any]) -> Calibration:
         sensor=sensor,
         free=tuple(names),
         covariance=np.array(mapping["covariance"], dtype=float).reshape(len(names), len(names)),
-        held={name: p["reason"] for name, p in parameters.items() if p["held"]},
+        fixed={name: p["reason"] for name, p in parameters.items() if p["held"]},
         gauge=tuple(mapping["gauge"]),
         residual_rms=float(mapping["residual_rms_m"]),
         summary=mapping["summary"],

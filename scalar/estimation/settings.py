@@ -123,7 +123,7 @@ class SufficiencySettings:
     )  # fmt: skip
     farthest_guess: float = setting(
         60 * DEG, "rad", "an initial guess of a normal may be this far off the plane that the points lie on",
-        "chosen: half-way between a rough guess and the normal of another wall",
+        "chosen: half-way between an initial guess and the normal of another wall",
     )  # fmt: skip
     least_width: float = setting(
         1e-3, "of a plane's longest extent", "points on a narrower strip lie on a line", "chosen: no scan of a plane is as narrow"

@@ -24,7 +24,7 @@ class Carried:
     """What another calibration gives to a dataset.
 
     Attributes:
-        effects: To be held as they were found.
+        effects: To be fixed as they were found.
         left: The others, each with the reason why it was not taken.
     """
 
@@ -40,7 +40,7 @@ class Carried:
 
 
 def carried(model: Model, dataset: Dataset) -> Carried:
-    """Return the effects of another calibration that hold for a dataset of the same arm.
+    """Return the effects of another calibration that apply to a dataset of the same arm.
 
     Args:
         model: Of the other calibration.
@@ -71,6 +71,6 @@ def describe(entry: object) -> list[str]:
     """Return lines that say which effects were taken and which were not, from a calibration's summary."""
     if not isinstance(entry, dict):
         return []
-    held, left = entry["held"], entry["not_taken"]
-    lines = [f"  effects taken and held: {', '.join(held) if held else 'none'}"]
+    fixed, left = entry["held"], entry["not_taken"]
+    lines = [f"  effects taken and fixed: {', '.join(fixed) if fixed else 'none'}"]
     return lines + [f"  not taken: {key}: {reason}" for key, reason in left.items()]

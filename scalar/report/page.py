@@ -196,7 +196,7 @@ def _confounded(diagnosis: Diagnosis, index: int, finding: Finding) -> dict[str,
 
 
 def _of_spread(diagnosis: Diagnosis) -> str:
-    """Return why what poses spread by is no noise; empty where it is."""
+    """Return why the variance between poses is no noise; empty where it is."""
     if diagnosis.exceeds_any_repeatability:
         return "the poses scatter by more than the repeatability of any arm, and no effect was found that explains it: something acts on them"
     if diagnosis.depends_on:

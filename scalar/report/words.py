@@ -15,7 +15,7 @@ from scalar.effects.wording import UNKNOWN, angle, coefficient, length, listed, 
 __all__ = ["angle", "capital", "chance", "coefficient", "column", "length", "listed", "number", "title"]
 
 COMPONENTS = {
-    "pose_jitter": ("jitter from pose to pose", "each pose repeats only to a spread in the joints"),
+    "pose_jitter": ("jitter from pose to pose", "the joints repeat only up to a random error in each pose"),
     "scan_bias": ("bias from scan to scan", "each scan has an error of its own"),
 }
 """Variance components by name: what each is called, and what it means as a clause."""

@@ -1,7 +1,7 @@
 """A scan of M points becomes a few rows that carry all of it: exact compression by batched Gram-Schmidt.
 
 The residual of a point is linear in a few functions of the point, ``f_i = b_i . c`` with ``b_i = [1, x_i, z_i]`` for a flat
-plate. With ``B = Q R``, ``|B c|^2 = |R c|^2`` for every c, so the M residuals may be replaced by the rows of ``R c``. R is
+plane. With ``B = Q R``, ``|B c|^2 = |R c|^2`` for every c, so the M residuals may be replaced by the rows of ``R c``. R is
 built by Gram-Schmidt over the points, column by column, for all scans at once: count, means, slope, scatter. The Cholesky factor
 of the moment matrix would lose half the digits, and would fail where the scatter is zero.
 """
@@ -53,5 +53,5 @@ def compress_keeping_q(basis: Array, starts: Array) -> tuple[Array, Array]:
 
 
 def line_basis(points: Array) -> Array:
-    """Return ``[1, x, z]`` of every point, ``(P, 3)``: all that a flat plate's residual depends on."""
+    """Return ``[1, x, z]`` of every point, ``(P, 3)``: all that a flat plane's residual depends on."""
     return np.column_stack([np.ones(len(points)), points])

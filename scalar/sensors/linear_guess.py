@@ -81,7 +81,7 @@ def linear_guess(scans: Scans, T_base_flange: Array, planes: Planes, use: Array)
 
 
 def _plane_choices(scans: Scans, target: Planes, gravity: Array) -> list[Array]:
-    """Return sets of poses to guess from: the plate most nearly level first, as in the paper, then all together."""
+    """Return sets of poses to guess from: the plane most nearly level first, as in the paper, then all together."""
     up = -gravity / max(float(np.linalg.norm(gravity)), 1e-12)
     level = int(np.argmax(np.abs(target.normals @ up)))
     return [scans.target_index == level, np.ones(len(scans.target_index), dtype=bool)]

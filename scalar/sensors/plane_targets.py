@@ -22,7 +22,7 @@ class OnPlanes(Measurement):
     target_words = "planes"
 
     def initial_target(self, dataset: Dataset) -> Planes:
-        """Return the planes at their rough guesses, one for each plane and session that occur."""
+        """Return the planes at their initial guesses, one for each plane and session that occur."""
         return plane_targets(dataset)[1]
 
     @classmethod

@@ -55,13 +55,13 @@ def scatter_within(R: Array, c: Array, counts: Array, full: Array | None = None)
     """Return per scan the squared residual that no line explains ``(N,)`` and its degrees of freedom ``(N,)``.
 
     Of the residual ``R c`` the part along ``R (1, 0, 0)`` (a shift) and ``R (0, -c_z, c_x)`` (a turn of the line) is removed: what
-    remains does not depend on where robot, scanner and plate are.
+    remains does not depend on where robot, scanner and plane are.
 
     Args:
         R: ``(N, m, k)``.
-        c: ``(N, 3)``, contact vectors of the flat plate.
+        c: ``(N, 3)``, contact vectors of the flat plane.
         counts: ``(N,)``, points a scan.
-        full: ``(N, k)``, contact vectors with what effects on points and plates add; c where None.
+        full: ``(N, k)``, contact vectors with what effects on points and planes add; c where None.
     """
     f = np.einsum("nij,nj->ni", R[:, :, :3], c) if full is None else np.einsum("nij,nj->ni", R, full)
     shift = R[:, :, 0]

@@ -84,7 +84,7 @@ class Measurement(ABC):
 
     @abstractmethod
     def initial_target(self, dataset: Dataset) -> Any:
-        """Return the target at the rough guesses that the dataset states, a ``Target``."""
+        """Return the target at the initial guesses that the dataset states, a ``Target``."""
 
     @abstractmethod
     def fitted_target(self, T_base_sensor: Array, target: Target) -> Any:
@@ -144,7 +144,7 @@ class Measurement(ABC):
 
         Args:
             T_base_flange: ``(N, 4, 4)``, of the nominal arm.
-            target: At its rough guess.
+            target: At its initial guess.
             gravity: ``(3,)`` [m/s^2], base frame.
             thorough: Whether no nominal pose is stated to fall back on.
 

@@ -53,7 +53,7 @@ class Scans(Protocol):
         ...
 
     def initial_target(self, dataset: Dataset) -> Any:
-        """Return the planes at their rough guesses."""
+        """Return the planes at their initial guesses."""
         ...
 
     def fitted_target(self, T_base_sensor: Array, target: Any) -> Any:

@@ -21,7 +21,7 @@ TILTED_SEED = 2  # both walls lean by more than a degree, one of them downwards
 
 @functools.cache
 def scene(upright=False, robot="vs060"):
-    """Return a scene with rough planes half a degree and 1 cm off."""
+    """Return a scene with initial guesses of the planes half a degree and 1 cm off."""
     return helpers.make_scene(
         robot,
         seed=TILTED_SEED,
@@ -50,7 +50,7 @@ def published(reading="clip", points="all", upright=False, max_nfev=5000):
 
 @functools.cache
 def unweighted_fit():
-    """Return our fit with one weight for all points, which is what the published way minimises, its free
+    """Return our fit with one weight for all points, which is what the baseline minimises, its free
     mask and the scene.
     """
     dataset = scene().dataset
@@ -78,7 +78,7 @@ def test_a_unit_vector_is_three_parameters_one_of_them_constrained(robot, count)
 
 
 def test_the_held_set_is_derived_and_is_the_papers():
-    """Without being told, the same parameters are held on the VS060 as in the paper."""
+    """Without being told, the same parameters are fixed on the VS060 as in the paper."""
     found = calibrate_baseline(scene().dataset, max_nfev=40)
     assert {entry["held"] for entry in found.gauge} == set(helpers.PUBLISHED_HELD)
     assert found.summary["varying"] == 32

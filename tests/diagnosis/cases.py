@@ -279,8 +279,8 @@ def spoiled(
     """
     cloud, frame = dataset.points.copy(), dataset.poses.copy()
     N = dataset.n_poses
-    torn = rng.choice(N, round((poses + labels) * N), replace=False)
-    wrong_poses, wrong_labels = np.split(torn, [round(poses * N)])
+    corrupted = rng.choice(N, round((poses + labels) * N), replace=False)
+    wrong_poses, wrong_labels = np.split(corrupted, [round(poses * N)])
     stray = np.flatnonzero(rng.random(len(cloud)) < points)
     r = np.linalg.norm(cloud[stray], axis=1, keepdims=True)
     away = rng.uniform(2e-3, 3e-2, (len(stray), 1)) * rng.choice([-1.0, 1.0], (len(stray), 1))
@@ -295,12 +295,12 @@ def spoiled(
         plane[i] = rng.choice([name for name in names if name != plane[i]])
     frame["plane"] = plane
     ids = dataset.pose_ids
-    planted = {
+    injected = {
         "poses": set(ids[wrong_poses].tolist()),
         "labels": set(ids[wrong_labels].tolist()),
         "points": stray,
     }
-    return replace(dataset, points=cloud, poses=frame), planted
+    return replace(dataset, points=cloud, poses=frame), injected
 
 
 def judged(effects: list[dict[str, Any]], name: str, target: dict[str, Any], slack: int = 6) -> bool:

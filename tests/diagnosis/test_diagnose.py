@@ -61,7 +61,7 @@ def test_single_effects_are_named(named):
 
 
 def test_nothing_is_named_besides(named):
-    """With one effect planted no more than one set in ten shows a second."""
+    """With one effect injected no more than one set in ten shows a second."""
     more = [key for key, (*_, diagnosis) in named.items() if len(diagnosis.to_mapping()["effects"]) > 1]
     assert len(more) <= 0.1 * len(named), more
 
@@ -110,23 +110,23 @@ def error(calibration, table):
 
 
 def test_clean_cells_are_clean():
-    """Of 12 cells with nothing planted, none is given an effect."""
+    """Of 12 cells with nothing injected, none is given an effect."""
     found = [diagnose(make_cell(seed=200 + k).dataset).to_mapping() for k in range(12)]
     assert [m["verdict"] for m in found] == ["no_effect"] * 12
     assert not any(m["effects"] for m in found)
 
 
-@pytest.mark.parametrize("dirt", [{"points": 0.03}, {"poses": 0.1}, {"labels": 0.08}, {"poses": 0.3}])
-def test_dirt_is_no_effect(dirt):
+@pytest.mark.parametrize("share", [{"points": 0.03}, {"poses": 0.1}, {"labels": 0.08}, {"poses": 0.3}])
+def test_gross_errors_are_no_effect(share):
     """Gross errors in points, poses and labels are listed, and no effect is made of them; up to 30 % of poses."""
     for seed in (300, 301):
-        dataset, planted = spoiled(make_cell(seed=seed).dataset, np.random.default_rng(seed), **dirt)
+        dataset, injected = spoiled(make_cell(seed=seed).dataset, np.random.default_rng(seed), **share)
         mapping = diagnose(dataset).to_mapping()
         assert mapping["verdict"] == "no_effect", mapping["effects"]
-        wrong = planted["poses"] | planted["labels"]
+        wrong = injected["poses"] | injected["labels"]
         assert wrong <= set(mapping["outliers"]["poses"])
         assert len(mapping["outliers"]["poses"]) <= len(wrong) + 2
-        assert mapping["outliers"]["points"] >= 0.95 * len(planted["points"]) * (1 - 0.3 * bool(wrong))
+        assert mapping["outliers"]["points"] >= 0.95 * len(injected["points"]) * (1 - 0.3 * bool(wrong))
 
 
 def test_an_effect_is_found_beneath_dirt():

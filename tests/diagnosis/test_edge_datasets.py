@@ -63,7 +63,7 @@ def test_two_points_a_scan():
 
 
 def test_unequal_numbers_of_poses_and_points():
-    """A plate with few poses beside others with many, scans of 5 to 90 points: nothing is made up."""
+    """A plane with few poses among others with many, scans of 5 to 90 points: nothing is made up."""
     dataset = make_cell(seed=4, poses_per_plane=80, points_per_scan=(5, 90)).dataset
     few = np.flatnonzero((dataset.plane_index != 1) | (np.arange(dataset.n_poses) % 8 == 0))
     verdict, mapping = said(dataset.subset(few))
@@ -80,7 +80,7 @@ def test_an_effect_so_large_that_the_first_fit_fails():
 
 
 def test_one_plane_seen_at_one_spot():
-    """A plate that is only seen along one line cannot give its normal: exit 3, naming it, or its part is held."""
+    """A plane that is measured along one line only cannot give its normal: exit 3, naming it, or its part is fixed."""
     dataset = make_cell(seed=6).dataset
     first = int(np.flatnonzero(dataset.plane_index == 2)[0])
     keep = np.flatnonzero((dataset.plane_index != 2) | (np.arange(dataset.n_poses) == first))
@@ -146,7 +146,7 @@ def test_without_a_nominal_sensor_pose():
 
 
 def test_reference_planes_show_the_gain():
-    """Planes known to 10 micrometres bring a length: a range gain is no longer silent."""
+    """Planes known to 10 micrometres bring a length: a range gain is no longer unobservable."""
     cell = make_cell(Flaws(measured=lambda r: r / (1 + 2e-3)), seed=13, poses_per_plane=60)
     verdict, mapping = said(cell.dataset)
     assert verdict == "no_effect"

@@ -87,7 +87,7 @@ def test_held_out_errors_exceed_the_fitted_ones_by_the_price_of_the_fit():
 
 
 def test_what_is_there_lowers_the_error_of_poses_never_seen():
-    """The planted effect lowers the held-out error by many standard errors; one that is not there does not."""
+    """The injected effect lowers the held-out error by many standard errors; one that is not there does not."""
     cell, name, target = scale(4)
     without = held_out_errors(settled(cell.dataset))
     right = held_out_errors(settled(cell.dataset, f"{name}:{target['joint']}"))

@@ -10,7 +10,7 @@ from scalar.diagnosis.change_scores import Moments
 from scalar.diagnosis.score_test import Background, Projected, evidence, p_value
 
 HUGE = 1e9  # a size so large that it shrinks nothing
-SHRUNK = 1e-5  # relative: what a plausible size of many standard errors may take away
+SHRUNK = 1e-5  # relative: what a prior of many standard errors may take away
 
 
 def problem(seed, n_poses=40, rows=3, fitted=12, tried=8):

@@ -1,4 +1,4 @@
-"""Noise effects: joints that repeat to a spread and scans with an error of their own, measured and told apart."""
+"""Noise effects: random errors of the joints in each pose and of each scan, estimated and distinguished."""
 
 import numpy as np
 import pytest
@@ -48,6 +48,6 @@ def test_whitening_undoes_the_covariance():
 
 
 def test_more_noise_is_more():
-    """The estimate grows with what is planted, down to where it can no longer be told from nothing."""
+    """The estimate grows with what is injected, down to where it can no longer be distinguished from nothing."""
     sizes = [found_in(Flaws(jitter=size), 5)[0].std for size in (1e-4, 2e-4, 4e-4)]
     assert sizes[0] < sizes[1] < sizes[2]

@@ -1,9 +1,9 @@
-"""Cells with something wrong that nobody declared: planted by this file's own kinematics and rays, sharing
+"""Cells with something wrong that nobody declared: injected by this file's own kinematics and rays, sharing
 nothing with ``scalar.effects``.
 
 The cell of ``tests/helpers.py`` gives poses, the nominal robot and where each ray points; the rays are cut
 again here with an arm whose joints err, whose lengths grow, whose base tilts or whose plates are bent. What
-is planted is a function of a ``Moment``: the joint angles as the encoders read them and everything else that
+is injected is a function of a ``Moment``: the joint angles as the encoders read them and everything else that
 is known of the poses.
 """
 

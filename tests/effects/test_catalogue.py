@@ -31,7 +31,7 @@ def test_one_of_every_name_is_tested(effects):
 
 
 def test_what_every_effect_says_of_itself(effects):
-    """Names, units and believed sizes are as many as coefficients; names end in a unit and are unique; a
+    """Names, units and prior standard deviations are as many as coefficients; names end in a unit and are unique; a
     sentence goes without a full stop.
     """
     for effect in effects:

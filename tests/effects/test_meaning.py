@@ -1,6 +1,6 @@
 """What the coefficients mean: cells flawed by this test's own physics are explained to the last digit.
 
-Data without noise from ``planted``: freeing the right effect leaves no residual, gives the planted
+Data without noise from ``injected``: freeing the right effect leaves no residual, gives the injected
 coefficients back where they have a name in the plant, and predicts the true frames of poses never seen.
 """
 
@@ -16,7 +16,7 @@ from scalar.estimation.calibrate import calibrate
 from tests import helpers
 from tests.effects.injected import BETA, Flaws, Moment, make_cell, on_joint, sag
 
-STATED = 1e-7  # m: so small that what is believed of an effect's size beforehand pulls at nothing
+STATED = 1e-7  # m: so small that no prior of an effect's size matters
 RESIDUAL = 2e-8  # m
 PREDICTION = 2e-6  # m, over 300 poses
 

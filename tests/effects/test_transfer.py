@@ -50,7 +50,7 @@ def test_the_arms_effects_go_with_it_and_the_days_stay(cell):
     ("column", "name"), [("temperature", "thermal_drift"), ("approach2", "joint_backlash")]
 )
 def test_an_effect_whose_column_is_missing_is_left_with_the_columns_name(cell, column, name):
-    """An effect that needs a column is held only where the dataset has it."""
+    """An effect that needs a column is taken only where the dataset has it."""
     dataset, model = cell
     poorer = replace(dataset, poses=dataset.poses.drop(columns=column))
     rich, poor = carried(model, dataset), carried(model, poorer)

@@ -1,5 +1,5 @@
 """From a dataset to a calibration: known answers without noise, the headline's accuracy over seeds, and
-what is held.
+what is fixed.
 """
 
 from dataclasses import replace

@@ -31,10 +31,10 @@ def test_clean_data_stay_as_they_are():
 def test_stray_points_are_found(share):
     """Points 2 to 30 mm off along their rays are set aside, and their scans kept."""
     cell = make_cell(seed=3)
-    dataset, planted = spoiled(cell.dataset, np.random.default_rng(4), points=share)
+    dataset, injected = spoiled(cell.dataset, np.random.default_rng(4), points=share)
     found = clean(dataset)
     assert not found.outlier_poses and not found.mislabelled_poses
-    assert FOUND_POINTS * len(planted["points"]) <= found.points <= len(planted["points"]) + 2
+    assert FOUND_POINTS * len(injected["points"]) <= found.points <= len(injected["points"]) + 2
     assert found.dataset.n_poses == dataset.n_poses
     assert len(found.dataset.points) == len(dataset.points) - found.points
 
@@ -42,10 +42,10 @@ def test_stray_points_are_found(share):
 def test_the_right_points_are_set_aside():
     """Those that remain are those that were not moved."""
     cell = make_cell(seed=5)
-    dataset, planted = spoiled(cell.dataset, np.random.default_rng(6), points=0.03)
+    dataset, injected = spoiled(cell.dataset, np.random.default_rng(6), points=0.03)
     kept = {tuple(p) for p in without_outlying_points(dataset)[0].points}
     good = np.ones(len(dataset.points), dtype=bool)
-    good[planted["points"]] = False
+    good[injected["points"]] = False
     assert sum(tuple(p) not in kept for p in dataset.points[good]) <= 2
 
 
@@ -55,24 +55,24 @@ def test_wrong_poses_and_wrong_labels_are_told_apart(seed):
     that they lie on. Every one of them, and no other.
     """
     cell = make_cell(seed=seed)
-    dataset, planted = spoiled(cell.dataset, np.random.default_rng(seed), poses=0.04, labels=0.04)
+    dataset, injected = spoiled(cell.dataset, np.random.default_rng(seed), poses=0.04, labels=0.04)
     found = clean(dataset)
     wrong = {pose for pose, _ in found.mislabelled_poses}
-    assert set(found.outlier_poses) | wrong == planted["poses"] | planted["labels"]
+    assert set(found.outlier_poses) | wrong == injected["poses"] | injected["labels"]
     # A wrong pose may lie on another plate by chance; not many do.
-    assert planted["labels"] <= wrong and len(wrong - planted["labels"]) <= 1
+    assert injected["labels"] <= wrong and len(wrong - injected["labels"]) <= 1
     truth = dict(zip(cell.dataset.pose_ids.tolist(), cell.dataset.poses["plane"], strict=True))
-    assert all(plate == truth[pose] for pose, plate in found.mislabelled_poses if pose in planted["labels"])
+    assert all(plate == truth[pose] for pose, plate in found.mislabelled_poses if pose in injected["labels"])
 
 
 def test_a_third_of_wrong_poses_is_survived():
     """With 30 % of all poses wrong the others are found and kept."""
     cell = make_cell(seed=8)
-    dataset, planted = spoiled(cell.dataset, np.random.default_rng(9), poses=0.3)
+    dataset, injected = spoiled(cell.dataset, np.random.default_rng(9), poses=0.3)
     found = clean(dataset)
     flagged = set(found.outlier_poses) | {pose for pose, _ in found.mislabelled_poses}
-    assert planted["poses"] <= flagged
-    assert len(flagged - planted["poses"]) <= 2
+    assert injected["poses"] <= flagged
+    assert len(flagged - injected["poses"]) <= 2
 
 
 @pytest.mark.parametrize("how", ["at random", "in turn"])
@@ -98,7 +98,7 @@ def test_a_change_is_not_an_outlier(case):
 
 
 def test_a_large_effect_is_not_an_outlier():
-    """A joint that errs by ten times what real arms do is structure, not dirt: hardly a pose is set aside."""
+    """A joint that errs by ten times what real arms do is structure, not a gross error: hardly a pose is set aside."""
     error = on_joint(2, lambda at: 5e-3 * np.sin(3 * at.q[:, 1]))
     found = clean(make_cell(Flaws(joints=error), seed=12).dataset)
     assert len(found.outlier_poses) + len(found.mislabelled_poses) <= 3

@@ -38,7 +38,7 @@ def test_what_is_saved_predicts_the_same(scene, calibration, tmp_path):
         np.testing.assert_allclose(one, two, rtol=1e-9)
     assert loaded.parameters() == calibration.parameters()
     np.testing.assert_array_equal(loaded.covariance, calibration.covariance)
-    assert loaded.held == {name: p["reason"] for name, p in calibration.parameters().items() if p["held"]}
+    assert loaded.fixed == {name: p["reason"] for name, p in calibration.parameters().items() if p["held"]}
     assert dict(loaded.summary) == json.loads(json.dumps(dict(calibration.summary)))
     loaded.save(tmp_path / "again.json")
     again, first = (json.loads((tmp_path / name).read_text()) for name in ("again.json", "calibration.json"))

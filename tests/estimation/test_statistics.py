@@ -46,7 +46,7 @@ class Draws:
 
 
 def true_values(scene: helpers.Scene, calibration: Calibration) -> dict[str, float]:
-    """Return the true value of every free parameter, normals counted from the rough guesses."""
+    """Return the true value of every free parameter, normals counted from the initial guesses."""
     values = scene.truth.parameters()
     target = calibration.model.target
     for k, name in enumerate(target.names):

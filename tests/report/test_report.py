@@ -1,5 +1,5 @@
 """The report: opens offline, cannot be hijacked by a name, is the same each time, and its pictures show
-what was planted."""
+what was injected."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ HOSTILE_PLANE = "\"><img src=//x onerror='alert(1)'>&"
 VOID = {"meta", "br", "img", "link", "input", "hr", "path", "polyline", "polygon"}
 
 
-def planted(q: np.ndarray) -> np.ndarray:
+def injected(q: np.ndarray) -> np.ndarray:
     """Return the error of the joint's angle at encoder angles [rad]."""
     return AMPLITUDE * np.sin(ORDER * q + PHASE)
 
@@ -50,18 +50,18 @@ def found() -> Diagnosis:
     """Return the diagnosis of a cell in which one joint errs periodically, its names hostile."""
     dataset = make_scene(seed=3, poses_per_plane=45, points_per_scan=30).dataset
     poses = dataset.poses.copy()
-    # The encoder reads q where the arm stands at q + planted(q): solved by iteration.
+    # The encoder reads q where the arm stands at q + injected(q): solved by iteration.
     stands = poses[f"q{JOINT}"].to_numpy()
     reads = stands.copy()
     for _ in range(20):
-        reads = stands - planted(reads)
+        reads = stands - injected(reads)
     poses[f"q{JOINT}"] = reads
     return diagnose(hostile(replace(dataset, poses=poses)))
 
 
 @pytest.fixture(scope="module")
 def nothing() -> Diagnosis:
-    """Return the diagnosis of a cell in which nothing was planted."""
+    """Return the diagnosis of a cell in which nothing was injected."""
     return diagnose(make_scene(seed=4, poses_per_plane=30, points_per_scan=20).dataset)
 
 
@@ -218,21 +218,21 @@ def test_nothing_found_is_said(nothing: Diagnosis) -> None:
 
 
 def test_curve_is_the_planted_one(found: Diagnosis) -> None:
-    """The fitted curve of the picture is the planted error of the joint within five of its own standard
+    """The fitted curve of the picture is the injected error of the joint within five of its own standard
     errors."""
     course = pictures_of(found)[0]
     assert isinstance(course, Profile) and course.curve is not None
     x, curve, std = course.curve
-    assert np.all(np.abs(curve - planted(x)) < 5 * std + 1e-6)
+    assert np.all(np.abs(curve - injected(x)) < 5 * std + 1e-6)
     assert np.ptp(curve) > 1.5 * AMPLITUDE
 
 
 def test_dots_scatter_about_the_planted_curve_as_their_errors_say(found: Diagnosis) -> None:
-    """What each pose asks for, less what was planted there, has the standard error that the picture takes
+    """What each pose asks for, less what was injected there, has the standard error that the picture takes
     it to have."""
     course = pictures_of(found)[0]
     assert isinstance(course, Profile)
-    z = (course.y - planted(found.after.residuals.poses.q[:, JOINT - 1])) / course.std
+    z = (course.y - injected(found.after.residuals.poses.q[:, JOINT - 1])) / course.std
     np.testing.assert_allclose(course.y - course.rest, course.fitted, rtol=0, atol=1e-15)
     assert 0.7 < 1.4826 * np.median(np.abs(z)) < 1.4
 

@@ -39,7 +39,7 @@ class FlexibleTermSettings:
         "a name that explains less is not given",
         "chosen: it is as likely a part of that structure",
     )
-    max_terms: int = setting(3, "terms", "without a name", "chosen: more is no description")
+    max_terms: int = setting(3, "terms", "of unmodelled structure", "chosen: more is no description")
     looked_at: int = setting(
         4, "terms", "of the best that are tried", "chosen: neighbours of the best follow it in the ranking"
     )

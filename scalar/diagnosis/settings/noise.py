@@ -1,4 +1,4 @@
-"""Thresholds of noise: how poses vary from one to the next, and whether neighbours vary alike."""
+"""Thresholds of noise: variance components between poses, and the autocorrelation of their residuals."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ class HoldOutSettings:
         4,
         "blocks",
         "of successive poses in a fold",
-        "chosen: twenty independent samples in all, each longer than neighbours are alike",
+        "chosen: twenty independent samples in all, each longer than neighbours are correlated",
     )
     same_pose: float = setting(
         2e-3,
@@ -114,7 +114,7 @@ class SelectionSettings:
         5.0,
         "nats",
         "within which two effects are confounded",
-        "odds of 150: what is listed as confounded should hold the truth",
+        "odds of 150: the truth should be among what is listed as confounded",
     )
     max_effects: int = setting(
         60, "steps", "of the selection", "chosen: harmonics of several joints take many; it ends by itself"

@@ -4,7 +4,7 @@ An answer is judged by its first effect, the one that was taken first. ``right``
 injected ones. ``listed``: another effect, but the injected one stands in its ``confounded_with``. ``elsewhere``: the
 right name at another joint, order, target plane or moment. ``wrong``: another name, and the injected one is not listed.
 ``unobservable``: nothing found, and the injected effect is listed as one that these data cannot show. ``missed``: nothing
-found. ``unattributed``: structure without a name.
+found. ``unattributed``: unmodelled structure.
 """
 
 from __future__ import annotations

@@ -160,7 +160,7 @@ def in_words(target: Mapping[str, Any] | None) -> str:
 
 
 def unknown(judged: Frame) -> pd.DataFrame:
-    """Return a row a kind and size of structure without a name: how often it was left without one."""
+    """Return a row a kind and size of unmodelled structure: how often it was left without one."""
     rows = []
     by: Any = ["case", "size"]
     for (case, size), group in of_kind(judged, "unknown").groupby(by, sort=False):

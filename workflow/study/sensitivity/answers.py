@@ -69,7 +69,7 @@ def answer_of(diagnosis: Diagnosis, truth_poses: pd.DataFrame) -> dict[str, Any]
             mapping["outliers"]["points"],
             mapping["outliers"]["mislabelled"],
         ],
-        "fixed": sorted(after.held),
+        "fixed": sorted(after.fixed),
         "held_out_mm": mapping["residual"]["after"]["held_out_rms_mm"],
         "unseen_mm": float(unseen / MM),
         "stated_mm": float(stated / MM),
