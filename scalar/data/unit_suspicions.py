@@ -120,14 +120,12 @@ def suspect_joint_angles(poses: Table, description: Description, faults: list[Fa
             wide.append(name)
     several = _several(len(wide), description.n_joints)
     for name, bound in bounds.items():
-        angles = np.abs(_finite(poses.columns[name]))
         bound = SEVERAL_TURNS if several and name in wide else bound
-        n_beyond = int(np.count_nonzero(angles > bound))
-        if n_beyond:
-            worst = int(np.argmax(angles))
+        beyond, worst, value = _beyond(poses.columns[name], bound)
+        if beyond:
             message = (
-                f"suspect: {poses.columns[name][worst]:g} rad is {angles[worst] / TURN:.1f} turns, and "
-                f"{n_beyond} of {poses.n_rows} angles are beyond {bound:.1f} rad; {_AS_RADIANS}, or, if it "
+                f"suspect: {value:g} rad is {abs(value) / TURN:.1f} turns, and "
+                f"{beyond} of {poses.n_rows} angles are beyond {bound:.1f} rad; {_AS_RADIANS}, or, if it "
                 f"really turns so far, give its limits in {DESCRIPTION}"
             )
             faults.append(Fault(poses.file, message, int(poses.line_numbers()[worst]), name))
@@ -139,15 +137,20 @@ def suspect_points(points: Table, layout: MeasuredTable, faults: list[Fault]) ->
     for name, unit in layout.units.items():
         if unit != "m" or name not in points.columns or not points.n_rows:
             continue
-        lengths = np.abs(_finite(points.columns[name]))
-        n_beyond = int(np.count_nonzero(lengths > limit))
-        if n_beyond:
-            worst = int(np.argmax(lengths))
+        beyond, worst, value = _beyond(points.columns[name], limit)
+        if beyond:
             message = (
-                f"suspect: {points.columns[name][worst]:g} m, and {n_beyond} of {points.n_rows} numbers are "
+                f"suspect: {value:g} m, and {beyond} of {points.n_rows} numbers are "
                 f"beyond {limit:g} m; {_AS_METRES}, or remove the points"
             )
             faults.append(Fault(points.file, message, int(points.line_numbers()[worst]), name))
+
+
+def _beyond(values: np.ndarray, bound: float) -> tuple[int, int, float]:
+    """Return how many of a column's numbers are larger than a bound, the index of the largest, and that number with its sign."""
+    sizes = np.abs(_finite(values))
+    worst = int(np.argmax(sizes))
+    return int(np.count_nonzero(sizes > bound)), worst, float(values[worst])
 
 
 def _finite(values: np.ndarray) -> np.ndarray:

@@ -2,8 +2,9 @@
 
 Residuals of neighbours in time are correlated, so a pose next to a training pose is hardly held out. Poses are therefore cut into blocks of
 successive acquisition. The blocks are dealt out to the folds in turn, so that every fold spans the whole time and a change at any time
-has poses of every fold on both sides. Poses that are commanded twice are held out together: whatever is odd about a pose comes back with it, and a fit to its repetition would know it. Each
-fold's fit is the Gauss-Newton step from the joint optimum, exact for what is nearly linear at this scale.
+has poses of every fold on both sides. Poses that are commanded twice are held out together: whatever is odd about a pose comes back with it, and
+a fit to its repetition would know it. Each fold's fit is the Gauss-Newton step from the joint optimum, exact for what is nearly linear at this
+scale.
 """
 
 from __future__ import annotations

@@ -27,6 +27,22 @@ def plane_axes(planes: Planes, name: str, plane_index: Array) -> tuple[Array, Ar
     return np.isin(plane_index, mine), u[plane_index], v[plane_index]
 
 
-def heights(carriers: Array, along: Array) -> Array:
-    """Return each pose's carriers ``(N, 3, 3)`` along a direction ``(N, 3)``."""
-    return np.einsum("nkx,nx->nk", carriers, along)
+def carried_coordinates(
+    planes: Planes, name: str, plane_index: Array, T_base_sensor: Array, centre: Array
+) -> tuple[Array, Array, Array]:
+    """Return which poses measure a plane ``(N,)``, and u and v of a point (x, 0, z) of the sensor as linear in (1, x, z).
+
+    Args:
+        planes: Where they are.
+        name: Of the plane.
+        plane_index: ``(N,)``, which plane each pose measures.
+        T_base_sensor: ``(N, 4, 4)``.
+        centre: ``(3,)`` [m], base frame: where u and v are zero.
+
+    Returns:
+        ``(N,)`` bool; ``(N, 3)`` each: the coordinates of the sensor's origin [m], and of its x and z axes.
+    """
+    mine, e1, e2 = plane_axes(planes, name, plane_index)
+    offset = T_base_sensor[:, :3, 3] - centre
+    carriers = np.stack([offset, T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2]], axis=1)
+    return mine, np.einsum("nkx,nx->nk", carriers, e1), np.einsum("nkx,nx->nk", carriers, e2)

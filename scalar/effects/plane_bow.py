@@ -14,7 +14,7 @@ from scalar.effects.command_words import planes_named
 from scalar.effects.effect import Effect
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import PointEffect
-from scalar.effects.plane_axes import heights, plane_axes
+from scalar.effects.plane_axes import carried_coordinates
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 from scalar.sensors.scan_pieces import PIECES
@@ -63,10 +63,8 @@ class PlaneBow(PointEffect):
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
     ) -> Array:
         """Return minus the height as a quadratic form of (1, x, z)."""
-        mine, e1, e2 = plane_axes(planes, self.plane, plane_index)
-        offset = T_base_sensor[:, :3, 3] - np.array(self.centre)
-        carriers = np.stack([offset, T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2]], axis=1)
-        u, v = heights(carriers, e1), heights(carriers, e2)
+        centre = np.array(self.centre)
+        mine, u, v = carried_coordinates(planes, self.plane, plane_index, T_base_sensor, centre)
         columns = [_quadratic(u, u), _quadratic(u, v), _quadratic(v, v)]
         G = -np.stack(columns, axis=2)
         G[~mine] = 0.0

@@ -14,7 +14,7 @@ from scalar.effects.command_words import moment_named, planes_named
 from scalar.effects.effect import Effect
 from scalar.effects.picture import Axis, Map, Profile, View, variable_axis
 from scalar.effects.places import PointEffect
-from scalar.effects.plane_axes import heights, plane_axes
+from scalar.effects.plane_axes import carried_coordinates
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
@@ -93,13 +93,12 @@ class PlaneMoved(PointEffect):
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
     ) -> Array:
         """Return minus the height of the moved plane over the old one, linear in (1, x, z)."""
-        mine, e1, e2 = plane_axes(planes, self.plane, plane_index)
-        offset = T_base_sensor[:, :3, 3] - np.array(self.centre)
-        carriers = np.stack([offset, T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2]], axis=1)
+        centre = np.array(self.centre)
+        mine, u, v = carried_coordinates(planes, self.plane, plane_index, T_base_sensor, centre)
         b = contact.shape[1] if contact.shape[1] == 1 else 3
         G = np.zeros((len(contact), 3, 3))
         G[:, 0, 0] = -1.0
-        G[:, :, 1], G[:, :, 2] = -heights(carriers, e1), -heights(carriers, e2)
+        G[:, :, 1], G[:, :, 2] = -u, -v
         G *= (self.profile(poses.order) * mine)[:, None, None]
         return G[:, :b]
 

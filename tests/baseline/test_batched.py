@@ -14,6 +14,7 @@ from scalar.baseline.fit import DEFAULTS, calibrate_baseline, first_guess
 from scalar.baseline.parameterisation import READINGS, Parameterisation
 from scalar.sensors import measure
 from tests import helpers
+from tests.baseline.scenes import scene_with_guesses
 
 STEP = 1e-5
 
@@ -21,18 +22,7 @@ STEP = 1e-5
 @functools.cache
 def dataset(upright=False):
     """Return a cell whose walls stand upright, where the root is undefined beside the solution, or lean."""
-    return helpers.make_scene(
-        "vs060",
-        seed=2,
-        poses_per_plane=20,
-        points_per_scan=20,
-        noise=1e-5,
-        upright=upright,
-        plane_tilt=np.deg2rad(0.5),
-        plane_offset=0.01,
-        length_error=1e-3,
-        angle_error=np.deg2rad(0.3),
-    ).dataset
+    return scene_with_guesses("vs060", upright, poses_per_plane=20).dataset
 
 
 def distances_of(data, reading):

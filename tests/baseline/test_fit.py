@@ -15,25 +15,13 @@ from scalar.estimation.prepare import prepare
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.planes import Planes
 from tests import helpers
-
-TILTED_SEED = 2  # both walls lean by more than a degree, one of them downwards
+from tests.baseline.scenes import scene_with_guesses
 
 
 @functools.cache
 def scene(upright=False, robot="vs060"):
     """Return a scene with initial guesses of the planes half a degree and 1 cm off."""
-    return helpers.make_scene(
-        robot,
-        seed=TILTED_SEED,
-        poses_per_plane=25,
-        points_per_scan=20,
-        noise=1e-5,
-        upright=upright,
-        plane_tilt=np.deg2rad(0.5),
-        plane_offset=0.01,
-        length_error=1e-3,
-        angle_error=np.deg2rad(0.3),
-    )
+    return scene_with_guesses(robot, upright, poses_per_plane=25)
 
 
 @functools.cache

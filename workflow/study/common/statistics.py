@@ -7,6 +7,16 @@ import numpy as np
 QUANTITIES = ("position_mean_mm", "position_max_mm", "orientation_mean_deg", "orientation_max_deg")
 """Columns of errors.csv that are summarised."""
 
+POSE_ERROR_COLUMNS = {
+    "status": "converged, or how the fit ended; a row without numbers has no calibration",
+    "alignment": "raw: poses as predicted; aligned: after the best rigid motion of the base",
+    "position_mean_mm": "over the evaluation poses (equation 18)",
+    "position_max_mm": "the largest of them",
+    "orientation_mean_deg": "angle of the error rotation over the evaluation poses",
+    "orientation_max_deg": "the largest of them",
+}
+"""Columns that every table of errors over the evaluation poses has, with their meanings."""
+
 STATISTICS = ("mean", "std", "min", "p05", "median", "p95", "max")
 """Columns of summary.csv over the seeds, in the unit in the quantity's name."""
 

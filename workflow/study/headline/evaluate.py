@@ -22,18 +22,14 @@ from scalar.evaluate.truth import read_truth
 from scalar.units import DEG, MM
 from study.common.methods import CONVERGED, INITIAL
 from study.common.seeds import found_seeds
+from study.common.statistics import POSE_ERROR_COLUMNS
 from study.headline.calibrate import FAILURE_FORMAT
 
 ERROR_COLUMNS = {
     "case": "row of the grid",
     "seed": "of all chance in the scene",
     "method": "proposed, baseline-READING (the original paper's method), or initial (the model before calibration)",
-    "status": "converged, or how the fit ended; a row without numbers has no calibration",
-    "alignment": "raw: poses as predicted; aligned: after the best rigid motion of the base",
-    "position_mean_mm": "over the evaluation poses (equation 18)",
-    "position_max_mm": "the largest of them",
-    "orientation_mean_deg": "angle of the error rotation over the evaluation poses",
-    "orientation_max_deg": "the largest of them",
+    **POSE_ERROR_COLUMNS,
     "predicted_position_std_mean_mm": "the calibration's own standard error of the position",
     "residual_rms_mm": "distance of points and planes after the fit",
     "misfit": "the residual over what the noise explains; about 1 for a complete model",

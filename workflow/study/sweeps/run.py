@@ -26,7 +26,7 @@ from study.common.bound import POSES, bound_errors
 from study.common.grid import with_overrides
 from study.common.memory import dataset_in_memory
 from study.common.methods import BOUND, CONVERGED, EFFICIENT, INITIAL, METHODS, Method
-from study.common.statistics import QUANTITIES
+from study.common.statistics import POSE_ERROR_COLUMNS, QUANTITIES
 from study.sweeps.plans import read_plans, serves
 
 if TYPE_CHECKING:
@@ -37,12 +37,7 @@ SWEEP_COLUMNS = {
     "case": "row of the grid",
     "seed": "of all chance in the scene",
     "method": "proposed, baseline-READING (the original paper's method), initial (before), cramer-rao (the bound), efficient (at it)",
-    "status": "converged, or how the fit ended; a row without numbers has no calibration",
-    "alignment": "raw: poses as predicted; aligned: after the best rigid motion of the base",
-    "position_mean_mm": "over the evaluation poses (equation 18)",
-    "position_max_mm": "the largest of them",
-    "orientation_mean_deg": "angle of the error rotation over the evaluation poses",
-    "orientation_max_deg": "the largest of them",
+    **POSE_ERROR_COLUMNS,
     "residual_rms_mm": "distance of points and planes after the fit",
     "evaluations": "of the residual, by the solver",
     "reason": "of a failure, its first line",
