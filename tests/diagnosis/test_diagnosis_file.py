@@ -158,7 +158,9 @@ def test_numbers_are_in_the_units_of_their_names():
     )  # across a slanted plate
     residual = mapping["residual"]
     # A fit that weighs poses by their noise has a larger plain residual than the one that minimises it.
-    assert residual["floor_mm"] < residual["after"]["train_rms_mm"] < 1.05 * residual["before"]["train_rms_mm"]
+    assert (
+        residual["floor_mm"] < residual["after"]["train_rms_mm"] < 1.05 * residual["before"]["train_rms_mm"]
+    )
     assert residual["before"]["train_rms_mm"] < residual["before"]["held_out_rms_mm"]
     assert residual["before"]["held_out_rms_mm"] < residual["before"]["held_out_max_mm"]
 

@@ -7,19 +7,17 @@ and a size of its own.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import jsonschema
 import numpy as np
 
-from scalar.data.io.plain_yaml import join_path, load_yaml
-from scalar.data.schema_words import in_our_words
+from scalar.data.io.plain_yaml import load_yaml
 from scalar.errors import Fault, InvalidInput
 from study.common.renamed import renamed_faults
+from study.common.schema_faults import refuse_by_schema
 
 SCHEMA = Path(__file__).parent / "schemas/blind_trials.schema.json"
 
@@ -158,14 +156,7 @@ def load_study(path: str | Path) -> Study:
     content, file = load_yaml(Path(path)), Path(path).name
     if renamed := renamed_faults(content):
         raise InvalidInput([Fault(file, message) for message in renamed])
-    validator = jsonschema.Draft202012Validator(json.loads(SCHEMA.read_text(encoding="utf-8")))
-    faults = [
-        Fault(file, message, column=join_path(path) or None)
-        for error in validator.iter_errors(content)
-        for path, message in in_our_words(error)
-    ]
-    if faults:
-        raise InvalidInput(faults)
+    refuse_by_schema(content, SCHEMA, file)
     faults = [Fault(file, message, column=place) for place, message in _contradictions(content)]
     if faults:
         raise InvalidInput(faults)

@@ -6,17 +6,14 @@ that no set of the screening put to use.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import jsonschema
-
-from scalar.data.io.plain_yaml import join_path, load_yaml
-from scalar.data.schema_words import in_our_words
+from scalar.data.io.plain_yaml import load_yaml
 from scalar.errors import Fault, InvalidInput
+from study.common.schema_faults import refuse_by_schema
 
 SCHEMA = Path(__file__).parent / "schemas/sensitivity.schema.json"
 
@@ -78,14 +75,8 @@ def load_sets(path: str | Path) -> Sets:
         InvalidInput: With every fault found; a misspelt key is named.
     """
     content, file = load_yaml(Path(path)), Path(path).name
-    validator = jsonschema.Draft202012Validator(json.loads(SCHEMA.read_text(encoding="utf-8")))
-    faults = [
-        Fault(file, message, column=join_path(path) or None)
-        for error in validator.iter_errors(content)
-        for path, message in in_our_words(error)
-    ]
-    if faults:
-        raise InvalidInput(faults)
+    refuse_by_schema(content, SCHEMA, file)
+    faults: list[Fault] = []
     names = [entry["name"] for entry in content["sets"]]
     for i, entry in enumerate(content["sets"]):
         if entry["workcell"] not in content["workcells"]:
