@@ -16,6 +16,7 @@ from scalar.errors import InvalidInput
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.result import load_calibration
 from scalar.geometry.se3 import skew
+from scalar.report import render_report
 from scalar.sensors import FixedTarget, PointByPoint, register, stated_sigma, unregister
 from tests import helpers
 
@@ -129,3 +130,11 @@ def test_a_kind_that_is_not_known_is_named(tmp_path):
     assert any("stereo-head" in str(fault) for fault in validate_dataset(folder))
     with pytest.raises(InvalidInput, match="stereo-head"):
         load_calibration(tmp_path / "calibration.json")
+
+
+def test_its_report_is_a_page_with_its_own_words(registered):
+    """The page of a diagnosis calls the kind by its words, draws a chart, and says nothing of scans or planes that it does not have."""
+    page = render_report(diagnose(scene_with_stereo_head(noise=1e-5)[1]))
+    assert page.startswith("<!doctype html>") or page.startswith("<!DOCTYPE html>")
+    assert StereoHead.words in page and "<svg" in page
+    assert "line laser" not in page and "scanner" not in page
