@@ -1,7 +1,5 @@
-"""What a calibration is: a model with its covariance, what was fixed and why; to predict with, to save and to load."""
-
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pandas is not annotated throughout.
+"""What a calibration is: a model with its covariance, what was fixed and why; to predict with, to save and to load."""
 
 from __future__ import annotations
 
