@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from scalar.data.poses import is_joint
 from scalar.diagnosis.autocorrelation import depends_on
 from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
@@ -103,14 +105,17 @@ def _unseated(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState 
             entries = entries + _ranked(state, [without], _banks(imitated.imitators(state.dataset)))[0]
         others = tuple(e for k, e in enumerate(state.effects) if k not in indices)
         for entry in entries:
-            if entry.evidence < settings.hopeless * own.evidence:
+            # Of a name with more coefficients, a first shape need explain its share only: others may join it.
+            shapes = 1 + settings.more_shapes if imitated is not None and own.dof > entry.dof else 1
+            if entry.evidence < settings.hopeless * own.evidence / shapes:
                 continue
             best = refined(state, without, entry)
             trial = state.refitted(merged(others, best.effect))
             better = best.evidence - own.evidence
             if imitated is not None and better <= settings.better_than_a_name:
-                trial, more = _with_partial_imitators(trial, imitated)
-                better += more
+                several, evidence = _with_partial_imitators(trial, imitated)
+                if evidence - own.evidence > better:
+                    trial, better = several, evidence - own.evidence
             # Fewer coefficients may fit a little worse, but must not predict worse.
             worse = improvement(
                 held_out_errors(trial, state.whitening), held_out_errors(state, state.whitening)
@@ -121,17 +126,41 @@ def _unseated(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState 
 
 
 def _with_partial_imitators(state: FittedState, imitated: Effect) -> tuple[FittedState, float]:
-    """Return a state with up to two more flexible terms, of which a few imitate a named effect, and their evidence [nats]."""
+    """Return a state with up to two more flexible terms, of which a few imitate a named effect, and the evidence of all of them [nats].
+
+    The last effect of the state is the first of the terms. Each is refined again given the others: waves of unlike orders share what a
+    short range of angles shows.
+    """
     pools = _banks(imitated.partial_imitators(state.dataset))
-    evidence = 0.0
+    first = len(state.effects) - 1
+    best, evidence = state, -np.inf
     for _ in range(state.settings.flexible_terms.more_shapes):
         background = state.background()
-        best = refined(state, background, _ranked(state, [background], pools)[0][0])
-        if best.evidence <= 0:
+        more = refined(state, background, _ranked(state, [background], pools)[0][0])
+        if more.evidence <= 0:
             break
-        evidence += best.evidence
-        state = state.refitted(merged(state.effects, best.effect))
-    return state, evidence
+        state = _refined_again(state.refitted((*state.effects, more.effect)), first, pools[0])
+        terms = list(range(first, len(state.effects)))
+        now = together(state, terms, pools[0], background_without(state, terms)).evidence
+        if now > evidence:
+            best, evidence = state, now
+    return best, evidence
+
+
+def _refined_again(state: FittedState, first: int, pool: CandidateSet) -> FittedState:
+    """Return a state whose effects from ``first`` on are refined in turn, each given all others, as long as one changes."""
+    for _ in range(state.settings.flexible_terms.rounds_of_refinement):
+        changed = False
+        for i in range(first, len(state.effects)):
+            left_out = background_without(state, [i])
+            own = together(state, [i], pool, left_out)
+            effect = refined(state, left_out[0], own).effect
+            if effect.key != state.effects[i].key:
+                state = state.refitted((*state.effects[:i], effect, *state.effects[i + 1 :]))
+                changed = True
+        if not changed:
+            break
+    return state
 
 
 def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:

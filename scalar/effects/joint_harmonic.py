@@ -95,11 +95,11 @@ class JointHarmonic(Series):
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
         """Return waves whose period is no whole part of a turn."""
-        return waves_of(dataset, self.joint)
+        return [*waves_of(dataset, self.joint), *waves_of(dataset, self.joint, 1)]
 
     def partial_imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return simple shapes along the joint's own angle."""
-        return curves_of(dataset, self.joint)
+        """Return simple shapes along the joint's own angle, and single waves."""
+        return [*curves_of(dataset, self.joint), *waves_of(dataset, self.joint, 1)]
 
     @property
     def clause(self) -> str:

@@ -33,6 +33,10 @@ class FlexibleTermSettings:
         "of one joint that may together replace its name",
         "chosen: two steps, or a bump with its flank",
     )
+    rounds_of_refinement: int = setting(
+        4, "rounds", "in which shapes that replace a name are refined, each given the others",
+        "chosen: orders of two waves settle in three",
+    )  # fmt: skip
     minor: float = setting(
         0.1,
         "of the unmodelled structure",

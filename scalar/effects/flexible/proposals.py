@@ -15,7 +15,7 @@ from scalar.effects.flexible.sensor import UnattributedSensor
 from scalar.effects.flexible.shape import UnattributedShape
 from scalar.effects.flexible.sway import UnattributedSway
 from scalar.effects.flexible.variable import GRAVITY, Variable
-from scalar.effects.flexible.wave import WAVE_STEP, UnattributedWave
+from scalar.effects.flexible.wave import OVERTONES, WAVE_STEP, UnattributedWave
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 
@@ -77,10 +77,11 @@ def curves_of(dataset: Dataset, joint: int) -> list[Effect]:
     return _shapes(joint, Variable.seen(f"q{joint}", dataset.q[:, joint - 1]))
 
 
-def waves_of(dataset: Dataset, joint: int) -> list[Effect]:
-    """Return periodic errors of a joint in its own angle that are not whole parts of its turn."""
+def waves_of(dataset: Dataset, joint: int, waves: int = OVERTONES) -> list[Effect]:
+    """Return periodic errors of a joint in its own angle that are not whole parts of its turn, with their overtones."""
     angle = Variable.seen(f"q{joint}", dataset.q[:, joint - 1])
-    return [UnattributedWave(joint, (angle,), float(order)) for order in np.arange(*WAVE_ORDERS, WAVE_STEP)]
+    orders = np.arange(*WAVE_ORDERS, WAVE_STEP)
+    return [UnattributedWave(joint, (angle,), float(order), waves) for order in orders]
 
 
 def _places(width: float) -> list[float]:

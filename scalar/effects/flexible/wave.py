@@ -14,7 +14,7 @@ from scalar.effects.flexible.variable import Variable
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
-WAVES = 3  # of a periodic error that is no sine
+OVERTONES = 3  # a periodic error that is no sine has this many waves at most
 WAVE_STEP = 0.25  # between the orders that are tried, periods a turn
 
 
@@ -24,28 +24,31 @@ class UnattributedWave(UnattributedJoint):
 
     Attributes:
         variables: The joint's own angle.
-        order: Of the slowest wave, periods a turn; twice and three times as many go along.
+        order: Of the slowest wave, periods a turn.
+        waves: How many go along: this order, twice it, three times it.
     """
 
     order: float
+    waves: int = OVERTONES
 
     place: ClassVar[str] = "wave"
 
     @property
     def key(self) -> str:
         """Name, joint and order."""
-        return f"{super().key}_wave_{self.order:.3f}"
+        alone = "_alone" if self.waves == 1 else ""
+        return f"{super().key}_wave_{self.order:.3f}{alone}"
 
     @property
     def coefficient_names(self) -> list[str]:
         """Sine and cosine of each wave."""
-        return [f"{f}{k + 1}_rad" for k in range(WAVES) for f in ("sin", "cos")]
+        return [f"{f}{k + 1}_rad" for k in range(self.waves) for f in ("sin", "cos")]
 
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the waves on the joint."""
         q = poses.q[:, self.joint - 1]
-        B = np.zeros((len(poses), robot.n_joints, 2 * WAVES))
-        for k in range(WAVES):
+        B = np.zeros((len(poses), robot.n_joints, 2 * self.waves))
+        for k in range(self.waves):
             B[:, self.joint - 1, 2 * k] = np.sin((k + 1) * self.order * q)
             B[:, self.joint - 1, 2 * k + 1] = np.cos((k + 1) * self.order * q)
         return B
@@ -57,10 +60,11 @@ class UnattributedWave(UnattributedJoint):
 
     def to_mapping(self) -> dict[str, Any]:
         """Return place, joint, variable and order."""
-        return super().to_mapping() | {"place": self.place, "order": self.order}
+        return super().to_mapping() | {"place": self.place, "order": self.order, "waves": self.waves}
 
     @classmethod
     def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the term of ``to_mapping``."""
         variables = tuple(Variable.from_mapping(v) for v in mapping["variables"])
-        return cls(int(mapping["joint"]), variables, float(mapping["order"]))
+        waves = int(mapping.get("waves", OVERTONES))
+        return cls(int(mapping["joint"]), variables, float(mapping["order"]), waves)
