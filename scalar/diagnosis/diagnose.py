@@ -22,7 +22,7 @@ from scalar.diagnosis.ranking import rank
 from scalar.diagnosis.result import Diagnosis, Finding
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.shipped_fit import BY_COMPONENT, shipped_fit
-from scalar.diagnosis.unmodelled_structure import with_flexible_terms
+from scalar.diagnosis.unmodelled_structure import evidence_without_a_name, with_flexible_terms
 from scalar.diagnosis.variance_components import WhitenedMeasurement
 from scalar.effects import Effect
 from scalar.errors import InvalidInput, Undetermined
@@ -186,13 +186,14 @@ def _findings(before: FittedState, after: FittedState, tried: CandidateSet) -> t
     effects: tuple[Effect, ...] = ()
     scored = as_whitened(after)
     columns = CandidateColumns(scored, tried)
+    without_a_name = evidence_without_a_name(scored)
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
         state = after.refitted(effects, state.model)
         now = held_out_errors(state)
         own, ranking = rivals(scored, i, columns)
         ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
-        others = [s.evidence for s in ranking if not s.effect.same_answer(effect)]
+        others = [s.evidence for s in ranking if not s.effect.same_answer(effect)] + without_a_name[i]
         near = [
             s.effect
             for s in ranking

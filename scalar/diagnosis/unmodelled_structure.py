@@ -73,6 +73,28 @@ def _ranked(
     return [sorted(entries, key=lambda entry: -entry.evidence)[:looked_at] for entries in found]
 
 
+def evidence_without_a_name(state: FittedState) -> list[list[float]]:
+    """Return for every effect of a state the evidence of the flexible terms that would explain most in its place [nats]; none for one of them.
+
+    It is less by what a flexible term has to explain better to replace a name, and by half the log of the freedom for an order or a place that
+    was refined: a wave whose order may be any number explains as much as the harmonic that is there.
+
+    Args:
+        state: With its effects.
+    """
+    named = [i for i, effect in enumerate(state.effects) if not effect.flexible]
+    backgrounds = [background_without(state, [i])[0] for i in named]
+    found: list[list[float]] = [[] for _ in state.effects]
+    ranked = _ranked(state, backgrounds, _banks(flexible(state.dataset)))
+    for i, background, entries in zip(named, backgrounds, ranked, strict=True):
+        imitators = state.effects[i].imitators(state.dataset)
+        if imitators:
+            entries = entries + _ranked(state, [background], _banks(imitators))[0]
+        price = state.settings.flexible_terms.better_than_a_name + 0.5 * float(np.log(background.freedom))
+        found[i] = [refined(state, background, entry).evidence - price for entry in entries]
+    return found
+
+
 def _with_best(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState | None:
     """Return the state with the flexible term that the residual bears out best, or None."""
     background = state.background()

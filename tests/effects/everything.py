@@ -79,6 +79,7 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         *(UnattributedShape(4, (q[5],), shape) for shape in ("line", "square", "cube")),
         UnattributedShape(6, (q[2], q[5]), "product"),
         UnattributedWave(5, (q[5],), 7.3),
+        UnattributedWave(5, (q[5],), 3.6, 1),
         UnattributedSway(Variable("time", 0.0, 1e4), 1.7),
         UnattributedSway(Variable("order", half, half), 3.2, turns=False),
         UnattributedLink(4, "q4"),

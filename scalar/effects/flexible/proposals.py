@@ -46,6 +46,7 @@ def flexible_terms(dataset: Dataset) -> list[Effect]:
     ]
     found.append(UnattributedSensor(Variable(GRAVITY, 0.0, 1.0), kind_of(dataset).observes_orientation))
     found += [shape for j in moving for shape in _shapes(j, angles[j])]
+    found += [wave for j in moving for wave in waves_of(dataset, j, 1)]
     found += [UnattributedShape(j, (angles[a], angles[b]), "product") for j, a, b in pairs]
     return found + _in_time(dataset, moving)
 
