@@ -320,6 +320,7 @@ def make_scene(
     upright: bool = False,
     still_joint: int | None = None,
     plates: tuple[np.ndarray, np.ndarray] | None = None,
+    T_flange_sensor: np.ndarray = SCANNER,
 ) -> Scene:
     """Return a random cell: a true robot of the maker's geometry, a nominal one that is a little wrong.
 
@@ -346,6 +347,7 @@ def make_scene(
         still_joint: A joint, from 1, that never moves.
         plates: True normals ``(3, 3)`` and distances ``(3,)`` [m], the first seen from above, the others from
         below.
+        T_flange_sensor: True pose ``(4, 4)`` of the sensor on the flange.
     """
     rng = np.random.default_rng(seed)
     mapping = robot_mapping(robot)
@@ -359,7 +361,7 @@ def make_scene(
         geometry=geometry,
         T_base_0=fixed(mapping.get("base")),
         T_n_flange=fixed(mapping.get("flange")),
-        T_flange_sensor=SCANNER,
+        T_flange_sensor=T_flange_sensor,
         limits=limits,
         normals=normals if kind != "tracker" else np.empty((0, 3)),
         distances=distances if kind != "tracker" else np.empty(0),
@@ -386,7 +388,7 @@ def make_scene(
     nominal = geometry + _errors(rng, geometry, length_error, angle_error, uniform_error, exact)
     T_nominal = None
     if nominal_pose:
-        T_nominal = SCANNER @ _random_transform(rng, *pose_offset)
+        T_nominal = T_flange_sensor @ _random_transform(rng, *pose_offset)
     sensor = Sensor(
         kind, T_nominal, noise if stated_noise is not None and stated_noise < 0 else stated_noise, error_axis
     )

@@ -15,6 +15,7 @@ from scalar.diagnosis.score_test import Background
 from scalar.diagnosis.settings import DEFAULTS, RefitSettings, Settings
 from scalar.diagnosis.variance_components import VarianceComponent, variance_components, whitening_for
 from scalar.effects import Effect
+from scalar.estimation.data_sheet_priors import misfit_ratio
 from scalar.estimation.effect_bases import JointBasis, acts_on_joints
 from scalar.estimation.joint_fit import unobservable_coefficients
 from scalar.estimation.least_squares import fit
@@ -250,6 +251,10 @@ def _fitted(
     again = residuals.reweighted(model)
     if again.measurement is not residuals.measurement:
         residuals, model = again, _optimum(again, model, free, settings.refit)
+    if model.priors:
+        ratio = misfit_ratio(residuals, model, free, settings.estimation)
+        if abs(ratio / model.misfit_ratio - 1.0) > settings.estimation.identifiability.settled_weight:
+            model = _optimum(residuals, replace(model, misfit_ratio=ratio), free, settings.refit)
     return FittedState(dataset, model, geometry_free, free, residuals, settings, rows)
 
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
 
 from scalar.data.dataset import Dataset
 from scalar.effects import registry
 from scalar.errors import Undetermined
 from scalar.estimation.least_squares import RANK_TOLERANCE, Fit, covariance_and_step
+from scalar.estimation.misfit import misfit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared
 from scalar.estimation.residuals import Residuals
@@ -50,7 +49,7 @@ def conclude(
     residual, jacobian = residuals.linearise(model)
     _check_rank(model, jacobian[:, found.free], found.free)
     covariance, _ = covariance_and_step(jacobian[:, found.free], residual)
-    spread = misfit(residuals, model, int(found.free.sum()), settings.misfit_p_value)
+    spread = misfit(residuals, model, found.free, settings.misfit_p_value)
     names = model.names
     fixed = {h.name: h.reason for h in prepared.identifiability.fixed}
     for name, is_free in zip(names, found.free, strict=True):
@@ -97,47 +96,6 @@ def conclude(
         residual_rms=residuals.rms(model),
         summary=summary,
     )
-
-
-@dataclass(frozen=True)
-class Misfit:
-    """How the residual compares with the noise.
-
-    Attributes:
-        ratio: Root of the residual's mean square over what the noise explains; about 1 for a complete model.
-        p_value: Chance of a residual this large from noise alone; None where the noise is not known independently.
-        inflation: Factor on the covariance.
-    """
-
-    ratio: float
-    p_value: float | None
-    inflation: float
-
-
-def misfit(
-    residuals: Residuals, model: Model, n_free: int, least_p_value: float = DEFAULTS.fit.misfit_p_value
-) -> Misfit:
-    """Return how far the residual exceeds the noise, the scatter within scans set apart.
-
-    A scan's scatter about its own line carries no information on the model, and has many degrees of freedom: left in, it would hide
-    what the model lacks. What remains are two numbers a scan (one a contact, three a tracked point).
-    """
-    measurement = residuals.measurement
-    squared = float(np.sum(residuals.residual(model) ** 2))
-    T = residuals.kinematics(model).T_base_sensor
-    within, _ = measurement.scatter(T, model.target, residuals.point_effects(model))
-    squared -= float(within.sum())
-    freedom = int(measurement.equations.sum()) - n_free
-    if residuals.known is not None:
-        known = residuals.known
-        freedom += 2 * int(np.isfinite(known.normal_std).sum()) + int(np.isfinite(known.distance_std).sum())
-    if freedom <= 0:
-        return Misfit(1.0, None, 1.0)
-    ratio = squared / freedom
-    if measurement.sigma_known:
-        p_value = float(chi2.sf(squared, freedom))
-        return Misfit(float(np.sqrt(ratio)), p_value, ratio if p_value < least_p_value else 1.0)
-    return Misfit(float(np.sqrt(ratio)), None, ratio)
 
 
 def _check_rank(model: Model, J: Array, free: Array) -> None:

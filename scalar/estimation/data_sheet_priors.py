@@ -1,78 +1,156 @@
-"""Gaussian priors from the data sheet, for parameters that the data determine no better than it does."""
+"""Gaussian priors from the data sheet, for parameters that the data determine no better than it does.
+
+Maximum a posteriori: with whitened rows r, their real size s and prior standard deviations t, ``minimise |r|^2 / s^2 + |(x - mean) / t|^2``
+(MacKay, Neural Computation 4, 1992). What the data do not see stays near the data sheet, with a standard error that says so. What they
+determine hardly feels the priors: where the data determine every direction so well that no prior could move it visibly, there are none,
+and the estimate is that of least squares to the last digit.
+
+A tool on the axis of the last joint needs no case of its own. At t metres off the axis the direction that turns the axis about the tool
+shows through wrist rotations with t times that turn: wherever t is small against the noise, the priors take the direction over.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 
+from scalar.estimation.initial_estimate import COARSE
+from scalar.estimation.least_squares import covariance_and_step, fit
+from scalar.estimation.learned_spread import group_of, learned_spreads
+from scalar.estimation.misfit import misfit
 from scalar.estimation.model import Model, ParameterPrior
 from scalar.estimation.residuals import Residuals
-from scalar.estimation.settings import DEFAULTS, IdentifiabilitySettings
+from scalar.estimation.settings import DEFAULTS, EstimationSettings, IdentifiabilitySettings
 from scalar.geometry.se3 import Array
 from scalar.units import DEG, MM
 
 
-def data_sheet_priors(
-    residuals: Residuals,
-    model: Model,
-    free: Array,
-    found: Model,
-    settings: IdentifiabilitySettings = DEFAULTS.identifiability,
-) -> tuple[ParameterPrior, ...]:
-    """Return priors that keep robot and sensor near the data sheet, if the data determine some direction no better than it does.
+def fit_near_data_sheet(
+    residuals: Residuals, initial: Model, free: Array, settings: EstimationSettings = DEFAULTS
+) -> Model:
+    """Return a coarse fit of everything, with the priors on its parameters where they make a difference.
 
-    In units of the prior standard deviations s, with columns ``J s``, a direction whose standard error exceeds 1 is weak. The noise
-    is estimated from the residual that neither one step of the model nor a fit removes, so that what the model lacks counts as noise.
-    Where no direction is weak there is no prior. Where one is, every length and angle gets its prior, which changes little in what
-    the data determine well.
+    Where the priors matter is seen at the fit, not at the initial estimate: the tool may be near an axis at one and off it at the other.
 
     Args:
         residuals: Of the dataset.
-        model: The initial estimate.
+        initial: The initial estimate.
         free: ``(P,)`` bool.
-        found: Where a fit from there ended, without priors: the initial estimate may be too far off for one step.
+        settings: Thresholds.
+    """
+    rules = settings.identifiability
+    model = replace(initial, priors=data_sheet_priors(initial, free, rules), misfit_ratio=1.0)
+    for _ in range(rules.weighings):
+        model = fit(residuals, model, free, tolerance=COARSE).model
+        ratio = misfit_ratio(residuals, model, free, settings)
+        reweighed = replace(model, misfit_ratio=ratio)
+        reweighed = with_spreads(reweighed, learned_spreads(residuals, reweighed, free, rules))
+        settled = _change(model, reweighed) < rules.settled_weight
+        model = reweighed
+        if settled:
+            break
+    index, scale = np.flatnonzero(free), np.where(np.isfinite(stds(model)), stds(model), prior_std(model, rules))
+    columns = residuals.linearise(replace(model, priors=()))[1][:, index] * scale[index]
+    least = float(np.linalg.svd(np.linalg.qr(columns, mode="r"), compute_uv=False)[-1])
+    enough_rows = len(columns) >= len(index)
+    if enough_rows and least > rules.prior_matters * model.misfit_ratio:
+        return replace(model, priors=(), misfit_ratio=1.0).rebased()
+    return with_reasons(residuals, model, free, rules).rebased()
+
+
+def data_sheet_priors(
+    model: Model, free: Array, settings: IdentifiabilitySettings = DEFAULTS.identifiability
+) -> tuple[ParameterPrior, ...]:
+    """Return priors on every free length and angle of the robot and on the place of the sensor.
+
+    Args:
+        model: The initial estimate; where the sensor is said to be.
+        free: ``(P,)`` bool.
+        settings: Thresholds.
+    """
+    scale = prior_std(model, settings)
+    priors = []
+    for i in np.flatnonzero(free[: model.blocks["target"].start]):
+        name = model.names[i]
+        if name.startswith("sensor_r"):
+            continue
+        value = model.nominal.geometry.ravel()[i] if i < model.blocks["geometry"].stop else model.vector[i]
+        priors.append(ParameterPrior(name, float(value), float(scale[i]), ""))
+    return tuple(priors)
+
+
+def with_spreads(model: Model, spreads: Mapping[str, float]) -> Model:
+    """Return the model with priors on the robot's parameters of other widths, ``{"length": m, "angle": rad, "zero": rad}``."""
+    priors = [replace(prior, std=spreads.get(group_of(prior.name), prior.std)) for prior in model.priors]
+    return replace(model, priors=tuple(priors))
+
+
+def stds(model: Model) -> Array:
+    """Return the prior standard deviation of every coordinate ``(P,)``, infinite where there is no prior."""
+    found = np.full(len(model.names), np.inf)
+    for prior in model.priors:
+        found[model.names.index(prior.name)] = prior.std
+    return found
+
+
+def _change(before: Model, after: Model) -> float:
+    """Return by how much the weights of the priors changed: the largest logarithm of a ratio."""
+    one, two = (
+        np.log([prior.std / model.misfit_ratio for prior in model.priors]) for model in (before, after)
+    )
+    return float(np.max(np.abs(one - two), initial=0.0))
+
+
+def misfit_ratio(
+    residuals: Residuals, model: Model, free: Array, settings: EstimationSettings = DEFAULTS
+) -> float:
+    """Return the residual's real size in units of the noise: 1 where the noise explains it, or where too few rows are left to judge.
+
+    Args:
+        residuals: Of the dataset.
+        model: Fitted.
+        free: ``(P,)`` bool.
+        settings: Thresholds.
+    """
+    spare = float(residuals.measurement.equations.sum()) - float(free.sum())
+    if spare < settings.identifiability.enough_to_judge:
+        return 1.0
+    return float(np.sqrt(misfit(residuals, model, free, settings.fit.misfit_p_value).inflation))
+
+
+def with_reasons(
+    residuals: Residuals,
+    model: Model,
+    free: Array,
+    settings: IdentifiabilitySettings = DEFAULTS.identifiability,
+) -> Model:
+    """Return the model with a sentence at every prior that says more of its parameter than the data do.
+
+    Args:
+        residuals: Of the dataset.
+        model: Fitted, with priors.
+        free: ``(P,)`` bool.
         settings: Thresholds.
     """
     residual, J = residuals.linearise(model)
-    scatter, lines = _apart_from_scatter(residuals, model)
-    left = residuals.residual(found)
-    after = float(left @ left) - _apart_from_scatter(residuals, found)[0]
-    index = np.flatnonzero(free)
-    k = len(index)
-    scale = prior_std(model, settings)
-    factor = np.asarray(np.linalg.qr(np.column_stack([J[:, index] * scale[index], residual]), mode="r"))
-    freedom = lines - k
-    excess = min(float(np.sum(factor[k:, -1] ** 2)) - scatter, after)
-    noise = (
-        max(float(np.sqrt(excess / freedom)), 1.0)
-        if freedom >= settings.enough_to_judge and excess > 0
-        else 1.0
-    )
-    _, s, Vt = np.linalg.svd(factor[:k, :k])
-    if s[-1] >= noise:
-        return ()
-    weak = s < noise
-    spread = noise * np.sqrt(np.sum((Vt[weak].T / np.maximum(s[weak], 1e-12)) ** 2, axis=1)) * scale[index]
-    kept = []
-    for i, std in zip(index, spread, strict=True):
-        name, is_angle = model.names[i], model.units[i] == "rad"
-        if i >= model.blocks["target"].start or name.startswith("sensor_r"):
-            continue
-        value = model.nominal.geometry.ravel()[i] if i < model.blocks["geometry"].stop else model.vector[i]
+    covariance, _ = covariance_and_step(J[:, free], residual)
+    std = np.full(len(free), np.nan)
+    std[free] = model.misfit_ratio * np.sqrt(np.diag(covariance))
+    units = dict(zip(model.names, model.units, strict=True))
+    reasoned = []
+    for prior in model.priors:
+        own = float(std[model.names.index(prior.name)])
         reason = ""
-        if std > scale[i] / 2:
-            size = f"{std / DEG:.2g} deg" if is_angle else f"{std / MM:.2g} mm"
+        if own > settings.prior_decides * prior.std:
+            unit, word = (DEG, "deg") if units[prior.name] == "rad" else (MM, "mm")
             reason = (
-                f"these poses alone determine it only to about {size}, no better than the data sheet does"
+                f"these poses say less of it than its prior standard deviation of {prior.std / unit:.2g} {word}, "
+                f"which leaves {own / unit:.2g} {word}"
             )
-        kept.append(ParameterPrior(name, float(value), float(scale[i] / noise), reason))
-    return tuple(kept)
-
-
-def _apart_from_scatter(residuals: Residuals, model: Model) -> tuple[float, int]:
-    """Return the squared scatter of points about their own scans' lines, which no model explains, and the number of other rows."""
-    measurement = residuals.measurement
-    within, _ = measurement.scatter(residuals.kinematics(model).T_base_sensor, model.target)
-    return float(within.sum()), int(measurement.equations.sum())
+        reasoned.append(replace(prior, reason=reason))
+    return replace(model, priors=tuple(reasoned))
 
 
 def prior_std(model: Model, settings: IdentifiabilitySettings = DEFAULTS.identifiability) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.effects.effect import Effect
 from scalar.errors import NotConverged
+from scalar.estimation.data_sheet_priors import misfit_ratio
 from scalar.estimation.initial_estimate import COARSE
 from scalar.estimation.least_squares import Fit, covariance_and_step, fit
 from scalar.estimation.model import Model
@@ -78,6 +79,8 @@ def fit_from(
     for _ in range(settings.max_reweightings):
         model = (model if found is None else found.model).rebased()
         residuals = residuals.reweighted(model)
+        if model.priors:
+            model = replace(model, misfit_ratio=misfit_ratio(residuals, model, free))
         found = fit(residuals, model, free)
         again = residuals.reweighted(found.model)
         residual, jacobian = again.linearise(found.model)

@@ -30,7 +30,7 @@ class ParameterPrior:
     Attributes:
         name: Of the parameter.
         mean: Its value in the data sheet [m or rad].
-        std: Prior standard deviation [m or rad], in units in which the residual's misfit counts as noise.
+        std: Prior standard deviation [m or rad].
         reason: A sentence where the data hardly determine the parameter, else empty.
     """
 
@@ -51,7 +51,9 @@ class Model:
         sensor: ``(6,)``, translation [m] and rotation vector [rad] about the reference: ``R = exp(r) R_reference``.
         target: Planes or tracker frames.
         effects: With their coefficients.
-        priors: On parameters that the data hardly determine.
+        priors: On parameters, where the data hardly determine some of them.
+        misfit_ratio: The residual's real size in units of the noise by which its rows are whitened. The rows of priors are multiplied by
+            it, so that what the model lacks counts as noise where data and priors are weighed.
     """
 
     robot: Robot
@@ -61,6 +63,7 @@ class Model:
     target: Target
     effects: tuple[Effect, ...] = ()
     priors: tuple[ParameterPrior, ...] = ()
+    misfit_ratio: float = 1.0
 
     @classmethod
     def at(

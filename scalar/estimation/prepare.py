@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.errors import Fault, InvalidInput, Undetermined
-from scalar.estimation.data_sheet_priors import data_sheet_priors
+from scalar.estimation.data_sheet_priors import fit_near_data_sheet
 from scalar.estimation.identifiability import Identifiability, analyse
-from scalar.estimation.initial_estimate import COARSE, InitialEstimate, estimate_initially
-from scalar.estimation.least_squares import Fit, fit
+from scalar.estimation.initial_estimate import InitialEstimate, estimate_initially
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS, EstimationSettings
@@ -30,7 +29,7 @@ class Prepared:
     Attributes:
         residuals: Whitened at the initial estimate.
         initial: The initial estimate, with the arm nominal.
-        coarse: The coarsely fitted model from which fits go on; the initial estimate where the poses hardly determine the arm.
+        coarse: The coarsely fitted model from which fits go on, with priors from the data sheet where the poses hardly determine the arm.
         identifiability: Which parameters to fix, and why.
         free: ``(P,)`` bool, which coordinates of the model are free.
     """
@@ -73,7 +72,7 @@ def prepare(dataset: Dataset, fix: Sequence[str] = (), settings: EstimationSetti
             dataset,
             residuals,
             initial.model,
-            _symmetric(initial.model, T, settings.sufficiency.already_nominal),
+            initial.model,
             candidates,
             settings,
         )
@@ -82,17 +81,14 @@ def prepare(dataset: Dataset, fix: Sequence[str] = (), settings: EstimationSetti
             residuals, initial.model, settings.sufficiency
         )  # parallel planes explain whatever else is not determined
         raise
-    found = fit(residuals, initial.model, free, tolerance=COARSE)
-    if near_parallel_joints(found.model.robot) != near_parallel_joints(dataset.robot):
-        identifiability, free, found = _identify_again(
-            dataset, residuals, initial.model, candidates, (identifiability, free, found), settings
+    coarse = fit_near_data_sheet(residuals, initial.model, free, settings)
+    if near_parallel_joints(coarse.robot) != near_parallel_joints(dataset.robot):
+        identifiability, free, coarse = _identify_again(
+            dataset, residuals, initial.model, candidates, (identifiability, free, coarse), settings
         )
-    check_guess(found.model, guess, settings.sufficiency)
-    check_span(residuals, found.model, settings.sufficiency)
-    priors = data_sheet_priors(residuals, initial.model, free, found.model, settings.identifiability)
-    model = replace(initial.model, priors=priors)
-    coarse = model if model.priors else found.model.rebased()
-    return Prepared(residuals, replace(initial, model=model), coarse, identifiability, free)
+    check_guess(coarse, guess, settings.sufficiency)
+    check_span(residuals, coarse, settings.sufficiency)
+    return Prepared(residuals, initial, coarse, identifiability, free)
 
 
 def _identify(
@@ -119,33 +115,22 @@ def _identify_again(
     residuals: Residuals,
     initial: Model,
     candidates: Array,
-    first: tuple[Identifiability, Array, Fit],
+    first: tuple[Identifiability, Array, Model],
     settings: EstimationSettings,
-) -> tuple[Identifiability, Array, Fit]:
+) -> tuple[Identifiability, Array, Model]:
     """Return the identifiability at the coarse fit, and a new coarse fit that goes with it.
 
     The first answer stays if the second fit is worse: then the first fit did not end near the true arm.
     """
     found = first[2]
     try:
-        identifiability, free = _identify(dataset, residuals, initial, found.model, candidates, settings)
+        identifiability, free = _identify(dataset, residuals, initial, found, candidates, settings)
     except Undetermined:
         return first
-    again = fit(residuals, initial, free, tolerance=COARSE)
-    if residuals.rms(again.model) > max(settings.sufficiency.gross_error, residuals.rms(found.model)):
+    again = fit_near_data_sheet(residuals, initial, free, settings)
+    if residuals.rms(again) > max(settings.sufficiency.gross_error, residuals.rms(found)):
         return first
     return identifiability, free, again
-
-
-def _symmetric(model: Model, T_nominal: Array | None, near: float) -> Model:
-    """Return the model with the sensor at its nominal place if the initial estimate confirms it, to ``near`` [m].
-
-    With a tool exactly on the flange's axis some parameters are unobservable. An estimate a millimetre off that axis would make
-    them look observable.
-    """
-    if T_nominal is None or np.linalg.norm(model.T_flange_sensor[:3, 3] - T_nominal[:3, 3]) > near:
-        return model
-    return Model.at(model.robot, T_nominal, model.target)
 
 
 def candidate_mask(model: Model, fix: Sequence[str] = ()) -> Array:

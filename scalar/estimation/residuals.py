@@ -146,7 +146,8 @@ class Residuals:
             self.known is None and not model.effects and not model.priors
         ):  # most fits: spare them the calls below at each step
             return np.zeros(0), np.zeros((0, blocks["effects"].stop))
-        coefficients = model.vector[blocks["effects"]]
+        vector = model.vector
+        coefficients = vector[blocks["effects"]]
         sizes = np.concatenate([np.zeros(0), *(effect.prior_std for effect in model.effects)])
         known = np.zeros(0) if self.known is None else self.known.rows(model.target)[0]  # type: ignore[arg-type]
         bounded = np.isfinite(sizes)
@@ -159,8 +160,8 @@ class Residuals:
         off = np.zeros(len(model.priors))
         for k, prior in enumerate(model.priors):
             i = model.names.index(prior.name)
-            below[n_bounded + k, i] = 1.0 / prior.std
-            off[k] = (model.vector[i] - prior.mean) / prior.std
+            below[n_bounded + k, i] = model.misfit_ratio / prior.std
+            off[k] = (vector[i] - prior.mean) * model.misfit_ratio / prior.std
         return np.concatenate([known, coefficients[bounded] / sizes[bounded], off]), below
 
     def reweighted(self, model: Model) -> Residuals:

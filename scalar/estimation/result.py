@@ -219,6 +219,7 @@ def reporting(model: Model, guess: Any) -> Model:
         model.target.expressed_about(guess),
         model.effects,
         model.priors,
+        model.misfit_ratio,
     )
     return about
 

@@ -135,10 +135,6 @@ class SufficiencySettings:
         10.0 * MM, "m", "a pose farther off than this after a fit is a gross error",
         "chosen: no effect on an arm makes a centimetre, a wrong label or a wrong pose does",
     )  # fmt: skip
-    already_nominal: float = setting(
-        0.02, "m", "a sensor found this near its nominal place is taken to have the symmetry of the nominal one",
-        "chosen: brackets are made to a millimetre, and drawn ones are not two centimetres wrong",
-    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -183,6 +179,37 @@ class IdentifiabilitySettings:
         "for the residual to say how large the noise is",
         "a standard deviation of ten is known to a quarter",
     )
+    typical_length: float = setting(
+        0.3e-3, "m", "how far lengths of arms are from the data sheet (1 sigma), before the arm itself says so",
+        "chosen: machined castings, toleranced to tenths; corrections published for industrial arms are of that size",
+    )  # fmt: skip
+    typical_angle: float = setting(
+        0.3e-3, "rad", "the same for the angles between axes", "chosen: tenths of a millimetre over a link's length"
+    )  # fmt: skip
+    typical_zero: float = setting(
+        1e-3, "rad", "the same for the zeros of the joints", "chosen: a witness mark is set to a twentieth of a degree"
+    )  # fmt: skip
+    typical_count: float = setting(
+        6.0, "corrections", "that the typical lengths and angles count as where the arm's own are pooled with them",
+        "chosen: as many as a six-axis arm has of each, so that an arm that differs soon outweighs them",
+    )  # fmt: skip
+    typical_zero_count: float = setting(
+        1.0, "corrections", "the same for the zeros", "chosen: zeros are often degrees off, so little is expected of them"
+    )  # fmt: skip
+    prior_matters: float = setting(
+        10.0, "1", "the priors of the data sheet are left out where every direction's standard error is smaller than its prior standard "
+        "deviation by more", "a prior then lowers no variance by more than 1 %: nothing would be gained",
+    )  # fmt: skip
+    prior_decides: float = setting(
+        0.5, "of the prior standard deviation", "a parameter whose standard error exceeds this is said to be kept near the data sheet",
+        "chosen: a quarter of what is known of it comes from the data sheet then",
+    )  # fmt: skip
+    weighings: int = setting(
+        4, "rounds", "of fitting and of weighing the priors by the residual that is left", "chosen: two are the rule"
+    )  # fmt: skip
+    settled_weight: float = setting(
+        0.05, "1", "a weight of the priors that changes by less is the last", "chosen: a prior's size is not known as well"
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

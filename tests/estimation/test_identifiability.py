@@ -153,7 +153,7 @@ def test_sixteen_poses_are_not_refused():
     scene = helpers.make_scene(poses_per_plane=6, points_per_scan=10, seed=2)
     prepared = prepare(scene.dataset.subset(np.arange(16)))
     assert prepared.free.sum() == 32
-    assert {anchor.name for anchor in prepared.initial.model.priors} <= set(
+    assert {anchor.name for anchor in prepared.coarse.priors} <= set(
         np.array(prepared.initial.model.names)[prepared.free]
     )
 

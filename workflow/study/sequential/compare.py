@@ -215,9 +215,11 @@ def starts(dataset: Dataset, prepared: Prepared) -> dict[str, Model]:
     guess = linear_guess(
         as_scans(measurement), dataset.robot.flange(dataset.q), planes, measurement.target_index == level
     )
-    priors = prepared.initial.model.priors
+    coarse = prepared.coarse
     return {
-        name: replace(Model.at(dataset.robot, T, planes), priors=priors)
+        name: replace(
+            Model.at(dataset.robot, T, planes), priors=coarse.priors, misfit_ratio=coarse.misfit_ratio
+        )
         for name, T in (("declared", declared), ("linear guess", guess))
     }
 

@@ -1,0 +1,110 @@
+"""How far an arm is from its data sheet, learned from the arm itself: one spread for lengths, one for angles, one for joint zeros.
+
+Corrections of lengths are draws from one normal distribution, those of angles and of joint zeros from two others. The marginal likelihood
+gives their variances (MacKay, Neural Computation 4, 1992): with g_i the share of a correction m_i that the data determine,
+``t^2 = sum(m_i^2) / sum(g_i)``. A few corrections do not determine a spread, and a grid of poses may determine none: so many corrections
+of the size that arms have are counted with them, which is a scaled inverse chi-squared prior on the variance (Gelman et al., Bayesian
+Data Analysis, 2013, 2.6).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from scalar.estimation.model import Model
+from scalar.estimation.residuals import Residuals
+from scalar.estimation.settings import DEFAULTS, IdentifiabilitySettings
+from scalar.geometry.robot import GEOMETRY, LENGTHS
+from scalar.geometry.se3 import Array
+
+_ROUNDS = 200
+_SETTLED = 1e-3  # of the logarithm of a spread
+_RIDGE = 1e-14  # of unit columns: keeps the inverse finite where neither data nor priors see a direction
+
+
+def group_of(name: str) -> str:
+    """Return ``length``, ``angle`` or ``zero`` for a parameter of the robot, and an empty string for any other."""
+    kind = name.split("_")[0]
+    if kind not in GEOMETRY:
+        return ""
+    return "length" if kind in LENGTHS else "zero" if kind == "theta" else "angle"
+
+
+def learned_spreads(
+    residuals: Residuals,
+    model: Model,
+    free: Array,
+    settings: IdentifiabilitySettings = DEFAULTS.identifiability,
+) -> dict[str, float]:
+    """Return the standard deviation of the corrections of each group, ``{"length": m, "angle": rad, "zero": rad}``.
+
+    Args:
+        residuals: Of the dataset.
+        model: At its optimum, with priors and its misfit ratio.
+        free: ``(P,)`` bool.
+        settings: Thresholds.
+    """
+    index = np.flatnonzero(free)
+    names = [model.names[i] for i in index]
+    N = residuals.measurement.rows_per_pose * len(residuals.poses.q)
+    residual, jacobian = residuals.linearise(model)
+    J, r = jacobian[:N, index] / model.misfit_ratio, residual[:N] / model.misfit_ratio
+    means, stds = np.zeros(len(index)), np.full(len(index), np.inf)
+    at = {name: k for k, name in enumerate(names)}
+    for prior in model.priors:
+        if prior.name in at:
+            means[at[prior.name]], stds[at[prior.name]] = prior.mean, prior.std
+    off = np.where(np.isfinite(stds), model.vector[index] - means, 0.0)
+    groups = {g: np.array([group_of(name) == g for name in names]) for g in ("length", "angle", "zero")}
+    return _most_likely(J.T @ J, J.T @ r, off, stds, groups, typical_spreads(settings))
+
+
+def typical_spreads(settings: IdentifiabilitySettings) -> dict[str, tuple[float, float]]:
+    """Return for each group the spread [m or rad] that arms have, and how many corrections it counts as."""
+    return {
+        "length": (settings.typical_length, settings.typical_count),
+        "angle": (settings.typical_angle, settings.typical_count),
+        "zero": (settings.typical_zero, settings.typical_zero_count),
+    }
+
+
+def _most_likely(
+    gram: Array,
+    gradient: Array,
+    off: Array,
+    stds: Array,
+    groups: Mapping[str, Array],
+    typical: Mapping[str, tuple[float, float]],
+) -> dict[str, float]:
+    """Return the spreads of greatest marginal likelihood of a linear model, by MacKay's fixed point.
+
+    Args:
+        gram: ``(F, F)``, J'J in units of the residual's size.
+        gradient: ``(F,)``, J'r where the corrections are ``off``.
+        off: ``(F,)``, the corrections at which the model is linear.
+        stds: ``(F,)``, prior standard deviations, infinite where there is no prior.
+        groups: Which of the F corrections belong to each group.
+        typical: Spread and count of each group.
+    """
+    spreads = {g: spread for g, (spread, _) in typical.items()}
+    for _ in range(_ROUNDS):
+        for g, mine in groups.items():
+            stds = np.where(mine, spreads[g], stds)
+        weight = 1.0 / stds**2
+        H = gram + np.diag(weight)
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300))
+        inverse = np.linalg.inv(H * np.outer(scale, scale) + _RIDGE * np.eye(len(H))) * np.outer(scale, scale)
+        m = off - inverse @ (gradient + weight * off)
+        determined = 1.0 - weight * np.diag(inverse)
+        new = {}
+        for g, mine in groups.items():
+            spread, count = typical[g]
+            total = float(np.sum(m[mine] ** 2)) + count * spread**2
+            new[g] = float(np.sqrt(total / (max(float(determined[mine].sum()), 0.0) + count)))
+        change = max(abs(np.log(new[g] / spreads[g])) for g in groups)
+        spreads = new
+        if change < _SETTLED:
+            break
+    return spreads
