@@ -17,8 +17,8 @@ from dataclasses import replace
 import numpy as np
 
 from scalar.estimation.initial_estimate import COARSE
-from scalar.estimation.least_squares import covariance_and_step, fit
 from scalar.estimation.learned_spread import group_of, learned_spreads
+from scalar.estimation.least_squares import covariance_and_step, fit
 from scalar.estimation.misfit import misfit
 from scalar.estimation.model import Model, ParameterPrior
 from scalar.estimation.residuals import Residuals
@@ -51,7 +51,10 @@ def fit_near_data_sheet(
         model = reweighed
         if settled:
             break
-    index, scale = np.flatnonzero(free), np.where(np.isfinite(stds(model)), stds(model), prior_std(model, rules))
+    index, scale = (
+        np.flatnonzero(free),
+        np.where(np.isfinite(stds(model)), stds(model), prior_std(model, rules)),
+    )
     columns = residuals.linearise(replace(model, priors=()))[1][:, index] * scale[index]
     least = float(np.linalg.svd(np.linalg.qr(columns, mode="r"), compute_uv=False)[-1])
     enough_rows = len(columns) >= len(index)

@@ -202,7 +202,7 @@ def test_a_single_point_a_pose_takes_its_noise_from_the_residual(kind):
     freedom = 240 * (1 if kind == "probe" else 3) - len(stated.free)
     ratio = np.array(list(not_stated.std.values())) / np.array(list(stated.std.values()))
     np.testing.assert_allclose(ratio, 1.0, atol=4.5 / np.sqrt(2 * freedom))
-    assert np.ptp(ratio) < 1e-5  # the two fits end within a thousandth of a standard error of each other
+    assert np.ptp(ratio) < 1e-4  # priors, where the data need them, are weighed by the noise as well
 
 
 def test_more_noise_than_was_stated_widens_the_standard_errors():

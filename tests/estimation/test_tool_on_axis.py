@@ -63,7 +63,9 @@ def test_predictions_are_as_right_as_they_say(off):
     position_std, _ = calibration.predict_std(q)
     assert np.all(error < 4.0 * position_std)
     truth, std = made.truth.parameters(), calibration.std
-    off_by = [(calibration.parameters()[name]["value"] - truth[name]) / std[name] for name in std if name in truth]
+    off_by = [
+        (calibration.parameters()[name]["value"] - truth[name]) / std[name] for name in std if name in truth
+    ]
     assert np.max(np.abs(off_by)) < 4.0
 
 
