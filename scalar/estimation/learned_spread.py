@@ -58,7 +58,7 @@ def learned_spreads(
             means[at[prior.name]], stds[at[prior.name]] = prior.mean, prior.std
     off = np.where(np.isfinite(stds), model.vector[index] - means, 0.0)
     groups = {g: np.array([group_of(name) == g for name in names]) for g in ("length", "angle", "zero")}
-    return _most_likely(J.T @ J, J.T @ r, off, stds, groups, typical_spreads(settings))
+    return most_likely_spreads(J.T @ J, J.T @ r, off, stds, groups, typical_spreads(settings))
 
 
 def typical_spreads(settings: IdentifiabilitySettings) -> dict[str, tuple[float, float]]:
@@ -70,7 +70,7 @@ def typical_spreads(settings: IdentifiabilitySettings) -> dict[str, tuple[float,
     }
 
 
-def _most_likely(
+def most_likely_spreads(
     gram: Array,
     gradient: Array,
     off: Array,

@@ -13,13 +13,13 @@ import pytest
 from scalar.errors import InvalidInput, ScalarError, Undetermined
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.conclude import _check_plausible
-from scalar.estimation.data_sheet_priors import data_sheet_priors, prior_std
+from scalar.estimation.data_sheet_priors import fit_near_data_sheet, misfit_ratio, prior_std, with_reasons
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.gross_errors import clean, clean_given_effects
+from scalar.estimation.learned_spread import most_likely_spreads, typical_spreads
 from scalar.estimation.outlying_points import without_outlying_points
 from scalar.estimation.plane_labels import other_labels
 from scalar.estimation.pose_consistency import coarsely_consistent, in_runs
-from scalar.estimation.prepare import _symmetric
 from scalar.estimation.settings import DEFAULTS, changed
 from scalar.estimation.sufficiency import check_guess, check_lines, check_span
 from scalar.geometry.planes import Planes
@@ -184,17 +184,6 @@ def test_a_plane_scanned_on_one_line_is_refused(width, sigma, name):
         check_lines(residuals, model, replace(SUFFICIENT, **{name: 2 * getattr(SUFFICIENT, name)}))
 
 
-def test_an_estimate_near_the_nominal_place_has_its_symmetry(prepared):
-    """A sensor found 30 mm from its nominal place: as it was found above 20 mm, at the nominal place below 40 mm."""
-    model = prepared[1]
-    T = model.T_flange_sensor.copy()
-    T[:3, 3] += [0.0, 0.03, 0.0]
-    assert _symmetric(model, T, SUFFICIENT.already_nominal) is model
-    np.testing.assert_allclose(
-        _symmetric(model, T, 2 * SUFFICIENT.already_nominal).T_flange_sensor, T, atol=1e-12
-    )
-
-
 @pytest.mark.parametrize(
     ("row", "by", "name"), [(0, 0.7, "largest_length_change"), (1, 2.0, "largest_angle_change")]
 )
@@ -259,18 +248,65 @@ def test_how_far_a_data_sheet_may_be_off_is_the_prior_of_its_kind(prepared, name
 
 def test_few_equations_do_not_say_how_large_the_noise_is(prepared):
     """Twenty-one poses leave between ten and twenty degrees of freedom: a residual above the stated noise counts where ten are enough."""
-    residuals, model, free, found = prepared
-    settings = replace(DEFAULTS.identifiability, plausible_length=1e-7, plausible_angle=1e-7)
+    residuals, _, free, found = prepared
+    few = DEFAULTS.identifiability.enough_to_judge
     freedom = int(residuals.measurement.equations.sum()) - int(free.sum())
-    assert settings.enough_to_judge <= freedom < 2 * settings.enough_to_judge
+    assert few <= freedom < 2 * few
     louder = replace(
         residuals, measurement=replace(residuals.measurement, sigma=residuals.measurement.sigma / 50)
+    ).reweighted(found)
+    assert misfit_ratio(louder, found, free) > 10
+    asked_for_more = changed(DEFAULTS, {"identifiability.enough_to_judge": 2 * few})
+    assert misfit_ratio(louder, found, free, asked_for_more) == 1.0
+
+
+def test_priors_are_kept_where_a_direction_is_known_no_better_than_asked(prepared):
+    """Priors stay while some standard error is above the stated share of its prior, and are left out once none is."""
+    residuals, model, free, _ = prepared
+    kept = fit_near_data_sheet(
+        residuals, model, free, changed(DEFAULTS, {"identifiability.prior_matters": 1e6})
     )
-    judged = data_sheet_priors(louder, model, free, found, settings)
-    as_stated = data_sheet_priors(
-        louder, model, free, found, replace(settings, enough_to_judge=2 * settings.enough_to_judge)
+    left_out = fit_near_data_sheet(
+        residuals, model, free, changed(DEFAULTS, {"identifiability.prior_matters": 1e-6})
     )
-    assert [p.std for p in judged] != [p.std for p in as_stated]
+    assert len(kept.priors) > 0 and not left_out.priors
+    told = [
+        sum(
+            bool(p.reason)
+            for p in with_reasons(
+                residuals, kept, free, replace(DEFAULTS.identifiability, prior_decides=share)
+            ).priors
+        )
+        for share in (1e-6, 0.999999)
+    ]
+    assert told[0] > told[1]
+
+
+@pytest.mark.parametrize(
+    ("name", "group"), [("typical_length", "length"), ("typical_angle", "angle"), ("typical_zero", "zero")]
+)
+def test_the_typical_spread_counts_where_the_arm_says_nothing(name, group):
+    """Without data the learned spread is the typical one; data of a larger spread outweigh it the more, the fewer corrections it counts as."""
+    settings = DEFAULTS.identifiability
+    typical = typical_spreads(settings)
+    none = {g: np.zeros(1, dtype=bool) for g in typical}
+    assert most_likely_spreads(np.eye(1), np.zeros(1), np.zeros(1), np.ones(1), none, typical)[
+        group
+    ] == pytest.approx(getattr(settings, name))
+    seen = {g: np.full(4, g == group) for g in typical}
+    off = np.full(4, 10 * getattr(settings, name))
+    learned = [
+        most_likely_spreads(
+            1e12 * np.eye(4),
+            np.zeros(4),
+            off,
+            np.ones(4),
+            seen,
+            {g: (t, c * times) for g, (t, c) in typical.items()},
+        )[group]
+        for times in (0.5, 1.0, 2.0)
+    ]
+    assert learned[0] > learned[1] > learned[2] > getattr(settings, name)
 
 
 def test_a_third_of_the_poses_must_not_be_set_aside_where_a_fifth_may(labelled):
