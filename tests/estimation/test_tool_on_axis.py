@@ -76,4 +76,4 @@ def test_the_axis_is_found_where_the_tool_shows_it_and_kept_near_the_data_sheet_
     assert not beside.summary["kept_near_data_sheet"]
     assert {"alpha_6", "theta_5"} <= set(upon.summary["kept_near_data_sheet"])
     assert upon.std["alpha_6"] > 5 * beside.std["alpha_6"]
-    assert {"a_6", "d_5"}.isdisjoint(beside.held) and {"a_6", "d_5"}.isdisjoint(upon.held)
+    assert {"a_6", "d_5"}.isdisjoint(beside.fixed) and {"a_6", "d_5"}.isdisjoint(upon.fixed)
