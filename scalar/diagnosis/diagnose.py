@@ -16,6 +16,7 @@ from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.forward_selection import select_forward
 from scalar.diagnosis.harmonic_spectrum import as_whitened, has_all_orders, is_shrunk, with_spectrum
 from scalar.diagnosis.hold_out import held_out_errors
+from scalar.diagnosis.measured_rows import rows_given_own_noise
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.observability import unobservable_effects
 from scalar.diagnosis.ranking import rank
@@ -87,7 +88,7 @@ def diagnose(
     calibration_before = conclude(
         cleaned.dataset,
         prepared,
-        *fit_from(cleaned.dataset, before.model, before.free, None, fits),
+        *_final_fit(before, None),
         settings=fits,
     )
     whitening = after.whitening if shipped.effects_fit == BY_COMPONENT else None
@@ -156,7 +157,8 @@ def _selected(
 ) -> _Selected:
     """Return the effects that are selected on a dataset once it is cleaned."""
     model, prepared = geometry_fit(cleaned.dataset, settings.estimation)
-    before = refit(cleaned.dataset, model, prepared.free, (), settings)
+    rows = rows_given_own_noise(cleaned.dataset, model, settings.estimation.within_scan_noise)
+    before = refit(cleaned.dataset, model, prepared.free, (), settings, rows)
     _refuse_misfit(dataset, before)
     tried = named_candidates(cleaned.dataset)
     progress("selecting effects")
@@ -164,12 +166,18 @@ def _selected(
 
 
 def _final_fit(state: FittedState, whitening: Array | None) -> tuple[Fit, Residuals]:
-    """Return the final fit of a state: on all points, or on profile rows with the weights of a variance component ``(N, m, m)``."""
+    """Return the final fit of a state: on all points where their noise is white, on profile rows where these are weighted for it.
+
+    Args:
+        state: To fit.
+        whitening: Weights of a variance component of whole poses ``(N, m, m)``, or None.
+    """
+    residuals, fits = state.residuals, state.settings.estimation.fit
     if whitening is None:
-        return fit_from(state.dataset, state.model, state.free, None, state.settings.estimation.fit)
-    residuals = state.residuals
+        own = None if state.rows.noise is None else residuals
+        return fit_from(state.dataset, state.model, state.free, own, fits)
     residuals = type(residuals)(
-        WhitenedMeasurement(residuals.measurement, whitening),
+        WhitenedMeasurement(residuals.measurement, whitening, state.variance_components[0].as_noise()),
         residuals.poses,
         residuals.bases,
         residuals.known,

@@ -142,6 +142,9 @@ class Diagnosis:
             "noise": {
                 "within_scan_mm": self.after.residuals.measurement.sigma / MM,
                 "between_scans_mm": between_scans(self.after) / MM,
+                "components": [
+                    component.to_mapping() for component in self.after.residuals.measurement.noise_components
+                ],
             },
             "residual": {
                 "before": _residual(self.calibration_before, self.held_out_before),

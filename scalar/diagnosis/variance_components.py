@@ -8,7 +8,7 @@ more and turns lines as well, where a bias only shifts them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from scalar.diagnosis.score_test import Background
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
-from scalar.sensors import Measurement, Rows, Target
+from scalar.sensors import Measurement, NoiseComponent, Rows, Target
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +41,11 @@ class VarianceComponent:
     log_likelihood_gain: float
     p_value: float
     covariance: Array
+
+    def as_noise(self) -> NoiseComponent:
+        """Return the component as calibration files list it."""
+        unit = "rad" if self.name == "pose_jitter" else "m"
+        return NoiseComponent(self.name, {}, self.std, self.std_error, unit, "")
 
 
 def variance_components(
@@ -112,10 +117,12 @@ class WhitenedMeasurement(Measurement):
     Attributes:
         inner: The rows.
         whitening: ``(N, m, m)``, inverse square roots of the covariances.
+        component: What it is whitened for.
     """
 
     inner: Any
     whitening: Array
+    component: NoiseComponent
 
     def __getattr__(self, name: str) -> Any:
         """Return what the inner measurement has."""
@@ -130,6 +137,11 @@ class WhitenedMeasurement(Measurement):
     def sigma(self) -> float:  # type: ignore[override]
         """Return the standard deviation within scans."""
         return self.inner.sigma
+
+    @property
+    def noise_components(self) -> tuple[NoiseComponent, ...]:
+        """Return those of the inner measurement, and the one that it is whitened for here."""
+        return (*self.inner.noise_components, self.component)
 
     @property
     def rows_per_pose(self) -> int:  # type: ignore[override]
@@ -174,7 +186,7 @@ class WhitenedMeasurement(Measurement):
 
     def reweighted(self, T_base_sensor: Array, target: Target) -> Measurement:
         """Return the inner measurement reweighted, whitened as before."""
-        return WhitenedMeasurement(self.inner.reweighted(T_base_sensor, target), self.whitening)
+        return replace(self, inner=self.inner.reweighted(T_base_sensor, target))
 
     def distances(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()

@@ -95,6 +95,7 @@ def conclude(
         ),
         residual_rms=residuals.rms(model),
         summary=summary,
+        noise=tuple(component.to_mapping() for component in residuals.measurement.noise_components),
     )
 
 

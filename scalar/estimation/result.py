@@ -33,7 +33,7 @@ VERSION_1 = "scalar-calibration/1"
 """Read, no longer written: it nests the names of the free parameters and their matrix under ``covariance``."""
 KEYS = frozenset(
     {"format", "robot", "sensor", "parameters", "gauge", "effects", "residual_rms_m", "planes", "tracker_frames", "summary"}
-    | {"names", "covariance", "target"}
+    | {"names", "covariance", "target", "noise"}
 )  # fmt: skip
 PARAMETER_KEYS = frozenset({"value", "std", "unit", "held", "reason"})
 PREDICTION_COLUMNS = ("pose", "x", "y", "z", "rx", "ry", "rz")
@@ -52,6 +52,7 @@ class Calibration:
         gauge: What could not be observed: one mapping for each parameter that was fixed for it.
         residual_rms: Root mean square distance of points and target [m].
         summary: Numbers for people: poses, points, noise, misfit, how the fit started and ended.
+        noise: The components of the noise that the poses were weighed by, as the file lists them; none where it is white and of one size.
     """
 
     model: Model
@@ -62,6 +63,7 @@ class Calibration:
     gauge: tuple[Mapping[str, Any], ...] = ()
     residual_rms: float = 0.0
     summary: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    noise: tuple[Mapping[str, Any], ...] = ()
 
     @classmethod
     def nominal(cls, dataset: Dataset, T_flange_sensor: Array | None = None) -> Calibration:
@@ -183,6 +185,7 @@ class Calibration:
                 effect_to_mapping(effect, std)
                 for effect, std in zip(model.effects, self.effect_std, strict=True)
             ],
+            "noise": [dict(component) for component in self.noise],
             "residual_rms_m": self.residual_rms,
             "planes": [],
             **kind_named(self.sensor["kind"]).target_to_mapping(model.target, self.std),
@@ -211,7 +214,7 @@ class Calibration:
 
 def reporting(model: Model, guess: Any) -> Model:
     """Return the model in the coordinates that are reported: absolute rotation vectors, normals counted from the guess."""
-    about = Model(
+    return Model(
         model.robot,
         model.nominal,
         np.eye(3),
@@ -221,13 +224,11 @@ def reporting(model: Model, guess: Any) -> Model:
         model.priors,
         model.misfit_ratio,
     )
-    return about
 
 
 def sensor_mapping(dataset: Dataset) -> dict[str, Any]:
     """Return what a calibration keeps of a dataset's sensor."""
-    sensor = dataset.sensor
-    return {"kind": sensor.kind, "noise": sensor.noise, "error_axis": sensor.error_axis}
+    return {key: getattr(dataset.sensor, key) for key in ("kind", "noise", "error_axis")}
 
 
 def load_calibration(path: str | Path) -> Calibration:
@@ -239,12 +240,11 @@ def load_calibration(path: str | Path) -> Calibration:
     """
     path = Path(path)
     if not path.exists():
-        raise InvalidInput([Fault(str(path), "no such file; 'scalar calibrate DATASET -o DIR' writes one")])
+        raise InvalidInput(Fault(str(path), "no such file; 'scalar calibrate DATASET -o DIR' writes one"))
     content: Any = read_json(path)
     if not isinstance(content, dict) or content.get("format") not in (VERSION_1, FORMAT):
-        raise InvalidInput(
-            [Fault(str(path), f"not a calibration: its format is not '{FORMAT}'", None, "format")]
-        )
+        wrong = f"not a calibration: its format is not '{FORMAT}'"
+        raise InvalidInput(Fault(str(path), wrong, None, "format"))
     try:
         mapping = _as_version_2(cast(dict[str, Any], content))
         check_calibration(mapping, str(path))
@@ -264,9 +264,8 @@ def load_calibration(path: str | Path) -> Calibration:
     except InvalidInput as error:  # an effect whose kind is not known here does not know the file
         raise InvalidInput([replace(fault, file=str(path)) for fault in error.faults]) from None
     except (KeyError, TypeError, ValueError, IndexError, OverflowError, AttributeError) as error:
-        raise InvalidInput(
-            [Fault(str(path), f"damaged calibration: {type(error).__name__} {error}")]
-        ) from None
+        damage = f"damaged calibration: {type(error).__name__} {error}"
+        raise InvalidInput(Fault(str(path), damage)) from None
 
 
 def _as_version_2(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -288,14 +287,14 @@ def _from_mapping(mapping: Mapping[str, Any]) -> Calibration:
     effects = tuple(effect_from_mapping(effect) for effect in mapping["effects"])
     model = Model(calibrated, nominal, np.eye(3), np.r_[T[:3, 3], log_so3(T[:3, :3])], target, effects)
     model = model.with_vector(np.array([float(parameters[name]["value"]) for name in model.names]))
-    names = mapping["names"]
     return Calibration(
         model=model,
         sensor=sensor,
-        free=tuple(names),
-        covariance=np.array(mapping["covariance"], dtype=float).reshape(len(names), len(names)),
+        free=tuple(mapping["names"]),
+        covariance=np.array(mapping["covariance"], dtype=float).reshape(2 * (len(mapping["names"]),)),
         fixed={name: p["reason"] for name, p in parameters.items() if p["held"]},
         gauge=tuple(mapping["gauge"]),
         residual_rms=float(mapping["residual_rms_m"]),
         summary=mapping["summary"],
+        noise=tuple(mapping.get("noise", ())),
     )

@@ -14,6 +14,7 @@ from scalar.diagnosis.variance_components import whitening_for
 from scalar.effects.picture import Map, Profile
 from scalar.report import words
 from scalar.report.advice import advice
+from scalar.report.own_noise import own_noise
 from scalar.report.pictures import draw
 from scalar.report.residual_pictures import draw_residuals, draw_scatter
 from scalar.report.shipped_words import shipped_sentences
@@ -288,9 +289,11 @@ def _noise(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> dict[str, Any]:
     noise = mapping["noise"]
     stated = diagnosis.dataset.sensor.noise
     between = noise["between_scans_mm"]
+    off = stated is not None and not np.isclose(stated / MM, noise["within_scan_mm"])
     return {
         "within": words.number(noise["within_scan_mm"]),
         "between": f"{words.number(between, 2)} mm" if between > 0 else "",
-        "source": "as the dataset states it" if stated is not None else "as these data show it",
+        "source": "as the dataset states it" if stated is not None and not off else "as these data show it",
         "scans": kind_of(diagnosis.dataset).scans,
+        "own": own_noise(diagnosis),
     }

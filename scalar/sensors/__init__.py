@@ -2,6 +2,7 @@
 
 from scalar.sensors.fixed_target import FixedTarget
 from scalar.sensors.point_by_point import PointByPoint
+from scalar.sensors.pose_noise import NoiseComponent, PoseNoise
 from scalar.sensors.protocol import Measurement
 from scalar.sensors.registry import kind_named, kind_of, measure, register, unregister
 from scalar.sensors.rows import Pieces, Rows, stated_sigma
@@ -12,8 +13,10 @@ __all__ = [
     "FixedTarget",
     "Guess",
     "Measurement",
+    "NoiseComponent",
     "Pieces",
     "PointByPoint",
+    "PoseNoise",
     "Rows",
     "Scans",
     "Target",

@@ -17,13 +17,23 @@ import numpy as np
 from scalar.data.sensor_formats import MeasuredTable, SensorFormat
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
-from scalar.sensors.compression import compress, compress_keeping_q
+from scalar.sensors.compression import compress
 from scalar.sensors.linear_guess import guesses
-from scalar.sensors.plane_targets import OnPlanes, fit_planes, plane_targets
-from scalar.sensors.profile import LINE_BASIS, contact, point_basis, robust_variance, scatter_within
+from scalar.sensors.noise_thresholds import NoiseThresholds
+from scalar.sensors.plane_targets import OnPlanes, fit_planes, moments_in_base, plane_targets
+from scalar.sensors.pose_noise import PoseNoise
+from scalar.sensors.profile import (
+    LINE_BASIS,
+    contact,
+    point_basis,
+    profile_rows,
+    robust_variance,
+    scatter_within,
+)
 from scalar.sensors.rows import LEAST_SIGMA, Pieces, Rows, stated_sigma
 from scalar.sensors.scan_pieces import cut_in_pieces
 from scalar.sensors.target import Guess, Target
+from scalar.sensors.within_scan_noise import Profiles, noise_within_scans
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -43,6 +53,7 @@ class LineLaser(OnPlanes):
         R: ``(N, k, k)``, whitened triangular factors.
         R_metric: ``(N, k, k)``, the same in metres, every point with the same weight.
         profiled: Whether R holds the three rows of ``profiles`` instead, ``(N, 3, k)``.
+        noise: Within scans, where it is known to be other than white and of one size; it whitens the three rows.
     """
 
     points: Array
@@ -55,6 +66,7 @@ class LineLaser(OnPlanes):
     R: Array
     R_metric: Array
     profiled: bool = False
+    noise: PoseNoise | None = None
 
     format = SensorFormat(
         "line-laser",
@@ -128,20 +140,7 @@ class LineLaser(OnPlanes):
     def fitted_target(self, T_base_sensor: Array, target: Target) -> Planes:
         """Return the planes of least squared distance to the points, the sensor's poses given."""
         assert isinstance(target, Planes)
-        ends = np.cumsum(np.diff(self.starts))
-        counts = np.diff(self.starts).astype(float)
-        sums = np.add.reduceat(
-            np.column_stack([self.points, _products(self.points)]), np.r_[0, ends[:-1]], axis=0
-        )
-        X, Z, o = T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2], T_base_sensor[:, :3, 3]
-        A = np.stack([o, X, Z], axis=2)
-        moments = np.empty((len(counts), 3, 3))
-        moments[:, 0, 0] = counts
-        moments[:, 0, 1:] = moments[:, 1:, 0] = sums[:, :2]
-        moments[:, 1, 1], moments[:, 2, 2] = sums[:, 2], sums[:, 4]
-        moments[:, 1, 2] = moments[:, 2, 1] = sums[:, 3]
-        first = np.einsum("nij,nj->ni", A, moments[:, :, 0])
-        second = A @ moments @ np.swapaxes(A, 1, 2)
+        counts, first, second = moments_in_base(self.points, self.starts, T_base_sensor)
         return fit_planes(target, self.target_index, counts, first, second)
 
     def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
@@ -185,7 +184,7 @@ class LineLaser(OnPlanes):
         incidence = self._incidence(c)
         basis = point_basis(self.basis_names, self.points, self.error_axis)
         sigma = self.sigma
-        if not self.sigma_stated:
+        if not self.sigma_stated and self.noise is None:
             unit = compress(basis / incidence[:, None], self.starts)
             scatter, freedom = scatter_within(unit, c, np.diff(self.starts))
             if freedom.sum() > 0:
@@ -211,20 +210,9 @@ class LineLaser(OnPlanes):
         return replace(self, R=self.R_metric, profiled=False), 1.0
 
     def _profile_rows(self, whitened: Array, c: Array, weight: Array) -> Array:
-        """Return the components ``(N, 3, k)`` of whitened functions ``(P, k)`` along 1, t, t^2 of every scan, t along its line.
-
-        Args:
-            whitened: Functions of the points, times their weights.
-            c: ``(N, 3)``, contact vectors.
-            weight: ``(P,)`` [1/m].
-        """
-        counts = np.diff(self.starts)
-        along = np.repeat(np.column_stack([-c[:, 2], c[:, 1]]), counts, axis=0)
-        t = np.sum(self.points * along, axis=1)
-        t -= np.repeat(np.add.reduceat(t, self.starts[:-1]) / counts, counts)
-        _, Q = compress_keeping_q(weight[:, None] * np.column_stack([np.ones_like(t), t, t * t]), self.starts)
-        products = (Q[:, :, None] * whitened[:, None, :]).reshape(len(t), -1)
-        return np.add.reduceat(products, self.starts[:-1]).reshape(len(counts), 3, -1)
+        """Return the components ``(N, 3, k)`` of whitened functions ``(P, k)`` along 1, t, t^2 of every scan (``profile_rows``)."""
+        rows = profile_rows(self.points, self.starts, c, weight, whitened)
+        return rows if self.noise is None else self.noise.whitening @ rows
 
     def scatter(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
@@ -250,7 +238,21 @@ class LineLaser(OnPlanes):
         """Return the root mean square distance [m] to the plates that the noise of the points alone makes."""
         assert isinstance(target, Planes)
         incidence = self._incidence(contact(T_base_sensor, target, self.target_index)[0])
-        return self.sigma * float(np.sqrt(np.mean(incidence**2)))
+        level = 1.0 if self.noise is None else np.repeat(self.noise.level, np.diff(self.starts))
+        return self.sigma * float(np.sqrt(np.mean((level * incidence) ** 2)))
+
+    def noise_within_poses(
+        self, T_base_sensor: Array, target: Target, settings: NoiseThresholds
+    ) -> PoseNoise | None:
+        """Return the noise within scans, from their residuals about their own lines (``scalar.sensors.within_scan_noise``)."""
+        assert isinstance(target, Planes)
+        c = contact(T_base_sensor, target, self.target_index)[0]
+        profiles = Profiles.of(self, c, self._incidence(c))
+        return noise_within_scans(profiles, self.sigma, self.sigma_stated, settings)
+
+    def given_noise(self, noise: PoseNoise | None) -> LineLaser:
+        """Return the scans with a noise of ``noise_within_poses``: their profiles are whitened for it."""
+        return self if noise is None else replace(self, noise=noise, sigma=noise.sigma)
 
     def _incidence(self, c: Array) -> Array:
         """Return ``|n . e_i|`` of every point ``(P,)``, e_i the direction in which the scanner errs."""
@@ -296,8 +298,3 @@ class LineLaser(OnPlanes):
         """Return the scans cut in pieces, averaged."""
         assert isinstance(target, Planes)
         return cut_in_pieces(self, T_base_sensor, target, point_effects, effect)
-
-
-def _products(points: Array) -> Array:
-    x, z = points[:, 0], points[:, 1]
-    return np.column_stack([x * x, x * z, z * z])

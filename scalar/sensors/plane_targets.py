@@ -92,3 +92,23 @@ def fit_planes(target: Planes, index: Array, counts: Array, first: Array, second
         normal = vectors[:, 0] * (1.0 if vectors[:, 0] @ normals[k] >= 0 else -1.0)
         normals[k], distances[k] = normal, normal @ mean
     return Planes.at(target.names, normals, distances)
+
+
+def moments_in_base(points: Array, starts: Array, T_base_sensor: Array) -> tuple[Array, Array, Array]:
+    """Return number ``(N,)``, sum ``(N, 3)`` [m] and sum of products ``(N, 3, 3)`` [m^2] of the points of N scans, in the base frame.
+
+    Args:
+        points: ``(P, 2)`` [m], x and z in the sensor's frame.
+        starts: ``(N + 1,)``, where each scan's points begin.
+        T_base_sensor: ``(N, 4, 4)``.
+    """
+    counts = np.diff(starts).astype(float)
+    x, z = points.T
+    sums = np.add.reduceat(np.column_stack([points, x * x, x * z, z * z]), starts[:-1], axis=0)
+    A = T_base_sensor[:, :3, [3, 0, 2]]  # origin, X and Z
+    moments = np.empty((len(counts), 3, 3))
+    moments[:, 0, 0] = counts
+    moments[:, 0, 1:] = moments[:, 1:, 0] = sums[:, :2]
+    moments[:, 1, 1], moments[:, 2, 2] = sums[:, 2], sums[:, 4]
+    moments[:, 1, 2] = moments[:, 2, 1] = sums[:, 3]
+    return counts, np.einsum("nij,nj->ni", A, moments[:, :, 0]), A @ moments @ np.swapaxes(A, 1, 2)

@@ -8,6 +8,7 @@ import numpy as np
 
 from scalar.geometry.planes import PARAMETERS_PER_PLANE, Planes
 from scalar.geometry.se3 import Array, skew
+from scalar.sensors.compression import compress_keeping_q
 
 LINE_BASIS = ("1", "x", "z")
 
@@ -49,6 +50,30 @@ def contact(T_base_sensor: Array, planes: Planes, index: Array) -> tuple[Array, 
     by_target[:, :, :2] = carriers @ planes.normal_derivatives[index]
     by_target[:, 0, 2] = -1.0
     return c, wrench, by_target
+
+
+def profile_columns(points: Array, starts: Array, c: Array, weight: Array) -> tuple[Array, Array, Array]:
+    """Return t along the line of every scan ``(P,)``, and the factors R ``(N, 3, 3)`` and Q ``(P, 3)`` of its weighted columns 1, t, t^2.
+
+    Args:
+        points: ``(P, 2)`` [m].
+        starts: ``(N + 1,)``, where each scan's points begin.
+        c: ``(N, 3)``, contact vectors; t counts in metres times the length of ``(c_x, c_z)``, from the scan's mean.
+        weight: ``(P,)`` [1/m].
+    """
+    counts = np.diff(starts)
+    along = np.repeat(np.column_stack([-c[:, 2], c[:, 1]]), counts, axis=0)
+    t = np.sum(points * along, axis=1)
+    t -= np.repeat(np.add.reduceat(t, starts[:-1]) / counts, counts)
+    R, Q = compress_keeping_q(weight[:, None] * np.column_stack([np.ones_like(t), t, t * t]), starts)
+    return t, R, Q
+
+
+def profile_rows(points: Array, starts: Array, c: Array, weight: Array, values: Array) -> Array:
+    """Return the components ``(N, 3, k)`` of functions of the points ``(P, k)`` along the columns of ``profile_columns``, all else as there."""
+    Q = profile_columns(points, starts, c, weight)[2]
+    products = (Q[:, :, None] * values[:, None, :]).reshape(len(Q), -1)
+    return np.add.reduceat(products, starts[:-1]).reshape(len(c), 3, -1)
 
 
 def scatter_within(R: Array, c: Array, counts: Array, full: Array | None = None) -> tuple[Array, Array]:

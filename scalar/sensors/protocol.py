@@ -21,6 +21,8 @@ import numpy as np
 from scalar.data.sensor_formats import SensorFormat
 from scalar.errors import Undetermined
 from scalar.geometry.se3 import Array
+from scalar.sensors.noise_thresholds import NoiseThresholds
+from scalar.sensors.pose_noise import NoiseComponent, PoseNoise
 from scalar.sensors.rows import Pieces, Rows
 from scalar.sensors.target import Guess, Target
 
@@ -51,6 +53,7 @@ class Measurement(ABC):
         target_index: ``(N,)``, which item of the target a pose measures.
         sigma: Standard deviation of the sensor [m], stated or estimated.
         sigma_stated: Whether the dataset stated it.
+        noise: Within poses, where it was given one.
     """
 
     format: ClassVar[SensorFormat]
@@ -69,6 +72,7 @@ class Measurement(ABC):
     target_index: Array
     sigma: float
     sigma_stated: bool
+    noise: PoseNoise | None = None
 
     # What every kind has to do
 
@@ -221,6 +225,27 @@ class Measurement(ABC):
             variance: Of the rows, degrees of freedom taken off.
         """
         return float(np.sqrt(max(variance - 1.0, 0.0))) * self.sigma
+
+    def noise_within_poses(
+        self, T_base_sensor: Array, target: Target, settings: NoiseThresholds
+    ) -> PoseNoise | None:
+        """Return what the points of each pose say of their own noise, or None where it is white and of one size: here nothing.
+
+        Args:
+            T_base_sensor: ``(N, 4, 4)``, near the estimate.
+            target: What is measured.
+            settings: Thresholds.
+        """
+        return None
+
+    @property
+    def noise_components(self) -> tuple[NoiseComponent, ...]:
+        """Return what the noise that the rows are whitened for consists of, white noise apart."""
+        return () if self.noise is None else self.noise.components
+
+    def given_noise(self, noise: PoseNoise | None) -> Self:
+        """Return the same measurement with a noise of ``noise_within_poses``, for which ``profiles`` whitens: here there is none."""
+        return self
 
     # How the residual is shown
 

@@ -1,0 +1,54 @@
+"""What the sensor's points say of their own noise: whether the scanner, the surface or both make it, in sentences and a picture."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scalar.effects.picture import Axis
+from scalar.report import words
+from scalar.report.axes import range_of
+from scalar.report.pictures import Pair, panel_of, sentences
+
+if TYPE_CHECKING:
+    from scalar.diagnosis.result import Diagnosis
+    from scalar.sensors.pose_noise import Autocorrelation
+
+_BAND = 2.0  # standard errors
+
+
+def own_noise(diagnosis: Diagnosis) -> dict[str, Any] | None:
+    """Return the sentences and the picture of the noise within poses; None where it is white and of one size."""
+    noise = diagnosis.after.rows.noise
+    if noise is None:
+        return None
+    return {
+        "sentences": [words.capital(component.sentence) for component in noise.components],
+        "picture": draw_autocorrelation(noise.autocorrelation),
+    }
+
+
+def draw_autocorrelation(autocorrelation: Autocorrelation) -> Pair:
+    """Return how much alike points of one scan err, by how many points they are apart, with the band of white noise."""
+    measured, band = autocorrelation.measured, _BAND * autocorrelation.band
+    lag = np.arange(1, len(measured) + 1, dtype=float)
+    x_axis, y_axis = Axis("points apart", ""), Axis("correlation of their errors", "")
+    panel = panel_of(
+        x_axis, y_axis, (0.0, float(lag[-1]) + 1.0), range_of([measured, band, -band], around_zero=True), ""
+    )
+    panel.band(lag, -band, band, "ink")
+    panel.line(lag, measured, "blue", behind=True)
+    said = [f"{k:.0f} points apart: {words.number(value, 2)}" for k, value in zip(lag, measured, strict=True)]
+    panel.marks(lag, measured, said, "blue", size=6.0)
+    what = (
+        "how much alike points of one scan err, about the scan's own curve, by how many points they are apart"
+    )
+    return Pair(
+        panel.markup(what),
+        None,
+        sentences(
+            f"{what}.", "Where points err independently, the dots stay within the grey band, 19 times of 20."
+        ),
+        (("●", "blue", "what was measured"), ("■", "ink", "what independent points show by chance")),
+    )

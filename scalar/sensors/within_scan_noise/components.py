@@ -1,0 +1,80 @@
+"""The noise within scans as components with a name, a size and a sentence: level, correlation along the rays, waviness of the surface."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from scalar.sensors.pose_noise import NoiseComponent
+from scalar.sensors.within_scan_noise.kernels import Part
+from scalar.sensors.within_scan_noise.level import Level
+from scalar.units import MM
+
+_MENTIONED = 4.0  # standard errors: an exponent that is less sure is not listed
+
+
+def components(
+    parts: Sequence[Part], level: Level, stated: float, found: float, varies: bool, off: bool
+) -> tuple[NoiseComponent, ...]:
+    """Return the components of the noise within scans.
+
+    Args:
+        parts: What is correlated.
+        level: Of the scans.
+        stated: Standard deviation that the level counts from [m].
+        found: Typical standard deviation of a point [m].
+        varies: Whether the level changes from scan to scan.
+        off: Whether the dataset states another noise than there is.
+    """
+    result = [_correlated(part, found) for part in parts]
+    if varies:
+        result += _exponents(level)
+    if off:
+        std = found * 0.5 * float(np.sqrt(level.covariance[0, 0]))
+        sentence = f"a point of a scan scatters by {found / MM:.3g} mm about its scan's line, where the dataset states {stated / MM:.3g} mm"
+        result.append(NoiseComponent("scan_level", {"stated_mm": stated / MM}, found, std, "m", sentence))
+    return tuple(result)
+
+
+def _correlated(part: Part, found: float) -> NoiseComponent:
+    value = found * float(np.sqrt(part.share))
+    std = found * part.share_std / (2.0 * float(np.sqrt(part.share)))
+    of_surface = part.kernel.of_surface
+    either = any(rival.of_surface != of_surface for rival in part.rivals)
+    kind = "wavelength" if part.kernel.shape == "waves" else "length"
+    if of_surface:
+        length, unit = part.length / MM, "mm"
+        name, what = (
+            "surface_waviness",
+            f"the target planes are uneven by {value / MM:.2g} mm over {length:.2g} mm",
+        )
+    else:
+        length, unit = part.length, "points"
+        name, what = (
+            "scan_correlation",
+            f"neighbouring points of the scanner err alike, by {value / MM:.2g} mm over {length:.2g} points",
+        )
+    target: dict[str, Any] = {
+        "shape": part.kernel.shape,
+        f"{kind}_{unit}": length,
+        f"{kind}_std_{unit}": length * part.length_std,
+    }
+    if either:
+        what += "; these data do not distinguish the scanner from the surface"
+    return NoiseComponent(name, target, value, std, "m", what)
+
+
+def _exponents(level: Level) -> list[NoiseComponent]:
+    result = []
+    std = 0.5 * np.sqrt(np.diag(level.covariance))
+    for index, by, words in (
+        (1, "range", "the range"),
+        (3, "incidence", "the cosine of incidence, beyond what the slant of the rays makes"),
+    ):
+        value = 0.5 * float(level.coefficients[index])
+        if abs(value) > _MENTIONED * std[index]:
+            sentence = f"the scanner's noise goes with the power {value:.2g} of {words}"
+            result.append(NoiseComponent("scan_level", {"by": by}, value, float(std[index]), "1", sentence))
+    return result

@@ -1,0 +1,77 @@
+"""How large the noise of a scan is, by its range and the incidence of its rays.
+
+``log g^2 = b_0 + b_1 ln(r / r_0) + b_2 ln^2(r / r_0) + b_3 ln |n . e|``: noise that grows with the range, and with the slant of the
+surface beyond what its direction along the ray makes. The mean square ``s^2`` of a scan with nu degrees of freedom has
+``E log s^2 = log g^2 - 1 / nu`` and ``var log s^2 = 2 / nu`` (Bartlett and Kendall, JRSS Supplement 8, 1946, to first order). Scans
+far off are trimmed, and what scans vary by beyond that counts as overdispersion.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from scalar.geometry.se3 import Array
+from scalar.sensors.within_scan_noise.profiles import Profiles
+
+_ROUNDS = 5  # of trimming; later ones change nothing
+_TRIMMED = 4.0  # robust standard deviations: one normal scan in sixteen thousand
+_RIDGE = 1e-6  # keeps a coefficient that nothing varies with at zero
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """The regression of the noise's logarithm.
+
+    Attributes:
+        coefficients: ``(4,)``, b.
+        covariance: ``(4, 4)``, overdispersion included.
+        p_varies: Chance of as much where all scans have one noise.
+        p_stated: Chance of as much where the noise is as stated at the middle of the scans.
+        variance: ``(N,)``, g^2 of each scan; no scan lies beyond those that it was fitted to.
+    """
+
+    coefficients: Array
+    covariance: Array
+    p_varies: float
+    p_stated: float
+    variance: Array
+
+    @classmethod
+    def of(cls, profiles: Profiles, mean_square: Array, freedom: Array, use: Array) -> Level:
+        """Return the level of scans.
+
+        Args:
+            profiles: The scans.
+            mean_square: ``(N,)``, s^2.
+            freedom: ``(N,)``, nu.
+            use: ``(N,)`` bool, scans to fit.
+        """
+        log_range = profiles.log_range - np.median(profiles.log_range[use])
+        z = np.column_stack([np.ones_like(log_range), log_range, log_range**2, profiles.log_incidence])
+        design, weight = z[use], freedom[use] / 2.0
+        observed = np.log(mean_square[use]) + 1.0 / freedom[use]
+        keep = np.ones(len(design), dtype=bool)
+        b, H, off = np.zeros(4), np.eye(4), np.zeros(len(design))
+        for _ in range(_ROUNDS):
+            weighted = design[keep] * weight[keep, None]
+            H = weighted.T @ design[keep] + _RIDGE * np.eye(4)
+            b = np.linalg.solve(H, weighted.T @ observed[keep])
+            off = (observed - design @ b) * np.sqrt(weight)
+            typical = max(1.4826 * float(np.median(np.abs(off - np.median(off)))), 1.0)
+            keep = np.abs(off) < _TRIMMED * typical
+        excess = max(float(np.sum(off[keep] ** 2)) / max(int(keep.sum()) - 4, 1), 1.0)
+        fitted = design @ b
+        variance = np.exp(np.clip(z @ b, fitted.min(), fitted.max()))
+        covariance = excess * np.linalg.inv(H)
+        slopes = float(b[1:] @ np.linalg.solve(covariance[1:, 1:], b[1:]))
+        middle = np.mean(design[keep], axis=0)
+        stated = float((middle @ b) ** 2 / (middle @ covariance @ middle))
+        return cls(b, covariance, float(chi2.sf(slopes, 3)), float(chi2.sf(stated, 1)), variance)
+
+    def alike(self) -> Level:
+        """Return the level of scans that all have the same, the mean of these."""
+        same = np.full_like(self.variance, float(np.exp(np.mean(np.log(self.variance)))))
+        return replace(self, coefficients=np.r_[np.log(same[0]), 0.0, 0.0, 0.0], variance=same)

@@ -1,0 +1,84 @@
+"""The restricted likelihood of a correlation within scans.
+
+For heights y of a scan with correlation C, and the columns X of its own line, where the scan lies and how it is turned says nothing of its noise:
+
+    -2 log L = log |C| + log |X' C^-1 X| + y' P y,    P = C^-1 - C^-1 X (X' C^-1 X)^-1 X' C^-1
+
+(Patterson and Thompson, Biometrika 58, 1971), summed over the scans, their common variance profiled out. One Cholesky factor of C bordered by X and y
+holds all of it: its last rows are ``(L^-1 [X y])'``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from scalar.geometry.se3 import Array
+from scalar.sensors.within_scan_noise.kernels import Kernel, Part
+
+_NUGGET = 1e-6  # of the variance: keeps a smooth kernel's matrix invertible
+_BORDER = 1e9  # keeps the bordered matrix positive definite: more than y' C^-1 y of standardised scans can be
+
+
+@dataclass(frozen=True, eq=False)
+class ScanSample:
+    """S scans of m points each, in units of their level.
+
+    Attributes:
+        bordering: ``(S, 3, m)``, the columns of each scan's line, and its heights.
+        pixel: ``(S, m)`` [points], where the points lie along the rays.
+        surface: ``(S, m)`` [m], along the surface.
+    """
+
+    bordering: Array
+    pixel: Array
+    surface: Array
+
+    def some(self, every: int) -> ScanSample:
+        """Return each so manieth scan."""
+        return ScanSample(self.bordering[::every], self.pixel[::every], self.surface[::every])
+
+    @property
+    def freedom(self) -> int:
+        """Return the degrees of freedom of each scan about its line."""
+        return self.bordering.shape[2] - 2
+
+    def kernel(self, kernel: Kernel, length: float) -> Array:
+        """Return the correlation ``(S, m, m)`` of a kernel."""
+        at = (self.surface if kernel.of_surface else self.pixel) / length
+        return kernel(at[:, :, None] - at[:, None, :])
+
+    def correlation(self, parts: Sequence[Part]) -> Array:
+        """Return the correlation ``(S, m, m)`` of parts together, the rest white."""
+        S, _, m = self.bordering.shape
+        C = np.zeros((S, m, m))
+        for p in parts:
+            C += p.share * self.kernel(p.kernel, p.length)
+        C[:, np.arange(m), np.arange(m)] += 1.0 - sum(p.share for p in parts)
+        return C
+
+    def factored(self, correlation: Array) -> tuple[float, Array]:
+        """Return half the log determinants, summed, and each scan's ``y' P y`` ``(S,)``."""
+        S, k, m = self.bordering.shape
+        bordered = np.empty((S, m + k, m + k))
+        bordered[:, :m, :m] = correlation
+        bordered[:, m:, :m] = self.bordering
+        bordered[:, :m, m:] = np.swapaxes(self.bordering, 1, 2)
+        bordered[:, m:, m:] = _BORDER * np.eye(k)
+        bordered[:, np.arange(m), np.arange(m)] += _NUGGET
+        L = np.linalg.cholesky(bordered)
+        solved = L[:, m:, :m]
+        G = solved @ np.swapaxes(solved, 1, 2)
+        lines = np.linalg.cholesky(G[:, :-1, :-1])
+        projected = np.linalg.solve(lines, G[:, :-1, -1:])[:, :, 0]
+        determinants = np.sum(np.log(np.diagonal(L, axis1=1, axis2=2)[:, :m]))
+        determinants += np.sum(np.log(np.diagonal(lines, axis1=1, axis2=2)))
+        return float(determinants), G[:, -1, -1] - np.sum(projected**2, axis=1)
+
+    def log_likelihood(self, correlation: Array) -> float:
+        """Return the restricted log likelihood, less a constant [nats]."""
+        determinants, squares = self.factored(correlation)
+        n = len(squares) * self.freedom
+        return -determinants - 0.5 * n * float(np.log(np.sum(squares) / n))
