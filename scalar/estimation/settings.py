@@ -8,27 +8,17 @@ study ``snakemake sensitivity`` says how much depends on it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
 
 from scalar.data.poses import STILL
+from scalar.estimation.documented_setting import setting
+from scalar.estimation.noise_settings import WithinScanNoiseSettings
 from scalar.units import DEG, MM
 
 Settings = TypeVar("Settings")
-
-
-def setting(default: Any, unit: str, meaning: str, reason: str) -> Any:
-    """Return the field of a threshold with its documentation, for a frozen dataclass.
-
-    Args:
-        default: Its value.
-        unit: Of the value; ``1`` for a plain number.
-        meaning: What it decides.
-        reason: Its source, or why it was chosen so.
-    """
-    return field(default=default, metadata={"unit": unit, "meaning": meaning, "reason": reason})
 
 
 @dataclass(frozen=True)
@@ -238,47 +228,6 @@ class FitSettings:
     )
     largest_angle_change: float = setting(
         1.5, "rad", "the same for an angle", "chosen: a quarter turn is another convention"
-    )
-
-
-@dataclass(frozen=True)
-class WithinScanNoiseSettings:
-    """When the noise within scans is modelled as other than white and of one size."""
-
-    least_points: int = setting(
-        12, "points", "a shorter scan says nothing of its noise",
-        "chosen: nine degrees of freedom about a parabola, one more than the lags of the test",
-    )  # fmt: skip
-    least_scans: int = setting(
-        10, "scans", "of so many points, or nothing is said", "chosen: four coefficients of the level and as many again to spare"
-    )  # fmt: skip
-    winsorised_sigmas: float = setting(
-        4.0, "robust standard deviations", "of a scan, to which residuals are clipped before anything is learned from them",
-        "chosen: one normal point in sixteen thousand; stray points and mixed pixels count for no more",
-    )  # fmt: skip
-    alpha_correlated: float = setting(
-        1e-6, "1", "chance of finding correlation in white noise",
-        "chosen: it changes every weight; correlation that matters is far beyond it",
-    )  # fmt: skip
-    alpha_level: float = setting(
-        1e-6,
-        "1",
-        "chance of finding that scans differ in their noise, or have another than is stated",
-        "the same",
-    )
-    least_gain: float = setting(
-        20.0, "nats", "of restricted likelihood that a correlated component must gain",
-        "chosen: it changes every weight, and costs a shape, a length and a share",
-    )  # fmt: skip
-    longest_share: float = setting(
-        0.25, "of a scan's length", "longest correlation length, and half the longest wave",
-        "chosen: what is longer looks like a shift or a turn of the scan, and is a matter of the variance components",
-    )  # fmt: skip
-    same_kernel: float = setting(
-        3.0,
-        "nats",
-        "of restricted likelihood within which two shapes of correlation are not distinguished",
-        "odds of twenty",
     )
 
 
