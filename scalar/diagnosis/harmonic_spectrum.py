@@ -27,6 +27,7 @@ from scalar.effects.series import Series
 from scalar.geometry.se3 import Array
 
 BANDS = ((1, 2), (3, 6), (7, 12), (13, 20), (21, 32), (33, 48), (49, 64))
+FIRST_SIZE = 3e-5  # rad, where the search for the sizes starts; it ends at the same from anywhere
 PRIOR_SHARES = (1.0, 0.5, 0.25, 0.125)  # of the sizes that the evidence finds
 
 
@@ -210,7 +211,7 @@ class _System:
         r = self.residual - Q @ (Q.T @ self.residual)
         G, b, squared = E.T @ E, -(E.T @ r), float(r @ r)
         n = len(r) - self.A.shape[1]
-        sizes, variance = np.full(len(BANDS), self.settings.first_size), squared / n
+        sizes, variance = np.full(len(BANDS), FIRST_SIZE), squared / n
         for _ in range(self.settings.rounds):
             s = sizes[self.band]
             inverse = np.linalg.inv(s[:, None] * G * s / variance + np.eye(len(s)))

@@ -10,17 +10,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from scalar.diagnosis import forward_selection, harmonic_spectrum
 from scalar.diagnosis.autocorrelation import _in_order, _near
-from scalar.diagnosis.fitted_state import _optimum
-from scalar.diagnosis.harmonic_spectrum import _System
+from scalar.diagnosis.confidence import confidence
+from scalar.diagnosis.fitted_state import _optimum, refit
+from scalar.diagnosis.harmonic_spectrum import _series, _System
 from scalar.diagnosis.hold_out import HeldOutErrors, blocks, first_times, improvement, no_worse
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.score_test import Background, Projected, in_prior_units, remainder
 from scalar.diagnosis.settings import DEFAULTS
+from scalar.diagnosis.variance_components import variance_components
+from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.least_squares import covariance_and_step
 from scalar.estimation.residuals import Residuals
 from tests import helpers
+from tests.effects.injected import Flaws, make_cell
 
 SCORE, HOLD_OUT, SPECTRUM = DEFAULTS.score_test, DEFAULTS.hold_out, DEFAULTS.spectrum
 
@@ -126,12 +131,13 @@ def system(settings: Any = SPECTRUM) -> _System:
     return _System(np.ones((600, 1)) / np.sqrt(600), E, residual, band, settings)
 
 
-def test_the_sizes_of_greatest_evidence_do_not_depend_on_where_the_search_starts():
+def test_the_sizes_of_greatest_evidence_do_not_depend_on_where_the_search_starts(monkeypatch):
     """From a half, twice and a hundred times the first size the search ends at the same; cut short, a band that is not there keeps a size."""
     usual = system().most_evident()[0]
     for factor in (0.5, 2.0, 100.0):
-        start = replace(SPECTRUM, first_size=factor * SPECTRUM.first_size)
-        np.testing.assert_allclose(system(start).most_evident()[0][:2], usual[:2], rtol=0.01)
+        with monkeypatch.context() as patch:
+            patch.setattr(harmonic_spectrum, "FIRST_SIZE", factor * harmonic_spectrum.FIRST_SIZE)
+            np.testing.assert_allclose(system().most_evident()[0][:2], usual[:2], rtol=0.01)
     for early in ({"rounds": 1}, {"converged": 3.0}):
         assert system(replace(SPECTRUM, **early)).most_evident()[0][2] > 1.5 * usual[2]
 
@@ -196,3 +202,47 @@ def test_every_way_to_the_optimum_ends_there(way):
     found = _optimum(residuals, model.rebased(), prepared.free, replace(DEFAULTS.refit, **way))
     residual, jacobian = residuals.linearise(found)
     assert covariance_and_step(jacobian[:, prepared.free], residual)[1] < 0.01
+
+
+def test_what_rounding_leaves_is_not_looked_into(monkeypatch):
+    """A variance of 1.5e-4 of the noise's: searched for effects above 1e-4, left alone below 2e-4."""
+    searched: list[Any] = []
+    monkeypatch.setattr(forward_selection, "CandidateColumns", lambda state, candidates: None)
+    monkeypatch.setattr(forward_selection, "_better", lambda state, columns, refused: searched.append(state))
+    for settings, times in ((DEFAULTS.selection, 1), (doubled(DEFAULTS.selection, "rounding"), 1)):
+        state: Any = SimpleNamespace(
+            background=lambda: SimpleNamespace(variance=1.5e-4), settings=SimpleNamespace(selection=settings)
+        )
+        assert forward_selection.select_forward(state, None) is state  # type: ignore[arg-type]
+        assert len(searched) == times
+
+
+def test_so_many_orders_of_a_joint_make_a_spectrum():
+    """Six orders of joint 3: a spectrum where four are many, none where eight are."""
+    for settings, joints in ((SPECTRUM, [3]), (doubled(SPECTRUM, "many_orders"), [])):
+        state: Any = SimpleNamespace(
+            effects=(JointHarmonic(3, (1, 2, 4)), JointHarmonic(3, (5, 7, 8))),
+            settings=SimpleNamespace(spectrum=settings),
+        )
+        assert list(_series(state)) == joints
+
+
+def test_log_odds_are_tempered():
+    """Evidence four nats ahead of the only rival: the more temperature, the less of it is believed."""
+    sure = [
+        confidence(10.0, [6.0], settings)
+        for settings in (DEFAULTS.confidence, doubled(DEFAULTS.confidence, "temperature"))
+    ]
+    assert sure[0] > sure[1]
+    assert sure[0] < DEFAULTS.confidence.most
+
+
+def test_a_variance_component_has_to_be_beyond_chance():
+    """What has some chance is named where a little more chance is allowed, and not where a little less is."""
+    dataset = make_cell(Flaws(jitter=3e-5), seed=1, poses_per_plane=30, points_per_scan=20).dataset
+    model, prepared = geometry_fit(dataset)
+    state = refit(dataset, model, prepared.free, ())
+    given = state.background_within_scans(), state.residuals, state.model
+    chance = min(found.p_value for found in variance_components(*given, 1.0))
+    assert variance_components(*given, 2.0 * chance)
+    assert not variance_components(*given, 0.5 * chance)

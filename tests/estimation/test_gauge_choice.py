@@ -1,5 +1,7 @@
 """Which parameters are fixed: as many as there are null directions, such that the rest is determined, conventions first."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -47,6 +49,23 @@ def test_a_preferred_parameter_that_hardly_helps_is_not_fixed():
     null[0], null[4], null[8] = 1e-3, 1.0, -1.0
     J, null = deficient(np.random.default_rng(0), 10, null)
     assert choose_fixed(null, list(range(10)), J, SETTINGS) == [4]
+
+
+@pytest.mark.parametrize(
+    ("name", "share", "others"),
+    [("span_tolerance", 0.1, {}), ("condition_slack", 0.03, {"span_tolerance": 1e-3})],
+)
+def test_how_little_a_preferred_parameter_may_help_is_a_threshold(name, share, others):
+    """With that share in the null direction it is fixed under the looser of two thresholds and not under the stricter, twice as strict."""
+    null = np.zeros((10, 1))
+    null[0], null[4], null[8] = share, 1.0, -1.0
+    J, null = deficient(np.random.default_rng(0), 10, null)
+    base = replace(SETTINGS, **others)
+    chosen = [
+        choose_fixed(null, list(range(10)), J, replace(base, **{name: factor * getattr(base, name)}))
+        for factor in (0.5, 1, 2)
+    ]
+    assert [0] in chosen and any(0 not in fixed for fixed in chosen), chosen
 
 
 def test_nothing_is_fixed_where_everything_is_observed():

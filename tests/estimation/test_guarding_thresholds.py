@@ -16,10 +16,11 @@ from scalar.estimation.conclude import _check_plausible
 from scalar.estimation.data_sheet_priors import fit_near_data_sheet, misfit_ratio, prior_std, with_reasons
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.gross_errors import clean, clean_given_effects
+from scalar.estimation.identifiability import _null_space_of_scaled
 from scalar.estimation.learned_spread import most_likely_spreads, typical_spreads
 from scalar.estimation.outlying_points import without_outlying_points
 from scalar.estimation.plane_labels import other_labels
-from scalar.estimation.pose_consistency import coarsely_consistent, in_runs
+from scalar.estimation.pose_consistency import _heavy_tailed, coarsely_consistent, in_runs
 from scalar.estimation.settings import DEFAULTS, changed
 from scalar.estimation.sufficiency import check_guess, check_lines, check_span
 from scalar.geometry.planes import Planes
@@ -110,6 +111,22 @@ def test_successive_poses_that_are_all_off_are_a_change(length, n_off, name, val
     off[np.arange(n_off - length) * 2 + 50] = True
     assert list(np.flatnonzero(in_runs(dataset, off, GROSS))) == list(range(40, 40 + length))  # type: ignore[arg-type]
     assert not in_runs(dataset, off, replace(GROSS, **{name: value})).any()  # type: ignore[arg-type]
+
+
+def test_a_few_distances_far_above_most_say_that_the_fit_was_dragged():
+    """One of a hundred poses 25 times as far off as the others: two and a half times the median in the mean square, above two, below four."""
+    distances = np.r_[np.full(99, 1e-4), 25e-4]
+    assert _heavy_tailed(distances, GROSS)
+    assert not _heavy_tailed(distances, replace(GROSS, heavy_tail=2 * GROSS.heavy_tail))
+
+
+def test_a_direction_that_only_rounding_shows_is_none():
+    """Of three columns, two differ by 1.5e-8 of their length: a direction above 1e-8, none below 2e-8."""
+    first, other, third = np.linalg.qr(np.random.default_rng(0).standard_normal((30, 3)))[0].T
+    J = np.column_stack([first, first + 3e-8 * other, third])
+    tolerance = DEFAULTS.identifiability.null_tolerance
+    assert _null_space_of_scaled(J, tolerance)[1].shape[1] == 0
+    assert _null_space_of_scaled(J, 2 * tolerance)[1].shape[1] == 1
 
 
 @pytest.fixture(scope="module")

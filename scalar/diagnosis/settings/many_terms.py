@@ -72,10 +72,6 @@ class SpectrumSettings:
     rounds: int = setting(
         60, "rounds", "of the search for the prior standard deviations", "chosen: it ends by itself"
     )
-    first_size: float = setting(
-        3e-5, "rad", "where that search starts",
-        "a tenth of a strain wave gear's positioning accuracy, 1 arcmin = 2.9e-4 rad (Harmonic Drive LLC, CSF/CSG catalogue, table 40)",
-    )  # fmt: skip
     least_size: float = setting(
         1e-7,
         "rad",

@@ -36,7 +36,7 @@ def draw_sensitivity(table: pd.DataFrame, most: int = 30) -> Figure:
             ax.barh(place, any_change - naming, left=naming, color=OTHER[0], height=0.75)
             ax.barh(place, naming, color=NAMING[0], hatch="///", edgecolor="white", linewidth=0, height=0.75)
         labels = [
-            f"{row['setting'].removeprefix('estimation.').replace('_', ' ')}  ({row['sets']})"
+            f"{row['setting'].removeprefix('estimation.').replace('_', ' ').replace('.', ': ')}  ({row['sets']})"
             for row in shown.to_dict("records")
         ]
         ax.set_yticks(place, labels, fontsize=7)

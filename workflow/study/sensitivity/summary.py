@@ -48,6 +48,8 @@ def tabulate(rows: pd.DataFrame, guards: pd.DataFrame) -> pd.DataFrame:
     groups: Any = rows.groupby("setting", sort=False)
     table = []
     for name, of_setting in groups:
+        if name not in documented:  # a setting that the rows led to remove
+            continue
         # A count of one has no half: its other direction speaks for both.
         by_direction: dict[str, Any] = {d: of_setting[of_setting["direction"] == d] for d in DIRECTIONS}
         changed = {d: part[part["changed"] != ""] for d, part in by_direction.items()}
@@ -144,7 +146,7 @@ def numbers(table: pd.DataFrame, rows: pd.DataFrame) -> dict[str, Any]:
             "silent": int((~changed).sum()),
             "guarding": int((guarded & ~changed).sum()),
         },
-        "top": [_quoted(row) for row in table.head(TOP).to_dict("records")],
+        "top": [_quoted(row) for row in table[changed].head(TOP).to_dict("records")],
     }
 
 
