@@ -131,6 +131,7 @@ def numbers(table: pd.DataFrame, rows: pd.DataFrame) -> dict[str, Any]:
         table: As ``tabulate`` gives it. rows: What it was made from.
     """
     changed, naming = shares(table, "changed") > 0, shares(table, "naming") > 0
+    top: Any = table[changed].head(TOP)
     guarded: Any = table["test"] != ""
     used: Any = table["used"] > 0
     run: Any = table["run"] > 0
@@ -146,7 +147,7 @@ def numbers(table: pd.DataFrame, rows: pd.DataFrame) -> dict[str, Any]:
             "silent": int((~changed).sum()),
             "guarding": int((guarded & ~changed).sum()),
         },
-        "top": [_quoted(row) for row in table[changed].head(TOP).to_dict("records")],
+        "top": [_quoted(row) for row in top.to_dict("records")],
     }
 
 
