@@ -1,8 +1,8 @@
-"""What an effect is: a regressor at a place, linear in a few coefficients, and all that the package says of it.
+"""The base class of all effects: a regressor that acts at one place of the workcell and is linear in a few coefficients.
 
-A class in this package is one kind of effect and holds everything about it: its columns, what is proposed for a dataset, how large it is in
-real arms, whether it goes with the arm to another campaign, its words and its pictures. Everything else in the estimator asks these questions and
-knows no kind by its name. To add a kind, subclass one of the places of ``scalar.effects.places``; only what has no default need be written.
+A class in this package is one kind of effect and holds everything about it: its columns, the candidates for a dataset, its size in real arms,
+whether it can be transferred to another campaign of the same arm, its words and its pictures. The rest of the estimator uses the methods below
+and names no kind. To add a kind, subclass one of the places of ``scalar.effects.places``; only what has no default need be written.
 """
 
 from __future__ import annotations
@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from scalar.data.poses import Poses
+from scalar.effects.consequence import unnoticed
 from scalar.effects.picture import Map, Profile, View, largest
 from scalar.effects.title import titled
-from scalar.effects.wording import coefficient, length, sized
+from scalar.effects.wording import coefficient, sized
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
@@ -32,9 +33,7 @@ PRIOR_STD = {
     "1/K": 1e-3,
     "1": 1.0,
 }
-"""By unit: ten times and more what real arms and workcells have. A coefficient with a unit that is not listed is not bounded."""
-
-LEAST_HARM = 1e-6  # m: below it a prediction error is not worth a word
+"""Prior standard deviation of a coefficient by its unit: at least ten times the size in real arms and workcells. Unlisted units have no prior."""
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """The head and the rows of a table of coefficients."""
@@ -56,21 +55,17 @@ class Effect(ABC):
 
     # How large it is.
 
-    natural: ClassVar[
-        Mapping[str, float]
-    ] = {}  # by unit: the size of a coefficient in real workcells; empty: no claim
+    natural: ClassVar[Mapping[str, float]] = {}  # size of a coefficient in real workcells, by unit
     natural_source: ClassVar[str] = ""  # where these sizes come from
     remedy: ClassVar[str] = ""  # what would make it observable, a clause
     remedy_advice: ClassVar[str] = ""  # the same as advice, whole sentences
 
     # What it depends on.
 
-    flexible: ClassVar[bool] = False  # whether it describes without explaining: it has no name of its own
+    flexible: ClassVar[bool] = False  # whether it describes a residual without naming a cause
     frees: ClassVar[str] = ""  # a kind of geometric parameter that is fixed at its nominal value without it
-    acts_by_joint_angles: ClassVar[bool] = (
-        True  # whether poses alone, whenever taken, decide what it predicts
-    )
-    most_words: ClassVar[int] = 1  # that may follow the name on a command line
+    acts_by_joint_angles: ClassVar[bool] = True  # whether nothing but joint angles decides its predictions
+    most_words: ClassVar[int] = 1  # most words that may follow the name on a command line
 
     def __post_init__(self) -> None:
         if self.coefficients.size == 0:
@@ -118,7 +113,7 @@ class Effect(ABC):
 
     @property
     def key(self) -> str:
-        """Name and target as one word, for the names of parameters; of two effects with the same one in a model, the second is numbered."""
+        """Return name and target as one word, for the names of parameters; if two effects of a model share it, the second is numbered."""
         parts: list[str] = []
         for value in self.target.values():
             if isinstance(value, dict):
@@ -141,9 +136,10 @@ class Effect(ABC):
         return {name: (float(value), error) for name, value, error in values}
 
     def relinearised(self) -> Self:
-        """Return the effect with what is not linear in it moved to where its coefficients lead; itself where that changes nothing.
+        """Return the effect linearised anew at its present coefficients, or the effect itself if that changes nothing.
 
-        A number that an effect is not linear in has a coefficient of its own, whose column is the derivative by it, and is found by a few fits.
+        A nonlinear parameter of an effect has a coefficient of its own, whose column is the derivative by that parameter. Its value
+        is found by a few fits, each followed by this step.
         """
         return self
 
@@ -151,12 +147,12 @@ class Effect(ABC):
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
-        """Return the effects of this kind that a diagnosis of the dataset tries; of several terms where some of them may suffice."""
+        """Return the effects of this kind that a diagnosis of the dataset tries. It may keep only some terms of a candidate."""
         return []
 
     @classmethod
     def changes(cls, dataset: Dataset) -> list[tuple[Effect, Array]]:
-        """Return effects that may set in at any pose: each as it acts all the time, and the poses ``(N,)`` bool that it touches."""
+        """Return the effects that may set in at any pose: each as if it acted all the time, and the poses ``(N,)`` bool on which it acts."""
         return []
 
     def beginning(self, order: float, time: float | None) -> Self:
@@ -165,10 +161,10 @@ class Effect(ABC):
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
-        """Return the effects that a command line asks for by this kind's name, the words that follow it being the target.
+        """Return the effects that a command line asks for by the name of this kind and the words after it, which state the target.
 
         Raises:
-            ValueError: The words name nothing of this dataset; what they may be.
+            ValueError: The words name nothing of this dataset; the message says what they may be.
         """
         raise NotImplementedError
 
@@ -180,11 +176,11 @@ class Effect(ABC):
         """Return flexible effects of which a few together might be mistaken for this one."""
         return []
 
-    # Terms, and what is the same.
+    # Terms, and comparison with other effects.
 
     @property
     def n_terms(self) -> int:
-        """Return of how many terms the effect consists, each with as many coefficients as the others."""
+        """Return the number of terms of the effect; each has the same number of coefficients."""
         return 1
 
     def with_terms(self, chosen: Sequence[int]) -> Effect:
@@ -197,7 +193,7 @@ class Effect(ABC):
         return self.coefficient_names
 
     def merged_with(self, other: Effect) -> Effect | None:
-        """Return one effect that is both, or None where they stay two; known coefficients are kept."""
+        """Return one effect that acts as both do, with their coefficients, or None if they cannot be merged."""
         return None
 
     def taking_over(self, other: Effect) -> Self:
@@ -207,23 +203,23 @@ class Effect(ABC):
 
     @property
     def label(self) -> str:
-        """Return a text that is the same for effects that would be reported as the same."""
+        """Return a text that two effects share if a report would not distinguish them."""
         return f"{self.name} {self.target}"
 
     def same_place(self, other: Effect) -> bool:
-        """Return whether another effect is the same but for its terms or its moment."""
+        """Return whether another effect is of the same kind and target; terms and moment may differ."""
         return type(self) is type(other) and self.label == other.label
 
     def same_answer(self, other: Effect) -> bool:
-        """Return whether another effect says the same but for details."""
+        """Return whether naming the other effect would be the same answer to a reader."""
         return self.same_place(other)
 
     def variations(self, scale: float) -> list[Self]:
-        """Return the effect with what is not linear in it a little changed, in steps of ``scale`` of what a first look resolves."""
+        """Return the effect with its nonlinear parameters changed a little, in steps of ``scale`` times the spacing of the candidates."""
         return [self]
 
     def at_a_pose(self, dataset: Dataset, poses: Poses) -> Self:
-        """Return the effect with its moments moved to poses of the dataset, after ``variations`` have moved them in between."""
+        """Return the effect with its moments at poses of the dataset; ``variations`` may have moved them to between poses."""
         return self
 
     # What it depends on.
@@ -265,30 +261,25 @@ class Effect(ABC):
         return self.title
 
     def table(self, std: Sequence[float | None]) -> Table | None:
-        """Return the coefficients as a table, with their standard errors ``(k,)``; None where they mean nothing to a reader."""
+        """Return the coefficients as a table, with their standard errors ``(k,)``; None if they mean nothing to a reader."""
         rows: list[tuple[str, ...]] = [
             coefficient(name, value, error) for name, (value, error) in self.stated(std).items()
         ]
         return ("coefficient", "value", "±", "unit"), rows
 
     def consequence(self, error: float, which: int = 0) -> str:
-        """Return what it costs not to know the effect where these data cannot show it.
+        """Return the sentence on what the effect would cost if it were present, where these data cannot show it.
 
         Args:
             error: Of predicted positions [m], with a coefficient of natural size present and not in the model.
             which: Which coefficient.
         """
         size = sized(float(self.natural_sizes[which]), self.coefficient_units[which])
-        if error < LEAST_HARM:
-            harm = f"move predicted positions by less than {length(LEAST_HARM)}"
-        else:
-            harm = f"put predicted positions off by about {length(error)}"
-        text = f"an error of {size} would leave no residual and {harm}"
-        return f"{text}; {self.remedy}" if self.remedy and error >= LEAST_HARM else text
+        return unnoticed(size, error, self.remedy)
 
     @property
     def advice(self) -> list[str]:
-        """Return what to do about the effect where it was found, whole sentences."""
+        """Return what to do about the effect if it was found, whole sentences."""
         return []
 
     @classmethod
