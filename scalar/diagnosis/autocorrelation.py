@@ -1,11 +1,11 @@
-"""Whether the remaining residual is noise: where something acts on the arm, the residuals of neighbouring poses are autocorrelated.
+"""Test whether the remaining residual is noise: if something unmodelled acts on the arm, residuals of neighbouring poses are correlated.
 
-A noise of whole poses is drawn anew at every pose. Before it is given a name, what each pose asks for is put in the order of everything that is
-recorded, and multiplied by what its neighbours ask for: ``t = sum a_i a_k / sqrt(sum (a_i a_k)^2)`` over neighbours i and k, about normal
-where the order means nothing (von Neumann's ratio, with the standard error of the products taken from the products themselves). What a pose asks
-for is its residual, target plane by target plane; or its residual along the derivative by what might err (``asked_places``), of which the sign is
-that of the error on whatever plane. Orders are those of time, of recorded columns, of angles, of sums and differences of two angles, of
-the place on the plane and of gravity in the sensor's frame.
+A variance component of whole poses is drawn anew at every pose. Before one is reported, the poses are sorted by every quantity that is known of
+them, and the residuals a of neighbours i and k in that order are multiplied: ``t = sum a_i a_k / sqrt(sum (a_i a_k)^2)`` is about normal if the
+order has no influence (von Neumann's ratio, with the standard error of the products taken from the products themselves). Two kinds of a are
+tested. One is the residual itself, with neighbours on the same target plane. The other is the component of the residual along its derivative by a
+quantity that might err (``asked_places``); its sign is that of the error, whichever plane was measured. The poses are sorted by time, by recorded
+columns, by angles, by sums and differences of two angles, by the place on the plane and by the direction of gravity in the sensor's frame.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
 
 LAGS = (1, 2, 3)
-_NORMAL_WILL_DO = 0.01  # a chance above it is not looked at more closely
+_NORMAL_WILL_DO = 0.01  # a p-value above it is taken from the normal distribution
 
 
 def depends_on(state: FittedState) -> list[str]:
-    """Return the columns along which the residuals are autocorrelated beyond chance, the most significant ones; none where they are noise."""
+    """Return the columns along which the residuals are most significantly autocorrelated; an empty list if no autocorrelation is significant."""
     found = chances(state, state.background().residual)
     surest = min(found, key=lambda names: found[names])
     return list(surest) if found[surest] < state.settings.autocorrelation.alpha_autocorrelation else []
 
 
 def chances(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
-    """Return for every set of columns the chance of residuals as autocorrelated as these in its order, corrected for all that were tried.
+    """Return the p-value of the autocorrelation along each set of columns, corrected for the number of sets.
 
-    What varies in the course of time, with one column, and with two of them has a third of the chance each (Bonferroni, weighted):
-    pairs of angles are many, and must not hide what varies in the course of time.
+    The sets form three families: recorded quantities that vary in the course of time, single columns, and pairs of angles. Each family
+    has a third of the significance level (weighted Bonferroni), so that the many pairs of angles do not hide a dependence on time.
 
     Args:
         state: Whose model is at its optimum.
@@ -84,7 +84,7 @@ def _moving_angles(state: FittedState) -> dict[str, Array]:
 
 
 def alike(z: Array, near: Array) -> float:
-    """Return the chance of residuals as autocorrelated as these where it means nothing to be neighbours.
+    """Return the p-value of the correlation of residuals between neighbours.
 
     Args:
         z: ``(N, m)``, residuals.
@@ -95,14 +95,15 @@ def alike(z: Array, near: Array) -> float:
 
 
 def alike_each(asked: Array, near: Array) -> list[float]:
-    """Return the same chance for each place's ``asked`` ``(N, K)``."""
+    """Return the same p-value for each column of ``asked`` ``(N, K)``."""
     return _chances(asked[near[:, 0]] * asked[near[:, 1]], near, len(asked))
 
 
 def _chances(products: Array, near: Array, n_poses: int) -> list[float]:
-    """Return the chance of each sum of products ``(P, K)`` over neighbours ``(P, 2)``, where each pose's sign means nothing.
+    """Return the p-value of each sum of products ``(P, K)`` over neighbours ``(P, 2)``, where the sign of each pose is random.
 
-    A sum that a normal tail calls unlikely is judged by its own, which is heavier where a few poses have large residuals.
+    A p-value that is small by the normal distribution is computed again from the distribution of the sum itself, whose tail is heavier
+    if a few poses have large residuals.
     """
     sums, lengths = products.sum(axis=0), np.sqrt(np.sum(products**2, axis=0))
     seen = lengths > 0
@@ -134,10 +135,10 @@ def _near(values: Array, settings: AutocorrelationSettings = DEFAULTS.autocorrel
 
 
 def asked_places(state: FittedState, z: Array) -> Array:
-    """Return what each pose asks of everything that might err ``(N, K)``, in standard errors.
+    """Return the component of each pose's residual along its derivative by each quantity that might err ``(N, K)``, in standard errors.
 
-    Every joint's angle, all lengths in proportion (growth), the sensor's pose on the flange and the pose of the base, a component each;
-    what no row shows is left out.
+    The quantities are every joint's angle, all lengths in proportion (growth), and the components of the sensor's pose on the flange and of
+    the base's pose. A quantity that no row depends on is left out.
 
     Args:
         state: Whose model is at its optimum.

@@ -1,4 +1,4 @@
-"""From a dataset to a diagnosis: gross errors set aside, effects selected, what has no name looked for, all of it calibrated."""
+"""Diagnose a dataset: set gross errors aside, select effects, look for unmodelled structure, and calibrate with what was found."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def diagnose(
     progress: Callable[[str], None] = lambda stage: None,
     settings: Settings = DEFAULTS,
 ) -> Diagnosis:
-    """Return what a dataset says of what its model lacks.
+    """Return which effects the rigid model of a dataset lacks, and the calibrations without and with them.
 
     Args:
         dataset: What was measured.
@@ -78,7 +78,7 @@ def diagnose(
     ranking = rank(before, before.background(), CandidateColumns(before, tried))
     progress("looking for unmodelled structure")
     after = with_flexible_terms(start.found, tried)
-    progress("joints that err in many orders")
+    progress("fitting joints that need many orders")
     after = with_spectrum(after, tried)
     noise = tuple(after.variance_components)
     findings = _findings(before, after, tried)
@@ -93,7 +93,7 @@ def diagnose(
     )
     whitening = after.whitening if shipped.effects_fit == BY_COMPONENT else None
     calibration_found = conclude(cleaned.dataset, prepared, *_final_fit(after, whitening), settings=fits)
-    # What is reported is what the calibration holds, to the last digit.
+    # The findings report exactly the coefficients that the calibration contains.
     fitted = zip(findings, calibration_found.model.effects, calibration_found.effect_std, strict=True)
     findings = tuple(replace(f, effect=effect, std=tuple(std)) for f, effect, std in fitted)
     return Diagnosis(
@@ -114,11 +114,11 @@ def diagnose(
 
 
 def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:
-    """Return a dataset without gross errors; a set-up that makes all of it contradict itself is refused.
+    """Return the dataset without gross errors, or refuse its set-up if that is why the poses contradict one another.
 
     Raises:
         InvalidInput: One other reading of the set-up explains the data.
-        Undetermined: Nothing can be said of what is right.
+        Undetermined: The poses contradict one another, and no other reading of the set-up explains them.
     """
     try:
         return clean(dataset, settings.estimation)
@@ -128,11 +128,11 @@ def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:
 
 
 def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
-    """Refuse data that the rigid model misses by more than any effect makes.
+    """Refuse data whose residual is larger than any effect can make it.
 
     Raises:
         InvalidInput: One other reading of the set-up explains the data.
-        Undetermined: None does.
+        Undetermined: No other reading of the set-up explains the data.
     """
     distances = state.residuals.pose_distances(state.model)
     typical = float(np.median(distances))
@@ -144,7 +144,7 @@ def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Selected:
-    """What a cleaned dataset gives: how it was prepared, its states without effects and with those selected, and what was tried."""
+    """The selection on a cleaned dataset: its preparation, the states without effects and with the selected ones, and the candidate set."""
 
     prepared: Prepared
     before: FittedState

@@ -1,8 +1,8 @@
 """Forward selection: score every candidate, add the best, refit everything, judge on held-out poses, and repeat.
 
-A candidate is taken if its gain is beyond chance, corrected for all that were tried, and if it lowers the error on held-out poses. After every
-step what is already in the model must still earn its place, and may be replaced by what explains the same better, so that the order in which
-effects are found does not decide the answer.
+A candidate is added if its gain is significant, corrected for the number of candidates, and if it lowers the error on held-out poses. After every
+step each effect of the model is tested again given the others: it is dropped if it is no longer significant, and replaced if another candidate
+explains the same better. So the order in which effects are found does not decide the answer.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from scalar.diagnosis.ranking import Scored, rank, refined
 
 
 def select_forward(state: FittedState, candidates: CandidateSet) -> FittedState:
-    """Return the state with every effect of a candidate set that the data bear out."""
+    """Return the state with every effect of a candidate set that the data support."""
     if state.background().variance < state.settings.selection.rounding:
         return state
     refused: set[str] = set()
@@ -30,7 +30,7 @@ def select_forward(state: FittedState, candidates: CandidateSet) -> FittedState:
 
 
 def _better(state: FittedState, columns: CandidateColumns, refused: set[str]) -> FittedState | None:
-    """Return the state with the best candidate that poses held out bear out, or None; those they do not bear out are refused from now on."""
+    """Return the state with the best candidate that held-out poses confirm, or None; candidates that they do not confirm join ``refused``."""
     before, before_whitened = held_out_errors(state), held_out_errors(state, state.whitening)
     for entry in _best(state, columns):
         if entry.effect.label in refused:
@@ -44,7 +44,7 @@ def _better(state: FittedState, columns: CandidateColumns, refused: set[str]) ->
 
 
 def _best(state: FittedState, columns: CandidateColumns) -> list[Scored]:
-    """Return the few candidates that are beyond chance and explain most, refined, best first."""
+    """Return the significant candidates among those with the largest evidence, refined, best first."""
     background, settings = state.background(), state.settings.selection
     worth = [
         e
@@ -55,7 +55,7 @@ def _best(state: FittedState, columns: CandidateColumns) -> list[Scored]:
 
 
 def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedState, CandidateColumns]:
-    """Return a state in which every effect earns its place and none could be replaced by a better one, with its columns."""
+    """Return a state in which every effect is significant and no candidate would explain its share better, and the candidates' columns in it."""
     columns, settings = CandidateColumns(state, candidates), state.settings.selection
     for _ in range(4 + len(state.effects)):
         changed = False
@@ -68,7 +68,7 @@ def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedSt
             best = ranking[0]
             if best.effect.label != effect.label and best.evidence > own.evidence + settings.swap_margin:
                 trial = state.refitted(merged(others, best.effect))
-                # Under its own whitening a worse fit is excused by the variance component that it leaves.
+                # Both fits are compared under one whitening: a worse fit has a larger variance component of its own, which would hide that.
                 left = trial.background_whitened_by(state.whitening).squared
                 better = left < state.background().squared + 1e-9
                 if (better or best.dof < own.dof) and no_worse(

@@ -1,10 +1,11 @@
-"""What a model predicts of poses that neither its fit nor its choice has seen, in blocks of successive poses.
+"""Held-out errors: how well a model predicts poses that its fit has not seen, in blocks of successive poses.
 
-Residuals of neighbours in time are correlated, so a pose next to a training pose is hardly held out. Poses are therefore cut into blocks of
-successive acquisition. The blocks are dealt out to the folds in turn, so that every fold spans the whole time and a change at any time
-has poses of every fold on both sides. Poses that are commanded twice are held out together: whatever is odd about a pose comes back with it, and
-a fit to its repetition would know it. Each fold's fit is the Gauss-Newton step from the joint optimum, exact for what is nearly linear at this
-scale.
+Forward selection chooses effects by these errors, so they are somewhat too small for a model that was selected. An honest
+figure needs poses that the whole diagnosis has not seen. Residuals of neighbours in time are correlated, so a pose next to a training pose is hardly independent of it. Poses are
+therefore divided into blocks in the order of acquisition. The blocks are dealt out to the folds in turn, so that every fold spans the whole time
+and a change at any time has poses of every fold on both sides. Repetitions of a pose are held out together, because an error that belongs to the
+pose repeats with it. The fit of a fold is one Gauss-Newton step from the joint optimum, which is accurate as long as the model is nearly linear
+over that step.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ class HeldOutErrors:
 
 
 def blocks(q: Array, settings: HoldOutSettings = DEFAULTS.hold_out) -> tuple[Array, Array]:
-    """Return the block ``(N,)`` and the fold ``(N,)`` of successive poses; a pose that is commanded again goes with its first time.
+    """Return the block ``(N,)`` and the fold ``(N,)`` of every pose; a repetition belongs to the block of the first such pose.
 
     Args:
         q: Joint angles ``(N, n)`` [rad] in the order of acquisition.
@@ -66,7 +67,7 @@ def blocks(q: Array, settings: HoldOutSettings = DEFAULTS.hold_out) -> tuple[Arr
 
 
 def first_times(q: Array, same_pose: float = DEFAULTS.hold_out.same_pose) -> Array:
-    """Return for every pose the first one ``(N,)`` with the same joint angles, itself where it is new."""
+    """Return for every pose the index of the first pose with the same joint angles ``(N,)``, which is its own if it is new."""
     first = np.arange(len(q))
     pairs = KDTree(q).query_pairs(same_pose, p=np.inf, output_type="ndarray")
     for i, j in pairs[np.lexsort((pairs[:, 0], pairs[:, 1]))]:
@@ -78,8 +79,8 @@ def held_out_errors(state: FittedState, whitening: Array | None = None) -> HeldO
     """Return the held-out errors of a state, every pose held out once.
 
     Args:
-        state: To judge.
-        whitening: ``(N, m, m)``, of a variance component of whole poses; the same for states that are compared.
+        state: Model and data at the joint optimum.
+        whitening: ``(N, m, m)``, of a variance component of whole poses, if any. States that are compared need the same one.
     """
     residual, J = (whitened(whitening, rows) for rows in state.linearised())
     N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
@@ -131,16 +132,17 @@ def _in_metres(state: FittedState) -> tuple[Array, Array]:
 
 
 def improvement(before: HeldOutErrors, after: HeldOutErrors) -> float:
-    """Return how many standard errors the held-out error falls by, blocks being the independent samples.
+    """Return by how many standard errors the held-out error falls; blocks are the independent samples.
 
-    A block whose fit has hardly any hold without it may gain more than all others together, and only its scatter would then be seen: gains
-    beyond some times the usual are also counted as that much, losses never.
+    One block that the other poses hardly determine may gain more than all others together, and its scatter then hides their gain.
+    The fall is therefore also computed with the gain of a block limited to ``most_gain`` times the median change, and losses in full; the
+    larger of the two is returned.
     """
     return _over_blocks(before.whitened - after.whitened, before)
 
 
 def improvement_in_metres(before: HeldOutErrors, after: HeldOutErrors) -> float:
-    """Return the same for the squared distances of points: unlike whitened rows, they compare fits that weigh poses differently."""
+    """Return the same for the squared distances of points, which can be compared between fits that weight poses differently."""
     return _over_blocks((before.metric - after.metric) * before.counts, before)
 
 
@@ -160,5 +162,5 @@ def _in_standard_errors(drops: Array) -> float:
 
 
 def no_worse(before: HeldOutErrors, after: HeldOutErrors) -> bool:
-    """Return whether poses held out are predicted about as well in metres: what only their weights bear out may run away elsewhere."""
+    """Return whether held-out poses are predicted about as well in metres; a gain in weighted rows alone may not hold at other poses."""
     return after.rms <= (1.0 + before.settings.tolerated_growth) * before.rms

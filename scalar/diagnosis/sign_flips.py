@@ -1,8 +1,8 @@
-"""The upper tail of ``sum p_ik s_i s_k`` over pairs of poses, where each pose's sign s means nothing: +1 or -1 by a coin.
+"""The upper tail of ``sum p_ik s_i s_k`` over pairs of poses, where the signs s of the poses are random: +1 or -1 with equal probability.
 
-Saddlepoint approximation of Lugannani and Rice with the sum's cumulants up to the fourth (Easton and Ronchetti, JASA 81, 1986). With A the
-symmetric matrix of p, the second to fourth are ``sum p^2``, ``tr A^3`` and ``3 tr A^4 - 6 sum_i (sum_k p_ik^2)^2 + 4 sum p^4``: triangles skew
-the sum, and circles of four make its tails heavy.
+It is computed by the saddlepoint approximation of Lugannani and Rice from the sum's cumulants up to the fourth (Easton and Ronchetti, JASA 81,
+1986). With A the symmetric matrix of p, the second to fourth cumulants are ``sum p^2``, ``tr A^3`` and
+``3 tr A^4 - 6 sum_i (sum_k p_ik^2)^2 + 4 sum p^4``. Triangles of neighbours make the sum skew, and cycles of four make its tails heavy.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from scipy.stats import norm
 
 from scalar.geometry.se3 import Array
 
-_FARTHEST = 40.0  # standard deviations, beyond which a chance is nil
+_FARTHEST = 40.0  # largest saddlepoint; larger sums, by so many standard deviations, have probability 0
 
 
 def upper_tail(products: Array, near: Array, n_poses: int) -> float:
-    """Return the chance that flipped signs give a sum as large as that of the products themselves.
+    """Return the probability that random signs give a sum at least as large as the sum of the products.
 
     Args:
         products: ``(P,)``, p of every pair.
@@ -46,7 +46,7 @@ def upper_tail(products: Array, near: Array, n_poses: int) -> float:
 
 
 def _cumulants(p: Array, near: Array, n_poses: int) -> tuple[float, float]:
-    """Return the third and the fourth cumulant of a sum of unit variance, neither less than zero: lighter tails are not made use of."""
+    """Return the third and the fourth cumulant of a sum of unit variance; a negative one is set to zero, so that no lighter tail is used."""
     upper = coo_array((p, (near[:, 0], near[:, 1])), shape=(n_poses, n_poses))
     A = (upper + upper.T).tocsr()
     squared = A @ A
