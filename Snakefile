@@ -5,6 +5,7 @@
 #   snakemake figures --cores 2                              figures only, from the tables
 #   snakemake measured --cores 2                             measured robots, where their files are to be had
 #   snakemake blind_trials --cores 2                          what a diagnosis makes of injected effects: about an hour
+#   snakemake blind_trials_stratified --cores 2               imperfect scanners, surfaces, many effects crossed: hours
 #   snakemake sensitivity --cores 2                          what depends on each setting of the diagnosis: about an hour
 #   snakemake processors --cores 2                           which figures of the headline depend on the processor
 #   snakemake --report report.html                           a page with all results, after a run

@@ -2,10 +2,13 @@
 # two cores; a run that was stopped goes on where it was. Its summaries are small enough to be committed:
 #   cp results/blind_trials/summaries/* paper/summaries/blind_trials/
 from study.blind_trials.cases import load_study
+from study.blind_trials.stratified import load_design
 
 try:
     TRIALS_CONFIG = ROOT / config.get("blind_trials", "configs/blind_trials.yaml")
     TRIALS = load_study(TRIALS_CONFIG)
+    STRATIFIED_CONFIG = ROOT / config.get("blind_trials_stratified", "configs/blind_trials_stratified.yaml")
+    STRATIFIED = load_design(STRATIFIED_CONFIG)
 except InvalidInput as error:
     raise WorkflowError(str(error)) from None
 TRIALS_DIR = f"{RESULTS}/blind_trials"
@@ -28,10 +31,12 @@ TRIALS_FIGURES = ["confusion", "power", "errors", "reliability"]
 wildcard_constraints:
     workcell="|".join(TRIALS.workcells),
     repetitions=r"\d+-\d+",
+    numbers=r"\d+-\d+",
 
 
 localrules:
     blind_trials,
+    blind_trials_stratified,
 
 
 def trial_scene(wildcards):
@@ -119,3 +124,50 @@ rule blind_trials:
     input:
         rules.summarise_blind_trials.output,
         rules.draw_blind_trials.output,
+
+
+# The stratified trials: scanners, surfaces, effects, numbers of poses and robots crossed so that every pair occurs. Resumed job by job.
+#   snakemake blind_trials_stratified --cores 2 --config blind_trials_stratified=MY_DESIGN.yaml
+STRATIFIED_DIR = f"{RESULTS}/blind_trials_stratified"
+STRATIFIED_TABLES = ["table", "ratios", "confidence", "conditions"]
+
+
+rule run_stratified_trials:
+    input:
+        scenes=[ROOT / robot["scene"] for robot in STRATIFIED.content["robots"].values()],
+        modules=modules("study.blind_trials.trials", "study.common.tables"),
+    output:
+        f"{STRATIFIED_DIR}/sets/{{numbers}}.csv",
+    log:
+        f"{RESULTS}/logs/blind_trials_stratified/{{numbers}}.log",
+    threads: 1
+    params:
+        config=local(STRATIFIED_CONFIG),
+        root=local(ROOT),
+        # So that an edit of the design runs again what it changes; more sets leave those that are there.
+        design=repr({k: v for k, v in STRATIFIED.content.items() if k != "sets"}),
+    message:
+        "Stratified blind trials: sets {wildcards.numbers}"
+    script:
+        "../scripts/run_stratified_trials.py"
+
+
+rule summarise_stratified_trials:
+    input:
+        sets=[f"{STRATIFIED_DIR}/sets/{job}.csv" for job in STRATIFIED.jobs()],
+        modules=modules("study.blind_trials.trial_summaries", "study.common.tables"),
+    output:
+        **{name: f"{STRATIFIED_DIR}/summaries/{name}.csv" for name in STRATIFIED_TABLES},
+        numbers=f"{STRATIFIED_DIR}/summaries/numbers.json",
+    log:
+        f"{RESULTS}/logs/blind_trials_stratified/summarise.log",
+    threads: 1
+    message:
+        "Scoring the stratified blind trials"
+    script:
+        "../scripts/summarise_stratified_trials.py"
+
+
+rule blind_trials_stratified:
+    input:
+        rules.summarise_stratified_trials.output,

@@ -90,10 +90,15 @@ class Design:
             "robot": list(content["robots"]),
         }
 
-    def trial(self, number: int, conditions: Mapping[str, Any]) -> Trial:
-        """Return the trial of these conditions: what they leave open is drawn from the seed and the number."""
+    def jobs(self) -> list[str]:
+        """Return the sets of each job: ``0000-0009`` is the first ten, as ``numbers_of`` reads it."""
+        sets, size = self.content["sets"], self.content["sets_per_job"]
+        return [f"{k:04d}-{min(k + size, sets) - 1:04d}" for k in range(0, sets, size)]
+
+    def trial(self, number: int, conditions: Mapping[str, Any], attempt: int = 0) -> Trial:
+        """Return the trial of these conditions: what they leave open is drawn from the seed, the number and the attempt."""
         content = self.content
-        rng = np.random.default_rng([content["seed"], number])
+        rng = np.random.default_rng([content["seed"], number, attempt])
         robot = content["robots"][conditions["robot"]]
         overrides: dict[str, Any] = dict(content["scene"]) | {
             "poses_per_plane": conditions["poses"] // PLANES
@@ -113,7 +118,11 @@ class Design:
             chosen = [({"effect": "unknown", "kind": name}, of_kind[name])]
         else:
             picked = rng.choice(names, TOGETHER[kind], replace=False)
-            chosen = [({"effect": str(name)}, content["effects"][str(name)]) for name in picked]
+            times = robot.get("times", {})
+            chosen = [
+                ({"effect": str(name)}, content["effects"][str(name)] * times.get(str(name), 1.0))
+                for name in picked
+            ]
         injected = tuple(
             {**entry, "size": float(natural * np.exp(rng.uniform(np.log(low), np.log(high))))}
             for entry, natural in chosen
@@ -150,6 +159,12 @@ def dealt_conditions(levels: Mapping[str, Sequence[Any]], sets: int, seed: int) 
 def pairs_of(conditions: Mapping[str, Any]) -> list[tuple[Any, ...]]:
     """Return all pairs of conditions: (factor, level, factor, level)."""
     return [(a, conditions[a], b, conditions[b]) for a, b in combinations(FACTORS, 2)]
+
+
+def numbers_of(job: str) -> range:
+    """Return the numbers of the sets of a job."""
+    first, last = map(int, job.split("-"))
+    return range(first, last + 1)
 
 
 def load_design(path: str | Path) -> Design:

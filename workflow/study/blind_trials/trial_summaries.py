@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -9,6 +11,9 @@ import numpy as np
 import pandas as pd
 
 from study.blind_trials.statistics import wilson
+from study.blind_trials.stratified import FACTORS
+from study.blind_trials.trial_score import answers, trial_score
+from study.common.provenance import code_version
 
 ROWS = (
     "no effect, ideal",
@@ -83,3 +88,62 @@ def confidence_bins(answers: pd.DataFrame) -> pd.DataFrame:
 def _groups(scored: pd.DataFrame) -> list[tuple[str, Any]]:
     known = [(row, scored[scored["row"] == row]) for row in ROWS]
     return [(row, group) for row, group in known if len(group)] + [("all", scored)]
+
+
+def scored(sets: pd.DataFrame) -> pd.DataFrame:
+    """Return the sets with the columns of ``trial_score`` beside them; those that could not be simulated are left out."""
+    rows = []
+    simulated: Any = sets[sets["status"] != "not_simulated"]
+    for row in simulated.to_dict("records"):
+        errors = {when: _number(row[f"position_{when}_mm"]) for when in ("before", "after", "floor")}
+        found, unobservable = json.loads(row["found"]), json.loads(row["unobservable"])
+        score = trial_score(truth_in(row), found, unobservable, errors)
+        rows.append({**row, **score, "failed": row["status"] != "diagnosed"})
+    return pd.DataFrame(rows)
+
+
+def said(sets: pd.DataFrame) -> pd.DataFrame:
+    """Return a row an answer that has a name, of all sets."""
+    rows = [
+        {"row": row["row"], "poses": row["poses"]} | answer
+        for row in sets.to_dict("records")
+        for answer in answers(truth_in(row), json.loads(row["found"]))
+    ]
+    return pd.DataFrame(rows, columns=["row", "poses", "name", "of", "confidence", "right"])
+
+
+def truth_in(row: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return the truth that a row of a table holds."""
+    return {key: json.loads(row[f"{key}_truth"]) for key in ("scanner", "surface")} | {
+        "injected": json.loads(row["injected"])
+    }
+
+
+def _number(value: Any) -> float | None:
+    return None if value is None or not np.isfinite(value) else float(value)
+
+
+def summarise_trials(sets: pd.DataFrame) -> tuple[dict[str, Any], dict[str, pd.DataFrame]]:
+    """Return numbers (what made the tables, how long it took) and the tables ``table, ratios, confidence, conditions``."""
+    judged: Any = scored(sets)
+    by_condition = [
+        {"factor": factor, "level": level, "sets": len(group)}
+        | {rate: int(group[rate].sum()) for rate in ("clean", "wrong", "wrong_sure", "worse")}
+        for factor in FACTORS
+        for level, group in judged.groupby(factor, sort=False)
+    ]
+    columns: Any = sets
+    seconds = {key: float(columns[key].sum()) for key in ("simulate_s", "diagnose_s")}
+    numbers = {
+        "code": code_version(),
+        "sets": len(sets),
+        "not_simulated": int((columns["status"] == "not_simulated").sum()),
+        "processor_hours": sum(seconds.values()) / 3600,
+        **{f"{key}_mean": value / max(len(sets), 1) for key, value in seconds.items()},
+    }
+    return numbers, {
+        "table": table(judged),
+        "ratios": ratios(judged),
+        "confidence": confidence_bins(said(sets)),
+        "conditions": pd.DataFrame(by_condition),
+    }

@@ -1,0 +1,161 @@
+"""Run stratified sets: simulate, diagnose blind, compare with the truth; a row a set, in memory.
+
+The floor is the noise-limited error: the same scene, poses, faces and draws of noise without what was injected, without bent
+plates, a crooked lens and edges, calibrated plainly. It is what a fit reaches that knows the form of all causes and has no need
+to spend data on them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from time import process_time
+from traceback import print_exc
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from scalar.diagnosis import diagnose
+from scalar.errors import ScalarError
+from scalar.estimation.calibrate import calibrate
+from study.blind_trials.run import CRASHED, errors
+from study.blind_trials.stratified import FACTORS, Design, Trial
+from study.common.grid import with_overrides
+from study.common.memory import dataset_in_memory
+
+if TYPE_CHECKING:
+    from scalar.simulation.scene import SimulatedScene
+
+WITHOUT_FLAWS = {"scanner": {"linearity_m": 0.0, "edge_share": 0.0}, "surface": {"bow_m": 0.0}}
+ATTEMPTS = 5  # at a scene whose effects throw scans off their target plane, or that no posture sees: each with another seed
+TRIAL_COLUMNS = {
+    "number": "of the set in the design",
+    "row": "of the table",
+    **{factor: "its condition" for factor in FACTORS},
+    "seed": "of all chance in the scene",
+    "attempt": "how many scenes could not be simulated before this one",
+    "status": "diagnosed; not_simulated; the error that ended the diagnosis, or crashed: a defect of ours",
+    "reason": "of a failure, its first line",
+    "injected": "JSON, the entries of truth.json: name, kind, target, size",
+    "scanner_truth": "JSON, the scanner's block of truth.json, or null",
+    "surface_truth": "JSON, the surfaces' block of truth.json, or null",
+    "found": "JSON, the entries of diagnosis.json without their coefficients",
+    "unobservable": "JSON, names and targets that the diagnosis says it cannot see",
+    "components": "JSON, names of the components of the scanner's own noise",
+    "position_before_mm": "mean error over the evaluation poses, base aligned, without the effects found",
+    "position_after_mm": "with them",
+    "position_floor_mm": "the noise-limited error over the evaluation poses of the scene without",
+    "simulate_s": "processor time of both scenes and of the floor's calibration",
+    "diagnose_s": "processor time of the diagnosis",
+}
+
+
+def run_trials(design: Design, numbers: range, root: Path) -> pd.DataFrame:
+    """Return the rows of some sets of a design, columns ``TRIAL_COLUMNS``.
+
+    Args:
+        design: The stratified trials. numbers: Of its sets. root: Where the paths of scenes start.
+    """
+    rows = []
+    for trial in design.trials(numbers.stop)[numbers.start :]:
+        row = run_trial(design, trial, root)
+        rows.append(row)
+        names = [entry["name"] for entry in json.loads(row["found"])] or row.get("reason", "")
+        print(f"set {trial.number} {trial.row}: {names}", flush=True)
+    return pd.DataFrame(rows).reindex(columns=list(TRIAL_COLUMNS))
+
+
+def run_trial(design: Design, trial: Trial, root: Path) -> dict[str, Any]:
+    """Return the row of one set."""
+    from scalar.simulation.errors import SimulationError
+
+    for attempt in range(ATTEMPTS):
+        again = design.trial(trial.number, trial.conditions, attempt) if attempt else trial
+        row: dict[str, Any] = {"number": trial.number, "row": trial.row, **trial.conditions}
+        row |= {"seed": again.seed, "attempt": attempt, "found": "[]", "injected": "[]", "unobservable": "[]"}
+        row |= {"components": "[]", "scanner_truth": "null", "surface_truth": "null"}
+        start = process_time()
+        try:
+            simulated, floor = scenes(design, again, root)
+        except SimulationError as error:
+            row |= {"status": "not_simulated", "reason": str(error).splitlines()[0]}
+            continue
+        truth = truth_of(simulated)
+        row |= {f"{key}_truth": json.dumps(truth[key]) for key in ("scanner", "surface")}
+        row |= {"injected": json.dumps(truth["injected"])}
+        row |= reached_floor(floor)
+        row["simulate_s"] = process_time() - start
+        start = process_time()
+        try:
+            answer = said(simulated)
+        except ScalarError as error:
+            answer = {"status": type(error).__name__, "reason": str(error).splitlines()[0]}
+        except Exception as error:  # a defect of ours, counted as one
+            print_exc()
+            answer = {"status": CRASHED, "reason": f"{type(error).__name__}: {error}".splitlines()[0]}
+        return row | {"diagnose_s": process_time() - start} | answer
+    return row  # pyright: ignore[reportPossiblyUnboundVariable]
+
+
+def scenes(design: Design, trial: Trial, root: Path) -> tuple[SimulatedScene, SimulatedScene]:
+    """Return the scene of a trial, and the one that tells its floor.
+
+    Raises:
+        SimulationError: No postures, or a scan leaves its target plane.
+    """
+    # The simulator is an extra; a diagnosis of one's own data does without.
+    from scalar.simulation.config import complete_config, load_config
+    from scalar.simulation.plan import plan_poses
+    from scalar.simulation.scene import simulate
+
+    scene = root / design.content["robots"][trial.conditions["robot"]]["scene"]
+    config = with_overrides(load_config(scene), trial.overrides)
+    config |= {
+        "seed": trial.seed,
+        "name": f"set-{trial.number}",
+        "injected": [dict(e) for e in trial.injected],
+    }
+    config = complete_config(config, base_dir=scene.parent)
+    plan = plan_poses(config)
+    simulated = simulate(config, plan=plan)
+    ideal = {block: config[block] | changes for block, changes in WITHOUT_FLAWS.items()}
+    return simulated, simulate({**config, **ideal, "injected": []}, plan=plan)
+
+
+def truth_of(simulated: SimulatedScene) -> dict[str, Any]:
+    """Return what ``trial_score`` wants to know of the truth."""
+    keys = ("name", "kind", "target", "size")
+    return {
+        "injected": [{k: entry[k] for k in keys if k in entry} for entry in simulated.truth["effects"]],
+        "scanner": simulated.truth.get("scanner"),
+        "surface": simulated.truth.get("surface"),
+    }
+
+
+def reached_floor(floor: SimulatedScene) -> dict[str, float | None]:
+    """Return the noise-limited error."""
+    try:
+        calibration = calibrate(dataset_in_memory(floor))
+    except ScalarError:
+        return {"position_floor_mm": None}
+    return {"position_floor_mm": errors(calibration, floor.truth_poses, "floor")["position_floor_mm"]}
+
+
+def said(simulated: SimulatedScene) -> dict[str, Any]:
+    """Return what the diagnosis says, as entries of a row."""
+    diagnosis = diagnose(dataset_in_memory(simulated))
+    mapping: Mapping[str, Any] = diagnosis.to_mapping()
+    entries = [{k: v for k, v in entry.items() if k != "coefficients"} for entry in mapping["effects"]]
+    before = errors(diagnosis.calibration_before, simulated.truth_poses, "before")
+    after = errors(diagnosis.calibration_after, simulated.truth_poses, "after")
+    return {
+        "status": "diagnosed",
+        "found": json.dumps(entries),
+        "unobservable": json.dumps(
+            [{"name": s["name"], "target": s["target"]} for s in mapping["unobservable"]]
+        ),
+        "components": json.dumps([part["name"] for part in mapping["noise"].get("components", ())]),
+        "position_before_mm": before["position_before_mm"],
+        "position_after_mm": after["position_after_mm"],
+    }
