@@ -48,7 +48,9 @@ def calibrate(
     effects_from: Path | None,
     hold: str | None,
 ) -> None:
-    """Calibrate robot, sensor and planes together: DIR/calibration.json and a summary.
+    """Calibrate robot, sensor and target together.
+
+    Writes DIR/calibration.json and prints a summary.
 
     \b
     Examples:
@@ -89,7 +91,7 @@ def describe_calibration(calibration: Calibration) -> str:
         f"{model.robot.name}: {summary['poses']} poses, {summary['points']} points; "
         f"residual {calibration.residual_rms / MM:.4g} mm RMS",
     ]
-    lines += [f"  look again: {suspicion['sentence']}" for suspicion in summary.get("setup", [])]
+    lines += [f"  check the set-up: {suspicion['sentence']}" for suspicion in summary.get("setup", [])]
     misfit, p_value = summary.get("misfit"), summary.get("misfit_p_value")
     if misfit is not None and p_value is not None:
         if misfit > _MISFIT_WORTH_SAYING and p_value < 1e-3:

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 @click.argument("truth", type=PATH)
 @OUTPUT
 def evaluate(calibration: Path, truth: Path, output: Path) -> None:
-    """Compare a calibration with a simulated truth over its poses: DIR/evaluation.json and a summary.
+    """Compare a calibration with a simulated truth.
+
+    The errors are taken over the poses of the truth. Writes DIR/evaluation.json and prints a summary.
 
     \b
     Example:

@@ -50,7 +50,10 @@ class _Group(click.Group):
 )
 @click.version_option(__version__, prog_name="scalar")
 def cli() -> None:
-    """Calibrate a robot and the sensor on its flange together, from scans of three planes of which only initial guesses are known.
+    """Calibrate a robot and the sensor on its flange together.
+
+    The data are scans of three or more planes, contacts of a touch probe with planes, or points of a laser tracker. Initial guesses of the
+    planes suffice.
 
     \b
     Your own data in four lines:

@@ -18,9 +18,10 @@ from scalar.cli.validate import describe_content
 @click.argument("sources", metavar="SOURCE...", type=PATH, nargs=-1, required=True)
 @click.option("-o", "--output", "output", type=PATH, required=True, help="Dataset folder to write.")
 def import_(mapping: Path, sources: Sequence[Path], output: Path) -> None:
-    """Bring tables with other columns, units and separators into a dataset, as the YAML file MAPPING says.
+    """Import foreign tables into a dataset.
 
-    A SOURCE is a CSV file, a MATLAB matrix (.mat), or a folder that holds the files that MAPPING names.
+    The YAML file MAPPING states columns, units and separators of the tables. A SOURCE is a CSV file, a MATLAB matrix
+    (.mat), or a folder that holds the files that MAPPING names.
 
     \b
     Example (see configs/measured for complete mappings):

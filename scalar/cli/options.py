@@ -11,7 +11,13 @@ from scalar.errors import Fault, InvalidInput
 
 PATH = click.Path(path_type=Path)
 OUTPUT = click.option(
-    "-o", "--output", "output", type=PATH, required=True, help="Folder to write to; made if missing."
+    "-o",
+    "--output",
+    "output",
+    type=PATH,
+    metavar="DIR",
+    required=True,
+    help="Folder to write to; made if missing.",
 )
 
 EFFECTS_MODULE = click.option(

@@ -18,9 +18,10 @@ from scalar.cli.terminal import say
 @click.option("-o", "--output", type=PATH, required=True, help="CSV file to write.")
 @EFFECTS_MODULE
 def predict(calibration: Path, joints: Path, output: Path, effects_modules: Sequence[Path]) -> None:
-    """Predict the sensor's frame in the base frame for every row of JOINTS.csv, all calibrated effects applied.
+    """Predict the sensor's frame for joint angles.
 
-    JOINTS.csv has pose,q1..qn [rad] and the optional columns of poses.csv. Written: pose,x,y,z,rx,ry,rz [m, rotation vector rad].
+    All calibrated effects are applied. The table JOINTS has pose,q1..qn [rad] and the optional columns of poses.csv. The
+    output has pose,x,y,z,rx,ry,rz [m, rotation vector in rad], the frame of the sensor in that of the base.
 
     \b
     Example:

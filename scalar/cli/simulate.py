@@ -16,7 +16,9 @@ from scalar.cli.terminal import say
 @OUTPUT
 @click.option("--seed", type=click.IntRange(min=0), help="Instead of the seed in CONFIG.")
 def simulate(config: Path, output: Path, seed: int | None) -> None:
-    """Simulate a dataset with pybullet, as CONFIG says: DIR/dataset, and its truth in DIR/truth.
+    """Simulate a dataset with pybullet.
+
+    CONFIG describes the scene. Writes the dataset to DIR/dataset and its truth to DIR/truth.
 
     \b
     Example:

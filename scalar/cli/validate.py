@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 @cli.command()
 @click.argument("dataset", type=PATH)
 def validate(dataset: Path) -> None:
-    """Check a dataset: say what it holds, and every fault that is found, one a line.
+    """Check a dataset.
+
+    Prints what the dataset contains, or one line for each fault.
 
     \b
     Example:

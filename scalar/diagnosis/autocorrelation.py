@@ -25,7 +25,7 @@ from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
 
 LAGS = (1, 2, 3)
-_NORMAL_WILL_DO = 0.01  # a p-value above it is taken from the normal distribution
+_NORMAL_SUFFICES = 0.01  # a p-value above it is taken from the normal distribution
 
 
 def depends_on(state: FittedState) -> list[str]:
@@ -56,8 +56,8 @@ def chances(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
         found[family].append((names, min(tried, default=1.0) * len(tried)))
 
     def in_order(values: Array) -> list[float]:
-        by_plane = alike(z, _in_order(planes, values, least))
-        return [by_plane, *alike_each(asked, _in_order(whole, values, least))]
+        by_plane = neighbour_p_value(z, _in_order(planes, values, least))
+        return [by_plane, *neighbour_p_values(asked, _in_order(whole, values, least))]
 
     for name, values in courses.items():
         judge("course", (name,), in_order(values))
@@ -69,7 +69,7 @@ def chances(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
         judge("pair", (a, b), in_order(angles[a] + angles[b]))
         judge("pair", (a, b), in_order(angles[a] - angles[b]))
         near = _near(np.column_stack([angles[a], angles[b]]), state.settings.autocorrelation)
-        judge("pair", (a, b), alike_each(asked, near))
+        judge("pair", (a, b), neighbour_p_values(asked, near))
     corrected: dict[tuple[str, ...], float] = {}
     for family in found.values():
         for names, chance in family:
@@ -83,7 +83,7 @@ def _moving_angles(state: FittedState) -> dict[str, Array]:
     return {f"q{j + 1}": q[:, j] for j in range(q.shape[1]) if np.ptp(q[:, j]) > still}
 
 
-def alike(z: Array, near: Array) -> float:
+def neighbour_p_value(z: Array, near: Array) -> float:
     """Return the p-value of the correlation of residuals between neighbours.
 
     Args:
@@ -94,7 +94,7 @@ def alike(z: Array, near: Array) -> float:
     return _chances(products[:, None], near, len(z))[0]
 
 
-def alike_each(asked: Array, near: Array) -> list[float]:
+def neighbour_p_values(asked: Array, near: Array) -> list[float]:
     """Return the same p-value for each column of ``asked`` ``(N, K)``."""
     return _chances(asked[near[:, 0]] * asked[near[:, 1]], near, len(asked))
 
@@ -108,7 +108,7 @@ def _chances(products: Array, near: Array, n_poses: int) -> list[float]:
     sums, lengths = products.sum(axis=0), np.sqrt(np.sum(products**2, axis=0))
     seen = lengths > 0
     found = np.where(seen, norm.sf(sums / np.where(seen, lengths, 1.0)), 1.0)
-    for k in np.flatnonzero(found < _NORMAL_WILL_DO):
+    for k in np.flatnonzero(found < _NORMAL_SUFFICES):
         found[k] = upper_tail(products[:, k], near, n_poses)
     return [float(chance) for chance in found]
 

@@ -1,11 +1,11 @@
 """Held-out errors: how well a model predicts poses that its fit has not seen, in blocks of successive poses.
 
-Forward selection chooses effects by these errors, so they are somewhat too small for a model that was selected. An honest
-figure needs poses that the whole diagnosis has not seen. Residuals of neighbours in time are correlated, so a pose next to a training pose is hardly independent of it. Poses are
-therefore divided into blocks in the order of acquisition. The blocks are dealt out to the folds in turn, so that every fold spans the whole time
-and a change at any time has poses of every fold on both sides. Repetitions of a pose are held out together, because an error that belongs to the
-pose repeats with it. The fit of a fold is one Gauss-Newton step from the joint optimum, which is accurate as long as the model is nearly linear
-over that step.
+Forward selection chooses effects by these errors, so they are somewhat too small for a model that was selected. An honest figure needs poses
+that the whole diagnosis has not seen. Residuals of neighbours in time are correlated, so a pose next to a training pose is hardly independent of
+it. Poses are therefore divided into blocks in the order of acquisition. The blocks are dealt out to the folds in turn, so that every fold spans
+the whole time and a change at any time has poses of every fold on both sides. Repetitions of a pose are held out together, because an error that
+belongs to the pose repeats with it. The fit of a fold is one Gauss-Newton step from the joint optimum, which is accurate as long as the model is
+nearly linear over that step.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""Structure beyond doubt that no name fits: found by flexible terms, judged harder than a name, and never forced into the nearest one.
+"""Find structure that is significant but that no named effect explains, and describe it by flexible terms.
 
-A flexible term takes the place of a name, or of all names of a joint or of all that varies with time at once, where it explains far better: a step
-of an angle is imitated by a scale with five harmonics, a bump by four, and neither is one of them.
+A flexible term has to pass stricter tests than a named effect. It replaces a named effect, all named effects of a joint, or all changes in time at
+once, if it explains the data far better: a scale and five harmonics, for example, imitate a step of a joint's angle, although the joint has none of
+them. Such structure is reported as unattributed and never given the name of the nearest effect.
 """
 
 from __future__ import annotations
@@ -32,23 +33,23 @@ COLUMNS_AT_ONCE = 512
 
 
 def with_flexible_terms(state: FittedState, named: CandidateSet) -> FittedState:
-    """Return a state with flexible terms for what its named effects leave, the names judged again given them.
+    """Return a state with flexible terms for what its named effects leave; the named effects are tested again given these terms.
 
     Args:
         state: Where forward selection among the names ended.
-        named: What has a name.
+        named: The candidate set of named effects.
     """
-    pools = _banks(flexible(state.dataset))
+    pools = _in_parts(flexible(state.dataset))
     for _ in range(state.settings.flexible_terms.max_terms):
-        trial = _unseated(state, pools) or _with_best(state, pools)
+        trial = _with_replacement(state, pools) or _with_best(state, pools)
         if trial is None:
             break
         state = _own_names_dropped(select_forward(reconsidered(trial, named)[0], named))
     return _minor_names_dropped(_own_names_dropped(reconsidered(state, named)[0]))
 
 
-def _banks(pool: Sequence[Effect]) -> list[CandidateSet]:
-    """Return a pool in parts: what is between terms is never asked for, and many poses with all columns at once are more than memory likes."""
+def _in_parts(pool: Sequence[Effect]) -> list[CandidateSet]:
+    """Return a pool of terms in parts: products between terms are not needed, and the columns of all terms at once take too much memory."""
     parts: list[list[Effect]] = [[]]
     width = 0
     for candidate in pool:
@@ -74,10 +75,10 @@ def _ranked(
 
 
 def evidence_without_a_name(state: FittedState) -> list[list[float]]:
-    """Return for every effect of a state the evidence of the flexible terms that would explain most in its place [nats]; none for one of them.
+    """Return for every named effect the evidence of the flexible terms that would explain most in its place [nats]; for a flexible term none.
 
-    It is less by what a flexible term has to explain better to replace a name, and by half the log of the freedom for an order or a place that
-    was refined: a wave whose order may be any number explains as much as the harmonic that is there.
+    Two amounts are subtracted: the margin by which a flexible term has to surpass a named effect, and half the logarithm of the degrees of
+    freedom for the order or place that was refined. Without the second, a wave of arbitrary order would score as high as a true harmonic.
 
     Args:
         state: With its effects.
@@ -85,18 +86,18 @@ def evidence_without_a_name(state: FittedState) -> list[list[float]]:
     named = [i for i, effect in enumerate(state.effects) if not effect.flexible]
     backgrounds = [background_without(state, [i])[0] for i in named]
     found: list[list[float]] = [[] for _ in state.effects]
-    ranked = _ranked(state, backgrounds, _banks(flexible(state.dataset)))
+    ranked = _ranked(state, backgrounds, _in_parts(flexible(state.dataset)))
     for i, background, entries in zip(named, backgrounds, ranked, strict=True):
         imitators = state.effects[i].imitators(state.dataset)
         if imitators:
-            entries = entries + _ranked(state, [background], _banks(imitators))[0]
+            entries = entries + _ranked(state, [background], _in_parts(imitators))[0]
         price = state.settings.flexible_terms.better_than_a_name + 0.5 * float(np.log(background.freedom))
         found[i] = [refined(state, background, entry).evidence - price for entry in entries]
     return found
 
 
 def _with_best(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState | None:
-    """Return the state with the flexible term that the residual bears out best, or None."""
+    """Return the state with the best flexible term that is significant and confirmed by held-out poses, or None."""
     background = state.background()
     for entry in _ranked(state, [background], pools)[0]:
         if entry.p_value > state.settings.flexible_terms.alpha_flexible_term or entry.evidence <= 0:
@@ -111,8 +112,8 @@ def _with_best(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState
     return None
 
 
-def _unseated(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState | None:
-    """Return the state with flexible terms in the place of names that explain their share far worse, or None."""
+def _with_replacement(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState | None:
+    """Return the state in which flexible terms replace named effects that explain far less than they do, or None."""
     groups, settings = list(_groups(state.effects)), state.settings.flexible_terms
     if not groups:
         return None
@@ -124,10 +125,10 @@ def _unseated(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState 
             (state.effects[i] for i in indices if state.effects[i].imitators(state.dataset)), None
         )
         if imitated is not None:
-            entries = entries + _ranked(state, [without], _banks(imitated.imitators(state.dataset)))[0]
+            entries = entries + _ranked(state, [without], _in_parts(imitated.imitators(state.dataset)))[0]
         others = tuple(e for k, e in enumerate(state.effects) if k not in indices)
         for entry in entries:
-            # Of a name with more coefficients, a first shape need explain its share only: others may join it.
+            # If the named effect has more coefficients, the first flexible term need explain only its share: others may join it.
             shapes = 1 + settings.more_shapes if imitated is not None and own.dof > entry.dof else 1
             if entry.evidence < settings.hopeless * own.evidence / shapes:
                 continue
@@ -148,12 +149,12 @@ def _unseated(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState 
 
 
 def _with_partial_imitators(state: FittedState, imitated: Effect) -> tuple[FittedState, float]:
-    """Return a state with up to two more flexible terms, of which a few imitate a named effect, and the evidence of all of them [nats].
+    """Return a state with further flexible terms that may imitate a named effect together, and the evidence of all the terms [nats].
 
-    The last effect of the state is the first of the terms. Each is refined again given the others: waves of unlike orders share what a
-    short range of angles shows.
+    The last effect of the state is the first of the terms. Each is refined again given the others, because waves of different orders look
+    alike over a short range of angles.
     """
-    pools = _banks(imitated.partial_imitators(state.dataset))
+    pools = _in_parts(imitated.partial_imitators(state.dataset))
     first = len(state.effects) - 1
     best, evidence = state, -np.inf
     for _ in range(state.settings.flexible_terms.more_shapes):
@@ -186,7 +187,7 @@ def _refined_again(state: FittedState, first: int, pool: CandidateSet) -> Fitted
 
 
 def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
-    """Return which effects one flexible term could stand for: all of a joint, all that a variation with time may imitate, each alone."""
+    """Yield the groups of effects that one flexible term could replace: all of a joint, all changes in time, and each named effect alone."""
     by_joint: dict[int, list[int]] = {}
     in_time = []
     for i, effect in enumerate(effects):
@@ -199,7 +200,7 @@ def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
 
 
 def _own_names_dropped(state: FittedState) -> FittedState:
-    """Return a state without names for what a joint's flexible term along its own angle leaves: they are the rest of the same curve."""
+    """Return a state without named effects of joints whose error over their own angle a flexible term describes: they fit what it leaves."""
     curves = {effect.own_curve for effect in state.effects if effect.flexible} - {None}
     kept = tuple(effect for effect in state.effects if effect.flexible or effect.own_curve not in curves)
     if len(kept) == len(state.effects):
@@ -208,10 +209,10 @@ def _own_names_dropped(state: FittedState) -> FittedState:
 
 
 def _minor_names_dropped(state: FittedState) -> FittedState:
-    """Return a state without names that explain little compared with what has none: they are as likely a part of it.
+    """Return a state without named effects that explain little compared with the unmodelled structure: they are as likely a part of it.
 
-    What has no name is what the flexible terms explain, and a variance component where residuals are autocorrelated. Where a flexible term varies
-    with time, a change in time has to explain more than that term, any other name a tenth of it.
+    The unmodelled structure is what the flexible terms explain, and a variance component if residuals are autocorrelated. If it varies with
+    time, a change in time has to explain more than all of it; any other named effect has to explain the share ``minor`` of it.
     """
     plain = state.background_within_scans()
     flexible_terms = [i for i, effect in enumerate(state.effects) if effect.flexible]

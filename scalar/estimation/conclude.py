@@ -1,4 +1,4 @@
-"""From a converged fit to a calibration: reporting coordinates, standard errors, what is fixed and why."""
+"""Turn a converged fit into a calibration: reporting coordinates, standard errors, and which parameters are fixed and why."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def conclude(
 
 
 def _check_rank(model: Model, J: Array, free: Array) -> None:
-    """Refuse standard errors of what the data do not determine.
+    """Refuse to state standard errors if the data do not determine the free parameters.
 
     Raises:
         Undetermined: Naming the parameters that cannot be distinguished.

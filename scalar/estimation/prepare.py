@@ -29,7 +29,7 @@ class Prepared:
     Attributes:
         residuals: Whitened at the initial estimate.
         initial: The initial estimate, with the arm nominal.
-        coarse: The coarsely fitted model from which fits go on, with priors from the data sheet where the poses hardly determine the arm.
+        coarse: The coarse fit at which later fits start, with priors from the data sheet where the poses hardly determine the arm.
         identifiability: Which parameters to fix, and why.
         free: ``(P,)`` bool, which coordinates of the model are free.
     """
@@ -53,7 +53,7 @@ def prepare(dataset: Dataset, fix: Sequence[str] = (), settings: EstimationSetti
         settings: Thresholds.
 
     Raises:
-        InvalidInput: The initial guess of a plane is wrong beyond repair.
+        InvalidInput: The initial guess of a plane is too far off for the fit.
         Undetermined: The data cannot determine the model.
     """
     measurement = measure(dataset)

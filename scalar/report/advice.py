@@ -1,4 +1,4 @@
-"""What to measure next: sentences that follow from what these data could not show."""
+"""Advice on what to measure or correct next, derived from what these data could not show."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _WEAK_SHOWN = 4
 
 
 def advice(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
-    """Return what would show more, the most useful first."""
+    """Return the advice, the most useful sentence first."""
     return [
         *_unexplained(diagnosis, mapping),
         *_unobservable(diagnosis),
@@ -43,12 +43,12 @@ def _unexplained(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
             others = [v for v in entry["depends_on"] if not is_joint(v)]
             if joints:
                 found.append(
-                    f"Sweep {listed(joints)} in small steps, all other joints still, on one target plane: the "
-                    "shape of the curve will say more of the cause than poses at random."
+                    f"Sweep {listed(joints)} in small steps on one target plane, with all other joints still: the "
+                    "shape of that curve says more about the cause than random poses do."
                 )
             if others:
                 found.append(
-                    f"Vary {listed(others)} on purpose, the same poses each time, and see what follows it."
+                    f"Measure the same poses at several values of {listed(others)}, and see which residuals follow."
                 )
     if len(diagnosis.noise) > 1:
         found.append(
@@ -82,8 +82,8 @@ def _weak(diagnosis: Diagnosis) -> list[str]:
     more = f", and {len(weak) - len(named)} more" if len(weak) > len(named) else ""
     joints = sorted({int(text.split(" ")[0].rsplit("_", 1)[1]) for text in named})
     return [
-        f"More poses, in which {listed([f'joint {j}' for j in joints])} and the joints beside take all of "
-        f"their range: the least certain parameters are {listed(named)}{more}."
+        f"Measure more poses in which {listed([f'joint {j}' for j in joints])} and the neighbouring joints move "
+        f"through all of their range: the least certain parameters are {listed(named)}{more}."
     ]
 
 
@@ -91,7 +91,9 @@ def _columns(diagnosis: Diagnosis) -> list[str]:
     kinds = registry.known().values()
     found = [sentence for kind in kinds for sentence in kind.advice_on_data(diagnosis.dataset)]
     if diagnosis.dataset.sensor.noise is None:
-        found.append("State the sensor's noise in dataset.yaml: what is structure is judged against it.")
+        found.append(
+            "State the sensor's noise in dataset.yaml: the diagnosis needs it to tell structure from noise."
+        )
     return found
 
 
@@ -100,14 +102,16 @@ def _poses(diagnosis: Diagnosis) -> list[str]:
     spans = np.ptp(dataset.q, axis=0)
     still = [f"joint {j + 1}" for j in np.flatnonzero(spans < HARDLY_MOVED)]
     if still:
-        found.append(f"Move {listed(still)}: nothing can be said of a joint that stands still.")
+        found.append(f"Move {listed(still)}: these data say nothing about a joint that stands still.")
     if dataset.planes:
         counts = np.bincount(dataset.plane_index, minlength=len(dataset.planes))
         few = [
             f"{p.name} ({n})" for p, n in zip(dataset.planes, counts, strict=True) if n < FEW_POSES_A_PLANE
         ]
         if few:
-            found.append(f"More poses on {listed(few)}: effects show where there are tens of poses a plane.")
+            found.append(
+                f"Measure more poses on {listed(few)}: effects show only with tens of poses on each plane."
+            )
     return found
 
 

@@ -1,4 +1,4 @@
-"""Words of the report that belong to no one effect: what entries of diagnosis.json are called, columns, chances."""
+"""Words of the report that do not belong to a single effect: titles of entries of diagnosis.json, columns, p-values."""
 
 from __future__ import annotations
 
@@ -37,8 +37,7 @@ def column(name: str) -> str:
 
 
 def chance(p: float | None) -> str:
-    """Return a p-value: one number where it means something, a bound where the tail is no longer computed
-    with care."""
+    """Return a p-value as text: a number, or a bound if it is too small to be computed accurately."""
     if p is None or not np.isfinite(p):
         return UNKNOWN
     if p < 1e-12:

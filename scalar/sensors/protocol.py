@@ -1,10 +1,10 @@
-"""The protocol of a kind of sensor: what everything else asks of it. A new kind is one class in one file.
+"""The protocol that every kind of sensor implements. A new kind is one class in one file.
 
 A kind of sensor is a subclass of ``Measurement``. The class says what the kind is able to do (its capabilities) and what a dataset folder
 holds of it (``format``); an object of the class is the measurement of one dataset, reduced to whitened residual rows.
 
-What a kind gives back stands in ``scalar.sensors.rows``, what it measures against in ``scalar.sensors.target``, and what a kind that scans
-planes has beyond the protocol in ``scalar.sensors.scans``.
+The types that a kind returns are in ``scalar.sensors.rows``, the objects that it measures in ``scalar.sensors.target``, and the further methods
+of a kind that scans planes in ``scalar.sensors.scans``.
 
 Most kinds predict what they measure, ``h(T_base_sensor, target)``, and subtract what was measured: they are subclasses of ``PointByPoint``
 (``scalar.sensors.point_by_point``) and supply h. Kinds that reduce many points to a few rows implement ``Measurement`` itself.
@@ -31,22 +31,22 @@ if TYPE_CHECKING:
 
 
 class Measurement(ABC):
-    """The protocol: a kind of sensor as a class, the measurement of a dataset by it as an object.
+    """The protocol: a subclass is a kind of sensor, and an object of it is the measurement of one dataset.
 
-    What a kind has to state: ``format``, ``words``, ``rows_per_pose``, the capabilities that differ from those below, and the abstract
-    methods. Everything else has a default that holds for a kind with a few rows a pose and no points beyond them.
+    A kind has to define ``format``, ``words``, ``rows_per_pose``, the capabilities that differ from those below, and the abstract methods.
+    Everything else has a default that is right for a kind that gives a few rows for each pose and no further points.
 
     Attributes:
         format: What a dataset folder holds of the kind.
-        words: What people call the kind, in reports.
-        measured: What was done to the poses, in reports: "tracked".
-        target_words: What it measures against, in messages: "planes", "tracker".
+        words: Name of the kind in reports.
+        measured: Participle for its poses in reports, such as "tracked".
+        target_words: Name of the target in messages, such as "planes" or "tracker".
         residual_words: What the residual of a pose is, as the label of an axis.
         observes_orientation: Whether the rows depend on how the sensor is turned on the flange.
-        carries_scale: Whether the measurement has a length of its own. Where it has none, the whole cell may be scaled and no residual shows it.
+        carries_scale: Whether the measurement has a length of its own. If it has none, no residual shows the scale of the workcell.
         scans: Whether a pose is a scan of several points on one line of a plane: its scatter shows the noise and its shape a bent plane.
         measures_range: Whether the points are ranges along rays in the sensor's own frame, so that errors of the range act on them.
-        needs_spanning_planes: Whether planes that do not span all directions are refused as such, whatever else could be determined.
+        needs_spanning_planes: Whether a dataset is refused if the normals of its planes do not span space.
         contact_iterations: How often ``contact_step`` is applied to bring any pose to a perfect measurement.
         rows_per_pose: m, the rows that a pose is reduced to.
         equations_per_pose: Independent equations that a pose gives at most, however many points it has.
@@ -83,7 +83,7 @@ class Measurement(ABC):
 
         Args:
             dataset: What was measured.
-            extra_basis: Names of functions of a point that effects on points need kept; for kinds that reduce points to rows.
+            extra_basis: Names of the functions of a point that effects on points need; for kinds that reduce points to rows.
         """
 
     @abstractmethod
@@ -106,7 +106,7 @@ class Measurement(ABC):
 
     @abstractmethod
     def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
-        """Return the derivatives of a measurement without error at any poses.
+        """Return the derivatives of an error-free measurement at arbitrary poses.
 
         Args:
             T_base_sensor: ``(N, 4, 4)``.
@@ -150,10 +150,10 @@ class Measurement(ABC):
             T_base_flange: ``(N, 4, 4)``, of the nominal arm.
             target: At its initial guess.
             gravity: ``(3,)`` [m/s^2], base frame.
-            thorough: Whether no nominal pose is stated to fall back on.
+            thorough: Whether the dataset states no nominal pose, so that the guesses have to suffice.
 
         Raises:
-            Undetermined: There is none.
+            Undetermined: The kind can make no guess.
         """
         raise Undetermined(["state sensor.nominal_pose: this kind of sensor needs it"])
 
@@ -201,7 +201,7 @@ class Measurement(ABC):
         return none, none.astype(int)
 
     def profiles(self, T_base_sensor: Array, target: Target, sigma: float) -> Any:
-        """Return the same measurement without the scatter that no model explains, for tests, with noise ``sigma`` [m]."""
+        """Return the same measurement with noise ``sigma`` [m] and without the scatter that no model explains, for statistical tests."""
         return self
 
     def in_metres(self) -> tuple[Any, float]:
@@ -218,7 +218,7 @@ class Measurement(ABC):
         return np.array(np.broadcast_to(np.eye(m) / self.sigma, (len(T_base_sensor), m, m)))
 
     def between_poses(self, residual: Array, variance: float) -> float:
-        """Return the standard deviation [m] of what poses as a whole are off beyond the noise of their points.
+        """Return the standard deviation [m] of the errors of whole poses, beyond the noise of their points.
 
         Args:
             residual: ``(N, m)``, whitened rows.
@@ -251,11 +251,11 @@ class Measurement(ABC):
 
     @property
     def shift_rows(self) -> slice:
-        """Return which rows of a pose say by how much it is off as a whole."""
+        """Return which rows of a pose measure its shift as a whole."""
         return slice(None)
 
     def shift(self, predicted: Array, residual: Array) -> tuple[Array, Array, Array]:
-        """Return each pose's shift [m] by a prediction and by the residual, along the prediction, and its standard error, ``(N,)`` each.
+        """Return each pose's predicted shift [m], the residual's shift along it [m], and the standard error of that [m], ``(N,)`` each.
 
         Args:
             predicted: ``(N, m)``, whitened rows.

@@ -1,9 +1,9 @@
-"""Whether neighbours are alike: uniform chances where they are not, and tiny ones where something acts on them."""
+"""The test for autocorrelation: p-values are uniform for noise, and tiny if something acts on neighbouring poses."""
 
 import numpy as np
 import pytest
 
-from scalar.diagnosis.autocorrelation import _in_order, _near, alike
+from scalar.diagnosis.autocorrelation import _in_order, _near, neighbour_p_value
 from scalar.diagnosis.settings import DEFAULTS
 
 
@@ -14,7 +14,7 @@ def chances(course, seeds=400, n=150):
         rng = np.random.default_rng([seed, 5])
         order, groups = rng.permutation(n).astype(float), rng.integers(0, 3, n)
         z = rng.standard_normal((n, 3)) * rng.uniform(0.5, 2.0, (n, 1)) + course(order / n)[:, None]
-        found.append(alike(z, _in_order(groups, order)))
+        found.append(neighbour_p_value(z, _in_order(groups, order)))
     return np.array(found)
 
 
@@ -36,7 +36,7 @@ def test_a_course_of_the_size_of_the_noise_is_seen(course):
 def test_few_poses_say_nothing():
     """With fewer poses a plate than neighbours need, the chance is one."""
     z = np.ones((9, 3))
-    assert alike(z, _in_order(np.arange(9) // 3, np.arange(9.0))) == 1.0
+    assert neighbour_p_value(z, _in_order(np.arange(9) // 3, np.arange(9.0))) == 1.0
 
 
 def test_neighbours_in_two_variables_are_the_nearest_whatever_their_units():
