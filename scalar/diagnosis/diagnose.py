@@ -16,6 +16,7 @@ from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.forward_selection import select_forward
 from scalar.diagnosis.harmonic_spectrum import as_whitened, has_all_orders, is_shrunk, with_spectrum
 from scalar.diagnosis.hold_out import held_out_errors
+from scalar.diagnosis.identified_components import identified_components
 from scalar.diagnosis.measured_rows import rows_given_own_noise
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.observability import unobservable_effects
@@ -80,7 +81,7 @@ def diagnose(
     after = with_flexible_terms(start.found, tried)
     progress("fitting joints that need many orders")
     after = with_spectrum(after, tried)
-    noise = tuple(after.variance_components)
+    noise = identified_components(after)
     findings = _findings(before, after, tried)
     shipped = shipped_fit(before, after, after.whitening)
     progress("calibrating")

@@ -8,7 +8,7 @@ study ``snakemake sensitivity`` says how much depends on it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -239,7 +239,7 @@ class EstimationSettings:
     sufficiency: SufficiencySettings = SufficiencySettings()
     identifiability: IdentifiabilitySettings = IdentifiabilitySettings()
     fit: FitSettings = FitSettings()
-    within_scan_noise: WithinScanNoiseSettings = WithinScanNoiseSettings()
+    within_scan_noise: WithinScanNoiseSettings = field(default_factory=WithinScanNoiseSettings)
 
 
 DEFAULTS = EstimationSettings()

@@ -25,6 +25,7 @@ from scalar.sensors.pose_noise import PoseNoise
 from scalar.sensors.profile import (
     LINE_BASIS,
     contact,
+    incidence,
     point_basis,
     profile_rows,
     robust_variance,
@@ -33,12 +34,10 @@ from scalar.sensors.profile import (
 from scalar.sensors.rows import LEAST_SIGMA, Pieces, Rows, stated_sigma
 from scalar.sensors.scan_pieces import cut_in_pieces
 from scalar.sensors.target import Guess, Target
-from scalar.sensors.within_scan_noise import Profiles, noise_within_scans
+from scalar.sensors.within_scan_noise import Profiles, long_waves, noise_within_scans
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
-
-_LEAST_INCIDENCE = 0.05  # |n . e|, 87 degrees: a grazing ray keeps a finite weight
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,17 +180,17 @@ class LineLaser(OnPlanes):
         """Return the scans weighted by the incidence of the estimate; sigma is measured where it was not stated."""
         assert isinstance(target, Planes)
         c, _, _ = contact(T_base_sensor, target, self.target_index)
-        incidence = self._incidence(c)
+        slant = self._incidence(c)
         basis = point_basis(self.basis_names, self.points, self.error_axis)
         sigma = self.sigma
         if not self.sigma_stated and self.noise is None:
-            unit = compress(basis / incidence[:, None], self.starts)
+            unit = compress(basis / slant[:, None], self.starts)
             scatter, freedom = scatter_within(unit, c, np.diff(self.starts))
             if freedom.sum() > 0:
                 sigma = max(float(np.sqrt(robust_variance(scatter, freedom))), LEAST_SIGMA)
-        whitened = basis / (sigma * incidence)[:, None]
+        whitened = basis / (sigma * slant)[:, None]
         R = (
-            self._profile_rows(whitened, c, 1.0 / (sigma * incidence))
+            self._profile_rows(whitened, c, 1.0 / (sigma * slant))
             if self.profiled
             else compress(whitened, self.starts)
         )
@@ -227,39 +226,42 @@ class LineLaser(OnPlanes):
         """Return the derivative ``(N, m, 1)`` of the profile rows by an error [m] of the range that all points of a scan share."""
         assert isinstance(target, Planes)
         c = contact(T_base_sensor, target, self.target_index)[0]
-        incidence = self._incidence(c)
-        direction = point_basis(("ux", "uz"), self.points, self.error_axis)
-        per_point = np.sum(direction * np.repeat(c[:, 1:], np.diff(self.starts), axis=0), axis=1)
-        return self._profile_rows(
-            (per_point / (self.sigma * incidence))[:, None], c, 1.0 / (self.sigma * incidence)
+        weight, axis = 1.0 / (self.sigma * self._incidence(c)), self.error_axis
+        slant = point_basis(("ux", "uz"), self.points, axis) * np.repeat(
+            c[:, 1:], np.diff(self.starts), axis=0
         )
+        return self._profile_rows((np.sum(slant, axis=1) * weight)[:, None], c, weight)
 
     def noise_floor(self, T_base_sensor: Array, target: Target) -> float:
         """Return the root mean square distance [m] to the plates that the noise of the points alone makes."""
         assert isinstance(target, Planes)
-        incidence = self._incidence(contact(T_base_sensor, target, self.target_index)[0])
+        slant = self._incidence(contact(T_base_sensor, target, self.target_index)[0])
         level = 1.0 if self.noise is None else np.repeat(self.noise.level, np.diff(self.starts))
-        return self.sigma * float(np.sqrt(np.mean((level * incidence) ** 2)))
+        return self.sigma * float(np.sqrt(np.mean((level * slant) ** 2)))
+
+    def _profiles(self, T_base_sensor: Array, target: Target) -> Profiles:
+        assert isinstance(target, Planes)
+        c = contact(T_base_sensor, target, self.target_index)[0]
+        return Profiles.of(self, c, self._incidence(c))
 
     def noise_within_poses(
         self, T_base_sensor: Array, target: Target, settings: NoiseThresholds
     ) -> PoseNoise | None:
-        """Return the noise within scans, from their residuals about their own lines (``scalar.sensors.within_scan_noise``)."""
-        assert isinstance(target, Planes)
-        c = contact(T_base_sensor, target, self.target_index)[0]
-        profiles = Profiles.of(self, c, self._incidence(c))
-        return noise_within_scans(profiles, self.sigma, self.sigma_stated, settings)
+        """Return the noise within scans, from their residuals about their own lines (``within_scan_noise``)."""
+        return noise_within_scans(
+            self._profiles(T_base_sensor, target), self.sigma, self.sigma_stated, settings
+        )
+
+    def uneven_rows(self, T_base_sensor: Array, target: Target) -> Array:
+        """Return the covariance ``(N, 3, 3)`` of the profile rows by errors that fade over a scan (``long_waves``)."""
+        return long_waves(self._profiles(T_base_sensor, target), self.noise)
 
     def given_noise(self, noise: PoseNoise | None) -> LineLaser:
         """Return the scans with a noise of ``noise_within_poses``: their profiles are whitened for it."""
         return self if noise is None else replace(self, noise=noise, sigma=noise.sigma)
 
     def _incidence(self, c: Array) -> Array:
-        """Return ``|n . e_i|`` of every point ``(P,)``, e_i the direction in which the scanner errs."""
-        counts = np.diff(self.starts)
-        ux, uz = point_basis(("ux", "uz"), self.points, self.error_axis).T
-        along = np.repeat(c[:, 1], counts) * ux + np.repeat(c[:, 2], counts) * uz
-        return np.maximum(np.abs(along), _LEAST_INCIDENCE)
+        return incidence(self.points, self.starts, c, self.error_axis)
 
     def distances(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()

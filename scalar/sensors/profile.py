@@ -11,6 +11,7 @@ from scalar.geometry.se3 import Array, skew
 from scalar.sensors.compression import compress_keeping_q
 
 LINE_BASIS = ("1", "x", "z")
+_LEAST_INCIDENCE = 0.05  # |n . e|, 87 degrees: a grazing ray keeps a finite weight
 
 
 def point_basis(names: Sequence[str], points: Array, error_axis: str) -> Array:
@@ -33,6 +34,14 @@ def point_basis(names: Sequence[str], points: Array, error_axis: str) -> Array:
         "dx": lambda: reach**2 * ux, "dz": lambda: reach**2 * uz,
     }  # fmt: skip
     return np.column_stack([functions[name]() for name in names])
+
+
+def incidence(points: Array, starts: Array, c: Array, error_axis: str) -> Array:
+    """Return ``|n . e_i|`` of every point ``(P,)``, e_i the direction in which the scanner errs, c ``(N, 3)`` the contact vectors."""
+    counts = np.diff(starts)
+    ux, uz = point_basis(("ux", "uz"), points, error_axis).T
+    along = np.repeat(c[:, 1], counts) * ux + np.repeat(c[:, 2], counts) * uz
+    return np.maximum(np.abs(along), _LEAST_INCIDENCE)
 
 
 def contact(T_base_sensor: Array, planes: Planes, index: Array) -> tuple[Array, Array, Array]:

@@ -238,6 +238,13 @@ class Measurement(ABC):
         """
         return None
 
+    def uneven_rows(self, T_base_sensor: Array, target: Target) -> Array | None:
+        """Return the covariance of the rows ``(N, m, m)`` by errors of the sensor that are alike over a whole pose, or None: here there are none.
+
+        What is alike over the whole of a measurement moves and turns it, as the arm does: only its look over all poses tells.
+        """
+        return None
+
     @property
     def noise_components(self) -> tuple[NoiseComponent, ...]:
         """Return what the noise that the rows are whitened for consists of, white noise apart."""

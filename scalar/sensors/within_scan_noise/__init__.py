@@ -9,5 +9,6 @@ White noise of one size is left as it is.
 
 from scalar.sensors.within_scan_noise.estimate import noise_within_scans
 from scalar.sensors.within_scan_noise.profiles import Profiles
+from scalar.sensors.within_scan_noise.row_covariance import long_waves
 
-__all__ = ["Profiles", "noise_within_scans"]
+__all__ = ["Profiles", "long_waves", "noise_within_scans"]

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.fft import next_fast_len
 
 from scalar.geometry.se3 import Array
+from scalar.sensors.pose_noise import PoseNoise
 from scalar.sensors.within_scan_noise.kernels import Kernel, Part
 from scalar.sensors.within_scan_noise.profiles import Profiles
 
@@ -75,6 +76,20 @@ def quadratic_forms(profiles: Profiles, at: Array, kernel: Kernel) -> Array:
         result[first:last] += np.einsum("inf,jnf->nij", weighted.real, transformed.real)
         result[first:last] += np.einsum("inf,jnf->nij", weighted.imag, transformed.imag)
     return result
+
+
+def long_waves(profiles: Profiles, noise: PoseNoise | None) -> Array:
+    """Return the covariance ``(N, 3, 3)`` of the rows by errors along the surface, as large as the points' own, that fade over a scan's usual length.
+
+    Args:
+        profiles: The scans.
+        noise: That the rows are whitened for, or None.
+    """
+    first = profiles.starts[:-1]
+    extent = np.maximum.reduceat(profiles.along, first) - np.minimum.reduceat(profiles.along, first)
+    length = max(float(np.median(extent)), 1e-9)
+    forms = quadratic_forms(profiles, profiles.along / length, Kernel(True, "exponential"))
+    return forms if noise is None else noise.whitening @ forms @ np.swapaxes(noise.whitening, 1, 2)
 
 
 def inverse_factors(covariance: Array) -> Array:

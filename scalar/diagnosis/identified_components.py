@@ -1,0 +1,41 @@
+"""Which variance components are the arm's or the scan's: those that explain the scatter given what a sensor's own noise may add.
+
+Whole poses scatter beyond the noise of their points where the joints do not repeat, or where each scan has an error of its own. They do as well
+where the noise of the points is larger than it looks, in all rows alike, and where what makes it is alike over a whole scan (a surface with
+waves longer than a scan, slow speckle). All are fitted together by restricted likelihood, and a component is identified only if it explains
+what the sensor's own two do not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.restricted_likelihood import fit_components
+from scalar.diagnosis.variance_components import VarianceComponent, directions
+
+
+def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
+    """Return the variance components of a state that the sensor's own noise does not explain, the likeliest first.
+
+    A sensor whose rows say nothing of errors that are alike over a whole pose has its components as they are.
+    """
+    residuals, model = state.residuals, state.model
+    found = tuple(state.variance_components)
+    uneven = residuals.measurement.uneven_rows(residuals.kinematics(model).T_base_sensor, model.target)
+    if not found or uneven is None:
+        return found
+    background = state.background_within_scans()
+    own = [np.broadcast_to(np.eye(uneven.shape[1]), uneven.shape), uneven]
+    without = fit_components(background, own).log_likelihood
+    kernels = {name: D @ np.swapaxes(D, 1, 2) for name, D in directions(residuals, model)}
+    identified = []
+    for component in found:
+        gain = fit_components(background, [kernels[component.name], *own]).log_likelihood - without
+        p_value = float(0.5 * chi2.sf(2 * max(gain, 0.0), 1))
+        if p_value < state.settings.variance_components.alpha_variance_component:
+            identified.append(replace(component, log_likelihood_gain=gain, p_value=p_value))
+    return tuple(sorted(identified, key=lambda c: -c.log_likelihood_gain))
