@@ -226,10 +226,9 @@ class LineLaser(OnPlanes):
         """Return the derivative ``(N, m, 1)`` of the profile rows by an error [m] of the range that all points of a scan share."""
         assert isinstance(target, Planes)
         c = contact(T_base_sensor, target, self.target_index)[0]
-        weight, axis = 1.0 / (self.sigma * self._incidence(c)), self.error_axis
-        slant = point_basis(("ux", "uz"), self.points, axis) * np.repeat(
-            c[:, 1:], np.diff(self.starts), axis=0
-        )
+        weight = 1.0 / (self.sigma * self._incidence(c))
+        slant = point_basis(("ux", "uz"), self.points, self.error_axis)
+        slant *= np.repeat(c[:, 1:], np.diff(self.starts), axis=0)
         return self._profile_rows((np.sum(slant, axis=1) * weight)[:, None], c, weight)
 
     def noise_floor(self, T_base_sensor: Array, target: Target) -> float:
@@ -248,9 +247,8 @@ class LineLaser(OnPlanes):
         self, T_base_sensor: Array, target: Target, settings: NoiseThresholds
     ) -> PoseNoise | None:
         """Return the noise within scans, from their residuals about their own lines (``within_scan_noise``)."""
-        return noise_within_scans(
-            self._profiles(T_base_sensor, target), self.sigma, self.sigma_stated, settings
-        )
+        profiles = self._profiles(T_base_sensor, target)
+        return noise_within_scans(profiles, self.sigma, self.sigma_stated, settings)
 
     def uneven_rows(self, T_base_sensor: Array, target: Target) -> Array:
         """Return the covariance ``(N, 3, 3)`` of the profile rows by errors that fade over a scan (``long_waves``)."""
