@@ -1,4 +1,4 @@
-"""What a dataset declares beside its measurements: planes as they are guessed, and the sensor as it is nominally."""
+"""What a dataset declares besides its measurements: planes as they are guessed, and the sensor as it is nominally."""
 
 from __future__ import annotations
 

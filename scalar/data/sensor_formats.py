@@ -17,7 +17,7 @@ class MeasuredTable:
 
     Attributes:
         stem: Of the name of the file.
-        units: ``{column: unit}`` of every column beside ``pose``, in the order of ``Dataset.points``; a unit is ``m`` or ``rad``.
+        units: ``{column: unit}`` of every column besides ``pose``, in the order of ``Dataset.points``; a unit is ``m`` or ``rad``.
         several_rows: Whether a pose has one row or more; else it has exactly one.
         row: What a row is, in messages.
         largest: No real length is beyond this [m]; a number that is must be in other units.

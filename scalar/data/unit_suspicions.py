@@ -1,6 +1,6 @@
 """Numbers that are legal and still cannot be meant: degrees for radians, millimetres for metres.
 
-The limits are magnitudes that no real cell reaches in SI and that the same cell passes by far in degrees or
+The limits are magnitudes that no real workcell reaches in SI and that the same workcell passes by far in degrees or
 millimetres. They leave room for large arms (4 m of reach), trackers far away, lidars, wrists that turn
 several times, and axes that turn without end where their limits say so.
 """

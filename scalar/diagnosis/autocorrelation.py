@@ -49,8 +49,8 @@ def chances(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
     asked = asked_places(state, z)
     planes = state.residuals.measurement.target_index
     whole = np.zeros(len(z))
-    angles, courses = _moving_angles(state), _courses(state)
-    found: dict[str, list[tuple[tuple[str, ...], float]]] = {"course": [], "single": [], "pair": []}
+    angles, in_time = _moving_angles(state), _recorded_in_time(state)
+    found: dict[str, list[tuple[tuple[str, ...], float]]] = {"in_time": [], "single": [], "pair": []}
 
     def judge(family: str, names: tuple[str, ...], tried: list[float]) -> None:
         found[family].append((names, min(tried, default=1.0) * len(tried)))
@@ -59,8 +59,8 @@ def chances(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
         by_plane = neighbour_p_value(z, _in_order(planes, values, least))
         return [by_plane, *neighbour_p_values(asked, _in_order(whole, values, least))]
 
-    for name, values in courses.items():
-        judge("course", (name,), in_order(values))
+    for name, values in in_time.items():
+        judge("in_time", (name,), in_order(values))
     for name, values in (angles | _places(state)).items():
         judge("single", (name,), in_order(values))
     for component in _gravity(state):
@@ -161,7 +161,7 @@ def asked_places(state: FittedState, z: Array) -> Array:
     return asked[:, sizes.any(axis=0)]
 
 
-def _courses(state: FittedState) -> dict[str, Array]:
+def _recorded_in_time(state: FittedState) -> dict[str, Array]:
     """Return the order of acquisition and every column that was recorded with the poses."""
     dataset = state.dataset
     found = {"time" if "time" in dataset.poses else "order": state.residuals.poses.order}

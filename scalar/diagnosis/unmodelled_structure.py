@@ -221,13 +221,14 @@ def _minor_names_dropped(state: FittedState) -> FittedState:
     along = depends_on(state) if state.variance_components else []
     if along:
         unexplained += max(plain.squared - plain.freedom, 0.0)
-    courses = any(not is_joint(name) for name in [*columns, *along])
+    varies_in_time = any(not is_joint(name) for name in [*columns, *along])
     minor = [
         i
         for i, effect in enumerate(state.effects)
         if i not in flexible_terms
         and _explained(state, plain, [i])
-        < (1.0 if courses and effect.is_change_in_time else state.settings.flexible_terms.minor) * unexplained
+        < (1.0 if varies_in_time and effect.is_change_in_time else state.settings.flexible_terms.minor)
+        * unexplained
     ]
     if not minor:
         return state

@@ -25,9 +25,9 @@ from scalar.units import DEG, MM
 def _why_fixed(name: str, is_effect: bool) -> str:
     freed_by = registry.freed_by(name.split("_")[0])
     if freed_by is not None:
-        return f"nominal; the effect {freed_by} frees it"
+        return f"fixed at its nominal value; the effect {freed_by} frees it"
     return (
-        "fixed, or its residual is a combination of those of other parameters"
+        "fixed as asked, or its residual is a combination of those of other parameters"
         if is_effect
         else "fixed as asked"
     )
@@ -136,7 +136,7 @@ def _check_plausible(model: Model, settings: FitSettings) -> None:
         for i in np.flatnonzero(change[k] > bound):
             reasons.append(
                 f"{kind}_{i + 1} ran {change[k, i] / unit:.0f} {name} away from its nominal value, past the bound of "
-                f"{bound / unit:.0f} {name}: the poses hardly determine it, or the nominal robot is another one; check robot.joints in dataset.yaml"
+                f"{bound / unit:.0f} {name}: the poses hardly determine it, or robot.joints in dataset.yaml describes another robot"
             )
     if reasons:
         raise Undetermined(reasons)

@@ -1,6 +1,6 @@
 """A touch probe: one point a pose, the origin of the sensor, lies on a plane: ``f = n . o - d``.
 
-It brings no length of its own: scaled with the whole cell, a plane is still a plane. And it cannot observe its own rotation.
+It brings no length of its own: a plane is still a plane if the whole workcell is scaled. And it cannot observe its own rotation.
 """
 
 from __future__ import annotations
