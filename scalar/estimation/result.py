@@ -113,7 +113,7 @@ class Calibration:
         Args:
             q: ``(N, n)`` [rad], joint angles as the encoders read them; or a table with q1..qn and the optional columns
                 of poses.csv.
-            columns: The optional columns of poses.csv that an effect needs, by name, besides an array: ``temperature``
+            columns: The optional columns of poses.csv that an effect needs, by name, if ``q`` is an array: ``temperature``
                 [deg C], ``time`` [s], ``order`` (without it: the state at the end), ``approach`` as ``(N, n)``; ``(N,)``
                 each, or one number for all poses.
 
