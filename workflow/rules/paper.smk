@@ -40,6 +40,11 @@ if (MEASURED_SUMMARIES / "numbers.json").exists():
     for name in MEASURED_FIGURES:
         PAPER_FIGURES[f"measured/{name}.svg"] = f"{RESULTS}/paper/measured/{name}.svg"
 
+SENSITIVITY_SUMMARIES = PAPER / "summaries/sensitivity"
+if (SENSITIVITY_SUMMARIES / "numbers.json").exists():
+    PAPER_NUMBERS["sensitivity"] = local(SENSITIVITY_SUMMARIES / "numbers.json")
+    PAPER_FIGURES["sensitivity/sensitivity.svg"] = f"{RESULTS}/paper/sensitivity/sensitivity.svg"
+
 PROCESSORS_SUMMARY = PAPER / "summaries/processors/numbers.json"
 if PROCESSORS_SUMMARY.exists():
     PAPER_NUMBERS["processors"] = local(PROCESSORS_SUMMARY)
@@ -76,6 +81,18 @@ use rule draw_blind_trials as draw_committed_blind_trials with:
         f"{RESULTS}/logs/paper/draw_blind_trials.log",
     message:
         "Drawing the blind trials from their committed summaries"
+
+
+use rule draw_sensitivity as draw_committed_sensitivity with:
+    input:
+        table=local(SENSITIVITY_SUMMARIES / "settings.csv"),
+        modules=modules("study.plots.sensitivity", "study.common.tables"),
+    output:
+        **{suffix: f"{RESULTS}/paper/sensitivity/sensitivity.{suffix}" for suffix in ("png", "svg")},
+    log:
+        f"{RESULTS}/logs/paper/draw_sensitivity.log",
+    message:
+        "Drawing the sensitivity to settings from its committed summary"
 
 
 rule draw_sweep_overview:

@@ -43,7 +43,7 @@ def draw_sensitivity(table: pd.DataFrame, most: int = 30) -> Figure:
         ax.axvline(0, color="black", linewidth=0.8)
         ax.set_xlim(-105, 105)
         ax.set_xticks([-100, -50, 0, 50, 100], ["100", "50", "0", "50", "100"])
-        ax.set_xlabel("← halved     share of the blind sets whose answer changes [%]     doubled →")
+        ax.set_xlabel("← halved    share of the sets whose answer changes [%]    doubled →", fontsize=8)
         ax.set_ylim(-0.6, max(len(shown), 1) - 0.4)
         ax.grid(axis="y", visible=False)
         handles = [

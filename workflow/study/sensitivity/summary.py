@@ -147,6 +147,7 @@ def numbers(table: pd.DataFrame, rows: pd.DataFrame) -> dict[str, Any]:
             "silent": int((~changed).sum()),
             "guarding": int((guarded & ~changed).sum()),
         },
+        "naming": dict(zip(table["setting"], shares(table, "naming").tolist(), strict=True)),
         "top": [_quoted(row) for row in top.to_dict("records")],
     }
 
