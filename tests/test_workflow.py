@@ -107,6 +107,17 @@ def rules() -> set[str]:
     return set(re.findall(r"^rule (\w+):", text, re.MULTILINE)) - {"figures"} | of_the_paper
 
 
+def test_rule_files_hold_rules_only():
+    """What they look up stands in workflow/study, typed and tested, or in common.smk, which holds no rule."""
+    files = {path.name: path.read_text("utf-8") for path in (ROOT / "workflow/rules").glob("*.smk")}
+    holding = {
+        what: {name for name, text in files.items() if re.search(rf"^\s*{what} .+?:", text, re.MULTILINE)}
+        for what in ("def", "rule")
+    }
+    assert holding["def"] == {"common.smk"}
+    assert holding["rule"] == set(files) - {"common.smk"}
+
+
 @pytest.mark.slow
 def test_every_rule_runs(built):
     """The small config leaves no rule out, and every job says something or nothing in a log of its own."""

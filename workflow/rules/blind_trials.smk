@@ -39,18 +39,9 @@ localrules:
     blind_trials_stratified,
 
 
-def trial_scene(wildcards):
-    """Return the scene of a workcell and its robot's file."""
-    scene = ROOT / TRIALS.workcells[wildcards.workcell]["scene"]
-    robot = load_yaml(scene).get("robot")
-    return [
-        local(path.resolve()) for path in [scene, *([scene.parent / robot] if isinstance(robot, str) else [])]
-    ]
-
-
 rule run_blind_trials:
     input:
-        scene=trial_scene,
+        scene=lambda w: files_of_scene(ROOT / TRIALS.workcells[w.workcell]["scene"]),
         modules=modules("study.blind_trials.run", "study.common.tables"),
     output:
         f"{TRIALS_DIR}/sets/{{case}}/{{workcell}}/{{repetitions}}.csv",

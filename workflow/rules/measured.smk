@@ -1,11 +1,10 @@
 # Measured robots: get the originals, import, diagnose, compare. Nothing here is part of the default target. The
 # summaries hold no measured data and are small enough to be committed, for the paper:
 #   cp results/measured/summaries/* paper/summaries/measured/
-from functools import cache
-
 from snakemake.logging import logger
 
-from study.measured.originals import answers, read_originals
+from study.measured.at_hand import SetsAtHand
+from study.measured.originals import read_originals
 
 MEASURED = f"{RESULTS}/measured"
 ORIGINALS = read_originals(ROOT / "workflow/resources/measured.csv")
@@ -19,35 +18,7 @@ ADDRESSES = (config.get("measured") or {}).get(
 )
 MEASURED_FIGURES = ["errors", "gears"]
 TRANSFERS = {"ur10_tracker_d": "ur10_tracker_c"}  # set: the campaign whose effects are applied to it
-
-
-@cache
-def sets_at_hand():
-    """Return the measured sets whose originals are here or can be fetched; say kindly what of the others is missing."""
-    found, missing = [], {}
-    for name, originals in ORIGINALS.items():
-        absent = [o for o in originals if not FOLDER or o.find(Path(FOLDER)) is None]
-        if absent and not Path(f"{MEASURED}/originals/{name}").is_dir():
-            missing[name] = absent
-        else:
-            found.append(name)
-    if missing and any(answers(a) for a in next(iter(missing.values()))[0].addresses(ADDRESSES)):
-        return list(ORIGINALS)
-    if missing:
-        where = f"in measured.folder ({FOLDER})" if FOLDER else "here (measured.folder is not set)"
-        files = "; ".join(f"{name}: {', '.join(o.file for o in absent)}" for name, absent in missing.items())
-        logger.warning(
-            f"measured: these original files are neither {where} nor to be had from the network now: {files}. "
-            "To have them, say --config 'measured={folder: PATH}' with a folder that holds them "
-            "(workflow/resources/measured.csv lists repositories and checksums), or try again with a network. "
-            f"Left out until then: {', '.join(missing)}."
-        )
-    return found
-
-
-def transfers_at_hand():
-    """Return the sets at hand to which effects of another one at hand are applied."""
-    return [name for name, other in TRANSFERS.items() if {name, other} <= set(sets_at_hand())]
+AT_HAND = SetsAtHand(ORIGINALS, FOLDER, ADDRESSES, Path(f"{MEASURED}/originals"), TRANSFERS, logger.warning)
 
 
 rule get_originals:
@@ -70,7 +41,7 @@ rule get_originals:
 rule import_measured:
     input:
         originals=rules.get_originals.output[0],
-        mapping=local(ROOT / "configs/measured") + "/{set}.yaml",
+        mapping=local(ROOT / "configs/measured/{set}.yaml"),
         modules=modules("scalar.ingest.convert"),
     output:
         directory(f"{MEASURED}/{{set}}/dataset"),
@@ -161,12 +132,12 @@ rule check_measured:
 
 rule summarise_measured:
     input:
-        originals=lambda w: expand(rules.get_originals.output[0], set=sets_at_hand()),
-        diagnoses=lambda w: expand(rules.diagnose_measured.output.diagnosis, set=sets_at_hand()),
-        errors=lambda w: expand(rules.compare_measured.output[0], set=sets_at_hand()),
-        transfers=lambda w: expand(rules.transfer_measured.output.errors, set=transfers_at_hand()),
-        checks=lambda w: expand(rules.check_measured.output.checks, set=sets_at_hand()),
-        gears=lambda w: expand(rules.check_measured.output.gears, set=sets_at_hand()),
+        originals=lambda w: expand(rules.get_originals.output[0], set=AT_HAND.names),
+        diagnoses=lambda w: expand(rules.diagnose_measured.output.diagnosis, set=AT_HAND.names),
+        errors=lambda w: expand(rules.compare_measured.output[0], set=AT_HAND.names),
+        transfers=lambda w: expand(rules.transfer_measured.output.errors, set=AT_HAND.transferred),
+        checks=lambda w: expand(rules.check_measured.output.checks, set=AT_HAND.names),
+        gears=lambda w: expand(rules.check_measured.output.gears, set=AT_HAND.names),
         modules=modules("study.measured.models", "study.measured.originals", "study.measured.gears"),
     output:
         summary=f"{MEASURED}/summaries/numbers.json",
@@ -181,8 +152,8 @@ rule summarise_measured:
         f"{RESULTS}/logs/measured/summarise.log",
     threads: 1
     params:
-        sets=lambda w: sets_at_hand(),
-        transfers=lambda w: {name: TRANSFERS[name] for name in transfers_at_hand()},
+        sets=lambda w: AT_HAND.names,
+        transfers=lambda w: AT_HAND.transferred,
     message:
         "Summarising the measured sets"
     script:
@@ -217,4 +188,4 @@ rule draw_measured:
 
 rule measured:
     input:
-        lambda w: [*rules.summarise_measured.output, *rules.draw_measured.output] if sets_at_hand() else [],
+        lambda w: [*rules.summarise_measured.output, *rules.draw_measured.output] if AT_HAND.names else [],

@@ -166,7 +166,7 @@ rule paper:
         f"{RESULTS}/logs/paper/paper.log",
     threads: 1
     params:
-        text=local(PAPER),
+        text=lambda w, input: os.path.commonpath(input.text),
         figures=PAPER_FIGURES,
     message:
         "Typesetting the paper"

@@ -18,16 +18,10 @@ if not PUBLISHED_CURVES:
     PUBLISHED_CURVES_TABLES, PUBLISHED_CURVES_FIGURES = [], []
 
 
-def published_curves_robot(wildcards):
-    """Return the robot file of the scene; nothing where the scene holds the robot itself."""
-    robot = load_yaml(PUBLISHED_CURVES_SCENE).get("robot")
-    return [local((PUBLISHED_CURVES_SCENE.parent / robot).resolve())] if isinstance(robot, str) else []
-
-
 rule predict_published_curves:
     input:
         scene=local(PUBLISHED_CURVES_SCENE),
-        robot=published_curves_robot,
+        robot=lambda w: robot_of_scene(PUBLISHED_CURVES_SCENE),
         published=resource("published_curves.csv"),
         modules=modules("study.published_curves.predict", "study.common.tables"),
     output:
@@ -48,7 +42,7 @@ rule predict_published_curves:
 rule explain_published_curves:
     input:
         scene=local(PUBLISHED_CURVES_SCENE),
-        robot=published_curves_robot,
+        robot=lambda w: robot_of_scene(PUBLISHED_CURVES_SCENE),
         published=resource("published_curves.csv"),
         predicted=rules.predict_published_curves.output[0],
         sweeps=[f"{SWEEP_DIR}/{name}/errors.csv" for name in PUBLISHED_CURVES_SWEEPS.values()],

@@ -13,8 +13,8 @@ SCENE_FIGURES = expand(
 
 rule render_scene:
     input:
-        scene=scene_file(OF_FIRST_CASE),
-        robot=robot_file(OF_FIRST_CASE),
+        scene=local(scene_path(OF_FIRST_CASE)),
+        robot=robot_of_scene(scene_path(OF_FIRST_CASE)),
         modules=modules("study.headline.picture"),
     output:
         picture=f"{HEADLINE}/scene/picture.png",

@@ -9,6 +9,7 @@ try:
 except InvalidInput as error:
     raise WorkflowError(str(error)) from None
 SENSITIVITY_DIR = f"{RESULTS}/sensitivity"
+SENSITIVITY_SET = f"{SENSITIVITY_DIR}/sets/{{blind_set}}.csv"
 
 
 wildcard_constraints:
@@ -19,24 +20,9 @@ localrules:
     sensitivity,
 
 
-def sensitivity_scene(wildcards):
-    """Return the scene of a blind set and its robot's file."""
-    workcell = SENSITIVITY.sets[wildcards.blind_set].workcell
-    scene = ROOT / SENSITIVITY.workcells[workcell]["scene"]
-    robot = load_yaml(scene).get("robot")
-    return [
-        local(path.resolve()) for path in [scene, *([scene.parent / robot] if isinstance(robot, str) else [])]
-    ]
-
-
-def varied(names):
-    """Return the tables of some blind sets."""
-    return [f"{SENSITIVITY_DIR}/sets/{name}.csv" for name in names]
-
-
 rule screen_settings:
     input:
-        sets=varied(SENSITIVITY.screened),
+        sets=expand(SENSITIVITY_SET, blind_set=SENSITIVITY.screened),
         modules=modules("study.sensitivity.summary", "study.common.tables"),
     output:
         f"{SENSITIVITY_DIR}/screened.json",
@@ -58,10 +44,12 @@ rule vary_settings:
                 else {"screened": f"{SENSITIVITY_DIR}/screened.json"}
             )
         ),
-        scene=sensitivity_scene,
+        scene=lambda w: files_of_scene(
+            ROOT / SENSITIVITY.workcells[SENSITIVITY.sets[w.blind_set].workcell]["scene"]
+        ),
         modules=modules("study.sensitivity.vary", "study.sensitivity.datasets", "study.common.tables"),
     output:
-        f"{SENSITIVITY_DIR}/sets/{{blind_set}}.csv",
+        SENSITIVITY_SET,
     log:
         f"{RESULTS}/logs/sensitivity/{{blind_set}}.log",
     threads: 1
@@ -84,7 +72,7 @@ rule vary_settings:
 
 rule summarise_sensitivity:
     input:
-        sets=varied(SENSITIVITY.sets),
+        sets=expand(SENSITIVITY_SET, blind_set=SENSITIVITY.sets),
         guards=resource("guarding_settings.csv"),
         modules=modules("study.sensitivity.summary", "study.common.tables"),
     output:

@@ -12,17 +12,10 @@ for name in SEQUENTIAL["alternate"]:
         raise WorkflowError(f"sequential: alternate names {name}, which is no case of {SEQUENTIAL['grid']}")
 
 
-def sequential_robot(wildcards):
-    """Return the robot file of the scene; nothing where the scene holds the robot itself."""
-    scene = ROOT / SEQUENTIAL["scene"]
-    robot = load_yaml(scene).get("robot")
-    return [local((scene.parent / robot).resolve())] if isinstance(robot, str) else []
-
-
 rule compare_sequential:
     input:
         scene=local(ROOT / SEQUENTIAL["scene"]),
-        robot=sequential_robot,
+        robot=lambda w: robot_of_scene(ROOT / SEQUENTIAL["scene"]),
         modules=modules("study.sequential.compare", "study.common.tables"),
     output:
         f"{SEQUENTIAL_DIR}/batches/{{batch}}.csv",

@@ -1,7 +1,7 @@
 rule simulate:
     input:
-        scene=scene_file,
-        robot=robot_file,
+        scene=lambda w: local(scene_path(w)),
+        robot=lambda w: robot_of_scene(scene_path(w)),
         modules=modules("study.headline.simulate"),
     output:
         directory(f"{RESULTS}/{{study}}/data/{{case}}/{{batch}}"),

@@ -1,7 +1,9 @@
 # Sweeps: errors over one key of the scene, a figure a sweep and kind of walls. A config without `sweeps` has none.
+from study.sweeps.cases import most_poses, refuse_cases_off_the_axis, values_on_axis
+
 SWEEPS = config.get("sweeps") or {"axes": {}, "walls": {}, "methods": [], "seeds": 1, "seeds_per_job": 1}
 AXES = SWEEPS["axes"]
-WALLS = SWEEPS["walls"]
+WALLS = {walls: ROOT / scene for walls, scene in SWEEPS["walls"].items()}  # {kind of walls: its scene}
 SWEEP_CASES = checked_grids(AXES)
 SWEEP_BATCHES = batch_names(config["first_seed"], SWEEPS["seeds"], SWEEPS["seeds_per_job"])
 SWEEP_DIR = f"{RESULTS}/sweeps"
@@ -11,12 +13,10 @@ SWEEP_FIGURES = expand(
 
 SWEEP_NUMBERS = [f"{SWEEP_DIR}/numbers.json"] if AXES else []
 
-for name, axis in AXES.items():
-    for case in SWEEP_CASES[name].values():
-        if axis["key"] not in case.overrides or case.scene:
-            raise WorkflowError(
-                f"{axis['grid']}, case {case.name}: a sweep's grid states {axis['key']} in every row, and no scene"
-            )
+try:
+    refuse_cases_off_the_axis(AXES, SWEEP_CASES)
+except InvalidInput as error:
+    raise WorkflowError(str(error)) from None
 
 
 wildcard_constraints:
@@ -24,46 +24,10 @@ wildcard_constraints:
     walls="|".join(WALLS) or "none",
 
 
-def sweep_values(sweep):
-    """Return {case: value on the axis, in the unit of its label}."""
-    axis = AXES[sweep]
-    factor = axis.get("factor", 1)
-    return {name: case.overrides[axis["key"]] * factor for name, case in SWEEP_CASES[sweep].items()}
-
-
-def scene_of_walls(walls):
-    """Return the scene of a kind of walls."""
-    return local(ROOT / WALLS[walls])
-
-
-def robot_of_walls(walls):
-    """Return the robot file of that scene; nothing where the scene holds the robot itself."""
-    scene = ROOT / WALLS[walls]
-    robot = load_yaml(scene).get("robot")
-    return [local((scene.parent / robot).resolve())] if isinstance(robot, str) else []
-
-
-def most_poses():
-    """Return the most poses a plane that any case asks for; 1 where none says."""
-    asked = [
-        case.overrides.get("poses_per_plane", 1) for cases in SWEEP_CASES.values() for case in cases.values()
-    ]
-    return max(asked, default=1)
-
-
-def cases_of_sweep(wildcards):
-    """Return the tables of all cases and batches of a sweep."""
-    return expand(
-        f"{SWEEP_DIR}/{wildcards.sweep}/cases/{{case}}/{{batch}}.csv",
-        case=SWEEP_CASES[wildcards.sweep],
-        batch=SWEEP_BATCHES,
-    )
-
-
 rule plan_sweeps:
     input:
-        scene=lambda w: scene_of_walls(w.walls),
-        robot=lambda w: robot_of_walls(w.walls),
+        scene=lambda w: local(WALLS[w.walls]),
+        robot=lambda w: robot_of_scene(WALLS[w.walls]),
         modules=modules("study.sweeps.plans"),
     output:
         f"{SWEEP_DIR}/plans/{{walls}}/{{batch}}.npz",
@@ -71,7 +35,7 @@ rule plan_sweeps:
         f"{RESULTS}/logs/plan_sweeps/{{walls}}/{{batch}}.log",
     threads: 1
     params:
-        poses=most_poses(),
+        poses=most_poses(SWEEP_CASES),
         seeds=lambda w: batch_seeds(w.batch),
     message:
         "Finding postures and casting rays for the sweeps, {wildcards.walls}, {wildcards.batch}"
@@ -81,8 +45,8 @@ rule plan_sweeps:
 
 rule sweep:
     input:
-        scenes=[scene_of_walls(walls) for walls in WALLS],
-        robots=sorted({path for walls in WALLS for path in robot_of_walls(walls)}),
+        scenes=[local(scene) for scene in WALLS.values()],
+        robots=sorted({robot for scene in WALLS.values() for robot in robot_of_scene(scene)}),
         plans=[f"{SWEEP_DIR}/plans/{walls}/{{batch}}.npz" for walls in WALLS],
         modules=modules("study.sweeps.run", "study.common.tables"),
     output:
@@ -106,7 +70,9 @@ rule sweep:
 
 rule collect_sweep:
     input:
-        tables=cases_of_sweep,
+        tables=lambda w: expand(
+            rules.sweep.output[0], sweep=w.sweep, case=SWEEP_CASES[w.sweep], batch=SWEEP_BATCHES
+        ),
         published=resource("published_curves.csv"),
         modules=modules("study.sweeps.summary", "study.common.tables"),
     output:
@@ -122,7 +88,7 @@ rule collect_sweep:
         f"{RESULTS}/logs/collect_sweep/{{sweep}}.log",
     threads: 1
     params:
-        values=lambda w: sweep_values(w.sweep),
+        values=lambda w: values_on_axis(AXES[w.sweep], SWEEP_CASES[w.sweep]),
         published=lambda w: AXES[w.sweep].get("published"),
     message:
         "Collecting the sweep over {wildcards.sweep}"

@@ -7,7 +7,7 @@ SCALAR = f"{sys.executable} -m scalar.cli"
 rule simulate_example:
     input:
         scene=local(ROOT / EXAMPLE_SCENE),
-        robot=local((ROOT / "configs/scenes" / load_yaml(ROOT / EXAMPLE_SCENE)["robot"]).resolve()),
+        robot=robot_of_scene(ROOT / EXAMPLE_SCENE),
         modules=modules("scalar.cli", "scalar.simulation"),
     output:
         directory(f"{EXAMPLE}/workcell"),
@@ -39,7 +39,7 @@ rule diagnose_example:
     threads: 1
     params:
         scalar=SCALAR,
-        folder=EXAMPLE,
+        folder=subpath(output.page, parent=True),
     shell:
         "{params.scalar} diagnose {input.workcell}/dataset -o {params.folder} > {log} 2>&1"
 

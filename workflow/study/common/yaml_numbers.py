@@ -1,0 +1,17 @@
+"""Numbers that Snakemake's own YAML reader takes for text."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scalar.data.io.plain_yaml import resolve
+
+
+def with_numbers(value: Any) -> Any:
+    """Return a config in which ``1e-4`` is a number, as YAML 1.2 has it; YAML 1.1 wants ``1.0e-4``."""
+    if isinstance(value, dict):
+        return {key: with_numbers(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [with_numbers(item) for item in value]
+    number = resolve(value) if isinstance(value, str) else value
+    return number if isinstance(number, float) else value
