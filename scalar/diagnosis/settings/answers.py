@@ -1,4 +1,4 @@
-"""Thresholds of what is said of the answers: how sure they are, and what no data of this kind could show."""
+"""Thresholds for what is reported with the answers: their confidence, unobservable effects, and which fit is shipped."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class ConfidenceSettings:
     most: float = setting(
         0.97,
         "1",
-        "share of the answers that seemed sure which were right",
+        "largest confidence: the share of right answers among those that seemed sure",
         "fitted: paper/summaries/blind_trials",
     )
     temperature: float = setting(
@@ -37,7 +37,7 @@ class ShippedFitSettings:
     """Which fit becomes ``after.json``."""
 
     beyond_chance: float = setting(
-        2.0, "standard errors", "by which two fits have to differ on held-out poses, or in their predictions, to differ at all",
+        2.0, "standard errors", "by which two fits have to differ on held-out poses, or in their predictions, to count as different",
         "the usual two, blocks or poses being the samples",
     )  # fmt: skip
     surer: float = setting(

@@ -1,4 +1,4 @@
-"""Thresholds of what takes many terms: structure that no name explains, and a joint that has all orders at once."""
+"""Thresholds of models with many terms: flexible terms for unmodelled structure, and joints with all orders at once."""
 
 from __future__ import annotations
 
@@ -40,12 +40,15 @@ class FlexibleTermSettings:
     minor: float = setting(
         0.1,
         "of the unmodelled structure",
-        "a name that explains less is not given",
+        "a named effect that explains a smaller share of it is dropped",
         "chosen: it is as likely a part of that structure",
     )
     max_terms: int = setting(3, "terms", "of unmodelled structure", "chosen: more is no description")
     looked_at: int = setting(
-        4, "terms", "of the best that are tried", "chosen: neighbours of the best follow it in the ranking"
+        4,
+        "terms",
+        "tried, in the order of their evidence",
+        "chosen: neighbours of the best follow it in the ranking",
     )
 
 
@@ -66,7 +69,10 @@ class SpectrumSettings:
         "chosen: with fewer the hold-out says nothing",
     )
     most_more: int = setting(
-        4, "effects", "looked for given all orders, and candidates tried for each", "chosen: one is the rule"
+        4,
+        "effects",
+        "looked for once all orders are in the model, and candidates tried for each",
+        "chosen: one is the rule",
     )
     parts: int = setting(5, "parts", "of a joint's range, each held out in turn", "the usual five folds")
     rounds: int = setting(
@@ -75,7 +81,7 @@ class SpectrumSettings:
     least_size: float = setting(
         1e-7,
         "rad",
-        "prior standard deviation below which an order is not there",
+        "prior standard deviation below which an order is left out",
         "chosen: 0.1 micrometres at a metre",
     )
     converged: float = setting(

@@ -35,7 +35,7 @@ class AutocorrelationSettings:
         1e-3,
         "1",
         "chance of autocorrelation where there is none, corrected for all orders that were tried",
-        "chosen: it takes a noise its name, which is a smaller fault than a name for a pattern",
+        "chosen: a variance component that goes unreported is a smaller fault than one that is reported for a pattern",
     )
     neighbours: int = setting(3, "poses", "nearest in two joint angles", "as many as the lags in an order")
     least_poses: int = setting(

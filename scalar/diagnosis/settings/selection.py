@@ -1,4 +1,4 @@
-"""Thresholds of the forward selection: its refits, its score test, its poses held out, and when an effect is taken."""
+"""Thresholds of the forward selection: its refits, its score test, its held-out poses, and when an effect is added."""
 
 from __future__ import annotations
 
