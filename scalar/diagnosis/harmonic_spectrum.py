@@ -1,11 +1,11 @@
-"""Joints that err in many orders, as one smooth error each: all orders at once, as large as the data say that orders of their kind are.
+"""Joints that err in many orders: all orders are fitted at once, shrunk to the sizes that the data support.
 
-Few poses, or a joint that moves through part of a turn, do not distinguish neighbouring orders. Which of them a choice one by one takes is
-chance, and what it says beyond the angles that were seen is noise. Here every order from 1 to 64 is fitted, shrunk towards zero by a prior
+Few poses, or a joint that moves through part of a turn, do not distinguish neighbouring orders. If orders are chosen one by one, chance decides
+which, and the correction beyond the measured angles is noise. Here every order from 1 to 64 is fitted, shrunk towards zero by a prior
 of its size: one size for a band of orders, shared by the joints, found by maximising the evidence (MacKay, Bayesian interpolation, Neural
-Computation 4, 1992). The evidence trusts the bands too far where nothing was measured; by how much the prior should be narrower is
-what predicts best the poses of parts of a joint's range that the fit has not seen. Where a joint was not seen, its error then
-fades to nothing, so that it can be taken to another campaign.
+Computation 4, 1992). The evidence trusts the bands too far where nothing was measured; the prior is
+therefore made narrower by the factor that best predicts poses in parts of a joint's range that the fit has not seen. At angles that were not
+measured the correction then fades to nothing, so that it can be used in another campaign.
 """
 
 from __future__ import annotations
