@@ -18,8 +18,9 @@ from scalar.baseline.parameterisation import READINGS, Parameterisation
 from scalar.data.dataset import Dataset
 from scalar.errors import Undetermined
 from scalar.estimation.prepare import candidate_mask, prepare
+from scalar.estimation.reporting import sensor_mapping
 from scalar.estimation.residuals import Residuals
-from scalar.estimation.result import Calibration, sensor_mapping
+from scalar.estimation.result import Calibration
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 from scalar.sensors import Scans, as_scans, measure

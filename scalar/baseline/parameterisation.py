@@ -15,7 +15,7 @@ import numpy as np
 
 from scalar.estimation.lmfit_parameters import lmfit_names
 from scalar.estimation.model import Model
-from scalar.estimation.result import reporting
+from scalar.estimation.reporting import reporting
 from scalar.geometry.planes import Planes
 from scalar.geometry.robot import GEOMETRY, Robot
 from scalar.geometry.se3 import Array, exp_so3, transform

@@ -16,16 +16,26 @@ from scalar.cli.terminal import say
 @click.argument("calibration", type=PATH)
 @click.argument("joints", type=PATH)
 @click.option("-o", "--output", type=PATH, required=True, help="CSV file to write.")
+@click.option(
+    "--std",
+    "with_std",
+    is_flag=True,
+    help="Write the standard deviations x_std..rz_std of every pose as well, and the correlations of every two of them.",
+)
 @EFFECTS_MODULE
-def predict(calibration: Path, joints: Path, output: Path, effects_modules: Sequence[Path]) -> None:
+def predict(
+    calibration: Path, joints: Path, output: Path, with_std: bool, effects_modules: Sequence[Path]
+) -> None:
     """Predict the sensor's frame for joint angles.
 
     All calibrated effects are applied. The table JOINTS has pose,q1..qn [rad] and the optional columns of poses.csv. The
-    output has pose,x,y,z,rx,ry,rz [m, rotation vector in rad], the frame of the sensor in that of the base.
+    output has pose,x,y,z,rx,ry,rz [m, rotation vector in rad], the frame of the sensor in that of the base. With --std it
+    also has the standard deviations [m, rad] of a shift and of a small rotation in the base frame. They say what the
+    calibration does not know of a pose. Fixed parameters are taken as exact.
 
     \b
     Example:
-      scalar predict out/calibration.json joints.csv -o frames.csv
+      scalar predict out/calibration.json joints.csv -o frames.csv --std
     """
     from scalar.data.pose_tables import read_pose_table
     from scalar.estimation.frame_tables import write_frames
@@ -35,5 +45,6 @@ def predict(calibration: Path, joints: Path, output: Path, effects_modules: Sequ
     model = load_calibration(calibration)
     robot = model.model.robot
     table = read_pose_table(joints, robot.n_joints, limits=robot.limits)
-    write_frames(output, table["pose"].to_numpy(), model.predict(table))
+    covariance = model.predict_covariance(table) if with_std else None
+    write_frames(output, table["pose"].to_numpy(), model.predict(table), covariance)
     say(f"written: {output}, {len(table)} poses")

@@ -56,7 +56,7 @@ def calibrate(
         True
     """
     try:
-        prepared = prepare(dataset, fix, settings)
+        prepared = prepare(dataset, fix, settings, lean_on_priors=dataset.robot.tolerance is not None)
         found, residuals = fit_all(dataset, prepared, effects, fixed_effects, settings.fit)
         distances = residuals.pose_distances(found.model)
         if np.median(distances) > MOST_LEFT:

@@ -13,8 +13,9 @@ from scalar.estimation.least_squares import RANK_TOLERANCE, Fit, covariance_and_
 from scalar.estimation.misfit import misfit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared
+from scalar.estimation.reporting import reporting, sensor_mapping
 from scalar.estimation.residuals import Residuals
-from scalar.estimation.result import Calibration, reporting, sensor_mapping
+from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.estimation.setup.plausibility import implausible
 from scalar.geometry.robot import GEOMETRY, LENGTHS

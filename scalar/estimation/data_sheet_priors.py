@@ -46,7 +46,8 @@ def fit_near_data_sheet(
         model = fit(residuals, model, free, tolerance=COARSE).model
         ratio = misfit_ratio(residuals, model, free, settings)
         reweighed = replace(model, misfit_ratio=ratio)
-        reweighed = with_spreads(reweighed, learned_spreads(residuals, reweighed, free, rules))
+        if initial.nominal.tolerance is None:
+            reweighed = with_spreads(reweighed, learned_spreads(residuals, reweighed, free, rules))
         settled = _change(model, reweighed) < rules.settled_weight
         model = reweighed
         if settled:
@@ -157,13 +158,17 @@ def with_reasons(
 
 
 def prior_std(model: Model, settings: IdentifiabilitySettings = DEFAULTS.identifiability) -> Array:
-    """Return how far each coordinate may be from where it is said to be, ``(P,)`` [m or rad]."""
+    """Return how far each coordinate may be from where it is said to be, ``(P,)`` [m or rad]: by the maker's tolerance where it is stated."""
     blocks = model.blocks
+    stated = model.nominal.tolerance
+    length, angle = (
+        (settings.plausible_length, settings.plausible_angle)
+        if stated is None
+        else (stated.length, stated.angle)
+    )
     scale = np.full(len(model.names), settings.plausible_target)
     lengths = np.array([unit == "m" for unit in model.units])
-    scale[blocks["geometry"]] = np.where(
-        lengths[blocks["geometry"]], settings.plausible_length, settings.plausible_angle
-    )
+    scale[blocks["geometry"]] = np.where(lengths[blocks["geometry"]], length, angle)
     scale[blocks["sensor"]] = np.where(
         lengths[blocks["sensor"]], settings.plausible_sensor_place, settings.plausible_sensor_turn
     )

@@ -68,6 +68,8 @@ def analyse(
     model: Model,
     candidates: Array,
     settings: IdentifiabilitySettings = DEFAULTS.identifiability,
+    *,
+    gauge_alone: bool = False,
 ) -> Identifiability:
     """Return which directions the poses of a dataset do not determine, and which parameters to fix because of them.
 
@@ -76,6 +78,7 @@ def analyse(
         model: Where the Jacobian is taken; its target should fit the data roughly. Its effects are left out.
         candidates: ``(P,)`` bool over robot, sensor and target: what would be free if the data determined it.
         settings: Thresholds.
+        gauge_alone: Leave directions free that other poses of the same joints would determine: priors are there to take them.
 
     Raises:
         Undetermined: No pose reaches its target.
@@ -99,7 +102,10 @@ def analyse(
     q_any[:, still] = q[:1, still]
     J_still = perfect_jacobian(residuals, measurement, ideal, q_any, index_any)[:, candidates]
     hidden_by_still = _null_space_of_scaled(J_still / scale, tolerance)[1]
-    chosen = choose_fixed(null, preference(ideal.robot, names), J / scale, settings)
+    rows = J / scale
+    if gauge_alone and hidden_by_still.shape[1] < null.shape[1]:
+        null, rows = hidden_by_still, J_still / scale
+    chosen = choose_fixed(null, preference(ideal.robot, names), rows, settings)
     directions = np.zeros((0, len(names)))
     if chosen:
         directions = np.linalg.solve(null[chosen].T, null.T) / scale * scale[chosen][:, None]

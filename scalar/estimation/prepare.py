@@ -15,7 +15,14 @@ from scalar.estimation.initial_estimate import InitialEstimate, estimate_initial
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS, EstimationSettings
-from scalar.estimation.sufficiency import check_data, check_guess, check_lines, check_parameters, check_span
+from scalar.estimation.sufficiency import (
+    check_data,
+    check_guess,
+    check_lines,
+    check_parameters,
+    check_setup,
+    check_span,
+)
 from scalar.geometry.parallel_axes import near_parallel_joints
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array
@@ -41,7 +48,13 @@ class Prepared:
     free: Array
 
 
-def prepare(dataset: Dataset, fix: Sequence[str] = (), settings: EstimationSettings = DEFAULTS) -> Prepared:
+def prepare(
+    dataset: Dataset,
+    fix: Sequence[str] = (),
+    settings: EstimationSettings = DEFAULTS,
+    *,
+    lean_on_priors: bool = False,
+) -> Prepared:
     """Return a dataset that is ready to be fitted: sensor and target estimated with the arm nominal, and a coarse fit of everything.
 
     Which parameters the poses determine depends on the true arm, and the nominal one may be degrees off. The analysis is made at
@@ -51,6 +64,8 @@ def prepare(dataset: Dataset, fix: Sequence[str] = (), settings: EstimationSetti
         dataset: What was measured.
         fix: Further parameters to fix at their nominal values, by name.
         settings: Thresholds.
+        lean_on_priors: Whether priors from the data sheet may take directions that these poses do not show at all. A calibration says
+            with standard errors what it rests on them; a diagnosis needs data.
 
     Raises:
         InvalidInput: The initial guess of a plane is too far off for the fit.
@@ -59,6 +74,8 @@ def prepare(dataset: Dataset, fix: Sequence[str] = (), settings: EstimationSetti
     measurement = measure(dataset)
     guess = measurement.initial_target(dataset)
     check_data(dataset, measurement, guess)
+    if lean_on_priors:
+        check_setup(dataset, measurement, guess, settings.sufficiency)
     T = dataset.sensor.T_flange_sensor
     residuals = Residuals.of(
         dataset, Model.at(dataset.robot, np.eye(4) if T is None else T, guess), measurement
@@ -69,12 +86,7 @@ def prepare(dataset: Dataset, fix: Sequence[str] = (), settings: EstimationSetti
     candidates = candidate_mask(initial.model, fix)
     try:
         identifiability, free = _identify(
-            dataset,
-            residuals,
-            initial.model,
-            initial.model,
-            candidates,
-            settings,
+            dataset, residuals, initial.model, initial.model, candidates, settings, lean_on_priors
         )
     except Undetermined:
         check_span(
@@ -84,7 +96,13 @@ def prepare(dataset: Dataset, fix: Sequence[str] = (), settings: EstimationSetti
     coarse = fit_near_data_sheet(residuals, initial.model, free, settings)
     if near_parallel_joints(coarse.robot) != near_parallel_joints(dataset.robot):
         identifiability, free, coarse = _identify_again(
-            dataset, residuals, initial.model, candidates, (identifiability, free, coarse), settings
+            dataset,
+            residuals,
+            initial.model,
+            candidates,
+            (identifiability, free, coarse),
+            settings,
+            lean_on_priors,
         )
     check_guess(coarse, guess, settings.sufficiency)
     check_span(residuals, coarse, settings.sufficiency)
@@ -98,15 +116,19 @@ def _identify(
     where: Model,
     candidates: Array,
     settings: EstimationSettings,
+    lean_on_priors: bool,
 ) -> tuple[Identifiability, Array]:
     """Return the identifiability at a model, and which coordinates are free because of it.
 
     Raises:
         Undetermined: The poses are too few, or do not determine a parameter although every joint moves.
     """
-    identifiability = analyse(residuals, where, candidates, settings.identifiability)
+    identifiability = analyse(
+        residuals, where, candidates, settings.identifiability, gauge_alone=lean_on_priors
+    )
     free = candidates & ~np.isin(initial.names, identifiability.fixed_names)
-    check_parameters(dataset, residuals, initial, identifiability, int(free.sum()))
+    if not lean_on_priors:
+        check_parameters(dataset, residuals, initial, identifiability, int(free.sum()))
     return identifiability, free
 
 
@@ -117,6 +139,7 @@ def _identify_again(
     candidates: Array,
     first: tuple[Identifiability, Array, Model],
     settings: EstimationSettings,
+    lean_on_priors: bool,
 ) -> tuple[Identifiability, Array, Model]:
     """Return the identifiability at the coarse fit, and a new coarse fit that goes with it.
 
@@ -124,7 +147,9 @@ def _identify_again(
     """
     found = first[2]
     try:
-        identifiability, free = _identify(dataset, residuals, initial, found, candidates, settings)
+        identifiability, free = _identify(
+            dataset, residuals, initial, found, candidates, settings, lean_on_priors
+        )
     except Undetermined:
         return first
     again = fit_near_data_sheet(residuals, initial, free, settings)

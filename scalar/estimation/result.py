@@ -20,7 +20,9 @@ from scalar.errors import Fault, InvalidInput
 from scalar.estimation.calibration_file import check_calibration, check_effects_made
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
-from scalar.estimation.model import Model
+from scalar.estimation.model import Model, ParameterPrior
+from scalar.estimation.prediction_covariance import pose_deviations
+from scalar.estimation.reporting import reporting, sensor_mapping
 from scalar.geometry.robot import Robot, fixed_transform_mapping
 from scalar.geometry.se3 import Array, log_so3, transform_from_rotation_vector
 from scalar.sensors import kind_named, kind_of
@@ -35,7 +37,7 @@ KEYS = frozenset(
     {"format", "robot", "sensor", "parameters", "gauge", "effects", "residual_rms_m", "planes", "tracker_frames", "summary"}
     | {"names", "covariance", "target", "noise"}
 )  # fmt: skip
-PARAMETER_KEYS = frozenset({"value", "std", "unit", "held", "reason"})
+PARAMETER_KEYS = frozenset({"value", "std", "unit", "held", "reason", "prior"})
 PREDICTION_COLUMNS = ("pose", "x", "y", "z", "rx", "ry", "rz")
 
 
@@ -93,9 +95,10 @@ class Calibration:
         ]
 
     def parameters(self) -> dict[str, dict[str, Any]]:
-        """Return ``{name: {value, std, unit, held, reason}}`` of every parameter."""
+        """Return ``{name: {value, std, unit, held, reason, prior}}`` of every parameter; prior is ``{value, std}`` or None."""
         std = self.std
         model = self.model
+        priors = {prior.name: {"value": prior.mean, "std": prior.std} for prior in model.priors}
         return {
             name: {
                 "value": float(value),
@@ -103,6 +106,7 @@ class Calibration:
                 "unit": unit,
                 "held": name not in std,
                 "reason": None if name in std else self.fixed.get(name, "nominal"),
+                "prior": priors.get(name),
             }
             for name, value, unit in zip(model.names, model.vector, model.units, strict=True)
         }
@@ -149,19 +153,27 @@ class Calibration:
             gave no covariance.
         """
         kinematics = self._kinematics(q, columns)
-        free = np.array([self.model.names.index(name) for name in self.free], dtype=int)
-        # What is measured against moves no prediction, so only the marginal covariance of the rest is asked for, by its square root.
-        target = self.model.blocks["target"]
-        moves = (free < target.start) | (free >= target.stop)
-        covariance = self.covariance[np.ix_(moves, moves)]
-        if not np.all(np.isfinite(covariance)):
-            n_poses = len(kinematics.T_base_sensor)
-            return np.full(n_poses, np.nan), np.full(n_poses, np.nan)
-        values, vectors = np.linalg.eigh(covariance)
-        root = vectors * np.sqrt(np.maximum(values, 0.0))
-        screws = kinematics.screws()[:, :, free[moves]] @ root
-        moving = screws[:, 3:] + np.cross(screws[:, :3], kinematics.T_base_sensor[:, :3, 3, None], axis=1)
-        return np.linalg.norm(moving, axis=(1, 2)), np.linalg.norm(screws[:, :3], axis=(1, 2))
+        deviations = pose_deviations(self.model, kinematics, self.free, self.covariance)
+        if deviations is None:
+            unknown = np.full(len(kinematics.T_base_sensor), np.nan)
+            return unknown, unknown
+        return np.linalg.norm(deviations[:, :3], axis=(1, 2)), np.linalg.norm(deviations[:, 3:], axis=(1, 2))
+
+    def predict_covariance(self, q: ArrayLike | pd.DataFrame, **columns: ArrayLike) -> Array:
+        """Return the covariances ``(N, 6, 6)`` [m, rad] of the predicted poses, what is held being taken as exact.
+
+        The first three coordinates are a shift of the sensor's origin, the others a small turn about it, in the base frame. NaN where
+        the fit gave no covariance.
+
+        Args:
+            q: As in ``predict``.
+            columns: As in ``predict``.
+        """
+        kinematics = self._kinematics(q, columns)
+        deviations = pose_deviations(self.model, kinematics, self.free, self.covariance)
+        if deviations is None:
+            return np.full((len(kinematics.T_base_sensor), 6, 6), np.nan)
+        return deviations @ np.swapaxes(deviations, 1, 2)
 
     def _kinematics(self, q: ArrayLike | pd.DataFrame, columns: Mapping[str, ArrayLike]) -> Kinematics:
         n_joints = self.model.robot.n_joints
@@ -210,25 +222,6 @@ class Calibration:
             InvalidInput: The file is missing, is not a calibration, or has what this release does not know.
         """
         return load_calibration(path)
-
-
-def reporting(model: Model, guess: Any) -> Model:
-    """Return the model in the coordinates that are reported: absolute rotation vectors, normals counted from the guess."""
-    return Model(
-        model.robot,
-        model.nominal,
-        np.eye(3),
-        np.r_[model.sensor[:3], model.sensor_rotation_vector()],
-        model.target.expressed_about(guess),
-        model.effects,
-        model.priors,
-        model.misfit_ratio,
-    )
-
-
-def sensor_mapping(dataset: Dataset) -> dict[str, Any]:
-    """Return what a calibration keeps of a dataset's sensor."""
-    return {key: getattr(dataset.sensor, key) for key in ("kind", "noise", "error_axis")}
 
 
 def load_calibration(path: str | Path) -> Calibration:
@@ -285,7 +278,14 @@ def _from_mapping(mapping: Mapping[str, Any]) -> Calibration:
     T = transform_from_rotation_vector(pose["translation"], pose["rotation_vector"])
     target = kind_named(sensor["kind"]).target_from_mapping(mapping)
     effects = tuple(effect_from_mapping(effect) for effect in mapping["effects"])
-    model = Model(calibrated, nominal, np.eye(3), np.r_[T[:3, 3], log_so3(T[:3, :3])], target, effects)
+    priors = tuple(
+        ParameterPrior(name, float(entry["prior"]["value"]), float(entry["prior"]["std"]), "")
+        for name, entry in parameters.items()
+        if entry.get("prior") is not None
+    )
+    model = Model(
+        calibrated, nominal, np.eye(3), np.r_[T[:3, 3], log_so3(T[:3, :3])], target, effects, priors
+    )
     model = model.with_vector(np.array([float(parameters[name]["value"]) for name in model.names]))
     return Calibration(
         model=model,

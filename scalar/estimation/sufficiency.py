@@ -175,13 +175,40 @@ def check_parameters(
         raise Undetermined(
             [f"{_poses_give(dataset.n_poses)} {equations} equations for {needed} unknowns"
              f"{', however many points they have' if measurement.scans else ''}: "
-             f"measure at least {more} more, better twice as many poses"]
+             f"measure at least {more} more, better twice as many poses, or state robot.tolerance, by which 'scalar calibrate' keeps "
+             "near the data sheet what they do not show"]
         )  # fmt: skip
     unseen = [h for h in identifiability.fixed if h.cause == "poses"]
     if unseen:
         raise Undetermined(
             [f"these poses do not determine {h.name}: {h.reason}; measure more poses that differ in all joints and all over the "
-             "planes" for h in unseen]
+             "planes, or state robot.tolerance, by which 'scalar calibrate' keeps it near the data sheet" for h in unseen]
+        )  # fmt: skip
+
+
+def check_setup(
+    dataset: Dataset,
+    measurement: Measurement,
+    guess: Any,
+    settings: SufficiencySettings = DEFAULTS.sufficiency,
+) -> None:
+    """Refuse data that hardly determine even sensor and target, so that a fit may end anywhere, whatever is known of the arm.
+
+    Args:
+        dataset: What was measured.
+        measurement: The same as rows.
+        guess: The initial guesses of the planes, or the tracker's frames.
+        settings: Thresholds.
+
+    Raises:
+        Undetermined: With the two numbers.
+    """
+    equations = int(measurement.equations.sum())
+    unknowns = (6 if measurement.observes_orientation else 3) + len(guess.vector)
+    if equations < settings.equations_for_setup * unknowns:
+        raise Undetermined(
+            [f"{_poses_give(dataset.n_poses)} {equations} equations, and the places of sensor and {measurement.target_words} alone are "
+             f"{unknowns} unknowns: with the maker's tolerance at least {settings.equations_for_setup:g} times as many equations are needed"]
         )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ and drift enter as offsets to ``q`` and to the geometry, pose by pose (see ``sca
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,19 @@ STANDARD_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, base frame, where a dataset does 
 DEFAULT_LIMIT = np.pi  # rad, where a dataset does not say
 
 
+@dataclass(frozen=True)
+class Tolerance:
+    """How far an arm may be from its data sheet by its maker's word, one standard deviation.
+
+    Attributes:
+        length: Of every length [m].
+        angle: Of every angle and joint zero [rad].
+    """
+
+    length: float
+    angle: float
+
+
 @dataclass(frozen=True, eq=False)
 class Robot:
     """A chain of n revolute joints: what a maker's data sheet says, or what a calibration found.
@@ -36,6 +49,7 @@ class Robot:
         T_base_0: ``(4, 4)``, fixed transform before the first joint.
         T_n_flange: ``(4, 4)``, fixed transform after the last joint.
         gravity: ``(3,)`` [m/s^2] in the base frame.
+        tolerance: The maker's, where it is stated.
 
     Example:
         An arm of two links, stretched out:
@@ -55,6 +69,7 @@ class Robot:
     T_base_0: Array
     T_n_flange: Array
     gravity: Array
+    tolerance: Tolerance | None = None
 
     @property
     def n_joints(self) -> int:
@@ -98,6 +113,7 @@ class Robot:
             T_base_0=_fixed_transform(mapping.get("base")),
             T_n_flange=flange,
             gravity=np.array(mapping.get("gravity", STANDARD_GRAVITY), dtype=float),
+            tolerance=_tolerance(mapping.get("tolerance")),
         )
 
     def to_mapping(self) -> dict[str, Any]:
@@ -114,6 +130,7 @@ class Robot:
             "base": fixed_transform_mapping(self.T_base_0),
             "flange": fixed_transform_mapping(self.T_n_flange),
             "gravity": [float(x) for x in self.gravity],
+            **({} if self.tolerance is None else {"tolerance": asdict(self.tolerance)}),
         }
 
     def frames(self, q: Array, geometry_offsets: Array | None = None) -> Array:
@@ -185,6 +202,10 @@ def link_transforms(geometry: Array, q: Array) -> Array:
     T[..., 0, 3] += a
     T[..., 3, 3] = 1.0
     return T
+
+
+def _tolerance(mapping: Mapping[str, Any] | None) -> Tolerance | None:
+    return None if mapping is None else Tolerance(float(mapping["length"]), float(mapping["angle"]))
 
 
 def _fixed_transform(mapping: Mapping[str, Any] | None) -> Array:

@@ -46,11 +46,12 @@ def add_noise(content: dict[str, Any]) -> None:
     content["noise"] = [{"name": "pose_jitter"}]
 
 
-def add_prior(content: dict[str, Any]) -> None:
-    content["parameters"]["a_2"]["prior"] = {"std": 1e-3}
+def add_rank(content: dict[str, Any]) -> None:
+    """Add a key to a parameter."""
+    content["parameters"]["a_2"]["rank"] = 1
 
 
-@pytest.mark.parametrize(("add", "key"), [(add_noise, "noise"), (add_prior, "parameters.a_2.prior")])
+@pytest.mark.parametrize(("add", "key"), [(add_noise, "noise"), (add_rank, "parameters.a_2.rank")])
 def test_what_a_later_release_adds_is_refused_by_name(tmp_path: Path, add: Any, key: str) -> None:
     """A key that this release does not act upon is refused by its name, not ignored."""
     load_calibration(VERSION_1 / "calibration.json").save(tmp_path / "c.json")

@@ -18,7 +18,8 @@ import pandas as pd
 from scalar.baseline.batched import fit_baseline
 from scalar.errors import NotConverged, ScalarError, Undetermined
 from scalar.estimation.calibrate import calibrate
-from scalar.estimation.result import Calibration, sensor_mapping
+from scalar.estimation.reporting import sensor_mapping
+from scalar.estimation.result import Calibration
 from scalar.evaluate import aligned_to, pose_errors, true_frames
 from scalar.geometry.se3 import Array
 from scalar.units import MM

@@ -1,0 +1,42 @@
+"""The covariance of predicted poses, from that of the parameters: ``C_pose = M C M'``, with M the screws of what is free.
+
+What is fixed because no measurement shows it (the base's place, say) is taken as exact: the poses are those of the frame that it defines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from scalar.estimation.kinematics import Kinematics
+from scalar.estimation.model import Model
+from scalar.geometry.se3 import Array
+
+
+def pose_deviations(
+    model: Model, kinematics: Kinematics, free: Sequence[str], covariance: Array
+) -> Array | None:
+    """Return independent deviations of the predicted poses, of one standard deviation each, ``(N, 6, K)`` [m, rad]; None without covariance.
+
+    The first three rows are the shift of the sensor's origin, the others a small turn about its origin, both in the base frame.
+    Their products ``D D'`` are the covariances ``(N, 6, 6)``.
+
+    Args:
+        model: The calibrated one.
+        kinematics: Of the predicted poses.
+        free: F names of what was estimated.
+        covariance: ``(F, F)``.
+    """
+    index = np.array([model.names.index(name) for name in free], dtype=int)
+    # What is measured against moves no prediction, so only the marginal covariance of the rest is asked for, by its square root.
+    target = model.blocks["target"]
+    moves = (index < target.start) | (index >= target.stop)
+    marginal = covariance[np.ix_(moves, moves)]
+    if not np.all(np.isfinite(marginal)):
+        return None
+    values, vectors = np.linalg.eigh(marginal)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    screws = kinematics.screws()[:, :, index[moves]] @ root
+    shift = screws[:, 3:] + np.cross(screws[:, :3], kinematics.T_base_sensor[:, :3, 3, None], axis=1)
+    return np.concatenate([shift, screws[:, :3]], axis=1)
