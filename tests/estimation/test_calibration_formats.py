@@ -42,8 +42,9 @@ def test_version_1_becomes_version_2_without_loss(tmp_path: Path) -> None:
         assert new["parameters"][name]["std"] == entry["std"]
 
 
-def add_noise(content: dict[str, Any]) -> None:
-    content["noise"] = [{"name": "pose_jitter"}]
+def add_history(content: dict[str, Any]) -> None:
+    """Add a key to the file."""
+    content["history"] = [{"name": "pose_jitter"}]
 
 
 def add_rank(content: dict[str, Any]) -> None:
@@ -51,7 +52,7 @@ def add_rank(content: dict[str, Any]) -> None:
     content["parameters"]["a_2"]["rank"] = 1
 
 
-@pytest.mark.parametrize(("add", "key"), [(add_noise, "noise"), (add_rank, "parameters.a_2.rank")])
+@pytest.mark.parametrize(("add", "key"), [(add_history, "history"), (add_rank, "parameters.a_2.rank")])
 def test_what_a_later_release_adds_is_refused_by_name(tmp_path: Path, add: Any, key: str) -> None:
     """A key that this release does not act upon is refused by its name, not ignored."""
     load_calibration(VERSION_1 / "calibration.json").save(tmp_path / "c.json")
