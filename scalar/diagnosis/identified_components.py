@@ -3,7 +3,8 @@
 Whole poses scatter beyond the noise of their points where the joints do not repeat, or where each scan has an error of its own. They do as well
 where the noise of the points is larger than it looks, in all rows alike, and where what makes it is alike over a whole scan (a surface with
 waves longer than a scan, slow speckle). All are fitted together by restricted likelihood, and a component is identified only if it explains
-what the sensor's own two do not.
+what the sensor's own two do not. Joints that repeat better than any data sheet states explain
+scatter as well, and are no finding.
 """
 
 from __future__ import annotations
@@ -30,12 +31,17 @@ def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
         return found
     background = state.background_within_scans()
     own = [np.broadcast_to(np.eye(uneven.shape[1]), uneven.shape), uneven]
-    without = fit_components(background, own).log_likelihood
     kernels = {name: D @ np.swapaxes(D, 1, 2) for name, D in directions(residuals, model)}
-    identified = []
+    settings = state.settings.variance_components
+    usual = {c.name for c in found if c.name == "pose_jitter" and c.std < settings.least_repeatability}
+    own += [kernels[name] for name in usual]
+    without = fit_components(background, own).log_likelihood
+    identified: list[VarianceComponent] = []
     for component in found:
+        if component.name in usual:
+            continue
         gain = fit_components(background, [kernels[component.name], *own]).log_likelihood - without
         p_value = float(0.5 * chi2.sf(2 * max(gain, 0.0), 1))
-        if p_value < state.settings.variance_components.alpha_variance_component:
+        if p_value < settings.alpha_variance_component:
             identified.append(replace(component, log_likelihood_gain=gain, p_value=p_value))
     return tuple(sorted(identified, key=lambda c: -c.log_likelihood_gain))

@@ -85,6 +85,13 @@ def test_what_repeats_badly_is_identified_given_the_sensors_own_noise(name, flaw
         assert found and found[0].name == name and found[0].p_value < 1e-6
 
 
+def test_an_arm_that_repeats_as_well_as_the_best_is_not_accused():
+    """A scanner good enough to see joints that repeat to ten microradians shows a component, and it is no finding."""
+    state = before(make_cell(Flaws(jitter=1e-5), seed=2, noise=1e-5, points_per_scan=60).dataset)
+    assert state.variance_components and state.variance_components[0].name == "pose_jitter"
+    assert not identified_components(state)
+
+
 def test_noise_that_is_stated_too_small_is_no_jitter():
     """Correlated points whose correlation nobody models look like whole poses that scatter; what the sensor may add explains the most of it."""
     gains = []

@@ -20,6 +20,10 @@ class VarianceComponentSettings:
     confounded_likelihood: float = setting(
         3.0, "nats", "of likelihood within which jitter and bias are confounded", "odds of twenty"
     )
+    least_repeatability: float = setting(
+        2e-5, "rad", "of each joint; poses that repeat better are no finding, any arm scatters by as much",
+        "chosen: the best data sheets of small arms state a position repeatability (ISO 9283) of 0.01 mm, at half a metre",
+    )  # fmt: skip
     worst_repeatability: float = setting(
         4e-4, "rad", "of each joint; poses that repeat worse are no jitter, something acts on them",
         "four times the worst orientation repeatability of an ABB IRB 1600, 87 microradians; its position repeats to 37 micrometres "
