@@ -19,16 +19,19 @@ def progress(label: str) -> Iterator[Callable[[str, int, int], None]]:
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(label, total=None)
-        yield lambda stage, done, total: bar.update(task, description=stage, completed=done, total=total)
+        yield lambda stage, done, total: bar.update(
+            task, description=stage, completed=done, total=total or None
+        )
 
 
 @contextmanager
-def stages() -> Iterator[Callable[[str], None]]:
-    """Show which stage runs on stderr, where stderr is a terminal; yields a function that takes the stage's name."""
-    if not sys.stderr.isatty():
-        yield lambda stage: None
-        return
-    from rich.console import Console
+def stages_and_runs() -> Iterator[tuple[Callable[[str], None], Callable[[int, int], None]]]:
+    """Show which stage runs on stderr, and a bar for runs that are many, where stderr is a terminal.
 
-    with Console(stderr=True).status("reading") as status:
-        yield lambda stage: status.update(stage)
+    Yields a function that takes the stage's name, and one that takes how many runs are done and how many there are.
+    """
+    with progress("reading") as advance:
+        yield (
+            lambda stage: advance(stage, 0, 0),
+            lambda done, total: advance("diagnosing without a part of the poses", done, total),
+        )

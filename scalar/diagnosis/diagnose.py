@@ -1,43 +1,29 @@
-"""Diagnose a dataset: set gross errors aside, select effects, look for unmodelled structure, and calibrate with what was found."""
+"""Diagnose a dataset: select effects, check them on poses that nothing has seen, and calibrate with what was found."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-
-import numpy as np
+from dataclasses import replace
 
 from scalar.data.dataset import Dataset
 from scalar.diagnosis.autocorrelation import depends_on
-from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet, named_candidates
+from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
 from scalar.diagnosis.conditional_scores import rivals
 from scalar.diagnosis.confidence import confidence
-from scalar.diagnosis.fitted_state import FittedState, refit
-from scalar.diagnosis.forward_selection import select_forward
-from scalar.diagnosis.harmonic_spectrum import as_whitened, has_all_orders, is_shrunk, with_spectrum
+from scalar.diagnosis.explained import Explained, explained
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.harmonic_spectrum import as_whitened, has_all_orders, is_shrunk
 from scalar.diagnosis.hold_out import held_out_errors
 from scalar.diagnosis.identified_components import identified_components
-from scalar.diagnosis.measured_rows import rows_given_own_noise
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.observability import unobservable_effects
+from scalar.diagnosis.outer_split import Answer, OuterSplit, outer_split
 from scalar.diagnosis.ranking import rank
 from scalar.diagnosis.result import Diagnosis, Finding
 from scalar.diagnosis.settings import DEFAULTS, Settings
-from scalar.diagnosis.shipped_fit import BY_COMPONENT, shipped_fit
-from scalar.diagnosis.unmodelled_structure import evidence_without_a_name, with_flexible_terms
-from scalar.diagnosis.variance_components import WhitenedMeasurement
+from scalar.diagnosis.shipped_fit import shipped_fit
+from scalar.diagnosis.unmodelled_structure import evidence_without_a_name
 from scalar.effects import Effect
-from scalar.errors import InvalidInput, Undetermined
-from scalar.estimation.conclude import conclude
-from scalar.estimation.geometry_fit import geometry_fit
-from scalar.estimation.gross_errors import Cleaned, clean, clean_given_effects
-from scalar.estimation.joint_fit import fit_from
-from scalar.estimation.least_squares import Fit
-from scalar.estimation.prepare import Prepared
-from scalar.estimation.residuals import Residuals
-from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
-from scalar.estimation.setup.suspicion import MOST_LEFT
-from scalar.geometry.se3 import Array
 
 MAX_RANKING = 25
 
@@ -46,6 +32,8 @@ def diagnose(
     dataset: Dataset,
     progress: Callable[[str], None] = lambda stage: None,
     settings: Settings = DEFAULTS,
+    outer_folds: int = 0,
+    on_fold: Callable[[int, int], None] = lambda done, total: None,
 ) -> Diagnosis:
     """Return which effects the rigid model of a dataset lacks, and the calibrations without and with them.
 
@@ -53,6 +41,9 @@ def diagnose(
         dataset: What was measured.
         progress: Called with the name of each stage.
         settings: Thresholds.
+        outer_folds: Parts of the outer split, on whose poses neither cleaning nor choice nor fit has any hold: as many diagnoses more, and
+            the errors on unseen poses with them. Without it, zero, they are not known; ``settings.outer_split.folds`` is the usual number.
+        on_fold: Called with how many of these runs are done, and how many there are.
 
     Raises:
         InvalidInput: The data contradict themselves.
@@ -64,128 +55,69 @@ def diagnose(
         >>> diagnosis.verdict, [finding.effect.name for finding in diagnosis.findings]
         ('effect', ['joint_scale'])
     """
-    progress("cleaning")
-    cleaned = _cleaned(dataset, settings)
-    start = _selected(dataset, cleaned, settings, progress)
-    for _ in range(settings.selection.max_cleanings):
-        cleaner = clean_given_effects(
-            cleaned, start.found.residuals.pose_distances(start.found.model), settings.estimation.gross_errors
-        )
-        if cleaner is cleaned:
-            break
-        cleaned = cleaner
-        start = _selected(dataset, cleaned, settings, progress)
-    prepared, before, tried = start.prepared, start.before, start.tried
+    run = explained(dataset, settings, progress)
+    found, tried = _findings(run.before, run.after, run.tried), run.tried
+    outer = outer_split(dataset, run.cleaned, answer_without, settings, outer_folds, on_fold)
+    run, found, refused = _confirmed(run, found, outer)
+    before, after = run.before, run.after
     ranking = rank(before, before.background(), CandidateColumns(before, tried))
-    progress("looking for unmodelled structure")
-    after = with_flexible_terms(start.found, tried)
-    progress("fitting joints that need many orders")
-    after = with_spectrum(after, tried)
     noise = identified_components(after)
-    findings = _findings(before, after, tried)
-    shipped = shipped_fit(before, after, after.whitening)
+    shipped = shipped_fit(before, after, after.whitening, None if outer is None else outer.errors)
     progress("calibrating")
-    fits = settings.estimation.fit
-    calibration_before = conclude(
-        cleaned.dataset,
-        prepared,
-        *_final_fit(before, None),
-        settings=fits,
-    )
-    whitening = after.whitening if shipped.effects_fit == BY_COMPONENT else None
-    calibration_found = conclude(cleaned.dataset, prepared, *_final_fit(after, whitening), settings=fits)
+    calibration_before, calibration_found = run.calibrated(shipped)
     # The findings report exactly the coefficients that the calibration contains.
-    fitted = zip(findings, calibration_found.model.effects, calibration_found.effect_std, strict=True)
-    findings = tuple(replace(f, effect=effect, std=tuple(std)) for f, effect, std in fitted)
+    fitted = zip(found, calibration_found.model.effects, calibration_found.effect_std, strict=True)
     return Diagnosis(
         dataset=dataset,
-        cleaned=cleaned,
+        cleaned=run.cleaned,
         before=before,
         after=after,
         held_out_before=held_out_errors(before),
         calibration_before=calibration_before,
         calibration_found=calibration_found,
         shipped=shipped,
-        findings=findings,
+        findings=tuple(replace(f, effect=effect, std=tuple(std)) for f, effect, std in fitted),
+        not_confirmed=refused,
         noise=noise,
         depends_on=tuple(depends_on(after)) if noise else (),
         unobservable=tuple(unobservable_effects(after, [candidate for candidate, _ in tried.tried])),
         ranking=tuple(ranking[:MAX_RANKING]),
+        outer=outer,
     )
 
 
-def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:
-    """Return the dataset without gross errors, or refuse its set-up if that is why the poses contradict one another.
-
-    Raises:
-        InvalidInput: One other reading of the set-up explains the data.
-        Undetermined: The poses contradict one another, and no other reading of the set-up explains them.
-    """
-    try:
-        return clean(dataset, settings.estimation)
-    except (InvalidInput, Undetermined):
-        refuse_wrong_setup(dataset)
-        raise
-
-
-def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
-    """Refuse data whose residual is larger than any effect can make it.
-
-    Raises:
-        InvalidInput: One other reading of the set-up explains the data.
-        Undetermined: No other reading of the set-up explains the data.
-    """
-    distances = state.residuals.pose_distances(state.model)
-    typical = float(np.median(distances))
-    if typical > MOST_LEFT:
-        refuse_wrong_setup(dataset)
-    if typical > state.settings.estimation.sufficiency.gross_error:
-        raise misfit_refused(state.dataset, distances)
-
-
-@dataclass(frozen=True, eq=False)
-class _Selected:
-    """The selection on a cleaned dataset: its preparation, the states without effects and with the selected ones, and the candidate set."""
-
-    prepared: Prepared
-    before: FittedState
-    found: FittedState
-    tried: CandidateSet
-
-
-def _selected(
-    dataset: Dataset, cleaned: Cleaned, settings: Settings, progress: Callable[[str], None]
-) -> _Selected:
-    """Return the effects that are selected on a dataset once it is cleaned."""
-    model, prepared = geometry_fit(cleaned.dataset, settings.estimation)
-    rows = rows_given_own_noise(cleaned.dataset, model, settings.estimation.within_scan_noise)
-    before = refit(cleaned.dataset, model, prepared.free, (), settings, rows)
-    _refuse_misfit(dataset, before)
-    tried = named_candidates(cleaned.dataset)
-    progress("selecting effects")
-    return _Selected(prepared, before, select_forward(before, tried), tried)
-
-
-def _final_fit(state: FittedState, whitening: Array | None) -> tuple[Fit, Residuals]:
-    """Return the final fit of a state: on all points where their noise is white, on profile rows where these are weighted for it.
-
-    Args:
-        state: To fit.
-        whitening: Weights of a variance component of whole poses ``(N, m, m)``, or None.
-    """
-    residuals, fits = state.residuals, state.settings.estimation.fit
-    if whitening is None:
-        own = None if state.rows.noise is None else residuals
-        return fit_from(state.dataset, state.model, state.free, own, fits)
-    residuals = type(residuals)(
-        WhitenedMeasurement(residuals.measurement, whitening, state.variance_components[0].as_noise()),
-        residuals.poses,
-        residuals.bases,
-        residuals.known,
+def answer_without(dataset: Dataset, settings: Settings) -> Answer:
+    """Return what a diagnosis of some of the poses answers, for the outer split: the whole choice anew."""
+    run = explained(dataset, settings, lambda stage: None)
+    shipped = shipped_fit(run.before, run.after, run.after.whitening)
+    before, found = run.calibrated(shipped)
+    noise = identified_components(run.after)
+    return Answer(
+        before.model,
+        (before if shipped.without_effects else found).model,
+        run.after.effects,
+        noise[0].name if noise else None,
     )
-    return fit_from(
-        state.dataset, as_whitened(state).model, state.free, residuals, state.settings.estimation.fit
+
+
+def _confirmed(
+    run: Explained, found: tuple[Finding, ...], outer: OuterSplit | None
+) -> tuple[Explained, tuple[Finding, ...], tuple[Finding, ...]]:
+    """Return the run with the findings that the outer split confirms, and those that it does not."""
+    if outer is None or not outer.answers:
+        return run, found, ()
+    least = run.after.settings.outer_split.least_selected
+    shares = [outer.selected_in(f.effect) for f in found]
+    judged = [(replace(f, selected_in=share), share) for f, share in zip(found, shares, strict=True)]
+    kept = tuple(f for f, share in judged if share >= least)
+    refused = tuple(
+        replace(f, confidence=min(f.confidence, share), std=(None,) * len(f.effect.coefficients))
+        for f, share in judged
+        if share < least
     )
+    if refused:
+        run = replace(run, after=run.after.refitted([f.effect for f in kept]))
+    return run, kept, refused
 
 
 def _findings(before: FittedState, after: FittedState, tried: CandidateSet) -> tuple[Finding, ...]:

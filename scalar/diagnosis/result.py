@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import plain
 from scalar.diagnosis.confidence import confidence
@@ -12,6 +14,7 @@ from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import HeldOutErrors
 from scalar.diagnosis.noise_floor import between_scans, floor
 from scalar.diagnosis.observability import Unobservable
+from scalar.diagnosis.outer_split import OuterSplit
 from scalar.diagnosis.ranking import Scored
 from scalar.diagnosis.shipped_fit import ShippedFit
 from scalar.diagnosis.variance_components import VarianceComponent
@@ -35,6 +38,7 @@ class Finding:
         confounded_with: Effects that would explain the same as well.
         confidence: Chance that name and target are right.
         std: ``(k,)``, standard errors of the coefficients, None for those that were not estimated.
+        selected_in: Share of the outer split's runs that chose it at its place, or None without that split.
     """
 
     effect: Effect
@@ -44,6 +48,7 @@ class Finding:
     confounded_with: tuple[Effect, ...]
     confidence: float
     std: tuple[float | None, ...]
+    selected_in: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +62,12 @@ class Diagnosis:
         calibration_before, calibration_found: The same as calibrations.
         shipped: Which of them is ``after.json``, how the latter weighs the poses, and what decided.
         findings: In the order in which they were added.
+        not_confirmed: Effects that fewer than half of the outer split's runs chose: no findings, and not in ``after``.
         noise: Noise effects, the likeliest first; the first is what is reported.
         depends_on: Columns in whose order the residuals are autocorrelated, where a variance component would be reported: it is not noise.
         unobservable: Effects that these data cannot show.
         ranking: Of all candidates on the residual before, best first.
+        outer: What runs without a part of the poses say, or None where there were none.
     """
 
     dataset: Dataset
@@ -76,6 +83,8 @@ class Diagnosis:
     depends_on: tuple[str, ...]
     unobservable: tuple[Unobservable, ...]
     ranking: tuple[Scored, ...]
+    not_confirmed: tuple[Finding, ...] = ()
+    outer: OuterSplit | None = None
 
     @property
     def calibration_after(self) -> Calibration:
@@ -92,7 +101,20 @@ class Diagnosis:
         """Return ``no_effect``, ``effect`` or ``unattributed``."""
         if self.component_is_no_noise or self.flexible_terms:
             return UNATTRIBUTED
-        return "effect" if self.findings or self.noise else "no_effect"
+        return "effect" if self.findings or self.confirmed_noise else "no_effect"
+
+    @property
+    def confirmed_noise(self) -> tuple[VarianceComponent, ...]:
+        """Return the noise effects, where the outer split does not say that there are none."""
+        share = self._noise_selected_in
+        least = self.after.settings.outer_split.least_selected
+        return self.noise if share is None or share >= least else ()
+
+    @property
+    def _noise_selected_in(self) -> float | None:
+        if self.outer is None or not self.outer.answers or not self.noise:
+            return None
+        return self.outer.noise_selected_in(self.noise[0].name)
 
     @property
     def flexible_terms(self) -> list[Finding]:
@@ -102,7 +124,7 @@ class Diagnosis:
     @property
     def component_is_no_noise(self) -> bool:
         """Return whether the variance component is no noise: larger than any arm's repeatability, or autocorrelated over neighbouring poses."""
-        return bool(self.noise) and (self.exceeds_any_repeatability or bool(self.depends_on))
+        return bool(self.confirmed_noise) and (self.exceeds_any_repeatability or bool(self.depends_on))
 
     @property
     def exceeds_any_repeatability(self) -> bool:
@@ -119,8 +141,10 @@ class Diagnosis:
         flexible_terms = self.flexible_terms
         effects = [self._finding(f) for f in named]
         # Where there is unmodelled structure, a variance component is as likely the rest of that structure as a noise.
+        not_confirmed = [self._finding(f) for f in self.not_confirmed]
         if self.noise and not flexible_terms:
-            effects.append(self.noise_entry())
+            (effects if self.confirmed_noise else not_confirmed).append(self.noise_entry())
+        unseen = (None, None) if self.outer is None else self.outer.errors
         effects += [self._unattributed_entry(flexible_terms)] if flexible_terms else []
         outliers = [*self.cleaned.outlier_poses, *(pose for pose, _ in self.cleaned.mislabelled_poses)]
         mapping = {
@@ -147,11 +171,15 @@ class Diagnosis:
                 ],
             },
             "residual": {
-                "before": _residual(self.calibration_before, self.held_out_before),
-                "after": _residual(self.calibration_after, self.held_out_after),
+                "before": _residual(self.calibration_before, self.held_out_before)
+                | _unseen(self.outer, unseen[0]),
+                "after": _residual(self.calibration_after, self.held_out_after)
+                | _unseen(self.outer, unseen[0 if self.shipped.without_effects else 1]),
                 "floor_mm": floor(self.after) / MM,
             },
             "shipped": self.shipped.to_mapping(),
+            "not_confirmed": not_confirmed,
+            "outer_split": None if self.outer is None else self.outer.to_mapping(),
             "candidates": self._candidates(),
         }
         return plain(mapping)
@@ -194,6 +222,7 @@ class Diagnosis:
             "held_out_rms_after_mm": finding.after.rms / MM,
             "confounded_with": [{"name": e.name, "target": e.target} for e in finding.confounded_with],
             "confidence": finding.confidence,
+            "selected_in": finding.selected_in,
         }
 
     def _unattributed_entry(self, findings: list[Finding]) -> dict[str, Any]:
@@ -218,6 +247,10 @@ class Diagnosis:
         ]
         weighed = self.shipped.disagreement
         equal = self.shipped.effects_held_out.rms if weighed is None else weighed.held_out_rms[0]
+        share = self._noise_selected_in
+        sure = confidence(
+            best.log_likelihood_gain, [s.log_likelihood_gain for s in others], settings.confidence
+        )
         entry: dict[str, Any] = {
             "name": best.name,
             "target": {},
@@ -226,9 +259,8 @@ class Diagnosis:
             "held_out_rms_before_mm": equal / MM,
             "held_out_rms_after_mm": self.shipped.effects_held_out.rms / MM,
             "confounded_with": [{"name": s.name, "target": {}} for s in near],
-            "confidence": confidence(
-                best.log_likelihood_gain, [s.log_likelihood_gain for s in others], settings.confidence
-            ),
+            "confidence": sure if self.confirmed_noise else min(sure, share or 0.0),
+            "selected_in": share,
         }
         if self.component_is_no_noise:
             joints = [f"q{i + 1}" for i in range(self.dataset.robot.n_joints)]
@@ -243,3 +275,12 @@ def _residual(calibration: Calibration, error: HeldOutErrors) -> dict[str, float
         "held_out_rms_mm": error.rms / MM,
         "held_out_max_mm": error.largest / MM,
     }
+
+
+def _unseen(outer: OuterSplit | None, error: HeldOutErrors | None) -> dict[str, float | None]:
+    """Return the errors on poses that nothing has seen, and their spread over the parts; null where they are not known."""
+    keys = ("unseen_rms_mm", "unseen_max_mm", "unseen_rms_spread_mm", "unseen_max_spread_mm")
+    if outer is None or error is None or not len(error.metric):
+        return dict.fromkeys(keys)
+    values = (error.rms, error.largest, *outer.spread(error))
+    return {key: value / MM if np.isfinite(value) else None for key, value in zip(keys, values, strict=True)}

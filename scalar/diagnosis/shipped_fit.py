@@ -62,7 +62,7 @@ class ShippedFit:
         effects_fit: The same for the effects that are reported: one of the latter two.
         held_out: Errors of the fit that is shipped.
         effects_held_out: Errors of the fit of the effects.
-        decided_by: ``held_out``, ``predicted_std`` or ``only_one``.
+        decided_by: ``held_out``, ``unseen``, ``predicted_std`` or ``only_one``.
         disagreement: Between the weights, where there are two.
     """
 
@@ -84,13 +84,19 @@ class ShippedFit:
         return {"fit": self.fit, "decided_by": self.decided_by, "disagreement": found}
 
 
-def shipped_fit(before: FittedState, after: FittedState, whitening: Array | None) -> ShippedFit:
+def shipped_fit(
+    before: FittedState,
+    after: FittedState,
+    whitening: Array | None,
+    unseen: tuple[HeldOutErrors, HeldOutErrors] | None = None,
+) -> ShippedFit:
     """Return which fit to ship.
 
     Args:
         before: Without effects.
         after: With those that were found.
         whitening: ``(N, m, m)``, weights of the variance component that was identified, or None.
+        unseen: Errors without and with effects on poses that not even the choice has seen, or None.
     """
     settings = after.settings.shipped_fit
     without, equal = held_out_errors(before), held_out_errors(after)
@@ -116,4 +122,6 @@ def shipped_fit(before: FittedState, after: FittedState, whitening: Array | None
     effects_fit, effects_held_out = fit, held_out
     if improvement_in_metres(held_out, without) >= settings.beyond_chance:
         fit, held_out, decided_by = BEFORE, without, "held_out"
+    elif unseen is not None and improvement_in_metres(unseen[1], unseen[0]) >= settings.beyond_chance:
+        fit, held_out, decided_by = BEFORE, without, "unseen"
     return ShippedFit(fit, effects_fit, held_out, effects_held_out, decided_by, found)

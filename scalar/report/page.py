@@ -12,12 +12,11 @@ from scalar.diagnosis.partial_residuals import FittedView
 from scalar.diagnosis.separating_poses import separation
 from scalar.diagnosis.variance_components import whitening_for
 from scalar.effects.picture import Map, Profile
-from scalar.report import words
+from scalar.report import shipped_words, unseen_words, words
 from scalar.report.advice import advice
 from scalar.report.own_noise import own_noise
 from scalar.report.pictures import draw
 from scalar.report.residual_pictures import draw_residuals, draw_scatter
-from scalar.report.shipped_words import shipped_sentences
 from scalar.report.thinning import dots_per_panel
 from scalar.sensors import kind_of
 from scalar.units import DEG, MM
@@ -48,7 +47,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         _card(diagnosis, view, i, finding, shown[i] if i < len(shown) else [], most)
         for i, finding in enumerate(diagnosis.findings)
     ]
-    if diagnosis.noise and not diagnosis.flexible_terms:
+    if diagnosis.confirmed_noise and not diagnosis.flexible_terms:
         effects.append(_noise_card(diagnosis))
     return {
         "name": diagnosis.dataset.name,
@@ -56,7 +55,8 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": mapping["verdict"],
         "headline": VERDICTS[mapping["verdict"]],
         "sentence": _sentence(mapping, effects),
-        "shipped": shipped_sentences(diagnosis),
+        "unseen": unseen_words.unseen_sentences(diagnosis, mapping),
+        "shipped": shipped_words.shipped_sentences(diagnosis),
         "errors": _errors(mapping, bool(diagnosis.findings)),
         "effects": effects,
         "residuals": draw_residuals(diagnosis.before, diagnosis.after, most),
@@ -91,8 +91,7 @@ def _sentence(mapping: Mapping[str, Any], effects: list[dict[str, Any]]) -> str:
     if not effects:
         return (
             "These data show nothing that the model lacks: on poses held out from the fit the error is "
-            f"{words.number(before)} mm, "
-            f"and {level}."
+            f"{words.number(before)} mm, and {level}."
         )
     texts = [e["clause"] + (f" ({e['size']})" if e["size"] else "") for e in effects]
     more = len(texts) - _NAMED_IN_SENTENCE
@@ -162,6 +161,7 @@ def _card(
         "size": effect.size(pictures),
         "p_value": words.chance(finding.p_value),
         "sure": f"{100 * finding.confidence:.0f} %",
+        "chosen": unseen_words.share({"selected_in": finding.selected_in}, diagnosis),
         "before": words.number(finding.before.rms / MM),
         "after": words.number(finding.after.rms / MM),
         "seen": f"{100 * view.share_left(diagnosis.after.effects[index]):.0f} %",
@@ -232,6 +232,7 @@ def _noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
         "size": f"{words.angle(best.std) if is_angle else words.length(best.std)} standard deviation",
         "p_value": words.chance(best.p_value),
         "sure": f"{100 * entry['confidence']:.0f} %",
+        "chosen": unseen_words.share(entry, diagnosis),
         "before": None,
         "after": None,
         "seen": None,

@@ -36,7 +36,9 @@ def written(cell, folder, dataset=None, *, order=None, table_format="csv"):
 
 
 def run(folder, out):
-    return CliRunner().invoke(cli, ["diagnose", str(folder), "-o", str(out)], catch_exceptions=False)
+    return CliRunner().invoke(
+        cli, ["diagnose", str(folder), "-o", str(out), "--quick"], catch_exceptions=False
+    )
 
 
 def strict(path):

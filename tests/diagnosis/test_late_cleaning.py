@@ -11,7 +11,7 @@ from scalar.diagnosis.settings import Settings
 from scalar.estimation.settings import changed
 from tests.diagnosis.cases import scale
 
-MODULE = sys.modules["scalar.diagnosis.diagnose"]  # the package's own name for it is the function
+MODULE = sys.modules["scalar.diagnosis.explained"]
 
 
 def removing_one_pose(calls):

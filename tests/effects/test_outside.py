@@ -59,7 +59,9 @@ def diagnosed(cell, tmp_path_factory):
     ):  # what the command loads is forgotten: later tests in this process know nothing of it
         patch.setattr(registry, "_OF_USERS", {})
         patch.setattr(registry, "_asked", False)
-        result = run("diagnose", folder / "dataset", "-o", folder / "out", "--effects-module", FILE)
+        result = run(
+            "diagnose", folder / "dataset", "-o", folder / "out", "--quick", "--effects-module", FILE
+        )
     assert result.exit_code == 0, result.output
     at = cell.truth_poses(50, np.random.default_rng(3))[0]
     at[["pose", *joint_names(6)]].to_csv(folder / "joints.csv", index=False)

@@ -10,7 +10,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from scalar.diagnosis.settings.answers import ConfidenceSettings, ObservabilitySettings, ShippedFitSettings
+from scalar.diagnosis.settings.answers import (
+    ConfidenceSettings,
+    ObservabilitySettings,
+    OuterSplitSettings,
+    ShippedFitSettings,
+)
 from scalar.diagnosis.settings.many_terms import FlexibleTermSettings, SpectrumSettings
 from scalar.diagnosis.settings.noise import AutocorrelationSettings, VarianceComponentSettings
 from scalar.diagnosis.settings.selection import (
@@ -29,6 +34,7 @@ __all__ = [
     "FlexibleTermSettings",
     "HoldOutSettings",
     "ObservabilitySettings",
+    "OuterSplitSettings",
     "RefitSettings",
     "ScoreTestSettings",
     "SelectionSettings",
@@ -59,6 +65,7 @@ class Settings:
     confidence: ConfidenceSettings = field(default_factory=ConfidenceSettings)
     observability: ObservabilitySettings = field(default_factory=ObservabilitySettings)
     shipped_fit: ShippedFitSettings = field(default_factory=ShippedFitSettings)
+    outer_split: OuterSplitSettings = field(default_factory=OuterSplitSettings)
 
 
 DEFAULTS = Settings()

@@ -44,3 +44,14 @@ class ShippedFitSettings:
         0.9, "of the standard error of a prediction", "that the weights of a variance component have to leave where held-out poses do not tell",
         "chosen: for a gain of less than a tenth, equal weights are the plainer choice",
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class OuterSplitSettings:
+    """How errors on poses that nothing has seen are found, and which findings these runs confirm."""
+
+    folds: int = setting(5, "parts", "of the poses, each left out of a whole diagnosis", "the usual five")
+    least_selected: float = setting(
+        0.5, "of the runs", "that have to choose an effect, or it is no finding",
+        "one half, as proposed by Meinshausen and Bühlmann (2010) at the least",
+    )  # fmt: skip

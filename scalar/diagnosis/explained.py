@@ -1,0 +1,150 @@
+"""From a dataset to a model that explains it, and to its calibrations: all that a diagnosis decides from the data, in one run.
+
+The same run is made on all poses, and on those of every part of the outer split.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.diagnosis.candidate_columns import CandidateSet, named_candidates
+from scalar.diagnosis.fitted_state import FittedState, refit
+from scalar.diagnosis.forward_selection import select_forward
+from scalar.diagnosis.harmonic_spectrum import as_whitened, with_spectrum
+from scalar.diagnosis.measured_rows import rows_given_own_noise
+from scalar.diagnosis.settings import Settings
+from scalar.diagnosis.shipped_fit import BY_COMPONENT, ShippedFit
+from scalar.diagnosis.unmodelled_structure import with_flexible_terms
+from scalar.diagnosis.variance_components import WhitenedMeasurement
+from scalar.errors import InvalidInput, Undetermined
+from scalar.estimation.conclude import conclude
+from scalar.estimation.geometry_fit import geometry_fit
+from scalar.estimation.gross_errors import Cleaned, clean, clean_given_effects
+from scalar.estimation.joint_fit import fit_from
+from scalar.estimation.least_squares import Fit
+from scalar.estimation.prepare import Prepared
+from scalar.estimation.residuals import Residuals
+from scalar.estimation.result import Calibration
+from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
+from scalar.estimation.setup.suspicion import MOST_LEFT
+from scalar.geometry.se3 import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """A dataset with what explains it.
+
+    Attributes:
+        cleaned: The dataset without its gross errors.
+        prepared: The same, prepared for fits.
+        before, after: States without effects and with all that were found.
+        tried: What has a name and was tried.
+    """
+
+    cleaned: Cleaned
+    prepared: Prepared
+    before: FittedState
+    after: FittedState
+    tried: CandidateSet
+
+    def calibrated(self, shipped: ShippedFit) -> tuple[Calibration, Calibration]:
+        """Return the calibrations without effects and with those that were found, the latter with the weights of the fit that is shipped."""
+        whitening = self.after.whitening if shipped.effects_fit == BY_COMPONENT else None
+        fits = _final_fit(self.before, None), _final_fit(self.after, whitening)
+        settings = self.after.settings.estimation.fit
+        before, found = (
+            conclude(self.cleaned.dataset, self.prepared, *fit, settings=settings) for fit in fits
+        )
+        return before, found
+
+
+def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], None]) -> Explained:
+    """Return what explains a dataset.
+
+    Raises:
+        InvalidInput: The data contradict themselves.
+        Undetermined: The data cannot determine even the geometry.
+    """
+    progress("cleaning")
+    cleaned = _cleaned(dataset, settings)
+    start = _selected(dataset, cleaned, settings, progress)
+    for _ in range(settings.selection.max_cleanings):
+        cleaner = clean_given_effects(
+            cleaned, start.after.residuals.pose_distances(start.after.model), settings.estimation.gross_errors
+        )
+        if cleaner is cleaned:
+            break
+        cleaned = cleaner
+        start = _selected(dataset, cleaned, settings, progress)
+    progress("looking for unmodelled structure")
+    after = with_flexible_terms(start.after, start.tried)
+    progress("fitting joints that need many orders")
+    return replace(start, after=with_spectrum(after, start.tried))
+
+
+def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:
+    """Return the dataset without gross errors, or refuse its set-up if that is why the poses contradict one another.
+
+    Raises:
+        InvalidInput: One other reading of the set-up explains the data.
+        Undetermined: The poses contradict one another, and no other reading of the set-up explains them.
+    """
+    try:
+        return clean(dataset, settings.estimation)
+    except (InvalidInput, Undetermined):
+        refuse_wrong_setup(dataset)
+        raise
+
+
+def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
+    """Refuse data whose residual is larger than any effect can make it.
+
+    Raises:
+        InvalidInput: One other reading of the set-up explains the data.
+        Undetermined: No other reading of the set-up explains the data.
+    """
+    distances = state.residuals.pose_distances(state.model)
+    typical = float(np.median(distances))
+    if typical > MOST_LEFT:
+        refuse_wrong_setup(dataset)
+    if typical > state.settings.estimation.sufficiency.gross_error:
+        raise misfit_refused(state.dataset, distances)
+
+
+def _selected(
+    dataset: Dataset, cleaned: Cleaned, settings: Settings, progress: Callable[[str], None]
+) -> Explained:
+    """Return the effects that are selected on a dataset once it is cleaned."""
+    model, prepared = geometry_fit(cleaned.dataset, settings.estimation)
+    rows = rows_given_own_noise(cleaned.dataset, model, settings.estimation.within_scan_noise)
+    before = refit(cleaned.dataset, model, prepared.free, (), settings, rows)
+    _refuse_misfit(dataset, before)
+    tried = named_candidates(cleaned.dataset)
+    progress("selecting effects")
+    return Explained(cleaned, prepared, before, select_forward(before, tried), tried)
+
+
+def _final_fit(state: FittedState, whitening: Array | None) -> tuple[Fit, Residuals]:
+    """Return the final fit of a state: on all points where their noise is white, on profile rows where these are weighted for it.
+
+    Args:
+        state: To fit.
+        whitening: Weights of a variance component of whole poses ``(N, m, m)``, or None.
+    """
+    residuals, fits = state.residuals, state.settings.estimation.fit
+    if whitening is None:
+        own = None if state.rows.noise is None else residuals
+        return fit_from(state.dataset, state.model, state.free, own, fits)
+    residuals = type(residuals)(
+        WhitenedMeasurement(residuals.measurement, whitening, state.variance_components[0].as_noise()),
+        residuals.poses,
+        residuals.bases,
+        residuals.known,
+    )
+    return fit_from(
+        state.dataset, as_whitened(state).model, state.free, residuals, state.settings.estimation.fit
+    )

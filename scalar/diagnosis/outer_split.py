@@ -1,0 +1,206 @@
+"""Errors on poses that nothing has seen: an outer split outside of cleaning, forward selection, spectrum, variance components and fit.
+
+If selection sees the poses that judge it, the judgement is too kind (Cawley and Talbot, Journal of Machine Learning Research 11, 2010; Varma and
+Simon, BMC Bioinformatics 7, 2006). So the whole diagnosis is run anew without each part of the poses, and its calibrations predict that part.
+Parts are made of blocks of successive poses, and a pose that is commanded again goes with its first time, as in ``hold_out``. Of the poses left
+out, those that the whole diagnosis sets aside as gross errors are not counted. The share of runs that choose an effect says how far to trust
+it (stability selection: Meinshausen and Bühlmann, Journal of the Royal Statistical Society B 72, 2010).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from multiprocessing import get_all_start_methods, get_context
+from typing import Any
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.diagnosis.hold_out import HeldOutErrors, blocks
+from scalar.diagnosis.settings import Settings
+from scalar.effects import Effect
+from scalar.errors import ScalarError, Undetermined
+from scalar.estimation.gross_errors import Cleaned
+from scalar.estimation.model import Model
+from scalar.estimation.residuals import Residuals
+from scalar.geometry.se3 import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What a diagnosis of some of the poses answers.
+
+    Attributes:
+        before, after: The models that it would ship.
+        effects: That it found.
+        noise: Name of its likeliest variance component, or None.
+    """
+
+    before: Model
+    after: Model
+    effects: tuple[Effect, ...]
+    noise: str | None
+
+
+Run = Callable[[Dataset, Settings], Answer]
+
+
+@dataclass(frozen=True, eq=False)
+class OuterSplit:
+    """What the runs without a part of the poses say.
+
+    Attributes:
+        folds: Parts.
+        answers: Of the runs that came to an end.
+        failed: Why the others did not, a line each.
+        errors: Of the poses that were left out, without effects and as shipped; only of poses whose run came to an end.
+        fold: ``(N,)``, the part of each of these poses.
+    """
+
+    folds: int
+    answers: tuple[Answer, ...]
+    failed: tuple[str, ...]
+    errors: tuple[HeldOutErrors, HeldOutErrors]
+    fold: Array
+
+    def selected_in(self, effect: Effect) -> float:
+        """Return the share of runs that chose an effect at its place; one without a name: that found structure along the same variables."""
+        return self._share(lambda answer: any(_same(effect, other) for other in answer.effects))
+
+    def noise_selected_in(self, name: str) -> float:
+        """Return the share of runs that identified a variance component."""
+        return self._share(lambda answer: answer.noise == name)
+
+    def spread(self, errors: HeldOutErrors) -> tuple[float, float]:
+        """Return the standard deviations over the parts of the root mean square error and of the largest [m]."""
+        parts = [self.fold == k for k in np.unique(self.fold)]
+        if len(parts) < 2:
+            return float("nan"), float("nan")
+        of_parts = [replace(errors, metric=errors.metric[part], counts=errors.counts[part]) for part in parts]
+        return (
+            float(np.std([e.rms for e in of_parts], ddof=1)),
+            float(np.std([e.largest for e in of_parts], ddof=1)),
+        )
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return what ``diagnosis.json`` says of the runs."""
+        return {"folds": self.folds, "failed": list(self.failed), "poses": len(self.fold)}
+
+    def _share(self, chosen: Callable[[Answer], bool]) -> float:
+        return sum(map(chosen, self.answers)) / len(self.answers)
+
+
+def _same(effect: Effect, other: Effect) -> bool:
+    if effect.flexible:
+        return other.flexible and bool(set(effect.depends_on) & set(other.depends_on))
+    return not other.flexible and (effect.same_place(other) or effect.same_answer(other))
+
+
+def outer_split(
+    dataset: Dataset,
+    cleaned: Cleaned,
+    run: Run,
+    settings: Settings,
+    folds: int,
+    on_fold: Callable[[int, int], None],
+) -> OuterSplit | None:
+    """Return the errors of runs on poses that they have not seen; None without parts.
+
+    Args:
+        dataset: All that was measured, gross errors included.
+        cleaned: What the diagnosis of all of it keeps.
+        run: Diagnoses a dataset; importable by its name.
+        settings: Thresholds.
+        folds: Parts; fewer than two are none.
+        on_fold: Called with how many runs are done, and how many there are.
+    """
+    if folds < 2:
+        return None
+    numbered = _numbered(dataset)
+    block, fold = blocks(dataset.q, replace(settings.hold_out, folds=folds))
+    parts = [np.flatnonzero(fold == k) for k in range(folds) if np.any(fold == k)]
+    jobs = [(run, numbered.subset(np.delete(np.arange(dataset.n_poses), out)), settings) for out in parts]
+    row = {int(pose): i for i, pose in enumerate(dataset.pose_ids)}
+    kept = np.array([row[int(pose)] for pose in cleaned.dataset.pose_ids])
+    judged = replace(
+        cleaned.dataset, poses=cleaned.dataset.poses.assign(order=numbered.poses["order"].to_numpy()[kept])
+    )
+    answers: list[Answer] = []
+    failed: list[str] = []
+    metric = np.full((2, len(kept)), np.nan)
+    counts = np.ones(len(kept))
+    for out, answer in zip(parts, _run_all(jobs, on_fold), strict=True):
+        seen = np.isin(kept, out)
+        try:
+            if isinstance(answer, ScalarError):
+                raise answer
+            found = [_squared(judged, model) for model in (answer.before, answer.after)]
+        except ScalarError as error:
+            failed.append(str(error).splitlines()[0])
+            continue
+        answers.append(answer)
+        for k, (squares, n) in enumerate(found):
+            metric[k, seen], counts[seen] = (squares / n)[seen], n[seen]
+    known = np.isfinite(metric[0])
+    own_block = np.unique(block[kept][known], return_inverse=True)[1]
+    errors = [HeldOutErrors(m[known], m[known], counts[known], own_block, settings.hold_out) for m in metric]
+    return OuterSplit(len(parts), tuple(answers), tuple(failed), (errors[0], errors[1]), fold[kept][known])
+
+
+def _numbered(dataset: Dataset) -> Dataset:
+    """Return the dataset with its order of acquisition as a column, since a part of it has other rows."""
+    if "order" in dataset.poses:
+        return dataset
+    return replace(dataset, poses=dataset.poses.assign(order=np.arange(dataset.n_poses, dtype=float)))
+
+
+def _squared(dataset: Dataset, model: Model) -> tuple[Array, Array]:
+    """Return per pose the sum of squared distances [m^2] that a model leaves, and their number.
+
+    Raises:
+        Undetermined: The model was fitted without one of the targets of the dataset.
+    """
+    residuals = Residuals.of(dataset, model)
+    if residuals.measurement.initial_target(dataset).parameter_names != model.target.parameter_names:
+        raise Undetermined(
+            ["all poses of one target or session lie in one part: no other part tells where it stands"]
+        )
+    return residuals.squared_distances(model)
+
+
+def _run_all(
+    jobs: Sequence[tuple[Run, Dataset, Settings]], on_fold: Callable[[int, int], None]
+) -> Iterator[Answer | ScalarError]:
+    """Yield the answers in the order of the jobs, whatever order they end in; as many run at once as there are cores."""
+    cores = min(len(jobs), _cores())
+    on_fold(0, len(jobs))
+    if cores < 2 or "fork" not in get_all_start_methods():
+        for k, job in enumerate(jobs):
+            yield _answered(*job)
+            on_fold(k + 1, len(jobs))
+        return
+    # Forked, so that effects from outside are known in the other processes as well.
+    with ProcessPoolExecutor(cores, mp_context=get_context("fork")) as pool:
+        try:
+            futures = [pool.submit(_answered, *job) for job in jobs]
+            for done, _ in enumerate(as_completed(futures), start=1):
+                on_fold(done, len(jobs))
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    yield from (future.result() for future in futures)
+
+
+def _answered(run: Run, dataset: Dataset, settings: Settings) -> Answer | ScalarError:
+    try:
+        return run(dataset, settings)
+    except ScalarError as error:
+        return error
+
+
+def _cores() -> int:
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

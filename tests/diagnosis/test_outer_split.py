@@ -1,0 +1,171 @@
+"""The outer split: poses that no run has seen, the same numbers on any number of cores, and findings that its runs confirm or not."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from scalar.data.dataset import Dataset
+from scalar.diagnosis import diagnose
+from scalar.diagnosis.outer_split import Answer, OuterSplit, outer_split
+from scalar.diagnosis.settings import DEFAULTS, Settings
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.joint_scale import JointScale
+from scalar.errors import Undetermined
+from scalar.estimation.geometry_fit import geometry_fit
+from scalar.estimation.gross_errors import Cleaned, clean
+from scalar.estimation.residuals import Residuals
+from scalar.report import render_report
+from tests.diagnosis.cases import scale
+from tests.effects.injected import make_cell
+
+DIAGNOSE = sys.modules["scalar.diagnosis.diagnose"]  # the package's own name for it is the function
+SCHEMA = json.loads((Path(__file__).parent / "diagnosis.schema.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def cleaned() -> Cleaned:
+    return clean(make_cell(seed=61, poses_per_plane=30, points_per_scan=12).dataset)
+
+
+def geometry_alone(dataset: Dataset, settings: Settings) -> Answer:
+    """Stand in for a diagnosis that finds nothing."""
+    model = geometry_fit(dataset, settings.estimation)[0]
+    return Answer(model, model, (), None)
+
+
+def refuses_the_first(dataset: Dataset, settings: Settings) -> Answer:
+    """Stand in for a diagnosis that cannot do without the first pose."""
+    if 1 not in dataset.pose_ids:
+        raise Undetermined(["the first pose is missing"])
+    return geometry_alone(dataset, settings)
+
+
+def split(cleaned: Cleaned, run=geometry_alone, folds: int = 4, dataset: Dataset | None = None) -> OuterSplit:
+    """Return the outer split of a dataset."""
+    found = outer_split(dataset or cleaned.dataset, cleaned, run, DEFAULTS, folds, lambda done, total: None)
+    assert found is not None
+    return found
+
+
+def test_every_pose_is_predicted_by_a_run_without_it(cleaned, monkeypatch):
+    """The errors are those of fits to the other parts, worked out here one by one; every pose is left out once."""
+    monkeypatch.setattr("scalar.diagnosis.outer_split._cores", lambda: 1)
+    seen = []
+
+    def run(dataset: Dataset, settings: Settings) -> Answer:
+        seen.append(set(dataset.pose_ids))
+        return geometry_alone(dataset, settings)
+
+    found = split(cleaned, run)
+    everything = set(cleaned.dataset.pose_ids)
+    left_out = [everything - own for own in seen]
+    assert len(seen) == 4 and set.union(*left_out) == everything
+    assert sum(map(len, left_out)) == len(everything) == len(found.fold)
+    for k, out in enumerate(left_out):
+        rows = np.isin(cleaned.dataset.pose_ids, list(out))
+        model = geometry_fit(cleaned.dataset.subset(~rows))[0]
+        distances = Residuals.of(cleaned.dataset, model).pose_distances(model)
+        np.testing.assert_allclose(
+            np.sqrt(found.errors[0].metric[found.fold == k]), distances[rows], rtol=1e-9
+        )
+
+
+def test_one_core_or_two(cleaned, monkeypatch):
+    """The same numbers to the last bit, however many processes run."""
+    found = []
+    for cores in (1, 2):
+        monkeypatch.setattr("scalar.diagnosis.outer_split._cores", lambda cores=cores: cores)
+        found.append(split(cleaned))
+    one, two = found
+    for a, b in zip(one.errors, two.errors, strict=True):
+        np.testing.assert_array_equal(a.metric, b.metric)
+    for a, b in zip(one.answers, two.answers, strict=True):
+        np.testing.assert_array_equal(a.after.vector, b.after.vector)
+
+
+def test_repetitions_are_left_out_together(cleaned):
+    """A pose that is commanded again is in the same part as its first time."""
+    dataset = cleaned.dataset
+    again = dataset.subset(np.r_[np.arange(dataset.n_poses), np.arange(0, dataset.n_poses, 7)])
+    again = replace(again, poses=again.poses.assign(pose=np.arange(again.n_poses)))
+    found = split(replace(cleaned, dataset=again))
+    for row in range(1, again.n_poses):
+        if np.array_equal(again.q[row], again.q[row - 1]):
+            assert found.fold[row] == found.fold[row - 1]
+
+
+def test_a_run_that_fails_is_said_and_not_counted(cleaned):
+    """Poses whose run came to no end have no error; the reason is kept, and the other parts count."""
+    found = split(cleaned, refuses_the_first)
+    assert found.failed == ("the first pose is missing",) and len(found.answers) == 3
+    assert 0 < len(found.fold) < cleaned.dataset.n_poses and np.isfinite(found.errors[1].rms)
+
+
+def test_poses_that_are_gross_errors_are_not_counted(cleaned):
+    """What the whole diagnosis sets aside is not scored; the runs have it among their poses all the same."""
+    kept = replace(cleaned, dataset=cleaned.dataset.subset(np.arange(5, cleaned.dataset.n_poses)))
+    assert len(split(kept, dataset=cleaned.dataset).fold) == cleaned.dataset.n_poses - 5
+
+
+def test_no_split(cleaned):
+    """Fewer than two parts are none: nothing is run, and nothing is known."""
+    assert outer_split(cleaned.dataset, cleaned, pytest.fail, DEFAULTS, 0, lambda done, total: None) is None
+
+
+def test_the_share_of_runs(cleaned):
+    """An effect counts where a run chose it at its place: the same joint, and one order at least of a gear's."""
+    model = geometry_fit(cleaned.dataset)[0]
+    chosen = [(JointScale(2),), (JointScale(3), JointHarmonic(4, (2, 5))), (JointHarmonic(4, (2,)),), ()]
+    answers = tuple(Answer(model, model, effects, "scan_bias" if effects else None) for effects in chosen)
+    found = replace(split(cleaned), answers=answers)
+    assert found.selected_in(JointScale(2)) == 0.25
+    assert found.selected_in(JointHarmonic(4, (2,))) == 0.5
+    assert found.selected_in(JointHarmonic(4, (3,))) == 0.0
+    assert found.noise_selected_in("scan_bias") == 0.75
+
+
+def test_what_no_run_confirms_is_no_finding(monkeypatch):
+    """An effect that the runs do not choose is listed as not confirmed, with little confidence, and not in after.json."""
+    dataset = scale(5, poses_per_plane=25)[0].dataset
+    monkeypatch.setattr(DIAGNOSE, "answer_without", geometry_alone)
+    diagnosis = diagnose(dataset, outer_folds=2)
+    mapping = diagnosis.to_mapping()
+    jsonschema.validate(mapping, SCHEMA)
+    entry = mapping["not_confirmed"][0]
+    assert (
+        not mapping["effects"]
+        and entry["name"] == "joint_scale"
+        and entry["selected_in"] == 0.0
+        and entry["confidence"] < 0.5
+    )
+    assert mapping["verdict"] == "no_effect" and not diagnosis.calibration_after.model.effects
+    assert "Not confirmed" in render_report(diagnosis)
+
+
+@pytest.mark.slow
+def test_the_whole_choice_anew():
+    """A strong effect is chosen in every run; errors on unseen poses fall with it, and are no less than in training."""
+    diagnosis = diagnose(scale(5, poses_per_plane=40)[0].dataset, outer_folds=3)
+    mapping = diagnosis.to_mapping()
+    jsonschema.validate(mapping, SCHEMA)
+    assert [(e["name"], e["selected_in"]) for e in mapping["effects"]] == [("joint_scale", 1.0)]
+    before, after = (mapping["residual"][when] for when in ("before", "after"))
+    assert after["train_rms_mm"] < after["unseen_rms_mm"] < 0.7 * before["unseen_rms_mm"]
+    assert after["unseen_rms_mm"] < after["unseen_max_mm"] and after["unseen_rms_spread_mm"] > 0
+
+
+def test_a_quick_answer_says_so():
+    """Without the outer split what it would tell is null, and the report says that it is not known."""
+    diagnosis = diagnose(make_cell(seed=62, poses_per_plane=20, points_per_scan=12).dataset)
+    mapping = diagnosis.to_mapping()
+    jsonschema.validate(mapping, SCHEMA)
+    for when in ("before", "after"):
+        assert mapping["residual"][when]["unseen_rms_mm"] is None
+    assert mapping["outer_split"] is None and "This is a quick answer" in render_report(diagnosis)
