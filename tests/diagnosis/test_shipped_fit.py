@@ -119,7 +119,12 @@ def test_what_is_reported_is_of_the_file_that_is_written():
     assert "after.json is fitted with the weights" in sentence
     # The optimum under the weights that the report names is where the shipped calibration stands.
     rows = Residuals(
-        WhitenedMeasurement(state.residuals.measurement, state.whitening), used.poses, used.bases, used.known
+        WhitenedMeasurement(
+            state.residuals.measurement, state.whitening, state.variance_components[0].as_noise()
+        ),
+        used.poses,
+        used.bases,
+        used.known,
     )
     residual, J = rows.linearise(shipped.model)
     free = np.array([name in shipped.free for name in shipped.model.names])
