@@ -133,7 +133,7 @@ def test_the_share_of_runs(cleaned):
 
 def test_what_no_run_confirms_is_no_finding(monkeypatch):
     """An effect that the runs do not choose is listed as not confirmed, with little confidence, and not in after.json."""
-    dataset = scale(5, poses_per_plane=25)[0].dataset
+    dataset = scale(5, poses_per_plane=40)[0].dataset
     monkeypatch.setattr(DIAGNOSE, "answer_without", geometry_alone)
     diagnosis = diagnose(dataset, outer_folds=2)
     mapping = diagnosis.to_mapping()
