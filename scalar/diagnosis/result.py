@@ -92,6 +92,11 @@ class Diagnosis:
         return self.calibration_before if self.shipped.without_effects else self.calibration_found
 
     @property
+    def _ships_geometry_alone(self) -> bool:
+        """Return whether effects were found and none is shipped: errors of runs that shipped theirs are not those of this calibration."""
+        return self.shipped.without_effects or (bool(self.not_confirmed) and not self.findings)
+
+    @property
     def held_out_after(self) -> HeldOutErrors:
         """Return the held-out errors of the calibration that is shipped."""
         return self.shipped.held_out
@@ -174,7 +179,7 @@ class Diagnosis:
                 "before": _residual(self.calibration_before, self.held_out_before)
                 | _unseen(self.outer, unseen[0]),
                 "after": _residual(self.calibration_after, self.held_out_after)
-                | _unseen(self.outer, unseen[0 if self.shipped.without_effects else 1]),
+                | _unseen(self.outer, unseen[0 if self._ships_geometry_alone else 1]),
                 "floor_mm": floor(self.after) / MM,
             },
             "shipped": self.shipped.to_mapping(),
