@@ -62,7 +62,8 @@ def diagnose(
     before, after = run.before, run.after
     ranking = rank(before, before.background(), CandidateColumns(before, tried))
     noise = identified_components(after)
-    shipped = shipped_fit(before, after, after.whitening, None if outer is None else outer.errors)
+    unseen = None if outer is None else outer.errors
+    shipped = shipped_fit(before, after, after.whitening if noise else None, unseen)
     progress("calibrating")
     calibration_before, calibration_found = run.calibrated(shipped)
     # The findings report exactly the coefficients that the calibration contains.
@@ -89,9 +90,9 @@ def diagnose(
 def answer_without(dataset: Dataset, settings: Settings) -> Answer:
     """Return what a diagnosis of some of the poses answers, for the outer split: the whole choice anew."""
     run = explained(dataset, settings, lambda stage: None)
-    shipped = shipped_fit(run.before, run.after, run.after.whitening)
-    before, found = run.calibrated(shipped)
     noise = identified_components(run.after)
+    shipped = shipped_fit(run.before, run.after, run.after.whitening if noise else None)
+    before, found = run.calibrated(shipped)
     return Answer(
         before.model,
         (before if shipped.without_effects else found).model,
