@@ -18,7 +18,10 @@ from scalar.diagnosis.settings import DEFAULTS, ConfidenceSettings
 
 
 def confidence(
-    own: float, others: Sequence[float], settings: ConfidenceSettings = DEFAULTS.confidence
+    own: float,
+    others: Sequence[float],
+    settings: ConfidenceSettings = DEFAULTS.confidence,
+    beside_unmodelled: bool = False,
 ) -> float:
     """Return the chance that an answer is right, 0 to ``settings.most``.
 
@@ -26,6 +29,8 @@ def confidence(
         own: Its evidence [nats].
         others: Those of everything else that would answer otherwise [nats].
         settings: Temperature and largest confidence.
+        beside_unmodelled: Whether it is a name, and structure without one was found as well.
     """
     against = float(np.logaddexp.reduce([-own, *(other - own for other in others)]))
-    return float(settings.most * expit(-against / settings.temperature))
+    most = min(settings.most, settings.beside_unmodelled) if beside_unmodelled else settings.most
+    return float(most * expit(-against / settings.temperature))

@@ -144,7 +144,8 @@ def _findings(before: FittedState, after: FittedState, tried: CandidateSet) -> t
         near = [e for e in near if not e.same_place(effect) and not effect.flexible]
         if is_shrunk(effect):
             others, near = [], []
-        sure = confidence(own.evidence, others, after.settings.confidence)
+        beside = not effect.flexible and any(e.flexible for e in after.effects)
+        sure = confidence(own.evidence, others, after.settings.confidence, beside)
         found.append(Finding(effect, own.p_value, error, now, tuple(near), sure, ()))
         error = now
     return tuple(found)

@@ -58,3 +58,8 @@ def test_answers_have_been_right_as_often_as_their_confidence_says():
     for row in table.itertuples():
         error = math.sqrt(row.mean_stated * (1 - row.mean_stated) / row.answers)
         assert abs(row.right_share - row.mean_stated) < 4 * error, row
+
+
+def test_a_name_beside_unmodelled_structure_is_no_sure_answer():
+    """However much evidence it has: it may be a part of that structure."""
+    assert confidence(500.0, [], beside_unmodelled=True) < 0.8 < confidence(500.0, [])
