@@ -53,7 +53,7 @@ def test_the_file_has_what_interfaces_promise(calibration, tmp_path):
     assert content["format"] == FORMAT
     assert {"robot", "sensor", "parameters", "gauge", "effects", "residual_rms_m", "planes"} <= set(content)
     for entry in content["parameters"].values():
-        assert set(entry) == {"value", "std", "unit", "held", "reason"}
+        assert set(entry) == {"value", "std", "unit", "held", "reason", "prior"}
         assert entry["unit"] in ("m", "rad")
         assert (entry["std"] is None) == entry["held"]
     for entry in content["gauge"]:
