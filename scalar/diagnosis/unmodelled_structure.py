@@ -127,15 +127,20 @@ def _with_replacement(state: FittedState, pools: Sequence[CandidateSet]) -> Fitt
         if imitated is not None:
             entries = entries + _ranked(state, [without], _in_parts(imitated.imitators(state.dataset)))[0]
         others = tuple(e for k, e in enumerate(state.effects) if k not in indices)
+        # Several terms together are tried from the best of them only: each attempt refits everything several times. They cannot
+        # stand for a spectrum of many orders.
+        together_from = None
+        if imitated is not None and own.dof <= settings.most_imitated:
+            together_from = max(entries, key=lambda entry: entry.evidence, default=None)
         for entry in entries:
             # If the named effect has more coefficients, the first flexible term need explain only its share: others may join it.
-            shapes = 1 + settings.more_shapes if imitated is not None and own.dof > entry.dof else 1
+            shapes = 1 + settings.more_shapes if entry is together_from and own.dof > entry.dof else 1
             if entry.evidence < settings.hopeless * own.evidence / shapes:
                 continue
             best = refined(state, without, entry)
             trial = state.refitted(merged(others, best.effect))
             better = best.evidence - own.evidence
-            if imitated is not None and better <= settings.better_than_a_name:
+            if entry is together_from and imitated is not None and better <= settings.better_than_a_name:
                 several, evidence = _with_partial_imitators(trial, imitated)
                 if evidence - own.evidence > better:
                     trial, better = several, evidence - own.evidence

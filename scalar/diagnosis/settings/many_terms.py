@@ -33,6 +33,10 @@ class FlexibleTermSettings:
         "of one joint that may together replace its name",
         "chosen: two steps, or a bump with its flank",
     )
+    most_imitated: int = setting(
+        16, "coefficients", "of a named effect in whose place several shapes together are tried",
+        "chosen: eight orders; more are a spectrum, and each attempt refits everything several times",
+    )  # fmt: skip
     rounds_of_refinement: int = setting(
         4, "rounds", "in which shapes that replace a name are refined, each given the others",
         "chosen: orders of two waves settle in three",
