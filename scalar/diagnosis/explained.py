@@ -119,7 +119,7 @@ def _selected(
     dataset: Dataset, cleaned: Cleaned, settings: Settings, progress: Callable[[str], None]
 ) -> Explained:
     """Return the effects that are selected on a dataset once it is cleaned."""
-    model, prepared = geometry_fit(cleaned.dataset, settings.estimation)
+    model, prepared = geometry_fit(cleaned.dataset, settings.estimation, effects_follow=True)
     rows = rows_given_own_noise(cleaned.dataset, model, settings.estimation.within_scan_noise)
     before = refit(cleaned.dataset, model, prepared.free, (), settings, rows)
     _refuse_misfit(dataset, before)

@@ -52,16 +52,42 @@ def fit_near_data_sheet(
         model = reweighed
         if settled:
             break
-    index, scale = (
-        np.flatnonzero(free),
-        np.where(np.isfinite(stds(model)), stds(model), prior_std(model, rules)),
-    )
-    columns = residuals.linearise(replace(model, priors=()))[1][:, index] * scale[index]
-    least = float(np.linalg.svd(np.linalg.qr(columns, mode="r"), compute_uv=False)[-1])
-    enough_rows = len(columns) >= len(index)
-    if enough_rows and least > rules.prior_matters * model.misfit_ratio:
+    scale = np.where(np.isfinite(stds(model)), stds(model), prior_std(model, rules))
+    if _determined(residuals, model, free, scale, rules.prior_matters * model.misfit_ratio):
         return replace(model, priors=(), misfit_ratio=1.0).rebased()
     return with_reasons(residuals, model, free, rules).rebased()
+
+
+def without_priors_for_misfit(
+    residuals: Residuals, model: Model, free: Array, settings: EstimationSettings = DEFAULTS
+) -> Model:
+    """Return a model without priors if the noise alone leaves every direction well determined, as it is otherwise.
+
+    For a diagnosis, which looks for what makes the misfit: priors that are tight because the residual is large would hold the geometry
+    against the very effect that is looked for.
+
+    Args:
+        residuals: Of the dataset.
+        model: As ``fit_near_data_sheet`` gives it.
+        free: ``(P,)`` bool.
+        settings: Thresholds.
+    """
+    rules = settings.identifiability
+    if not model.priors or not _determined(
+        residuals, model, free, prior_std(model, rules), rules.prior_matters
+    ):
+        return model
+    bare = replace(model, priors=(), misfit_ratio=1.0)
+    return fit(residuals, bare, free, tolerance=COARSE).model.rebased()
+
+
+def _determined(residuals: Residuals, model: Model, free: Array, scale: Array, least: float) -> bool:
+    """Return whether the data show a change of one ``scale`` ``(P,)`` in every direction with more than ``least`` standard deviations."""
+    index = np.flatnonzero(free)
+    columns = residuals.linearise(replace(model, priors=()))[1][:, index] * scale[index]
+    if len(columns) < len(index):
+        return False
+    return float(np.linalg.svd(np.linalg.qr(columns, mode="r"), compute_uv=False)[-1]) > least
 
 
 def data_sheet_priors(

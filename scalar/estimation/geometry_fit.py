@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from scalar.data.dataset import Dataset
+from scalar.estimation.data_sheet_priors import without_priors_for_misfit
 from scalar.estimation.least_squares import fit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared, prepare
@@ -11,13 +14,23 @@ from scalar.estimation.settings import DEFAULTS, EstimationSettings
 _TOLERANCE = 1e-6  # relative: enough to compare millimetres
 
 
-def geometry_fit(dataset: Dataset, settings: EstimationSettings = DEFAULTS) -> tuple[Model, Prepared]:
+def geometry_fit(
+    dataset: Dataset, settings: EstimationSettings = DEFAULTS, *, effects_follow: bool = False
+) -> tuple[Model, Prepared]:
     """Return a model whose geometry, sensor and target are fitted coarsely, and the preparation of the dataset.
+
+    Args:
+        dataset: What was measured.
+        settings: Thresholds.
+        effects_follow: Whether effects are looked for in what this fit leaves: its misfit then tightens no priors.
 
     Raises:
         InvalidInput: An initial guess of a plane is wrong beyond repair.
         Undetermined: The data cannot determine the model.
     """
     prepared = prepare(dataset, settings=settings)
+    if effects_follow:
+        coarse = without_priors_for_misfit(prepared.residuals, prepared.coarse, prepared.free, settings)
+        prepared = replace(prepared, coarse=coarse)
     found = fit(prepared.residuals, prepared.coarse, prepared.free, tolerance=_TOLERANCE)
     return found.model.rebased(), prepared

@@ -34,10 +34,10 @@ from scalar.sensors.profile import (
 from scalar.sensors.rows import LEAST_SIGMA, Pieces, Rows, stated_sigma
 from scalar.sensors.scan_pieces import cut_in_pieces
 from scalar.sensors.target import Guess, Target
-from scalar.sensors.within_scan_noise import Profiles, long_waves, noise_within_scans
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
+    from scalar.sensors.within_scan_noise import Profiles
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,6 +239,8 @@ class LineLaser(OnPlanes):
         return self.sigma * float(np.sqrt(np.mean((level * slant) ** 2)))
 
     def _profiles(self, T_base_sensor: Array, target: Target) -> Profiles:
+        from scalar.sensors.within_scan_noise import Profiles  # with SciPy, which reading does without
+
         assert isinstance(target, Planes)
         c = contact(T_base_sensor, target, self.target_index)[0]
         return Profiles.of(self, c, self._incidence(c))
@@ -247,11 +249,15 @@ class LineLaser(OnPlanes):
         self, T_base_sensor: Array, target: Target, settings: NoiseThresholds
     ) -> PoseNoise | None:
         """Return the noise within scans, from their residuals about their own lines (``within_scan_noise``)."""
+        from scalar.sensors.within_scan_noise import noise_within_scans
+
         profiles = self._profiles(T_base_sensor, target)
         return noise_within_scans(profiles, self.sigma, self.sigma_stated, settings)
 
     def uneven_rows(self, T_base_sensor: Array, target: Target) -> Array:
         """Return the covariance ``(N, 3, 3)`` of the profile rows by errors that fade over a scan (``long_waves``)."""
+        from scalar.sensors.within_scan_noise import long_waves
+
         return long_waves(self._profiles(T_base_sensor, target), self.noise)
 
     def given_noise(self, noise: PoseNoise | None) -> LineLaser:

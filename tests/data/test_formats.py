@@ -72,12 +72,3 @@ def test_columns_of_points_that_are_not_supported_are_refused_by_name(tmp_path: 
     write_dataset(tmp_path / "d", mapping=small_datasets.description("tracker"), **tables)
     (fault,) = validate_dataset(tmp_path / "d")
     assert (fault.file, fault.column) == ("points.csv", column)
-
-
-def test_a_makers_tolerance_is_refused_by_name(tmp_path: Path) -> None:
-    """``robot.tolerance`` belongs to version 2 and is not supported yet."""
-    mapping = small_datasets.description("tracker")
-    mapping["robot"]["tolerance"] = {"length": 1e-3, "angle": 1e-3}
-    write_dataset(tmp_path / "d", mapping=mapping, **small_datasets.tables("tracker"))
-    (fault,) = validate_dataset(tmp_path / "d")
-    assert fault.column == "robot.tolerance"

@@ -137,7 +137,7 @@ def test_ideal_data_give_the_same_answer_to_the_last_byte(monkeypatch):
     """White noise as stated: whether or not the points are asked for their noise, the files are the same."""
     dataset = cases.scale(5, **SMALL)[0].dataset
     asked = diagnose(dataset)
-    module = import_module("scalar.diagnosis.diagnose")
+    module = import_module("scalar.diagnosis.explained")
     monkeypatch.setattr(
         module, "rows_given_own_noise", lambda dataset, model, settings: MeasuredRows(dataset)
     )
