@@ -80,11 +80,11 @@ def test_a_shared_plan_gives_the_poses_that_the_case_would_find_itself(plans, re
 )
 def test_shared_scans_change_no_bit(plans, repository, monkeypatch, overrides, cast_anew):
     """Taken from the plan or cast anew, the points are the same; what the plan does not hold is cast."""
-    from scalar.simulation import scene
+    from scalar.simulation import ranges
 
     config, alone = small_scene(repository, **overrides)
-    shared, calls, cast = read_plans(plans)[config["seed"]], [], scene.cast_fan
-    monkeypatch.setattr(scene, "cast_fan", lambda *args: calls.append(1) or cast(*args))
+    shared, calls, cast = read_plans(plans)[config["seed"]], [], ranges.cast_fan
+    monkeypatch.setattr(ranges, "cast_fan", lambda *args: calls.append(1) or cast(*args))
     again = simulate(config, base_dir=(repository / SCENE).parent, plan=shared.plan, cast=shared.scans)
     assert bool(calls) == cast_anew
     assert np.array_equal(alone.points, again.points)
