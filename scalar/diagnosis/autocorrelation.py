@@ -186,9 +186,8 @@ def _places(state: FittedState) -> dict[str, Array]:
 
 def _gravity(state: FittedState) -> Array:
     """Return the direction of gravity in the sensor's frame ``(3, N)``; nothing where it is not stated."""
-    robot = state.model.robot
-    size = float(np.linalg.norm(robot.gravity))
-    if size == 0:
+    down = state.model.robot.down
+    if not down.any():
         return np.zeros((0, state.dataset.n_poses))
     rotations = state.residuals.kinematics(state.model).T_base_sensor[:, :3, :3]
-    return np.einsum("nij,i->jn", rotations, robot.gravity / size)
+    return np.einsum("nij,i->jn", rotations, down)

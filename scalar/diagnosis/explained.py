@@ -145,6 +145,4 @@ def _final_fit(state: FittedState, whitening: Array | None) -> tuple[Fit, Residu
         residuals.bases,
         residuals.known,
     )
-    return fit_from(
-        state.dataset, as_whitened(state).model, state.free, residuals, state.settings.estimation.fit
-    )
+    return fit_from(state.dataset, as_whitened(state).model, state.free, residuals, fits)

@@ -88,12 +88,15 @@ def evidence_without_a_name(state: FittedState) -> list[list[float]]:
     found: list[list[float]] = [[] for _ in state.effects]
     ranked = _ranked(state, backgrounds, _in_parts(flexible(state.dataset)))
     for i, background, entries in zip(named, backgrounds, ranked, strict=True):
-        imitators = state.effects[i].imitators(state.dataset)
-        if imitators:
-            entries = entries + _ranked(state, [background], _in_parts(imitators))[0]
+        entries = entries + _imitating(state, background, state.effects[i])
         price = state.settings.flexible_terms.better_than_a_name + 0.5 * float(np.log(background.freedom))
         found[i] = [refined(state, background, entry).evidence - price for entry in entries]
     return found
+
+
+def _imitating(state: FittedState, background: Background, named: Effect) -> list[Scored]:
+    """Return the best few of the flexible terms that imitate a named effect, best first; none where it has no imitators."""
+    return _ranked(state, [background], _in_parts(named.imitators(state.dataset)))[0]
 
 
 def _with_best(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState | None:
@@ -125,7 +128,7 @@ def _with_replacement(state: FittedState, pools: Sequence[CandidateSet]) -> Fitt
             (state.effects[i] for i in indices if state.effects[i].imitators(state.dataset)), None
         )
         if imitated is not None:
-            entries = entries + _ranked(state, [without], _in_parts(imitated.imitators(state.dataset)))[0]
+            entries = entries + _imitating(state, without, imitated)
         others = tuple(e for k, e in enumerate(state.effects) if k not in indices)
         # Several terms together are tried from the best of them only: each attempt refits everything several times. They cannot
         # stand for a spectrum of many orders.

@@ -67,8 +67,7 @@ class BaseCompliance(BaseEffect):
         """Return the tilts of unit first moments, about the origin of the base frame."""
         moments, _ = unit_moments(robot, poses.q)
         index = np.array(self.frames) - 1
-        down = robot.gravity / max(float(np.linalg.norm(robot.gravity)), 1e-12)
-        across = tangent_basis(down[None])[0]
+        across = tangent_basis(robot.down[None])[0]
         if self.alike:
             w = np.swapaxes(moments[:, index].reshape(len(poses), -1, 3), 1, 2)
             return np.concatenate([w, np.zeros_like(w)], axis=1)

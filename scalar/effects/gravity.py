@@ -27,9 +27,8 @@ def unit_moments(robot: Robot, q: Array) -> tuple[Array, Array]:
         ``(N, n, 2, 3)``: ``(R_i e_x) x g / |g|`` and the same for e_y, base frame, dimensionless; and the axes ``(N, n, 3)``.
     """
     frames = robot.frames(q)[:, 1:]
-    down = robot.gravity / max(float(np.linalg.norm(robot.gravity)), 1e-12)
     arms = np.swapaxes(frames[..., :3, :2], -1, -2)
-    return cross(arms, np.broadcast_to(down, arms.shape)), frames[..., :3, 2]
+    return cross(arms, np.broadcast_to(robot.down, arms.shape)), frames[..., :3, 2]
 
 
 def torque_basis(robot: Robot, q: Array, joint: int, frame: int) -> Array:

@@ -72,6 +72,11 @@ class Robot:
     tolerance: Tolerance | None = None
 
     @property
+    def down(self) -> Array:
+        """Return the direction of gravity ``(3,)`` in the base frame, of unit length; zero where there is none."""
+        return self.gravity / max(float(np.linalg.norm(self.gravity)), 1e-12)
+
+    @property
     def n_joints(self) -> int:
         """Return the number of joints."""
         return self.geometry.shape[1]

@@ -30,10 +30,10 @@ def own_noise(diagnosis: Diagnosis) -> dict[str, Any] | None:
 
 
 def draw_autocorrelation(autocorrelation: Autocorrelation) -> Pair:
-    """Return how much alike points of one scan err, by how many points they are apart, with the band of white noise."""
+    """Return the correlation of the errors of points of one scan over their distance in points, with the band of white noise."""
     measured, band = autocorrelation.measured, _BAND * autocorrelation.band
     lag = np.arange(1, len(measured) + 1, dtype=float)
-    x_axis, y_axis = Axis("points apart", ""), Axis("correlation of their errors", "")
+    x_axis, y_axis = Axis("points apart", ""), Axis("correlation of the points' errors", "")
     panel = panel_of(
         x_axis, y_axis, (0.0, float(lag[-1]) + 1.0), range_of([measured, band, -band], around_zero=True), ""
     )
@@ -42,13 +42,11 @@ def draw_autocorrelation(autocorrelation: Autocorrelation) -> Pair:
     said = [f"{k:.0f} points apart: {words.number(value, 2)}" for k, value in zip(lag, measured, strict=True)]
     panel.marks(lag, measured, said, "blue", size=6.0)
     what = (
-        "how much alike points of one scan err, about the scan's own curve, by how many points they are apart"
+        "correlation of the errors of two points of a scan about its own curve, over their distance in points"
     )
     return Pair(
         panel.markup(what),
         None,
-        sentences(
-            f"{what}.", "Where points err independently, the dots stay within the grey band, 19 times of 20."
-        ),
+        sentences(f"{what}.", "If the errors are independent, 19 of 20 dots lie within the grey band."),
         (("●", "blue", "what was measured"), ("■", "ink", "what independent points show by chance")),
     )

@@ -19,6 +19,7 @@ from tests.diagnosis.cases import (
     harmonic,
     judged,
     knock,
+    scale,
     slip,
     spoiled,
     unnamed,
@@ -137,6 +138,13 @@ def test_an_effect_is_found_beneath_dirt():
         dataset, _ = spoiled(cell.dataset, np.random.default_rng(seed), points=0.02, poses=0.04, labels=0.04)
         right += judged(diagnose(dataset).to_mapping()["effects"], name, target)
     assert right >= 3
+
+
+def test_few_poses_name_a_scale():
+    """At 75 poses the misfit that a scale error makes does not tie the geometry to its data sheet: the scale is named, with its joint."""
+    cell, name, target = scale(5, poses_per_plane=25)
+    (effect,) = diagnose(cell.dataset).to_mapping()["effects"]
+    assert effect["name"] == name and effect["target"] == target
 
 
 def test_what_has_no_name_is_given_none():

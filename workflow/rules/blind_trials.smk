@@ -125,7 +125,11 @@ STRATIFIED_TABLES = ["table", "ratios", "confidence", "conditions"]
 
 rule run_stratified_trials:
     input:
-        scenes=[ROOT / robot["scene"] for robot in STRATIFIED.content["robots"].values()],
+        scenes=[
+            path
+            for robot in STRATIFIED.content["robots"].values()
+            for path in files_of_scene(ROOT / robot["scene"])
+        ],
         modules=modules("study.blind_trials.trials", "study.common.tables"),
     output:
         f"{STRATIFIED_DIR}/sets/{{numbers}}.csv",

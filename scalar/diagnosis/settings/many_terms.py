@@ -39,7 +39,7 @@ class FlexibleTermSettings:
     )  # fmt: skip
     rounds_of_refinement: int = setting(
         4, "rounds", "in which shapes that replace a name are refined, each given the others",
-        "chosen: orders of two waves settle in three",
+        "chosen: orders of two waves converge in three",
     )  # fmt: skip
     minor: float = setting(
         0.1,

@@ -63,8 +63,7 @@ class UnattributedLink(Unattributed, LinkEffect):
     def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the functions at every kind of geometry of the joint."""
         if self.by == GRAVITY:
-            down = robot.gravity / max(float(np.linalg.norm(robot.gravity)), 1e-12)
-            functions = np.einsum("nij,i->nj", robot.frames(poses.q)[:, self.joint - 1, :3, :3], down)
+            functions = np.einsum("nij,i->nj", robot.frames(poses.q)[:, self.joint - 1, :3, :3], robot.down)
         else:
             q = poses.q[:, self.joint - 1]
             functions = np.stack([f(k * q) for k in WOBBLE_ORDERS for f in (np.sin, np.cos)], axis=1)

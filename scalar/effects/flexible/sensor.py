@@ -92,8 +92,7 @@ class UnattributedSensor(MovedSensor):
     def profile(self, robot: Robot, poses: Poses) -> Array:
         """Return the direction of gravity seen from the flange, or Legendre polynomials of the column."""
         if self.variable.name == GRAVITY:
-            down = robot.gravity / max(float(np.linalg.norm(robot.gravity)), 1e-12)
-            return np.einsum("nij,i->nj", robot.flange(poses.q)[:, :3, :3], down)
+            return np.einsum("nij,i->nj", robot.flange(poses.q)[:, :3, :3], robot.down)
         return legendre.legvander(self.variable.unit(poses), DRIFT_DEGREE)[:, 1:]
 
     def to_mapping(self) -> dict[str, Any]:

@@ -54,7 +54,7 @@ def _correlated(part: Part, found: float) -> NoiseComponent:
         length, unit = part.length, "points"
         name, what = (
             "scan_correlation",
-            f"neighbouring points of the scanner err alike, by {value / MM:.2g} mm over {length:.2g} points",
+            f"the scanner's errors at neighbouring points are correlated: {value / MM:.2g} mm, over {length:.2g} points",
         )
     target: dict[str, Any] = {
         "shape": part.kernel.shape,

@@ -4,7 +4,7 @@ The surface scatters with random phases, the camera's aperture lets through what
 scanner takes the centroid across the line of what each pixel column collects (Dorsch, Häusler, Herrmann, "Laser
 triangulation: fundamental uncertainty in distance measurement", Applied Optics 33, 1994). The field itself is
 simulated: circular Gaussian scatterers under a Gaussian line, a square aperture, intensity, pixels, centroid. Speckles
-that are larger than a pixel make neighbouring pixels err alike; how much follows from the field and is stated nowhere.
+that are larger than a pixel correlate the errors of neighbouring pixels; how much follows from the field and is stated nowhere.
 """
 
 from functools import cache

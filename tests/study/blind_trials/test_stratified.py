@@ -10,12 +10,13 @@ import pandas as pd
 import pytest
 import yaml
 from study.blind_trials.stratified import FACTORS, Design, load_design, numbers_of, pairs_of, row_of
-from study.blind_trials.trial_score import FAIR, SHAPES, trial_score
+from study.blind_trials.trial_score import FAIR, trial_score
 from study.blind_trials.trial_summaries import RATES, ROWS, confidence_bins, ratios, summarise_trials, table
 from study.blind_trials.trials import TRIAL_COLUMNS, run_trials, scenes
 
 from scalar.errors import InvalidInput
 from scalar.simulation.injected.causes import CAUSES
+from scalar.simulation.injected.unknown import KINDS
 
 ROOT = Path(__file__).parents[3]
 CONFIG = ROOT / "configs/blind_trials_stratified.yaml"
@@ -72,7 +73,7 @@ def test_each_row_of_the_table_is_large_enough(design):
 def test_causes_and_shapes_are_apart(design):
     """What shares its formula with flexible shapes is a row of its own; the causes are the simulator's, ten or more."""
     assert set(design.content["causes"]) == set(CAUSES) and len(CAUSES) >= 10
-    assert set(design.content["shapes"]) == set(SHAPES)
+    assert set(design.content["shapes"]) == set(KINDS)
     assert set(FAIR) <= set(CAUSES)
     conditions = {"scanner": "white", "surface": "flat", "poses": 300}
     assert row_of(conditions | {"injected": "shape"}) != row_of(conditions | {"injected": "cause"})

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from scalar.data.dataset import Dataset
 from scalar.diagnosis import Diagnosis, diagnose
 from scalar.errors import ScalarError
 from scalar.estimation.calibrate import calibrate
@@ -27,6 +28,7 @@ from study.blind_trials.cases import Set, Study
 from study.blind_trials.gross_errors import with_gross_errors
 from study.common.grid import with_overrides
 from study.common.memory import dataset_in_memory
+from study.common.scene_config import scene_config
 
 if TYPE_CHECKING:
     from scalar.simulation.plan import PosePlan
@@ -108,15 +110,12 @@ def run_sets(study: Study, case: str, workcell: str, repetitions: str, root: Pat
 def make_control(study: Study, workcell: str, seed: int, root: Path) -> MatchedControl:
     """Return the matched control of all sets of a workcell and seed."""
     # The simulator is an extra; a diagnosis of one's own data does without.
-    from scalar.simulation.config import complete_config, load_config
     from scalar.simulation.plan import plan_poses
     from scalar.simulation.scene import simulate
 
     scene = root / study.workcells[workcell]["scene"]
-    config = load_config(scene)
-    for overrides in (study.scene, study.workcells[workcell]["overrides"]):
-        config = with_overrides(config, overrides)
-    config = complete_config(config | {"seed": seed, "name": workcell}, base_dir=scene.parent)
+    overrides = (study.scene, study.workcells[workcell]["overrides"])
+    config = scene_config(scene, overrides, seed=seed, name=workcell)
     plan = plan_poses(config, base_dir=scene.parent)
     simulated = simulate(config, base_dir=scene.parent, plan=plan)
     calibration = calibrate(dataset_in_memory(simulated))
@@ -150,16 +149,25 @@ def run_set(
     row["signal_over_noise"] = signal_over_noise(wanted, control, {} if signals is None else signals)
     rng = np.random.default_rng([wanted.seed, _SEED_OF_GROSS_ERRORS])
     dataset, wrong = with_gross_errors(dataset_in_memory(simulated), wanted.gross_errors, rng)
+    return row | answered(dataset, wrong, simulated.truth_poses)
+
+
+def answered(dataset: Dataset, wrong: list[int], truth_poses: pd.DataFrame) -> dict[str, Any]:
+    """Return how the diagnosis of a dataset ended, and what it says, as entries of a row.
+
+    Args:
+        dataset: Of one set. wrong: Ids of its poses that were spoiled.
+        truth_poses: Joint angles and true frames.
+    """
     try:
-        answer = found(diagnose(dataset), wrong, simulated.truth_poses)
+        return {"status": "diagnosed"} | found(diagnose(dataset), wrong, truth_poses)
     except ScalarError as error:
-        return row | {"status": type(error).__name__, "reason": str(error).splitlines()[0]}
+        return {"status": type(error).__name__, "reason": str(error).splitlines()[0]}
     except (
         Exception
     ) as error:  # a defect of ours: counted as one, and one set of thousands does not stop the others
         print_exc()
-        return row | {"status": CRASHED, "reason": f"{type(error).__name__}: {error}".splitlines()[0]}
-    return row | {"status": "diagnosed"} | answer
+        return {"status": CRASHED, "reason": f"{type(error).__name__}: {error}".splitlines()[0]}
 
 
 def injected_config(wanted: Set, control: MatchedControl) -> dict[str, Any]:
@@ -184,6 +192,7 @@ def found(diagnosis: Diagnosis, wrong: list[int], truth_poses: pd.DataFrame) -> 
         "unobservable": json.dumps(
             [{"name": s["name"], "target": s["target"]} for s in mapping["unobservable"]]
         ),
+        "components": json.dumps([part["name"] for part in mapping["noise"]["components"]]),
         "wrong_poses": len(wrong),
         "wrong_poses_found": len(set(wrong) & set(mapping["outliers"]["poses"])),
         "held_out_before_mm": residual["before"]["held_out_rms_mm"],

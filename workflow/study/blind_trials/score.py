@@ -18,6 +18,7 @@ import pandas as pd
 OUTCOMES = ("right", "listed", "unattributed", "unobservable", "missed", "elsewhere", "wrong", "failed")
 NOISES = ("pose_jitter", "scan_bias")  # they shift nothing on average
 NONE, UNATTRIBUTED = "none", "unattributed"
+SURE = 0.8  # stated confidence from which an answer is acted upon, and a wrong name is grave
 SLACK_POSES = 10  # by which the moment of a change may be off
 
 Entry = Mapping[str, Any]

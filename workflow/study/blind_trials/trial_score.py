@@ -11,23 +11,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from study.blind_trials.score import NOISES, UNATTRIBUTED, Entry, same, same_target
+from study.blind_trials.score import NOISES, SURE, UNATTRIBUTED, Entry, same, same_target
 
-SURE = 0.8  # stated confidence from which a wrong name is grave
 WORSE, MUCH_WORSE = 1.05, 1.2  # after over before, mean error over unseen poses
-SHAPES = (
-    "angle_bump",
-    "angle_product",
-    "angle_step",
-    "angle_sum",
-    "base_sway",
-    "belt",
-    "encoder_drift",
-    "late_jump",
-    "sensor_oscillation",
-    "worn_teeth",
-)
-"""Unknown kinds whose formulas are, or are near, flexible shapes that the estimator tries anyway."""
 FAIR: Mapping[str, tuple[str, ...]] = {
     "air_conditioning": ("thermal_drift",),  # links do grow
     "sawtooth_growth": ("thermal_drift",),

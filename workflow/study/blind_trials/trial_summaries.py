@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from study.blind_trials.statistics import wilson
+from study.blind_trials.statistics import LEVEL, wilson
 from study.blind_trials.stratified import FACTORS
 from study.blind_trials.trial_score import answers, trial_score
 from study.common.provenance import code_version
@@ -32,7 +32,7 @@ RATES = (
 RATIOS = ("after_over_floor", "after_over_before")
 QUANTILES = (0.5, 0.95, 1.0)
 BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 1.0)
-DRAWS, LEVEL, SEED = 1000, 0.95, 20_261_122  # of the bootstrap
+DRAWS, SEED = 1000, 20_261_122  # of the bootstrap
 
 
 def table(scored: pd.DataFrame) -> pd.DataFrame:

@@ -8,21 +8,18 @@ to spend data on them.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from time import process_time
-from traceback import print_exc
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from scalar.diagnosis import diagnose
 from scalar.errors import ScalarError
 from scalar.estimation.calibrate import calibrate
-from study.blind_trials.run import CRASHED, errors
+from study.blind_trials.run import answered, errors
 from study.blind_trials.stratified import FACTORS, Design, Trial
-from study.common.grid import with_overrides
 from study.common.memory import dataset_in_memory
+from study.common.scene_config import scene_config
 
 if TYPE_CHECKING:
     from scalar.simulation.scene import SimulatedScene
@@ -87,13 +84,7 @@ def run_trial(design: Design, trial: Trial, root: Path) -> dict[str, Any]:
         row |= reached_floor(floor)
         row["simulate_s"] = process_time() - start
         start = process_time()
-        try:
-            answer = said(simulated)
-        except ScalarError as error:
-            answer = {"status": type(error).__name__, "reason": str(error).splitlines()[0]}
-        except Exception as error:  # a defect of ours, counted as one
-            print_exc()
-            answer = {"status": CRASHED, "reason": f"{type(error).__name__}: {error}".splitlines()[0]}
+        answer = answered(dataset_in_memory(simulated), [], simulated.truth_poses)
         return row | {"diagnose_s": process_time() - start} | answer
     return row  # pyright: ignore[reportPossiblyUnboundVariable]
 
@@ -105,18 +96,14 @@ def scenes(design: Design, trial: Trial, root: Path) -> tuple[SimulatedScene, Si
         SimulationError: No postures, or a scan leaves its target plane.
     """
     # The simulator is an extra; a diagnosis of one's own data does without.
-    from scalar.simulation.config import complete_config, load_config
     from scalar.simulation.plan import plan_poses
     from scalar.simulation.scene import simulate
 
     scene = root / design.content["robots"][trial.conditions["robot"]]["scene"]
-    config = with_overrides(load_config(scene), trial.overrides)
-    config |= {
-        "seed": trial.seed,
-        "name": f"set-{trial.number}",
-        "injected": [dict(e) for e in trial.injected],
-    }
-    config = complete_config(config, base_dir=scene.parent)
+    injected = [dict(entry) for entry in trial.injected]
+    config = scene_config(
+        scene, [trial.overrides], seed=trial.seed, name=f"set-{trial.number}", injected=injected
+    )
     plan = plan_poses(config)
     simulated = simulate(config, plan=plan)
     ideal = {block: config[block] | changes for block, changes in WITHOUT_FLAWS.items()}
@@ -140,22 +127,3 @@ def reached_floor(floor: SimulatedScene) -> dict[str, float | None]:
     except ScalarError:
         return {"position_floor_mm": None}
     return {"position_floor_mm": errors(calibration, floor.truth_poses, "floor")["position_floor_mm"]}
-
-
-def said(simulated: SimulatedScene) -> dict[str, Any]:
-    """Return what the diagnosis says, as entries of a row."""
-    diagnosis = diagnose(dataset_in_memory(simulated))
-    mapping: Mapping[str, Any] = diagnosis.to_mapping()
-    entries = [{k: v for k, v in entry.items() if k != "coefficients"} for entry in mapping["effects"]]
-    before = errors(diagnosis.calibration_before, simulated.truth_poses, "before")
-    after = errors(diagnosis.calibration_after, simulated.truth_poses, "after")
-    return {
-        "status": "diagnosed",
-        "found": json.dumps(entries),
-        "unobservable": json.dumps(
-            [{"name": s["name"], "target": s["target"]} for s in mapping["unobservable"]]
-        ),
-        "components": json.dumps([part["name"] for part in mapping["noise"].get("components", ())]),
-        "position_before_mm": before["position_before_mm"],
-        "position_after_mm": after["position_after_mm"],
-    }

@@ -13,6 +13,7 @@ from scalar.diagnosis import Diagnosis
 from scalar.errors import ScalarError
 from scalar.evaluate import aligned_to, pose_errors, true_frames
 from scalar.units import MM
+from study.blind_trials.score import SURE
 
 KINDS = {
     "refused": "whether the data are refused",
@@ -29,7 +30,6 @@ KINDS = {
 }
 """Ways in which answers differ, the gravest first."""
 NAMING = ("refused", "verdict", "names", "targets")
-SURE = 0.8  # confidence from which an answer is acted upon
 RELATIVE = 1e-3  # change of a number that counts
 
 Answer = Mapping[str, Any]

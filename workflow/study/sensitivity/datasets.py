@@ -15,8 +15,8 @@ import pandas as pd
 
 from scalar.data.dataset import Dataset, Sensor
 from study.blind_trials.gross_errors import with_gross_errors
-from study.common.grid import with_overrides
 from study.common.memory import dataset_in_memory
+from study.common.scene_config import scene_config
 from study.sensitivity.sets import BlindSet, Sets
 
 if TYPE_CHECKING:
@@ -39,20 +39,14 @@ def make_dataset(wanted: BlindSet, sets: Sets, root: Path) -> tuple[Dataset, pd.
         SimulationError: Too few postures see a target plane.
     """
     # The simulator is an extra; a diagnosis of one's own data does without.
-    from scalar.simulation.config import complete_config, load_config
     from scalar.simulation.scene import simulate
 
     workcell = sets.workcells[wanted.workcell]
     scene = root / workcell["scene"]
-    config = load_config(scene)
-    for overrides in (sets.scene, workcell["overrides"], wanted.overrides):
-        config = with_overrides(config, overrides)
-    config |= {
-        "seed": wanted.seed,
-        "name": wanted.workcell,
-        "injected": [dict(entry) for entry in wanted.injected],
-    }
-    simulated = simulate(complete_config(config, base_dir=scene.parent), base_dir=scene.parent)
+    overrides = (sets.scene, workcell["overrides"], wanted.overrides)
+    injected = [dict(entry) for entry in wanted.injected]
+    config = scene_config(scene, overrides, seed=wanted.seed, name=wanted.workcell, injected=injected)
+    simulated = simulate(config, base_dir=scene.parent)
     rng = np.random.default_rng([wanted.seed, STREAM])
     dataset = dataset_in_memory(simulated)
     if wanted.sensor == "tracker":

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from study.sensitivity.answers import SURE
+from study.blind_trials.score import SURE
 from study.sensitivity.traced import Trace, Traced, counted
 
 

@@ -1,0 +1,29 @@
+"""The config of a scene with a study's own keys in the place of the scene's."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from study.common.grid import with_overrides
+
+
+def scene_config(scene: Path, overrides: Sequence[Mapping[str, Any]], **entries: Any) -> dict[str, Any]:
+    """Return the complete config of a scene.
+
+    Args:
+        scene: Its file.
+        overrides: ``{dotted key: value}``, one after the other.
+        entries: Of the config's top level, after the overrides.
+
+    Raises:
+        InvalidInput: The scene, an override or an entry is at fault.
+    """
+    # The simulator is an extra; a diagnosis of one's own data does without.
+    from scalar.simulation.config import complete_config, load_config
+
+    config = load_config(scene)
+    for keys in overrides:
+        config = with_overrides(config, keys)
+    return complete_config(config | entries, base_dir=scene.parent)
