@@ -9,28 +9,14 @@ the blind trials, whose sets hold effects of every size and of no known name.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-import numpy as np
 from scipy.special import expit
 
+from scalar.diagnosis.grounds import EFFECT, Grounds
 from scalar.diagnosis.settings import DEFAULTS, ConfidenceSettings
 
 
-def confidence(
-    own: float,
-    others: Sequence[float],
-    settings: ConfidenceSettings = DEFAULTS.confidence,
-    beside_unmodelled: bool = False,
-) -> float:
-    """Return the chance that an answer is right, 0 to ``settings.most``.
-
-    Args:
-        own: Its evidence [nats].
-        others: Those of everything else that would answer otherwise [nats].
-        settings: Temperature and largest confidence.
-        beside_unmodelled: Whether it is a name, and structure without one was found as well.
-    """
-    against = float(np.logaddexp.reduce([-own, *(other - own for other in others)]))
-    most = min(settings.most, settings.beside_unmodelled) if beside_unmodelled else settings.most
-    return float(most * expit(-against / settings.temperature))
+def confidence(grounds: Grounds, settings: ConfidenceSettings = DEFAULTS.confidence) -> float:
+    """Return the chance that an answer is right, 0 to ``settings.most``."""
+    beside = grounds.kind == EFFECT and grounds.beside_structure
+    most = min(settings.most, settings.beside_unmodelled) if beside else settings.most
+    return float(most * expit(grounds.log_odds / settings.temperature))

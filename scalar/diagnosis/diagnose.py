@@ -12,6 +12,7 @@ from scalar.diagnosis.conditional_scores import rivals
 from scalar.diagnosis.confidence import confidence
 from scalar.diagnosis.explained import Explained, explained
 from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.grounds import FinalResiduals, grounds_of_component, grounds_of_effect
 from scalar.diagnosis.harmonic_spectrum import as_whitened, has_all_orders, is_shrunk
 from scalar.diagnosis.hold_out import held_out_errors
 from scalar.diagnosis.identified_components import identified_components
@@ -56,7 +57,8 @@ def diagnose(
         ('effect', ['joint_scale'])
     """
     run = explained(dataset, settings, progress)
-    found, tried = _findings(run.before, run.after, run.tried), run.tried
+    left, tried = FinalResiduals.of(run.after), run.tried
+    found = _findings(run.before, run.after, tried, left)
     outer = outer_split(dataset, run.cleaned, answer_without, settings, outer_folds, on_fold)
     run, found, refused = _confirmed(run, found, outer)
     before, after = run.before, run.after
@@ -80,6 +82,7 @@ def diagnose(
         findings=tuple(replace(f, effect=effect, std=tuple(std)) for f, effect, std in fitted),
         not_confirmed=refused,
         noise=noise,
+        noise_grounds=grounds_of_component(after, noise, left) if noise else None,
         depends_on=tuple(depends_on(after)) if noise else (),
         unobservable=tuple(unobservable_effects(after, [candidate for candidate, _ in tried.tried])),
         ranking=tuple(ranking[:MAX_RANKING]),
@@ -121,7 +124,9 @@ def _confirmed(
     return run, kept, refused
 
 
-def _findings(before: FittedState, after: FittedState, tried: CandidateSet) -> tuple[Finding, ...]:
+def _findings(
+    before: FittedState, after: FittedState, tried: CandidateSet, left: FinalResiduals
+) -> tuple[Finding, ...]:
     """Return the effects of a state one by one, each with the held-out error before and after it is added."""
     found: list[Finding] = []
     state, error = before, held_out_errors(before)
@@ -144,8 +149,8 @@ def _findings(before: FittedState, after: FittedState, tried: CandidateSet) -> t
         near = [e for e in near if not e.same_place(effect) and not effect.flexible]
         if is_shrunk(effect):
             others, near = [], []
-        beside = not effect.flexible and any(e.flexible for e in after.effects)
-        sure = confidence(own.evidence, others, after.settings.confidence, beside)
-        found.append(Finding(effect, own.p_value, error, now, tuple(near), sure, ()))
+        grounds = grounds_of_effect(scored, i, own, others, left)
+        sure = confidence(grounds, after.settings.confidence)
+        found.append(Finding(effect, own.p_value, error, now, tuple(near), sure, (), grounds))
         error = now
     return tuple(found)

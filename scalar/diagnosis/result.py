@@ -11,6 +11,7 @@ from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import plain
 from scalar.diagnosis.confidence import confidence
 from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.grounds import Grounds
 from scalar.diagnosis.hold_out import HeldOutErrors
 from scalar.diagnosis.noise_floor import between_scans, floor
 from scalar.diagnosis.observability import Unobservable
@@ -38,6 +39,7 @@ class Finding:
         confounded_with: Effects that would explain the same as well.
         confidence: Chance that name and target are right.
         std: ``(k,)``, standard errors of the coefficients, None for those that were not estimated.
+        grounds: What the confidence follows from.
         selected_in: Share of the outer split's runs that chose it at its place, or None without that split.
     """
 
@@ -48,6 +50,7 @@ class Finding:
     confounded_with: tuple[Effect, ...]
     confidence: float
     std: tuple[float | None, ...]
+    grounds: Grounds
     selected_in: float | None = None
 
 
@@ -64,6 +67,7 @@ class Diagnosis:
         findings: In the order in which they were added.
         not_confirmed: Effects that fewer than half of the outer split's runs chose: no findings, and not in ``after``.
         noise: Noise effects, the likeliest first; the first is what is reported.
+        noise_grounds: What the confidence in it follows from, or None where there is none.
         depends_on: Columns in whose order the residuals are autocorrelated, where a variance component would be reported: it is not noise.
         unobservable: Effects that these data cannot show.
         ranking: Of all candidates on the residual before, best first.
@@ -80,6 +84,7 @@ class Diagnosis:
     shipped: ShippedFit
     findings: tuple[Finding, ...]
     noise: tuple[VarianceComponent, ...]
+    noise_grounds: Grounds | None
     depends_on: tuple[str, ...]
     unobservable: tuple[Unobservable, ...]
     ranking: tuple[Scored, ...]
@@ -227,6 +232,7 @@ class Diagnosis:
             "held_out_rms_after_mm": finding.after.rms / MM,
             "confounded_with": [{"name": e.name, "target": e.target} for e in finding.confounded_with],
             "confidence": finding.confidence,
+            "grounds": finding.grounds.to_mapping(),
             "selected_in": finding.selected_in,
         }
 
@@ -253,9 +259,8 @@ class Diagnosis:
         weighed = self.shipped.disagreement
         equal = self.shipped.effects_held_out.rms if weighed is None else weighed.held_out_rms[0]
         share = self._noise_selected_in
-        sure = confidence(
-            best.log_likelihood_gain, [s.log_likelihood_gain for s in others], settings.confidence
-        )
+        assert self.noise_grounds is not None
+        sure = confidence(self.noise_grounds, settings.confidence)
         entry: dict[str, Any] = {
             "name": best.name,
             "target": {},
@@ -265,6 +270,7 @@ class Diagnosis:
             "held_out_rms_after_mm": self.shipped.effects_held_out.rms / MM,
             "confounded_with": [{"name": s.name, "target": {}} for s in near],
             "confidence": sure if self.confirmed_noise else min(sure, share or 0.0),
+            "grounds": self.noise_grounds.to_mapping(),
             "selected_in": share,
         }
         if self.component_is_no_noise:

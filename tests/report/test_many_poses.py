@@ -8,6 +8,7 @@ import pytest
 
 from scalar.diagnosis import Diagnosis
 from scalar.diagnosis.fitted_state import refit
+from scalar.diagnosis.grounds import EFFECT, FinalResiduals, Grounds
 from scalar.diagnosis.hold_out import held_out_errors
 from scalar.diagnosis.result import Finding
 from scalar.diagnosis.shipped_fit import shipped_fit
@@ -18,6 +19,8 @@ from scalar.estimation.gross_errors import clean
 from scalar.estimation.joint_fit import fit_from
 from scalar.report import render_report
 from tests.helpers import make_scene
+
+GROUNDS = Grounds(EFFECT, 50.0, 0.5, 1, False, FinalResiduals(3_000, 1.0, 1.0, False))
 
 
 @pytest.mark.slow
@@ -49,10 +52,11 @@ def test_a_report_of_many_tracked_poses_stays_below_three_megabytes(poses: int) 
             calibration_found=calibrations[1],
             shipped=shipped_fit(before, after, None),
             findings=tuple(
-                Finding(effect, 1e-9, *errors, (), 0.9, std)
+                Finding(effect, 1e-9, *errors, (), 0.9, std, GROUNDS)
                 for effect, std in zip(effects, calibrations[1].effect_std, strict=True)
             ),
             noise=(),
+            noise_grounds=None,
             depends_on=(),
             unobservable=(),
             ranking=(),

@@ -168,12 +168,15 @@ def numbers_of(job: str) -> range:
 
 
 def load_design(path: str | Path) -> Design:
-    """Return the design that a YAML file describes.
+    """Return the design that a YAML file describes; where it ``extends`` another in its folder, its keys replace that one's.
 
     Raises:
         InvalidInput: With every fault found.
     """
     content, file = load_yaml(Path(path)), Path(path).name
+    if isinstance(content.get("extends"), str):
+        base = load_yaml(Path(path).parent / content["extends"])
+        content = base | {key: value for key, value in content.items() if key != "extends"}
     validator = jsonschema.Draft202012Validator(json.loads(SCHEMA.read_text(encoding="utf-8")))
     faults = [
         Fault(file, error.message.splitlines()[0], column=".".join(map(str, error.absolute_path)))
