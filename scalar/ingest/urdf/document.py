@@ -1,0 +1,102 @@
+"""The XML of a robot description, read without opening anything that it refers to.
+
+URDF needs no document type, so a file that declares one is refused: entities are how a small file is made to fill the memory or to
+read other files. The XML itself is kept, with comments and with what this package does not understand, so that an export changes
+nothing but the geometry.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from scalar.data.io.regular_file import read_regular_file
+from scalar.data.located_table import shorten
+from scalar.errors import Fault, InvalidInput
+
+MAX_URDF_BYTES = 4_000_000
+"""Length of a robot description [bytes]: humanoids have less than 1 MB, since their meshes are files of their own."""
+_DECLARATION = re.compile(rb"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
+
+
+@dataclass(frozen=True, eq=False)
+class UrdfDocument:
+    """A parsed robot description.
+
+    Attributes:
+        file: Its name, in messages.
+        root: The element ``<robot>`` (of lxml).
+    """
+
+    file: str
+    root: Any
+
+    @property
+    def name(self) -> str:
+        """Return the name of the robot."""
+        return str(self.root.get("name") or Path(self.file).stem)
+
+    def refusal(self, element: Any, message: str) -> InvalidInput:
+        """Return the error that names the line of an element."""
+        return InvalidInput(Fault(self.file, message, element.sourceline))
+
+    def named(self, tag: str) -> dict[str, Any]:
+        """Return the elements ``<link>`` or ``<joint>`` of the robot by name.
+
+        Raises:
+            InvalidInput: One has no name, or two have the same.
+        """
+        found: dict[str, Any] = {}
+        for element in self.root.iterchildren(tag):
+            name = element.get("name")
+            if not name:
+                raise self.refusal(element, f"a {tag} without a name; name it")
+            if name in found:
+                row = found[name].sourceline
+                raise self.refusal(
+                    element, f"the {tag} {shorten(name)} stands already in row {row}; rename one"
+                )
+            found[name] = element
+        return found
+
+
+def read_urdf(path: str | Path) -> UrdfDocument:
+    """Return the robot description in a file.
+
+    Raises:
+        InvalidInput: The file cannot be read, is longer than 4 MB, is no XML, declares a document type, or is no URDF.
+    """
+    from lxml import etree
+
+    file = str(path)
+    raw = read_regular_file(Path(path), MAX_URDF_BYTES, file)
+    declaration = _DECLARATION.search(raw)
+    if declaration:
+        raise InvalidInput(_declared(file, raw.count(b"\n", 0, declaration.start()) + 1))
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False)
+    try:
+        root = etree.fromstring(raw, parser)
+    except etree.XMLSyntaxError as error:
+        words = " ".join((error.msg or "a syntax error").split())
+        raise InvalidInput(Fault(file, f"not XML ({words}); give a URDF file", error.lineno)) from None
+    except (ValueError, LookupError) as error:
+        raise InvalidInput(Fault(file, f"not XML ({error}); give a URDF file")) from None
+    if (
+        root.getroottree().docinfo.internalDTD is not None
+    ):  # in an encoding in which the search above does not see it
+        raise InvalidInput(_declared(file, None))
+    if any(isinstance(e.tag, str) and e.tag.startswith("{") and "xacro" in e.tag for e in root.iter()):
+        message = "a xacro file, not a URDF; expand it first, as in: xacro robot.urdf.xacro > robot.urdf"
+        raise InvalidInput(Fault(file, message))
+    if root.tag != "robot":
+        message = f"not a URDF: its root is {shorten(str(root.tag))} and not 'robot'; give a URDF file"
+        raise InvalidInput(Fault(file, message, root.sourceline))
+    return UrdfDocument(file, root)
+
+
+def _declared(file: str, row: int | None) -> Fault:
+    return Fault(
+        file, "declares a document type or an entity, which a URDF does not need; remove the declaration", row
+    )

@@ -1,0 +1,52 @@
+"""A chain of a robot description as a robot: the same poses at the same joint angles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from scalar.geometry.from_axes import frame_on_axis, robot_from_axes
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array, inverse
+from scalar.ingest.urdf.chain import Chain, chain_between
+from scalar.ingest.urdf.document import read_urdf
+
+
+def robot_from_urdf(path: str | Path, base: str | None = None, tip: str | None = None) -> tuple[Robot, Array]:
+    """Return the chain between two links of a URDF as a robot, and where the links of its joints are.
+
+    Args:
+        path: Of the file.
+        base: Name of the link whose frame is the robot's base; None: the root.
+        tip: Name of the link whose frame is the flange; None: the only link without a child.
+
+    Returns:
+        The robot, whose ``flange(q)`` is the tip's frame in the base's where joint i of those that turn stands at ``q_i``; and the
+        fixed transforms ``(n, 4, 4)`` from the robot's frame i to the frame of the link behind joint i.
+
+    Raises:
+        InvalidInput: The file is no URDF, or has no serial chain of revolute and fixed joints between these links.
+    """
+    document = read_urdf(path)
+    return robot_of_chain(document.name, chain_between(document, base, tip))
+
+
+def robot_of_chain(name: str, chain: Chain) -> tuple[Robot, Array]:
+    """Return a chain as a robot, and the fixed transforms ``(n, 4, 4)`` from its frames to the links behind its joints.
+
+    Args:
+        name: Of the robot.
+        chain: With at least one joint that turns.
+    """
+    T = np.eye(4)
+    links, axes = [], []
+    for joint in chain.joints:
+        T = T @ joint.T_origin
+        if joint.turns:
+            links.append(T)
+            axes.append(frame_on_axis(T, joint.axis))
+    limits = np.array([joint.limits for joint in chain.turning])
+    robot = robot_from_axes(name, np.array(axes), T, limits)
+    frames = robot.frames(np.zeros((1, robot.n_joints)))[0, 1:]
+    return robot, inverse(frames) @ np.array(links)

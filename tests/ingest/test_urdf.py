@@ -1,0 +1,201 @@
+"""Robot descriptions: the robot that is read stands where pybullet puts it, and what is no chain is refused with its line."""
+
+import numpy as np
+import pytest
+
+from scalar.data.description import Description, check_description
+from scalar.data.unit_suspicions import suspect_description
+from scalar.errors import InvalidInput
+from scalar.geometry.robot import GEOMETRY, Robot
+from scalar.ingest.urdf import chain_between, read_urdf, robot_from_urdf
+from tests.robot_descriptions import (
+    ARMS,
+    kinematics_alone,
+    poses_by_pybullet,
+    random_description,
+    shipped,
+)
+
+POSES = 100
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_arms_that_pybullet_ships_stand_where_pybullet_puts_them(name, tmp_path):
+    """The chain between two links, fixed joints folded in, agrees with getLinkState to 1e-9 m."""
+    pytest.importorskip("pybullet_data")
+    path = shipped(name)
+    if not path.exists():
+        pytest.skip(f"this pybullet ships no {path.name}")
+    _, base, tip = ARMS[name]
+    document = read_urdf(path)
+    chain = chain_between(document, base, tip)
+    robot, _ = robot_from_urdf(path, base, tip)
+    q = np.random.default_rng(1).uniform(-3, 3, (POSES, robot.n_joints))
+    copy = kinematics_alone(path, tmp_path / f"{path.stem}.urdf")
+    T = poses_by_pybullet(copy, chain.base, chain.tip, q, [joint.name for joint in chain.turning])
+    np.testing.assert_allclose(robot.flange(q), T, atol=1e-9, rtol=0)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_any_chain_stands_where_pybullet_puts_it(seed, tmp_path):
+    """Axes in any direction, nearly parallel, meeting, of any length: the same poses as pybullet's."""
+    pytest.importorskip("pybullet")
+    rng = np.random.default_rng(seed)
+    path = tmp_path / f"random{seed}.urdf"
+    path.write_text(random_description(rng, int(rng.integers(1, 9))), encoding="utf-8")
+    robot, T_joint_link = robot_from_urdf(path)
+    chain = chain_between(read_urdf(path))
+    q = rng.uniform(-3, 3, (30, robot.n_joints))
+    joints = [joint.name for joint in chain.turning]
+    np.testing.assert_allclose(
+        robot.flange(q), poses_by_pybullet(path, "l0", "tip", q, joints), atol=1e-9, rtol=0
+    )
+    last = poses_by_pybullet(path, "l0", chain.turning[-1].child, q, joints)
+    np.testing.assert_allclose(robot.frames(q)[:, -1] @ T_joint_link[-1], last, atol=1e-9, rtol=0)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_robot_that_was_read_is_one_that_a_dataset_may_have(seed, tmp_path):
+    """Its mapping passes the checks of dataset.yaml, and gives the same robot back."""
+    rng = np.random.default_rng(100 + seed)
+    path = tmp_path / "random.urdf"
+    path.write_text(random_description(rng, 6), encoding="utf-8")
+    robot, _ = robot_from_urdf(path)
+    plane = [
+        {"name": n, "normal": v, "distance": 0.0} for n, v in zip("xyz", np.eye(3).tolist(), strict=True)
+    ]
+    mapping = {
+        "format": "scalar-dataset/1",
+        "name": "cell",
+        "robot": robot.to_mapping(),
+        "sensor": {"kind": "line-laser"},
+        "planes": plane,
+    }
+    description = Description(mapping, {})
+    check_description(description)
+    suspect_description(description)
+    assert not description.faults
+    q = rng.uniform(-3, 3, (20, 6))
+    np.testing.assert_allclose(Robot.from_mapping(robot.to_mapping()).flange(q), robot.flange(q), atol=1e-12)
+
+
+def test_the_table_of_the_panda_is_its_makers():
+    """Franka's modified-DH table comes out of its URDF: https://frankaemika.github.io/docs/control_parameters.html."""
+    pytest.importorskip("pybullet_data")
+    robot, _ = robot_from_urdf(shipped("panda"), "panda_link0", "panda_link8")
+    right = np.pi / 2
+    table = {
+        "a": [0, 0, 0, 0.0825, -0.0825, 0, 0.088],
+        "alpha": [0, -right, right, right, -right, right, right],
+        "d": [0.333, 0, 0.316, 0, 0.384, 0, 0.107],
+        "theta": [0] * 7,
+        "beta": [0] * 7,
+    }
+    np.testing.assert_allclose(robot.geometry, [table[kind] for kind in GEOMETRY], atol=1e-9)
+    np.testing.assert_array_equal(robot.T_n_flange, np.eye(4))
+
+
+def urdf(joints, links="abcd"):
+    """Return a description of links and joints ``(name, type, parent, child, content)``."""
+    body = "".join(f'<link name="{name}"/>\n' for name in links)
+    for name, kind, parent, child, content in joints:
+        body += f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>{content}</joint>\n'
+    return f'<?xml version="1.0"?>\n<robot name="r">\n{body}</robot>\n'
+
+
+LIMIT = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+GOOD = [("j1", "revolute", "a", "b", LIMIT), ("j2", "continuous", "b", "c", ""), ("f", "fixed", "c", "d", "")]
+
+
+def with_second(kind="revolute", content=LIMIT, parent="b", child="c"):
+    """Return the good joints with another second one, which stands in row 8."""
+    return urdf([GOOD[0], ("j2", kind, parent, child, content), GOOD[2]])
+
+
+BOMB = '<?xml version="1.0"?>\n<!DOCTYPE robot [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]>\n<robot name="&b;"><link name="a"/></robot>'
+REFUSED = {
+    "bomb": (BOMB, "row 2: declares a document type or an entity"),
+    "dtd": ('<!DOCTYPE robot SYSTEM "http://127.0.0.1/x.dtd">\n<robot name="r"/>', "row 1: declares a document type"),
+    "no xml": ("hello", "not XML"),
+    "cut": (urdf(GOOD)[:-20], "not XML"),
+    "empty": ("", "not XML"),
+    "other root": ('<sdf version="1"/>', "its root is 'sdf'"),
+    "xacro": ('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="x"/></robot>', "xacro robot"),
+    "nan": (with_second(content='<origin xyz="0 nan 0"/>' + LIMIT), "row 8: xyz of <origin> in joint 'j2'"),
+    "infinite": (with_second(content='<origin xyz="0 1e999 0"/>' + LIMIT), "write three numbers"),
+    "two numbers": (with_second(content='<origin rpy="0 0"/>' + LIMIT), "rpy of <origin> in joint 'j2' is '0 0'"),
+    "millimetres": (with_second(content='<origin xyz="0 0 400"/>' + LIMIT), "are these millimetres?"),
+    "no axis": (with_second(content='<axis xyz="0 0 0"/>' + LIMIT), "the axis of joint 'j2' has no direction"),
+    "limits": (with_second(content='<limit lower="1" upper="-1"/>'), "the limits of joint 'j2' are 1 and -1"),
+    "prismatic": (with_second("prismatic"), "row 8: joint 'j2' is prismatic"),
+    "floating": (with_second("floating"), "joint 'j2' is floating"),
+    "unknown type": (with_second("hinge"), "the unknown type 'hinge'"),
+    "mimic": (with_second(content=LIMIT + '<mimic joint="j1"/>'), "joint 'j2' mimics 'j1'"),
+    "missing link": (with_second(child="cc"), "the child of joint 'j2' is 'cc', and there is no such link; did you mean 'c'?"),
+    "two parents": (urdf([*GOOD, ("j9", "revolute", "a", "c", LIMIT)]), "row 10: the link 'c' is the child of joint 'j2' and of 'j9'"),
+    "circle": (urdf([*GOOD, ("j9", "revolute", "d", "a", LIMIT)]), "is above itself: a closed loop"),
+    "two names": (urdf([*GOOD, ("j2", "fixed", "d", "e", "")], "abcde"), "the joint 'j2' stands already in row 9"),
+    "no parent": (urdf(GOOD).replace('<parent link="b"/>', ""), "joint 'j2' has no parent"),
+    "two roots": (urdf(GOOD, "abcde"), "2 links have no parent ('a', 'e'); choose one with --base"),
+    "branches": (urdf([*GOOD, ("j9", "fixed", "b", "e", "")], "abcde"), "ends in 2 links ('d', 'e'); choose one with --tip"),
+    "nothing turns": (urdf([("f", "fixed", "a", "b", "")], "ab"), "0 joints turn"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_no_chain_is_refused_with_its_line(case, tmp_path):
+    """One line says what is wrong and where; nothing is opened that the file refers to."""
+    text, message = REFUSED[case]
+    path = tmp_path / "in.urdf"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidInput) as refusal:
+        robot_from_urdf(path)
+    assert message in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    "base, tip, message",
+    [
+        ("c", "b", "exchange --base and --tip"),
+        ("b", "x", "no link is called 'x'"),
+        ("bb", "d", "did you mean 'b'?"),
+        ("b", "e", "choose a --tip that the --base carries"),
+    ],
+)
+def test_ends_of_a_chain_have_to_be_there(base, tip, message, tmp_path):
+    """Links that are named and missing, or in the wrong order, are refused with what to do."""
+    path = tmp_path / "in.urdf"
+    path.write_text(urdf([*GOOD, ("j9", "fixed", "a", "e", "")], "abcde"), encoding="utf-8")
+    with pytest.raises(InvalidInput, match=f".*{message.replace('?', '.')}"):
+        robot_from_urdf(path, base, tip)
+
+
+def test_a_document_type_in_another_encoding_is_refused(tmp_path):
+    """A declaration that a search of the bytes does not find is found by the parser."""
+    path = tmp_path / "in.urdf"
+    path.write_bytes(BOMB.replace('version="1.0"', 'version="1.0" encoding="utf-16"').encode("utf-16"))
+    with pytest.raises(InvalidInput, match="declares a document type"):
+        robot_from_urdf(path)
+
+
+def test_long_files_are_refused_unread_and_deep_ones_without_a_crash(tmp_path):
+    """Five megabytes, and links in links by the thousand: one line each."""
+    path = tmp_path / "in.urdf"
+    path.write_text(urdf(GOOD) + "<!--" + "x" * 5_000_000 + "-->", encoding="utf-8")
+    with pytest.raises(InvalidInput, match="longer than 4 MB"):
+        robot_from_urdf(path)
+    path.write_text("<robot>" + "<a>" * 100_000, encoding="utf-8")
+    with pytest.raises(InvalidInput, match="not XML"):
+        robot_from_urdf(path)
+
+
+def test_what_stands_beside_the_chain_is_no_obstacle(tmp_path):
+    """A prismatic gripper and a mimicking finger beside the chain change nothing."""
+    path = tmp_path / "in.urdf"
+    path.write_text(urdf(GOOD), encoding="utf-8")
+    alone, _ = robot_from_urdf(path, "a", "d")
+    finger = ("g", "prismatic", "d", "e", LIMIT + '<mimic joint="j1"/>')
+    path.write_text(urdf([*GOOD, finger], "abcde"), encoding="utf-8")
+    robot, _ = robot_from_urdf(path, "a", "d")
+    np.testing.assert_array_equal(robot.geometry, alone.geometry)
