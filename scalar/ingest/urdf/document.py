@@ -68,7 +68,7 @@ def read_urdf(path: str | Path) -> UrdfDocument:
     Raises:
         InvalidInput: The file cannot be read, is longer than 4 MB, is no XML, declares a document type, or is no URDF.
     """
-    from lxml import etree
+    import lxml.etree as etree
 
     file = str(path)
     raw = read_regular_file(Path(path), MAX_URDF_BYTES, file)
