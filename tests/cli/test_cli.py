@@ -152,7 +152,9 @@ def test_other_sensors_go_through(kind, tmp_path):
     assert result.exit_code == 0, result.output
 
 
-@pytest.mark.parametrize("command", ["simulate", "validate", "calibrate", "diagnose", "predict", "evaluate"])
+@pytest.mark.parametrize(
+    "command", ["simulate", "validate", "calibrate", "diagnose", "predict", "export", "evaluate"]
+)
 def test_help_shows_an_example(command):
     """Each command's help ends with a command line to copy."""
     result = run(command, "--help")
@@ -164,7 +166,16 @@ def test_help_shows_an_example(command):
 def test_help_of_all_names_every_command_and_status():
     """``scalar --help`` leads from a dataset to frames and says what the exit statuses mean."""
     text = run("--help").stdout
-    for words in ("simulate", "validate", "calibrate", "diagnose", "predict", "evaluate", "Exit status"):
+    for words in (
+        "simulate",
+        "validate",
+        "calibrate",
+        "diagnose",
+        "predict",
+        "export",
+        "evaluate",
+        "Exit status",
+    ):
         assert words in text
     assert run("--version").stdout.startswith("scalar")
 

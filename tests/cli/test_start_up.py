@@ -16,6 +16,7 @@ SLOW = (
     "jinja2",
     "jsonschema",
     "lmfit",
+    "lxml",
     "matplotlib",
     "numpy",
     "pandas",

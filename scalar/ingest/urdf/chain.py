@@ -15,6 +15,7 @@ from scalar.data.located_table import NUMBER, did_you_mean, shorten
 from scalar.data.unit_suspicions import MAX_BASE
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.robot import DEFAULT_LIMIT
+from scalar.geometry.roll_pitch_yaw import rotation_from_rpy
 from scalar.geometry.se3 import Array, transform
 from scalar.ingest.urdf.document import UrdfDocument
 
@@ -65,13 +66,16 @@ class Chain:
         return [joint for joint in self.joints if joint.turns]
 
 
-def chain_between(document: UrdfDocument, base: str | None = None, tip: str | None = None) -> Chain:
+def chain_between(
+    document: UrdfDocument, base: str | None = None, tip: str | None = None, *, may_be_fixed: bool = False
+) -> Chain:
     """Return the chain from a base link to a tip link.
 
     Args:
         document: The description.
         base: Name of the link at the base; None: the root.
         tip: Name of the link at the tip; None: the only link without a child.
+        may_be_fixed: Whether none of its joints has to turn.
 
     Raises:
         InvalidInput: A link is missing, the links make no tree, no chain leads from base to tip, or a joint of it is none that can
@@ -104,7 +108,7 @@ def chain_between(document: UrdfDocument, base: str | None = None, tip: str | No
         link = _link_of(document, by_child[link], "parent")
     joints = tuple(_joint(document, element) for element in reversed(elements))
     n = sum(joint.turns for joint in joints)
-    if not 1 <= n <= MAX_JOINTS:
+    if not (0 if may_be_fixed else 1) <= n <= MAX_JOINTS:
         message = f"{n} joints turn between {shorten(base)} and {shorten(tip)}; choose --base and --tip with 1 to {MAX_JOINTS}"
         raise InvalidInput(Fault(document.file, message))
     return Chain(base, tip, joints)
@@ -221,18 +225,6 @@ def _joint(document: UrdfDocument, element: Any) -> ChainJoint:
     limits = _limits(document, element, called) if kind == "revolute" else (-DEFAULT_LIMIT, DEFAULT_LIMIT)
     child = _link_of(document, element, "child")
     return ChainJoint(name, child, turns, transform(rotation_from_rpy(rpy), xyz), direction, limits, element)
-
-
-def rotation_from_rpy(rpy: Array) -> Array:
-    """Return ``Rz(yaw) Ry(pitch) Rx(roll)``, ``(3, 3)``, of ``rpy`` ``(3,)`` [rad], as URDF has it."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
 
 
 def _limits(document: UrdfDocument, element: Any, called: str) -> tuple[float, float]:

@@ -1,0 +1,150 @@
+"""``scalar export``: a calibration in the forms that other software reads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from scalar.cli.group import cli
+from scalar.cli.options import EFFECTS_MODULE, PATH, load_effects
+from scalar.cli.terminal import say
+from scalar.errors import Fault, InvalidInput
+from scalar.units import MM
+
+if TYPE_CHECKING:
+    from scalar.export.rigid_part import RigidPart
+
+_FORMS = {
+    ".urdf": "a URDF",
+    ".yaml": "UR's kinematics.yaml",
+    ".csv": "a DH table",
+    ".md": "DH tables for people",
+}
+
+
+@cli.command()
+@click.argument("calibration", type=PATH)
+@click.option("-o", "--output", type=PATH, required=True, help="File to write: .urdf, .yaml, .csv or .md.")
+@click.option("--urdf", type=PATH, help="Description of the nominal arm, for a .urdf.")
+@click.option("--base", metavar="LINK", help="Its link at the robot's base; the root if not given.")
+@click.option("--tip", metavar="LINK", help="Its link at the flange; the only last link if not given.")
+@click.option("--sensor-link", metavar="LINK", help="Its link of the sensor; scalar_sensor, made if missing.")
+@click.option("--ur-hash", metavar="calib_N", help="The controller's checksum, for a .yaml.")
+@click.option(
+    "--at",
+    "at",
+    metavar="COLUMN=NUMBER",
+    multiple=True,
+    help="What an effect needs, as in temperature=35; may be given again.",
+)
+@EFFECTS_MODULE
+def export(
+    calibration: Path,
+    output: Path,
+    urdf: Path | None,
+    base: str | None,
+    tip: str | None,
+    sensor_link: str | None,
+    ur_hash: str | None,
+    at: Sequence[str],
+    effects_modules: Sequence[Path],
+) -> None:
+    """Write a calibration for other software.
+
+    \b
+    The name of the output says what is written:
+      .urdf  the description given as --urdf, with the calibrated geometry and a link for the sensor
+      .yaml  kinematics.yaml of the ROS packages of Universal Robots (a UR arm in the frames base and tool0)
+      .csv   modified DH parameters, a row a joint [m, rad]
+      .md    the same for people [mm, deg], with the transforms of base, flange and sensor
+
+    None of these holds effects that change from pose to pose. They are listed with the distance by which they
+    move the sensor at 1000 random poses within the joint limits; `scalar correct` applies them.
+
+    \b
+    Example:
+      scalar export out/calibration.json --urdf robot.urdf --base base_link --tip tool0 -o calibrated.urdf
+    """
+    from scalar.data.io.atomic import atomic_write
+    from scalar.estimation.result import load_calibration
+    from scalar.export.rigid_part import rigid_part
+
+    form = output.suffix.lower()
+    if form not in _FORMS:
+        known = ", ".join(f"{suffix} ({what})" for suffix, what in _FORMS.items())
+        raise InvalidInput(Fault(str(output), f"the end of the name says what to write: {known}"))
+    if form == ".urdf" and urdf is None:
+        raise InvalidInput(
+            Fault(str(output), "a URDF is made from that of the nominal arm; give it as --urdf")
+        )
+    if form != ".urdf" and (urdf or base or tip or sensor_link):
+        message = "--urdf, --base, --tip and --sensor-link are for a .urdf; leave them out, or write a .urdf"
+        raise InvalidInput(Fault(str(output), message))
+    load_effects(effects_modules)
+    model = load_calibration(calibration)
+    rigid = rigid_part(model.model, _columns(at))
+    nominal = model.model.nominal
+    if urdf is not None:
+        from scalar.export.urdf import SENSOR_LINK, put_calibration, text_of
+        from scalar.ingest.urdf import read_urdf
+
+        if output.exists() and output.samefile(urdf):
+            raise InvalidInput(
+                Fault(str(output), "is the description that is read; give another name for the output")
+            )
+        document = read_urdf(urdf)
+        put_calibration(document, base, tip, nominal, rigid, sensor_link or SENSOR_LINK)
+        content = text_of(document, calibration.name)
+    elif form == ".yaml":
+        from scalar.export.ur_kinematics import ur_kinematics
+
+        content = ur_kinematics(nominal, rigid, ur_hash, str(calibration))
+    elif form == ".csv":
+        from scalar.export.dh_table import dh_csv
+
+        content = dh_csv(model, rigid)
+    else:
+        from scalar.export.dh_table import dh_markdown
+
+        content = dh_markdown(model, rigid)
+    with atomic_write(output) as temporary:
+        temporary.write_text(content, encoding="utf-8", newline="\n")
+    for line in _said(rigid, _FORMS[form]):
+        say(line)
+    say(f"written: {output}")
+
+
+def _columns(at: Sequence[str]) -> dict[str, float]:
+    """Return the numbers of ``--at`` by column."""
+    found: dict[str, float] = {}
+    for text in at:
+        name, equals, number = text.partition("=")
+        try:
+            found[name.strip()] = float(number)
+        except ValueError:
+            equals = ""
+        if not equals:
+            raise InvalidInput(Fault("--at", f"{text!r} is not a column and a number; write temperature=35"))
+    return found
+
+
+def _said(rigid: RigidPart, form: str) -> list[str]:
+    """Return what the file holds and what it does not, with its size."""
+    lines = [f"  held as geometry: {effect.title}" for effect in rigid.held]
+    if not rigid.left_out:
+        return [*lines, f"  {form} holds the whole calibration"]
+    for left_out in rigid.left_out:
+        if left_out.rms is None or left_out.largest is None:
+            size = f"not sized: give --at {left_out.missing}=NUMBER"
+        else:
+            size = f"{left_out.rms / MM:.4f} mm RMS, at most {left_out.largest / MM:.4f} mm"
+        lines.append(f"  {form} cannot hold: {left_out.effect.title}, {size}")
+    known = [left_out for left_out in rigid.left_out if left_out.rms is not None]
+    if len(known) > 1:
+        lines.append(
+            f"  together: {rigid.rms / MM:.4f} mm RMS, at most {rigid.largest / MM:.4f} mm, at 1000 random poses"
+        )
+    return [*lines, "  `scalar predict` and `scalar correct` apply what this file leaves out"]

@@ -1,0 +1,100 @@
+"""The calibrated arm as a table of modified Denavit-Hartenberg parameters, for a controller or for people."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scalar.estimation.result import Calibration
+from scalar.export.rigid_part import RigidPart
+from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
+from scalar.geometry.se3 import Array, log_so3
+from scalar.units import DEG, MM
+
+CONVENTION = "T_{i-1,i} = Rx(alpha_i) Tx(a_i) Ry(beta_i) Rz(q_i + theta_i) Tz(d_i)"
+_STATES = ("", "_nominal", "_std")
+
+
+def dh_csv(calibration: Calibration, rigid: RigidPart) -> str:
+    """Return a row a joint: calibrated, nominal and standard deviation of a, alpha, d, theta and beta, each with its unit in its name.
+
+    What was fixed has no standard deviation. The transforms of base, flange and sensor are in ``dh_markdown``.
+    """
+    tables = [_table(calibration, rigid, state) for state in _STATES]
+    units = ["m" if kind in LENGTHS else "rad" for kind in GEOMETRY]
+    head = [f"{kind}{state}_{unit}" for state in _STATES for kind, unit in zip(GEOMETRY, units, strict=True)]
+    lines = [",".join(["joint", *head])]
+    for i in range(rigid.robot.n_joints):
+        values = [value for table in tables for value in table[:, i]]
+        cells = ["" if np.isnan(value) else f"{value + 0.0:.17g}" for value in values]
+        lines.append(",".join([str(i + 1), *cells]))
+    return "\n".join([*lines, ""])
+
+
+def dh_markdown(calibration: Calibration, rigid: RigidPart) -> str:
+    """Return tables for people, in millimetres and degrees: joints, with the change from nominal, and the fixed transforms."""
+    robot, nominal = rigid.robot, calibration.model.nominal
+    lines = [
+        f"# {nominal.name}, calibrated",
+        "",
+        f"Modified Denavit-Hartenberg parameters with Hayati's beta: `{CONVENTION}`.",
+        "",
+        _row("joint", "a [mm]", "alpha [deg]", "d [mm]", "theta [deg]", "beta [deg]"),
+        _rule(6),
+    ]
+    lines += [_row(str(i + 1), *_cells(robot.geometry[:, i], "+.5f")) for i in range(robot.n_joints)]
+    lines += [
+        "",
+        "Change from the nominal table (± one standard deviation where it was estimated):",
+        "",
+        _row("joint", "a [mm]", "alpha [deg]", "d [mm]", "theta [deg]", "beta [deg]"),
+        _rule(6),
+    ]
+    std = _table(calibration, rigid, "_std")
+    change = robot.geometry - nominal.geometry
+    for i in range(robot.n_joints):
+        errors = _cells(std[:, i], ".5f")
+        cells = [
+            value if np.isnan(s) else f"{value} ± {error}"
+            for value, error, s in zip(_cells(change[:, i], "+.5f"), errors, std[:, i], strict=True)
+        ]
+        lines.append(_row(str(i + 1), *cells))
+    lines += [
+        "",
+        "Fixed transforms (translation, rotation vector):",
+        "",
+        _row("from", "to", "x [mm]", "y [mm]", "z [mm]", "rx [deg]", "ry [deg]", "rz [deg]"),
+        _rule(8),
+    ]
+    for start, end, T in (
+        ("base", "frame 0", robot.T_base_0),
+        (f"frame {robot.n_joints}", "flange", robot.T_n_flange),
+        ("flange", "sensor", rigid.T_flange_sensor),
+    ):
+        numbers = [*(T[:3, 3] / MM), *(log_so3(T[:3, :3]) / DEG)]
+        lines.append(_row(start, end, *(f"{x + 0.0:+.5f}" for x in numbers)))
+    return "\n".join([*lines, ""])
+
+
+def standard_deviations(calibration: Calibration, robot: Robot) -> Array:
+    """Return the standard deviations ``(5, n)`` [m, rad] of the geometry, NaN where a parameter was fixed."""
+    std = calibration.std
+    return np.array([std.get(name, np.nan) for name in robot.parameter_names]).reshape(len(GEOMETRY), -1)
+
+
+def _table(calibration: Calibration, rigid: RigidPart, state: str) -> Array:
+    if state == "_std":
+        return standard_deviations(calibration, rigid.robot)
+    return (calibration.model.nominal if state else rigid.robot).geometry
+
+
+def _cells(values: Array, form: str) -> list[str]:
+    units = [MM if kind in LENGTHS else DEG for kind in GEOMETRY]
+    return [f"{value / unit + 0.0:{form}}" for value, unit in zip(values, units, strict=True)]
+
+
+def _row(*cells: str) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _rule(n: int) -> str:
+    return "|" + " --- |" * n

@@ -1,0 +1,143 @@
+"""The rigid arm within a calibrated model: what a description by fixed transforms can hold, and how large the rest is.
+
+An effect that adds the same at every pose (a tilted axis, a sensor that has slipped and stays there) is geometry, and is folded into it. The
+others change from pose to pose; their size is how far they move the sensor at random poses within the joint limits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects import Effect, PointEffect
+from scalar.errors import InvalidInput
+from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.kinematics import Kinematics
+from scalar.estimation.model import Model
+from scalar.geometry.robot import GEOMETRY, Robot
+from scalar.geometry.screws import exp_screw
+from scalar.geometry.se3 import Array
+
+SAMPLES = 1000
+"""Random poses at which effects are sized and files are compared with the model."""
+_SAMPLE_SEED = 0
+_SAME = 1e-12  # m or rad: a change that differs less than this over the poses is the same at all of them
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """An effect that a rigid description cannot hold.
+
+    Attributes:
+        effect: The effect.
+        rms: Root mean square of how far it moves the sensor at random poses [m]; None where a column that it needs is not given.
+        largest: The largest such distance [m], or None.
+        missing: The column that is not given, or None.
+    """
+
+    effect: Effect
+    rms: float | None
+    largest: float | None
+    missing: str | None
+
+
+@dataclass(frozen=True, eq=False)
+class RigidPart:
+    """The rigid arm of a model.
+
+    Attributes:
+        robot: With what effects add to the geometry at every pose.
+        T_flange_sensor: ``(4, 4)``, likewise.
+        held: Effects that the geometry holds.
+        left_out: Effects that it does not hold.
+        rms: Root mean square of how far all that is left out moves the sensor [m], as far as it is known.
+        largest: The largest such distance [m].
+    """
+
+    robot: Robot
+    T_flange_sensor: Array
+    held: tuple[Effect, ...]
+    left_out: tuple[LeftOut, ...]
+    rms: float
+    largest: float
+
+
+def random_joints(robot: Robot) -> Array:
+    """Return joint angles ``(SAMPLES, n)`` [rad], uniform within the limits, the same at every call."""
+    rng = np.random.default_rng(_SAMPLE_SEED)
+    low, high = robot.limits.T
+    return rng.uniform(low, high, (SAMPLES, robot.n_joints))
+
+
+def rigid_part(model: Model, columns: Mapping[str, float]) -> RigidPart:
+    """Return the rigid arm of a model and what it lacks.
+
+    Args:
+        model: The calibrated one.
+        columns: What holds at every pose, of the columns of poses.csv, by name. The order of acquisition is its end; directions of
+            approach are random.
+    """
+    q = random_joints(model.nominal)
+    rng = np.random.default_rng(_SAMPLE_SEED + 1)
+    poses = Poses.from_arrays(q, {"approach": rng.choice([-1.0, 1.0], q.shape), **columns}, q.shape[1])
+    robot, T_sensor = model.robot, model.T_flange_sensor
+    held: list[Effect] = []
+    others: list[tuple[Effect, str | None]] = []
+    for effect in model.effects:
+        if isinstance(effect, PointEffect):  # moves no prediction
+            continue
+        try:
+            bases = EffectBases.of(model.nominal, poses, (effect,))
+        except InvalidInput as error:
+            others.append((effect, error.faults[0].column))
+            continue
+        folded = _folded(robot, T_sensor, bases, effect.coefficients)
+        if folded is None:
+            others.append((effect, None))
+        else:
+            robot, T_sensor = folded
+            held.append(effect)
+    rigid = robot.flange(q) @ T_sensor
+
+    def shift(effects: Sequence[Effect]) -> tuple[float, float]:
+        moved = replace(model, effects=(*held, *effects))
+        T = Kinematics.of(moved, poses, EffectBases.of(model.nominal, poses, moved.effects)).T_base_sensor
+        distance = np.linalg.norm(T[:, :3, 3] - rigid[:, :3, 3], axis=1)
+        return float(np.sqrt(np.mean(distance**2))), float(distance.max())
+
+    left_out = tuple(
+        LeftOut(effect, *((None, None) if missing else shift((effect,))), missing)
+        for effect, missing in others
+    )
+    rms, largest = shift([effect for effect, missing in others if missing is None])
+    return RigidPart(robot, T_sensor, tuple(held), left_out, rms, largest)
+
+
+def _folded(robot: Robot, T_sensor: Array, bases: EffectBases, c: Array) -> tuple[Robot, Array] | None:
+    """Return the robot and the sensor's pose with an effect in them; None where it changes from pose to pose."""
+    geometry = robot.geometry.copy()
+    for basis, where in bases.joints:
+        step = basis.added(np.zeros((SAMPLES, robot.n_joints)), c[where])
+        if np.max(np.ptp(step, axis=0)) > _SAME:
+            return None
+        geometry[GEOMETRY.index("theta")] += step[0]
+    for basis, where in bases.links:
+        step = basis @ c[where]
+        if np.max(np.ptp(step, axis=0)) > _SAME:
+            return None
+        geometry += step[0]
+    robot = robot.with_geometry(geometry)
+    for basis, where in bases.base:
+        step = basis @ c[where]
+        if np.max(np.ptp(step, axis=0)) > _SAME:
+            return None
+        robot = replace(robot, T_base_0=exp_screw(step[0]) @ robot.T_base_0)
+    for basis, where in bases.sensor:
+        step = basis @ c[where]
+        if np.max(np.ptp(step, axis=0)) > _SAME:
+            return None
+        T_sensor = T_sensor @ exp_screw(step[0])
+    return robot, T_sensor

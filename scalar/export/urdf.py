@@ -1,0 +1,207 @@
+"""A calibrated arm in the robot description that it was drawn in: the origins of its joints are replaced, all else is kept.
+
+A link's frame stays where it was on the axis of its joint, so that meshes, masses and the axis itself are as before; the
+origin of every joint takes up the difference. The calibrated sensor becomes a link behind a fixed joint.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from scalar.data.located_table import shorten
+from scalar.errors import Fault, InvalidInput
+from scalar.export.rigid_part import RigidPart, random_joints
+from scalar.geometry.robot import Robot
+from scalar.geometry.roll_pitch_yaw import rpy_from_rotation
+from scalar.geometry.se3 import Array, inverse, rotation_angle, transform
+from scalar.ingest.urdf import Chain, ChainJoint, UrdfDocument, chain_between, robot_of_chain
+from scalar.units import DEG, MM
+
+SENSOR_LINK = "scalar_sensor"
+"""The link of the calibrated sensor, where no other name is asked for."""
+SAME_LENGTH = 2e-3
+"""[m], chosen: descriptions that round right angles to three digits are off by 0.8 mm at a metre; another arm is off by centimetres."""
+SAME_ANGLE = 5e-3
+"""[rad], chosen likewise: the sum of six angles rounded to 1.57."""
+EXACT = 1e-9
+"""[m, rad]: the difference between file and model that is taken for rounding."""
+_ROUNDING = 1e-12  # m: below it the fixed joint of the flange is left as it is written
+
+
+def put_calibration(
+    document: UrdfDocument,
+    base: str | None,
+    tip: str | None,
+    nominal: Robot,
+    rigid: RigidPart,
+    sensor_link: str,
+) -> None:
+    """Replace the geometry of a description by that of a calibration, in place.
+
+    Args:
+        document: The description of the nominal arm.
+        base, tip: The links whose frames are the base and the flange of the calibration; None: root and only leaf.
+        nominal: The arm that was calibrated, before.
+        rigid: The arm after calibration.
+        sensor_link: Name of the sensor's link, which is made where it is missing.
+
+    Raises:
+        InvalidInput: The description is of another arm, or cannot hold the calibration.
+    """
+    links = document.named("link")
+    sensor_exists = sensor_link in links
+    if tip is None and sensor_exists:
+        tip = _above_sensor(document, sensor_link)
+    chain = chain_between(document, base, tip)
+    described, _ = robot_of_chain(document.name, chain)
+    _check_same_arm(document, chain, described, nominal)
+    T_link = _links_of_joints(chain)
+    before = _frames(nominal)
+    after = _frames(rigid.robot)
+    T_flange = after[-1] @ rigid.robot.T_n_flange
+    turning = chain.turning
+    T_parent, i = np.eye(4), 0
+    last_fixed: tuple[ChainJoint, Array] | None = None
+    for joint in chain.joints:
+        if not joint.turns:
+            last_fixed = (joint, T_parent)
+            T_parent = T_parent @ joint.T_origin
+            continue
+        place = on_axis(inverse(before[i]) @ T_link[i], joint.axis)
+        if joint is turning[-1] and joint is chain.joints[-1]:  # the tip itself turns: it is the flange
+            place = on_axis(rigid.robot.T_n_flange, joint.axis)
+        T_new = after[i] @ place
+        _set_origin(joint.element, inverse(T_parent) @ T_new)
+        T_parent, i, last_fixed = T_new, i + 1, None
+    if last_fixed is not None and np.max(np.abs(T_parent - T_flange)) > _ROUNDING:
+        joint, T_above = last_fixed
+        _set_origin(joint.element, inverse(T_above) @ T_flange)
+    _put_sensor(document, chain.tip, sensor_link, rigid.T_flange_sensor, sensor_exists)
+    _check_result(document, chain, rigid, sensor_link)
+
+
+def on_axis(T: Array, axis: Array) -> Array:
+    """Return the frame nearest to T ``(4, 4)`` whose origin is on the z axis of its reference, and whose ``axis`` lies along it."""
+    R = T[:3, :3]
+    z = R @ axis
+    v, c = np.cross(z, [0.0, 0.0, 1.0]), float(z[2])
+    V = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    turn = np.eye(3) + V + V @ V / (1.0 + c)  # the least rotation that takes z to e_z
+    return transform(turn @ R, np.array([0.0, 0.0, T[2, 3]]))
+
+
+def _frames(robot: Robot) -> Array:
+    """Return the frames of the joints at zero ``(n, 4, 4)`` in the base frame."""
+    return robot.frames(np.zeros((1, robot.n_joints)))[0, 1:]
+
+
+def _links_of_joints(chain: Chain) -> list[Array]:
+    T, found = np.eye(4), []
+    for joint in chain.joints:
+        T = T @ joint.T_origin
+        if joint.turns:
+            found.append(T)
+    return found
+
+
+def _check_same_arm(document: UrdfDocument, chain: Chain, described: Robot, nominal: Robot) -> None:
+    if described.n_joints != nominal.n_joints:
+        message = (
+            f"{described.n_joints} joints turn from {shorten(chain.base)} to {shorten(chain.tip)}, and {nominal.n_joints} were "
+            "calibrated; give the same arm, with --base and --tip"
+        )
+        raise InvalidInput(Fault(document.file, message))
+    q = random_joints(nominal)
+    off, turned = _difference(described.flange(q), nominal.flange(q))
+    if off > SAME_LENGTH or turned > SAME_ANGLE:
+        message = (
+            f"from {shorten(chain.base)} to {shorten(chain.tip)} it differs from the nominal arm of the calibration by {off / MM:.3g} mm "
+            f"and {turned / DEG:.3g} deg; give the description of the same arm, and the links of its base and flange with --base and --tip"
+        )
+        raise InvalidInput(Fault(document.file, message))
+
+
+def _difference(T: Array, other: Array) -> tuple[float, float]:
+    """Return the largest distance [m] and angle [rad] between frames ``(N, 4, 4)``."""
+    R = np.swapaxes(T[:, :3, :3], 1, 2) @ other[:, :3, :3]
+    return float(np.max(np.linalg.norm(T[:, :3, 3] - other[:, :3, 3], axis=1))), float(
+        np.max(rotation_angle(R))
+    )
+
+
+def _above_sensor(document: UrdfDocument, sensor_link: str) -> str:
+    """Return the link that carries the link of a sensor which is there already.
+
+    Raises:
+        InvalidInput: It is not fixed to another link.
+    """
+    for joint in document.named("joint").values():
+        child, parent = joint.find("child"), joint.find("parent")
+        if child is not None and child.get("link") == sensor_link and joint.get("type") == "fixed":
+            return str(None if parent is None else parent.get("link"))
+    raise _not_fixed(document, sensor_link, "another link")
+
+
+def _not_fixed(document: UrdfDocument, sensor_link: str, to: str) -> InvalidInput:
+    message = f"the link {shorten(sensor_link)} is not fixed to {to}; give another name with --sensor-link"
+    return InvalidInput(Fault(document.file, message))
+
+
+def _set_origin(element: Any, T: Array) -> None:
+    origin = element.find("origin")
+    if origin is None:
+        origin = element.makeelement("origin")
+        element.insert(0, origin)
+    for key, values in (("xyz", T[:3, 3]), ("rpy", rpy_from_rotation(T[:3, :3]))):
+        origin.set(key, " ".join(f"{value + 0.0:.17g}" for value in values))
+
+
+def _put_sensor(document: UrdfDocument, tip: str, name: str, T_flange_sensor: Array, exists: bool) -> None:
+    """Put the sensor's link behind the tip, or its joint where the link is."""
+    root = document.root
+    if not exists:
+        link = root.makeelement("link", {"name": name})
+        joint = root.makeelement("joint", {"name": f"{name}_joint", "type": "fixed"})
+        for tag, target in (("parent", tip), ("child", name)):
+            joint.append(joint.makeelement(tag, {"link": target}))
+        _set_origin(joint, T_flange_sensor)
+        for element in (link, joint):
+            element.tail = "\n"
+            root.append(element)
+        return
+    chain = chain_between(document, tip, name, may_be_fixed=True) if tip != name else None
+    if chain is None or chain.turning:
+        raise _not_fixed(document, name, shorten(tip))
+    T = np.eye(4)
+    for joint in chain.joints[:-1]:
+        T = T @ joint.T_origin
+    _set_origin(chain.joints[-1].element, inverse(T) @ T_flange_sensor)
+
+
+def _check_result(document: UrdfDocument, chain: Chain, rigid: RigidPart, sensor_link: str) -> None:
+    """Read what was made as any reader would, and compare it with the model."""
+    made, _ = robot_of_chain(document.name, chain_between(document, chain.base, sensor_link))
+    q = random_joints(rigid.robot)
+    off, turned = _difference(made.flange(q), rigid.robot.flange(q) @ rigid.T_flange_sensor)
+    if off > EXACT or turned > EXACT:
+        message = (
+            f"a URDF with the flange at {shorten(chain.tip)} would be off by {off / MM:.3g} mm, since a link that turns lies on its axis; "
+            "give --tip as a link behind a fixed joint"
+        )
+        raise InvalidInput(Fault(document.file, message))
+
+
+def text_of(document: UrdfDocument, calibration: str) -> str:
+    """Return the description as text, with a first comment that names the calibration."""
+    import lxml.etree as etree
+
+    name = calibration.replace("--", "- -").rstrip("-")
+    comment = etree.Comment(
+        f" Joint origins by scalar, from {name}; effects that change from pose to pose are not in a URDF. "
+    )
+    comment.tail = "\n"
+    document.root.insert(0, comment)
+    text: bytes = etree.tostring(document.root.getroottree(), xml_declaration=True, encoding="utf-8")
+    return text.decode("utf-8") + "\n"

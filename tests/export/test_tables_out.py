@@ -1,0 +1,128 @@
+"""A calibration as kinematics.yaml of Universal Robots and as DH tables: read by other means, they are the calibrated arm."""
+
+import csv
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+from click.testing import CliRunner
+
+from scalar.cli import cli
+from scalar.data.io.plain_yaml import load_yaml
+from scalar.geometry.robot import Robot
+from tests.calibrated_arms import calibrated
+from tests.helpers import CONFIGS, rotation, shift
+from tests.robot_descriptions import poses_by_pybullet
+
+JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
+
+UR10E_DEFAULT = {  # config/ur10e/default_kinematics.yaml of ur_description: x, y, z, roll, pitch, yaw
+    "shoulder": (0, 0, 0.1807, 0, 0, 0),
+    "upper_arm": (0, 0, 0, np.pi / 2, 0, 0),
+    "forearm": (-0.6127, 0, 0, 0, 0, 0),
+    "wrist_1": (-0.57155, 0, 0.17415, 0, 0, 0),
+    "wrist_2": (0, -0.11985, 0, np.pi / 2, 0, 0),
+    "wrist_3": (0, 0.11655, 0, np.pi / 2, np.pi, np.pi),
+}
+
+
+def robot_of(name):
+    """Return the arm of a file of configs/robots."""
+    return Robot.from_mapping(load_yaml(CONFIGS / f"{name}.yaml"))
+
+
+def exported(calibration, folder, name, *options):
+    """Return the text that ``scalar export`` writes."""
+    path = folder / "calibration.json"
+    calibration.save(path)
+    result = CliRunner().invoke(cli, ["export", str(path), "-o", str(folder / name), *options])
+    assert result.exit_code == 0, result.output
+    return (folder / name).read_text(encoding="utf-8")
+
+
+def description(kinematics):
+    """Return the joints that ur_description's macro makes of a kinematics.yaml, as a URDF."""
+    body = '<link name="base"/>'
+    parent = "base"
+    for joint, link in zip(JOINTS, LINKS, strict=True):
+        k = kinematics[link]
+        body += (
+            f'<link name="{link}_link"/><joint name="{joint}" type="continuous"><parent link="{parent}"/>'
+            f'<child link="{link}_link"/><origin xyz="{k["x"]!r} {k["y"]!r} {k["z"]!r}" '
+            f'rpy="{k["roll"]!r} {k["pitch"]!r} {k["yaw"]!r}"/><axis xyz="0 0 1"/></joint>'
+        )
+        parent = f"{link}_link"
+    return f'<robot name="ur">{body}</robot>'
+
+
+def by_macro(kinematics, q, folder):
+    """Return where pybullet puts wrist_3, which is where ur_description has tool0."""
+    path = folder / "ur.urdf"
+    path.write_text(description(kinematics), encoding="utf-8")
+    return poses_by_pybullet(path, "base", "wrist_3_link", q, list(JOINTS))
+
+
+def test_the_table_of_ur_description_is_our_ur10e(tmp_path):
+    """The default that Universal Robots publish, through their macro, is the nominal arm: the frames are meant alike."""
+    pytest.importorskip("pybullet")
+    keys = ("x", "y", "z", "roll", "pitch", "yaw")
+    default = {link: dict(zip(keys, map(float, v), strict=True)) for link, v in UR10E_DEFAULT.items()}
+    q = np.random.default_rng(1).uniform(-3, 3, (20, 6))
+    np.testing.assert_allclose(by_macro(default, q, tmp_path), robot_of("ur10e").flange(q), atol=1e-9)
+
+
+def test_a_kinematics_file_is_the_calibrated_arm(tmp_path):
+    """Through the macro of ur_description, the file puts tool0 where the calibration has the flange."""
+    pytest.importorskip("pybullet")
+    calibration = calibrated(robot_of("ur10e"), np.random.default_rng(1))
+    text = exported(calibration, tmp_path, "kinematics.yaml", "--ur-hash", "calib_123")
+    kinematics = yaml.safe_load(text)["kinematics"]
+    assert kinematics.pop("hash") == "calib_123"
+    assert list(kinematics) == list(LINKS)
+    q = np.random.default_rng(2).uniform(-3, 3, (100, 6))
+    np.testing.assert_allclose(
+        by_macro(kinematics, q, tmp_path), calibration.model.robot.flange(q), atol=1e-9
+    )
+
+
+def test_an_arm_in_other_frames_makes_no_kinematics_file(tmp_path):
+    """A base that is turned against the controller's is refused: the file would turn the arm."""
+    turned = replace(robot_of("ur10e"), T_base_0=rotation(2, np.pi))
+    path = tmp_path / "calibration.json"
+    calibrated(turned, np.random.default_rng(1)).save(path)
+    result = CliRunner().invoke(cli, ["export", str(path), "-o", str(tmp_path / "kinematics.yaml")])
+    assert result.exit_code == 2
+    assert "base or flange" in result.output
+
+
+def test_a_dh_table_is_the_calibrated_arm(tmp_path):
+    """Multiplied out as its formula says, the CSV gives the flange of the calibration."""
+    calibration = calibrated(robot_of("panda"), np.random.default_rng(1))
+    rows = list(csv.DictReader(io.StringIO(exported(calibration, tmp_path, "dh.csv"))))
+    q = np.random.default_rng(2).uniform(-2, 2, (20, 7))
+    robot = calibration.model.robot
+    T = np.broadcast_to(robot.T_base_0, (20, 4, 4))
+    for i, row in enumerate(rows):
+        a, alpha, d, theta, beta = (
+            float(row[name]) for name in ("a_m", "alpha_rad", "d_m", "theta_rad", "beta_rad")
+        )
+        T = T @ rotation(0, alpha) @ shift(0, a) @ rotation(1, beta)
+        T = T @ rotation(2, q[:, i] + theta) @ shift(2, d)
+        assert float(row["a_nominal_m"]) == calibration.model.nominal.geometry[0, i]
+        assert row["a_std_m"] == ""  # nothing was estimated
+    np.testing.assert_allclose(T @ robot.T_n_flange, robot.flange(q), atol=1e-12)
+
+
+def test_the_table_for_people_has_the_same_numbers_in_millimetres_and_degrees(tmp_path):
+    """Each cell is that of the CSV, rounded."""
+    calibration = calibrated(robot_of("vs060"), np.random.default_rng(1))
+    rows = list(csv.DictReader(io.StringIO(exported(calibration, tmp_path, "dh.csv"))))
+    text = exported(calibration, tmp_path, "dh.md")
+    table = [line for line in text.splitlines() if line.startswith("| 1 |") or line.startswith("| 6 |")]
+    for line, row in zip(table[:2], (rows[0], rows[5]), strict=True):
+        cells = [float(cell) for cell in line.strip("| ").split("|")[1:]]
+        wanted = [float(row["a_m"]) * 1e3, np.rad2deg(float(row["alpha_rad"])), float(row["d_m"]) * 1e3]
+        np.testing.assert_allclose(cells[:3], wanted, atol=1e-5)

@@ -1,0 +1,188 @@
+"""A calibration as a URDF: pybullet puts the sensor where the calibration predicts it, and the rest of the file is as it was."""
+
+import re
+import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from scalar.cli import cli
+from scalar.data.io.plain_yaml import load_yaml
+from scalar.effects.axis_nonparallel import AxisNonparallel
+from scalar.effects.joint_compliance import JointCompliance
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.sensor_slip import SensorSlip
+from scalar.effects.thermal_drift import ThermalDrift
+from scalar.geometry.robot import Robot
+from scalar.ingest.urdf import chain_between, read_urdf, robot_from_urdf
+from tests.calibrated_arms import calibrated, rigid
+from tests.helpers import CONFIGS
+from tests.robot_descriptions import (
+    ARMS,
+    kinematics_alone,
+    poses_by_pybullet,
+    random_description,
+    shipped,
+)
+
+HARMONIC = JointHarmonic(2, (1, 3), coefficients=np.array([3e-4, 1e-4, 0.0, 2e-4]))
+COMPLIANCE = JointCompliance(((2, 3), (3, 3)), coefficients=np.array([1e-3, 2e-4, 5e-4, 0.0]))
+
+
+def run(*arguments):
+    """Return status and output of the command line."""
+    result = CliRunner().invoke(cli, [str(a) for a in arguments])
+    return result.exit_code, result.output
+
+
+def exported(calibration, urdf, folder, *options):
+    """Return the path of the description that ``scalar export`` makes, and what it said."""
+    path, output = folder / "calibration.json", folder / "calibrated.urdf"
+    calibration.save(path)
+    status, said = run("export", path, "--urdf", urdf, *options, "-o", output)
+    assert status == 0, said
+    return output, said
+
+
+def sensor_by_pybullet(path, base, q, folder):
+    """Return where pybullet puts the sensor's link."""
+    copy = kinematics_alone(path, folder / f"alone-{path.name}")
+    chain = chain_between(read_urdf(path), base, "scalar_sensor")
+    return poses_by_pybullet(copy, chain.base, "scalar_sensor", q, [joint.name for joint in chain.turning])
+
+
+@pytest.mark.parametrize("name", ["iiwa", "panda", "xarm6"])
+def test_pybullet_puts_the_sensor_where_the_calibration_predicts_it(name, tmp_path):
+    """The file agrees with `predict`, effects left out, to 1e-9 m over 1000 poses."""
+    pytest.importorskip("pybullet_data")
+    _, base, tip = ARMS[name]
+    rng = np.random.default_rng(1)
+    robot, _ = robot_from_urdf(shipped(name), base, tip)
+    calibration = calibrated(robot, rng, (HARMONIC, COMPLIANCE))
+    path, _ = exported(calibration, shipped(name), tmp_path, "--base", base, "--tip", tip)
+    low, high = robot.limits.T
+    q = rng.uniform(low, high, (1000, robot.n_joints))
+    T = sensor_by_pybullet(path, base, q, tmp_path)
+    np.testing.assert_allclose(T, rigid(calibration).predict(q), atol=1e-9, rtol=0)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_any_description_holds_its_calibration(seed, tmp_path):
+    """Axes in any direction, fixed joints between, a tip that turns or is fixed."""
+    pytest.importorskip("pybullet")
+    rng = np.random.default_rng(seed)
+    urdf = tmp_path / f"random{seed}.urdf"
+    urdf.write_text(random_description(rng, int(rng.integers(2, 8))), encoding="utf-8")
+    robot, _ = robot_from_urdf(urdf)
+    calibration = calibrated(robot, rng)
+    path, said = exported(calibration, urdf, tmp_path)
+    assert "holds the whole calibration" in said
+    q = rng.uniform(-3, 3, (50, robot.n_joints))
+    T = sensor_by_pybullet(path, "l0", q, tmp_path)
+    np.testing.assert_allclose(T, calibration.predict(q), atol=1e-9, rtol=0)
+
+
+def test_a_description_whose_right_angles_are_rounded_holds_it_too(tmp_path):
+    """The arm was calibrated from its maker's table, and the description writes right angles as 1.5708."""
+    pytest.importorskip("pybullet_data")
+    robot, _ = robot_from_urdf(shipped("panda"), "panda_link0", "panda_link8")
+    text = shipped("panda").read_text(encoding="utf-8")
+    rounded, n = re.subn(r"1\.57079632679", "1.5708", text)
+    assert n
+    urdf = tmp_path / "rounded.urdf"
+    urdf.write_text(rounded, encoding="utf-8")
+    calibration = calibrated(robot, np.random.default_rng(3))
+    path, _ = exported(calibration, urdf, tmp_path, "--base", "panda_link0", "--tip", "panda_link8")
+    q = np.random.default_rng(4).uniform(-2, 2, (50, 7))
+    T = sensor_by_pybullet(path, "panda_link0", q, tmp_path)
+    np.testing.assert_allclose(T, calibration.predict(q), atol=1e-9, rtol=0)
+
+
+def test_only_origins_of_the_chain_change(tmp_path):
+    """Comments, meshes, limits, axes and all beside the chain stay as they were; what is exported again stays the same."""
+    pytest.importorskip("pybullet_data")
+    _, base, tip = ARMS["panda"]
+    robot, _ = robot_from_urdf(shipped("panda"), base, tip)
+    calibration = calibrated(robot, np.random.default_rng(1))
+    text = shipped("panda").read_text(encoding="utf-8")
+    urdf = tmp_path / "in.urdf"
+    urdf.write_text(text.replace("</robot>", "<!-- kept --><gazebo x='1'/></robot>"), encoding="utf-8")
+    path, _ = exported(calibration, urdf, tmp_path, "--base", base, "--tip", tip)
+    before, after = (ElementTree.parse(p).getroot() for p in (urdf, path))
+    assert "<!-- kept -->" in path.read_text(encoding="utf-8")
+    moved = {joint.name for joint in chain_between(read_urdf(urdf), base, tip).joints}
+    added = {"scalar_sensor", "scalar_sensor_joint"}
+    rest = [e for e in after if e.get("name") not in added]
+    assert len(rest) == len(list(before))
+    for old, new in zip(before, rest, strict=True):
+        if old.get("name") in moved:
+            for root in (old, new):
+                for origin in root.findall("origin"):
+                    root.remove(origin)
+        assert ElementTree.tostring(old).strip() == ElementTree.tostring(new).strip()
+    (tmp_path / "again").mkdir()
+    same = replace(calibration, model=replace(calibration.model, nominal=calibration.model.robot))
+    again, _ = exported(same, path, tmp_path / "again", "--base", base, "--tip", tip)
+    q = np.random.default_rng(2).uniform(-2, 2, (20, 7))
+    np.testing.assert_allclose(
+        sensor_by_pybullet(again, base, q, tmp_path), calibration.predict(q), atol=1e-9, rtol=0
+    )
+
+
+def test_what_a_description_cannot_hold_is_listed_with_its_size(tmp_path):
+    """Size by the model itself: the distance between predictions with and without the effect at random poses."""
+    robot = Robot.from_mapping(load_yaml(CONFIGS / "vs060.yaml"))
+    tilt = AxisNonparallel(3, coefficients=np.array([2e-3]))
+    slip = SensorSlip(10.0, coefficients=np.array([1e-3, 0, 0, 0, 2e-3, 0]))
+    heat = ThermalDrift("temperature", 20.0, coefficients=np.array([2e-5]))
+    calibration = calibrated(robot, np.random.default_rng(1), (tilt, slip, HARMONIC, heat))
+    path, table = tmp_path / "calibration.json", tmp_path / "dh.md"
+    calibration.save(path)
+    status, said = run("export", path, "-o", table)
+    assert status == 0, said
+    held = [line for line in said.splitlines() if "held as geometry" in line]
+    assert len(held) == 2 and "tilt" in held[0] and "slip" in held[1]
+    assert "give --at temperature=NUMBER" in said
+    with_heat = run("export", path, "-o", table, "--at", "temperature=30")[1]
+    assert "held as geometry: thermal drift" in with_heat
+    line = next(line for line in said.splitlines() if "harmonic" in line)
+    size = float(re.search(r"([0-9.]+) mm RMS", line).group(1))
+    low, high = robot.limits.T
+    q = np.random.default_rng(5).uniform(low, high, (20_000, 6))
+    without = replace(calibration, model=replace(calibration.model, effects=(tilt, slip)))
+    with_it = replace(calibration, model=replace(calibration.model, effects=(tilt, slip, HARMONIC)))
+    moved = np.linalg.norm((with_it.predict(q) - without.predict(q))[:, :3, 3], axis=1)
+    assert size == pytest.approx(1e3 * np.sqrt(np.mean(moved**2)), rel=0.1)
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        (["-o", "out.urdf"], "give it as --urdf"),
+        (["-o", "out.txt"], "says what to write"),
+        (["--tip", "x", "-o", "out.md"], "are for a .urdf"),
+        (["--urdf", "missing.urdf", "-o", "out.urdf"], "no such file"),
+        (["--urdf", "in.urdf", "-o", "in.urdf"], "another name for the output"),
+        (["--urdf", "in.urdf", "--tip", "l3", "-o", "out.urdf"], "were calibrated"),
+        (["--urdf", "other.urdf", "-o", "out.urdf"], "differs from the nominal arm"),
+        (["--at", "temperature", "-o", "out.md"], "write temperature=35"),
+        (["-o", "out.yaml"], "kinematics.yaml is for arms of Universal Robots"),
+        (["--urdf", "in.urdf", "--sensor-link", "l1", "-o", "out.urdf"], "--sensor-link"),
+    ],
+)
+def test_what_cannot_be_exported_is_refused_in_one_line(options, words, tmp_path, monkeypatch):
+    """Exit 2, one line with what to do, and no file."""
+    monkeypatch.chdir(tmp_path)
+    for name, seed in (("in", 1), ("other", 2)):
+        text = random_description(np.random.default_rng(seed), 6)
+        (tmp_path / f"{name}.urdf").write_text(text, encoding="utf-8")
+    robot, _ = robot_from_urdf("in.urdf")
+    calibrated(robot, np.random.default_rng(1)).save("calibration.json")
+    before = sorted(tmp_path.iterdir())
+    status, said = run("export", "calibration.json", *options)
+    assert status == 2, said
+    assert words in said
+    assert len(said.splitlines()) == 1
+    assert sorted(tmp_path.iterdir()) == before
