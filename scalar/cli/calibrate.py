@@ -1,4 +1,4 @@
-"""``scalar calibrate``: estimate robot, sensor and planes together, and say how sure each parameter is."""
+"""``scalar calibrate``: estimate robot, sensor and target together, with the standard error of each parameter."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def calibrate(
 
 
 def describe_calibration(calibration: Calibration) -> str:
-    """Return what was found, how sure it is, and what could not be seen."""
+    """Return a summary of a calibration: parameters, standard errors, and what the data do not determine."""
     from scalar.estimation import transfer
 
     summary = calibration.summary

@@ -17,7 +17,7 @@ from scalar.cli.terminal import say
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
 
-_SILENT_SHOWN = 4
+_UNOBSERVABLE_SHOWN = 4
 _EFFECTS_NAMED = 8
 _COEFFICIENTS_SHOWN = 3
 _PLAIN = str.maketrans(
@@ -29,13 +29,16 @@ _PLAIN = str.maketrans(
 @click.argument("dataset", type=PATH)
 @OUTPUT
 @click.option(
-    "--quick", is_flag=True, help="One diagnosis instead of six: no errors on poses that nothing has seen."
+    "--quick",
+    is_flag=True,
+    help="Diagnose once instead of six times: findings are not confirmed, and errors on unseen poses stay unknown.",
 )
 @EFFECTS_MODULE
 def diagnose(dataset: Path, output: Path, quick: bool, effects_modules: Sequence[Path]) -> None:
     """Find what the model lacks.
 
-    The effects that are found are added to the model, and errors on poses that nothing has seen are compared before and after.
+    The effects that are found are added to the model. Errors before and after are compared on poses that no part of
+    the diagnosis has used.
 
     Writes DIR/before.json and DIR/after.json (calibrations), DIR/diagnosis.json and DIR/report.html (one file, opens offline).
 
@@ -70,20 +73,20 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     d = diagnosis.to_mapping()
     before, after = d["residual"]["before"], d["residual"]["after"]
     verdict = {
-        "no_effect": "nothing but noise: these data show nothing that the model lacks",
+        "no_effect": "no effect found: these data show nothing that the model lacks",
         "effect": "found what the model lacks",
         "unattributed": "the residual holds structure that no known effect explains",
     }[d["verdict"]]
     lines = [f"{diagnosis.dataset.name}: {verdict}"]
     setup = diagnosis.calibration_before.summary["setup"]
-    lines += [f"  look again: {suspicion['sentence']}" for suspicion in setup]
+    lines += [f"  check the set-up: {suspicion['sentence']}" for suspicion in setup]
     for entry in d["effects"][:_EFFECTS_NAMED]:
         title = words.title(entry["name"], entry["target"], entry.get("depends_on", ()))
         lines.append(f"  {title}{_sizes(entry)}")
         if entry["confounded_with"]:
             near = [words.title(c["name"], c["target"]) for c in entry["confounded_with"]]
             more = [f"{len(near) - 3} more"] if len(near) > 3 else []
-            lines.append(f"    these data do not tell it from {words.listed(near[:3] + more, 'or')}")
+            lines.append(f"    these data do not distinguish it from {words.listed(near[:3] + more, 'or')}")
     if len(d["effects"]) > _EFFECTS_NAMED:
         lines.append(f"  and {len(d['effects']) - _EFFECTS_NAMED} more")
     lines.append(
@@ -95,14 +98,14 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     outliers = d["outliers"]
     if outliers["poses"] or outliers["points"]:
         lines.append(
-            f"  set aside: {len(outliers['poses'])} poses, {len(outliers['mislabelled'])} of them on another plane "
-            f"than said, and {outliers['points']} points"
+            f"  set aside: {len(outliers['poses'])} poses ({len(outliers['mislabelled'])} of them lie on another plane "
+            f"than stated) and {outliers['points']} points"
         )
     if d["unobservable"]:
         hidden = list(dict.fromkeys(words.title(s["name"], s["target"]) for s in d["unobservable"]))
-        more = len(hidden) - _SILENT_SHOWN
-        shown = hidden[:_SILENT_SHOWN] + ([f"{more} more (see the report)"] if more > 0 else [])
-        lines.append(f"  cannot be seen here: {words.listed(shown)}")
+        more = len(hidden) - _UNOBSERVABLE_SHOWN
+        shown = hidden[:_UNOBSERVABLE_SHOWN] + ([f"{more} more (see the report)"] if more > 0 else [])
+        lines.append(f"  unobservable in these data: {words.listed(shown)}")
     return "\n".join(lines).translate(_PLAIN)
 
 

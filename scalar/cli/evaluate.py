@@ -1,4 +1,4 @@
-"""``scalar evaluate``: a calibration against the truth of a simulated set."""
+"""``scalar evaluate``: compare a calibration with the truth of a simulated dataset."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ A variance component of whole poses is drawn anew at every pose. Before one is r
 them, and the residuals a of neighbours i and k in that order are multiplied: ``t = sum a_i a_k / sqrt(sum (a_i a_k)^2)`` is about normal if the
 order has no influence (von Neumann's ratio, with the standard error of the products taken from the products themselves). Two kinds of a are
 tested. One is the residual itself, with neighbours on the same target plane. The other is the component of the residual along its derivative by a
-quantity that might err (``asked_places``); its sign is that of the error, whichever plane was measured. The poses are sorted by time, by recorded
+quantity that might err (``components_along``); its sign is that of the error, whichever plane was measured. The poses are sorted by time, by recorded
 columns, by angles, by sums and differences of two angles, by the place on the plane and by the direction of gravity in the sensor's frame.
 """
 
@@ -46,7 +46,7 @@ def chances(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
         z: ``(N, m)``, its whitened residuals, or a draw of what they would be by chance.
     """
     least = state.settings.autocorrelation.least_poses
-    asked = asked_places(state, z)
+    components = components_along(state, z)
     planes = state.residuals.measurement.target_index
     whole = np.zeros(len(z))
     angles, in_time = _moving_angles(state), _recorded_in_time(state)
@@ -57,7 +57,7 @@ def chances(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
 
     def in_order(values: Array) -> list[float]:
         by_plane = neighbour_p_value(z, _in_order(planes, values, least))
-        return [by_plane, *neighbour_p_values(asked, _in_order(whole, values, least))]
+        return [by_plane, *neighbour_p_values(components, _in_order(whole, values, least))]
 
     for name, values in in_time.items():
         judge("in_time", (name,), in_order(values))
@@ -69,7 +69,7 @@ def chances(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
         judge("pair", (a, b), in_order(angles[a] + angles[b]))
         judge("pair", (a, b), in_order(angles[a] - angles[b]))
         near = _near(np.column_stack([angles[a], angles[b]]), state.settings.autocorrelation)
-        judge("pair", (a, b), neighbour_p_values(asked, near))
+        judge("pair", (a, b), neighbour_p_values(components, near))
     corrected: dict[tuple[str, ...], float] = {}
     for family in found.values():
         for names, chance in family:
@@ -94,9 +94,9 @@ def neighbour_p_value(z: Array, near: Array) -> float:
     return _chances(products[:, None], near, len(z))[0]
 
 
-def neighbour_p_values(asked: Array, near: Array) -> list[float]:
-    """Return the same p-value for each column of ``asked`` ``(N, K)``."""
-    return _chances(asked[near[:, 0]] * asked[near[:, 1]], near, len(asked))
+def neighbour_p_values(components: Array, near: Array) -> list[float]:
+    """Return the same p-value for each column of ``components`` ``(N, K)``."""
+    return _chances(components[near[:, 0]] * components[near[:, 1]], near, len(components))
 
 
 def _chances(products: Array, near: Array, n_poses: int) -> list[float]:
@@ -134,7 +134,7 @@ def _near(values: Array, settings: AutocorrelationSettings = DEFAULTS.autocorrel
     return np.unique(np.sort(pairs, axis=1), axis=0)
 
 
-def asked_places(state: FittedState, z: Array) -> Array:
+def components_along(state: FittedState, z: Array) -> Array:
     """Return the component of each pose's residual along its derivative by each quantity that might err ``(N, K)``, in standard errors.
 
     The quantities are every joint's angle, all lengths in proportion (growth), and the components of the sensor's pose on the flange and of
@@ -157,8 +157,8 @@ def asked_places(state: FittedState, z: Array) -> Array:
     if state.whitening is not None:
         by_place = state.whitening @ by_place
     sizes = np.linalg.norm(by_place, axis=1)
-    asked = np.einsum("nmk,nm->nk", by_place, z) / np.maximum(sizes, 1e-300)
-    return asked[:, sizes.any(axis=0)]
+    components = np.einsum("nmk,nm->nk", by_place, z) / np.maximum(sizes, 1e-300)
+    return components[:, sizes.any(axis=0)]
 
 
 def _recorded_in_time(state: FittedState) -> dict[str, Array]:
@@ -181,7 +181,7 @@ def _places(state: FittedState) -> dict[str, Array]:
         return {}
     origins = state.residuals.kinematics(state.model).T_base_sensor[:, :3, 3]
     along = np.einsum("nkx,nx->kn", target.tangents[state.residuals.measurement.target_index], origins)
-    return {"plate_u": along[0], "plate_v": along[1]}
+    return {"plane_u": along[0], "plane_v": along[1]}
 
 
 def _gravity(state: FittedState) -> Array:

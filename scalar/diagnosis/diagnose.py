@@ -42,8 +42,8 @@ def diagnose(
         dataset: What was measured.
         progress: Called with the name of each stage.
         settings: Thresholds.
-        outer_folds: Parts of the outer split, on whose poses neither cleaning nor choice nor fit has any hold: as many diagnoses more, and
-            the errors on unseen poses with them. Without it, zero, they are not known; ``settings.outer_split.folds`` is the usual number.
+        outer_folds: Number of parts of the outer split. The whole diagnosis is repeated without each part, and the errors on its poses are
+            those on unseen poses. With zero they are not known; ``settings.outer_split.folds`` is the usual number.
         on_fold: Called with how many of these runs are done, and how many there are.
 
     Raises:
@@ -91,7 +91,7 @@ def diagnose(
 
 
 def answer_without(dataset: Dataset, settings: Settings) -> Answer:
-    """Return what a diagnosis of some of the poses answers, for the outer split: the whole choice anew."""
+    """Return the answer of a whole diagnosis of some of the poses, for the outer split."""
     run = explained(dataset, settings, lambda stage: None)
     noise = identified_components(run.after)
     shipped = shipped_fit(run.before, run.after, run.after.whitening if noise else None)

@@ -1,10 +1,11 @@
-"""Errors on poses that nothing has seen: an outer split outside of cleaning, forward selection, spectrum, variance components and fit.
+"""Errors on unseen poses, by an outer split around the whole diagnosis: cleaning, forward selection, spectrum, variance components and fit.
 
-If selection sees the poses that judge it, the judgement is too kind (Cawley and Talbot, Journal of Machine Learning Research 11, 2010; Varma and
-Simon, BMC Bioinformatics 7, 2006). So the whole diagnosis is run anew without each part of the poses, and its calibrations predict that part.
-Parts are made of blocks of successive poses, and a pose that is commanded again goes with its first time, as in ``hold_out``. Of the poses left
-out, those that the whole diagnosis sets aside as gross errors are not counted. The share of runs that choose an effect says how far to trust
-it (stability selection: Meinshausen and Bühlmann, Journal of the Royal Statistical Society B 72, 2010).
+If the poses that judge a selection took part in it, the estimated error is too small (Cawley and Talbot, Journal of Machine Learning
+Research 11, 2010; Varma and Simon, BMC Bioinformatics 7, 2006). So the whole diagnosis is run anew without each part of the poses, and its
+calibrations predict that part.
+Parts are made of blocks of successive poses, and repetitions of a pose belong to one part, as in ``hold_out``. Poses that the diagnosis of all data
+sets aside as gross errors are not counted. The share of runs that choose an effect measures its stability (stability selection: Meinshausen and
+Bühlmann, Journal of the Royal Statistical Society B 72, 2010).
 """
 
 from __future__ import annotations
@@ -31,11 +32,11 @@ from scalar.geometry.se3 import Array
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What a diagnosis of some of the poses answers.
+    """The answer of a diagnosis of some of the poses.
 
     Attributes:
         before, after: The models that it would ship.
-        effects: That it found.
+        effects: Those that it found.
         noise: Name of its likeliest variance component, or None.
     """
 
@@ -50,13 +51,13 @@ Run = Callable[[Dataset, Settings], Answer]
 
 @dataclass(frozen=True, eq=False)
 class OuterSplit:
-    """What the runs without a part of the poses say.
+    """The answers of the runs without a part of the poses, and the errors on that part.
 
     Attributes:
-        folds: Parts.
-        answers: Of the runs that came to an end.
-        failed: Why the others did not, a line each.
-        errors: Of the poses that were left out, without effects and as shipped; only of poses whose run came to an end.
+        folds: Number of parts.
+        answers: Of the runs that succeeded.
+        failed: Why the other runs failed, a line each.
+        errors: Errors on the poses that were left out, without effects and as shipped; only of poses whose run succeeded.
         fold: ``(N,)``, the part of each of these poses.
     """
 
@@ -67,7 +68,7 @@ class OuterSplit:
     fold: Array
 
     def selected_in(self, effect: Effect) -> float:
-        """Return the share of runs that chose an effect at its place; one without a name: that found structure along the same variables."""
+        """Return the share of runs that chose an effect with its target; for a flexible term, that found structure along one of its variables."""
         return self._share(lambda answer: any(_same(effect, other) for other in answer.effects))
 
     def noise_selected_in(self, name: str) -> float:
@@ -107,15 +108,15 @@ def outer_split(
     folds: int,
     on_fold: Callable[[int, int], None],
 ) -> OuterSplit | None:
-    """Return the errors of runs on poses that they have not seen; None without parts.
+    """Return the errors on poses that took no part in a diagnosis, or None without an outer split.
 
     Args:
         dataset: All that was measured, gross errors included.
-        cleaned: What the diagnosis of all of it keeps.
+        cleaned: The dataset without the gross errors that the diagnosis of all poses sets aside.
         run: Diagnoses a dataset; importable by its name.
         settings: Thresholds.
-        folds: Parts; fewer than two are none.
-        on_fold: Called with how many runs are done, and how many there are.
+        folds: Number of parts; with fewer than two there is no outer split.
+        on_fold: Called with the number of runs that are done and the number of all runs.
     """
     if folds < 2:
         return None
@@ -151,7 +152,7 @@ def outer_split(
 
 
 def _numbered(dataset: Dataset) -> Dataset:
-    """Return the dataset with its order of acquisition as a column, since a part of it has other rows."""
+    """Return the dataset with its order of acquisition as a column, since the rows of a part no longer show it."""
     if "order" in dataset.poses:
         return dataset
     return replace(dataset, poses=dataset.poses.assign(order=np.arange(dataset.n_poses, dtype=float)))
@@ -174,7 +175,7 @@ def _squared(dataset: Dataset, model: Model) -> tuple[Array, Array]:
 def _run_all(
     jobs: Sequence[tuple[Run, Dataset, Settings]], on_fold: Callable[[int, int], None]
 ) -> Iterator[Answer | ScalarError]:
-    """Yield the answers in the order of the jobs, whatever order they end in; as many run at once as there are cores."""
+    """Yield the answers in the order of the jobs; as many jobs run at once as there are cores."""
     cores = min(len(jobs), _cores())
     on_fold(0, len(jobs))
     if cores < 2 or "fork" not in get_all_start_methods():

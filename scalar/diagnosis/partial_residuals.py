@@ -86,11 +86,11 @@ class FittedView:
         """Return how the sensor moves with every parameter of the geometry ``(N, 6, 5 n)``."""
         return self._screws[:, :, : self.nominal.geometry.size]
 
-    def asked(self, screws: Array) -> tuple[Array, Array]:
-        """Return what each pose asks of a motion beyond the model, with standard errors, ``(N,)`` each.
+    def estimated_along(self, screws: Array) -> tuple[Array, Array]:
+        """Return how far each pose's residual puts the sensor along a motion beyond the model, with standard errors, ``(N,)`` each.
 
         Args:
-            screws: ``(N, 6)`` in the base frame, a unit.
+            screws: ``(N, 6)``, a motion of size one of each pose, in the base frame.
         """
         g = np.einsum("nmi,ni->nm", self.wrench, screws)
         squared = np.sum(g * g, axis=1)

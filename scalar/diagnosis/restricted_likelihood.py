@@ -19,9 +19,11 @@ from scalar.diagnosis.score_test import Background
 from scalar.geometry.se3 import Array
 
 _MOST_STEPS = 40
-_CONVERGED = 1e-4  # nats that a step promises
+_CONVERGED = 1e-4  # nats gained by a step
 _HALVINGS = 12
-_LARGEST = 1e8  # of a component's size over the noise: rows that are free of noise stay finite
+_LARGEST = (
+    1e8  # of a component's variance over that of the noise, so that data without noise give finite numbers
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,11 +53,11 @@ def fit_components(background: Background, kernels: Sequence[Array]) -> Componen
     if not kernels:
         return Components(np.zeros(0), np.zeros(0), _evaluate(background, scaled, np.zeros(0))[0])
     starts = [np.full(len(kernels), size) for size in (0.1, 10.0)]
-    best = max((_climbed(background, scaled, v) for v in starts), key=lambda found: found.log_likelihood)
+    best = max((_maximised(background, scaled, v) for v in starts), key=lambda found: found.log_likelihood)
     return Components(scale * best.variances, scale * best.std_errors, best.log_likelihood)
 
 
-def _climbed(background: Background, kernels: list[Array], v: Array) -> Components:
+def _maximised(background: Background, kernels: list[Array], v: Array) -> Components:
     """Return the optimum that steps of average information reach from a start, no variance becoming negative."""
     value, gradient, information = _evaluate(background, kernels, v)
     for _ in range(_MOST_STEPS):

@@ -1,4 +1,4 @@
-"""A diagnosis: what was found, how sure, what is confounded with it, what cannot be observed; and its file."""
+"""A diagnosis and its file: the effects that were found, their confidence, what is confounded with them, and what is unobservable."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ class Finding:
     Attributes:
         effect: With its coefficients.
         p_value: Of its gain given the other effects, corrected for all that were tried.
-        before, after: Held-out errors without and with it, in the order of taking.
+        before, after: Held-out errors without and with it, given the effects that were added before it.
         confounded_with: Effects that would explain the same as well.
-        confidence: Chance that name and target are right.
+        confidence: Estimated probability that name and target are right.
         std: ``(k,)``, standard errors of the coefficients, None for those that were not estimated.
         grounds: What the confidence follows from.
         selected_in: Share of the outer split's runs that chose it at its place, or None without that split.
@@ -56,7 +56,7 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """What a dataset says of what its model lacks.
+    """Which effects the rigid model of a dataset lacks.
 
     Attributes:
         dataset: As read; ``cleaned`` is what was used.
@@ -66,12 +66,12 @@ class Diagnosis:
         shipped: Which of them is ``after.json``, how the latter weighs the poses, and what decided.
         findings: In the order in which they were added.
         not_confirmed: Effects that fewer than half of the outer split's runs chose: no findings, and not in ``after``.
-        noise: Noise effects, the likeliest first; the first is what is reported.
+        noise: Variance components of whole poses, the likeliest first; the first is what is reported.
         noise_grounds: What the confidence in it follows from, or None where there is none.
-        depends_on: Columns in whose order the residuals are autocorrelated, where a variance component would be reported: it is not noise.
+        depends_on: Columns along which the residuals are autocorrelated. A variance component is then no noise, and is reported as unattributed.
         unobservable: Effects that these data cannot show.
         ranking: Of all candidates on the residual before, best first.
-        outer: What runs without a part of the poses say, or None where there were none.
+        outer: Answers of the diagnoses without a part of the poses, or None if there were none.
     """
 
     dataset: Dataset
@@ -98,7 +98,7 @@ class Diagnosis:
 
     @property
     def _ships_geometry_alone(self) -> bool:
-        """Return whether effects were found and none is shipped: errors of runs that shipped theirs are not those of this calibration."""
+        """Return whether effects were found but none is shipped; the errors of runs that shipped effects then do not hold for this calibration."""
         return self.shipped.without_effects or (bool(self.not_confirmed) and not self.findings)
 
     @property
@@ -115,7 +115,7 @@ class Diagnosis:
 
     @property
     def confirmed_noise(self) -> tuple[VarianceComponent, ...]:
-        """Return the noise effects, where the outer split does not say that there are none."""
+        """Return the variance components, unless the outer split does not confirm them."""
         share = self._noise_selected_in
         least = self.after.settings.outer_split.least_selected
         return self.noise if share is None or share >= least else ()
@@ -246,7 +246,7 @@ class Diagnosis:
         return entry
 
     def noise_entry(self) -> dict[str, Any]:
-        """Return the entry of the likeliest noise effect, unattributed where it is no noise."""
+        """Return the entry of the likeliest variance component; it is unattributed if it is no noise."""
         best, *others = self.noise
         settings = self.after.settings
         unit = "std_rad" if best.name == "pose_jitter" else "std_m"

@@ -1,10 +1,10 @@
-"""Which fit is shipped as ``after.json``: what is reported of it is worked out for that fit and no other.
+"""Choose which fit is shipped as ``after.json``; all that is reported is computed for that fit.
 
-Where a variance component is identified, its weights are one way to fit and equal weights are another. What predicts held-out poses better is
-shipped, compared pose by pose in blocks, in metres; where that does not tell, the weights are used if predictions at poses that were not
-measured then vary clearly less when single poses are left out. Neither is shipped against evidence: where held-out poses say that the model
-without effects predicts better, that one is shipped, and the effects remain findings. A test of whether the two fits differ (Hausman,
-Econometrica 46, 1978) is no safeguard and is only reported: false weights lose efficiency and do not bias.
+Where a variance component is identified, the fit may use its weights or equal weights. The fit that predicts held-out poses better is shipped;
+their errors are compared in metres, pose by pose in blocks. If the two do not differ significantly, the weights are used only if predictions at
+poses that were not measured then vary clearly less when single poses are left out. If the model without effects predicts held-out poses
+significantly better than either fit, it is shipped instead, and the effects remain findings. A test of whether the two fits differ (Hausman,
+Econometrica 46, 1978) is only reported: wrong weights lose efficiency but cause no bias, so it does not protect against them.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ class Disagreement:
     """How the fit with the weights of a variance component compares with the one without.
 
     Attributes:
-        apart: Between their predictions at random poses, root mean square [m], the best rigid motion removed.
+        apart: Root mean square difference of their predictions at random poses [m], the best rigid motion removed.
         apart_std: Standard error of that difference, poses being the samples [m].
         held_out_rms: Of the fit with equal weights and of the weighted one [m].
-        predicted_std: Of a predicted position, of the one and the other, clustered by pose [m].
-        beyond_chance: Whether they differ by more than chance makes.
+        predicted_std: Standard deviation of a predicted position, clustered by pose, of the same two fits [m].
+        beyond_chance: Whether they differ significantly.
     """
 
     apart: float
@@ -59,7 +59,7 @@ class ShippedFit:
 
     Attributes:
         fit: ``before``, ``equal_weights`` or ``weights_of_component``.
-        effects_fit: The same for the effects that are reported: one of the latter two.
+        effects_fit: The fit of the effects that are reported: ``equal_weights`` or ``weights_of_component``.
         held_out: Errors of the fit that is shipped.
         effects_held_out: Errors of the fit of the effects.
         decided_by: ``held_out``, ``unseen``, ``predicted_std`` or ``only_one``.
@@ -96,27 +96,27 @@ def shipped_fit(
         before: Without effects.
         after: With those that were found.
         whitening: ``(N, m, m)``, weights of the variance component that was identified, or None.
-        unseen: Errors without and with effects on poses that not even the choice has seen, or None.
+        unseen: Errors without and with effects on poses that no part of the diagnosis has used, or None.
     """
     settings = after.settings.shipped_fit
     without, equal = held_out_errors(before), held_out_errors(after)
     fit, held_out, decided_by, found = EQUAL, equal, "only_one", None
     if whitening is not None:
         weighted = held_out_errors(as_whitened(after), whitening)
-        ours, theirs = moves(after, None), moves(after, whitening)
-        apart, error = theirs.apart(ours)
+        of_equal, of_weighted = moves(after, None), moves(after, whitening)
+        apart, error = of_weighted.apart(of_equal)
         found = Disagreement(
             apart,
             error,
             (equal.rms, weighted.rms),
-            (ours.std, theirs.std),
+            (of_equal.std, of_weighted.std),
             apart > settings.beyond_chance * error,
         )
         gain = improvement_in_metres(equal, weighted), improvement_in_metres(weighted, equal)
         if max(gain) >= settings.beyond_chance:
             decided_by, better = "held_out", gain[0] > gain[1]
         else:
-            decided_by, better = "predicted_std", theirs.std < settings.surer * ours.std
+            decided_by, better = "predicted_std", of_weighted.std < settings.surer * of_equal.std
         if better:
             fit, held_out = BY_COMPONENT, weighted
     effects_fit, effects_held_out = fit, held_out

@@ -14,7 +14,9 @@ from scipy.stats import norm
 
 from scalar.geometry.se3 import Array
 
-_FARTHEST = 40.0  # largest saddlepoint; larger sums, by so many standard deviations, have probability 0
+_FARTHEST = (
+    40.0  # largest saddlepoint, in standard deviations; the probability of larger sums is returned as 0
+)
 
 
 def upper_tail(products: Array, near: Array, n_poses: int) -> float:
@@ -46,7 +48,10 @@ def upper_tail(products: Array, near: Array, n_poses: int) -> float:
 
 
 def _cumulants(p: Array, near: Array, n_poses: int) -> tuple[float, float]:
-    """Return the third and the fourth cumulant of a sum of unit variance; a negative one is set to zero, so that no lighter tail is used."""
+    """Return the third and the fourth cumulant of a sum of unit variance.
+
+    Negative ones are set to zero, so that the tail is never taken to be lighter than the normal one.
+    """
     upper = coo_array((p, (near[:, 0], near[:, 1])), shape=(n_poses, n_poses))
     A = (upper + upper.T).tocsr()
     squared = A @ A

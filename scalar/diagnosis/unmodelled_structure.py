@@ -49,7 +49,7 @@ def with_flexible_terms(state: FittedState, named: CandidateSet) -> FittedState:
 
 
 def _in_parts(pool: Sequence[Effect]) -> list[CandidateSet]:
-    """Return a pool of terms in parts: products between terms are not needed, and the columns of all terms at once take too much memory."""
+    """Return a pool of terms in parts, because the columns of all terms at once take too much memory; no products between terms are needed."""
     parts: list[list[Effect]] = [[]]
     width = 0
     for candidate in pool:
@@ -130,8 +130,8 @@ def _with_replacement(state: FittedState, pools: Sequence[CandidateSet]) -> Fitt
         if imitated is not None:
             entries = entries + _imitating(state, without, imitated)
         others = tuple(e for k, e in enumerate(state.effects) if k not in indices)
-        # Several terms together are tried from the best of them only: each attempt refits everything several times. They cannot
-        # stand for a spectrum of many orders.
+        # Several terms together are tried only if they begin with the best one, since each attempt refits everything several times, and not
+        # in the place of a spectrum of many orders.
         together_from = None
         if imitated is not None and own.dof <= settings.most_imitated:
             together_from = max(entries, key=lambda entry: entry.evidence, default=None)
@@ -208,7 +208,7 @@ def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
 
 
 def _own_names_dropped(state: FittedState) -> FittedState:
-    """Return a state without named effects of joints whose error over their own angle a flexible term describes: they fit what it leaves."""
+    """Return a state without the named effects of joints whose error over their own angle a flexible term describes; they only fit what it leaves."""
     curves = {effect.own_curve for effect in state.effects if effect.flexible} - {None}
     kept = tuple(effect for effect in state.effects if effect.flexible or effect.own_curve not in curves)
     if len(kept) == len(state.effects):

@@ -1,8 +1,8 @@
-"""Effects that shift nothing on average and show in the covariance: joints that do not repeat exactly, scans with an error of their own.
+"""Variance components of whole poses: joints that do not repeat exactly, and scans with an error of their own.
 
-Each adds ``v K_i`` to the unit covariance of a pose's whitened rows: ``K = D D'`` with D the rows' derivatives by the joint angles for a jitter, by
-an error common to the scan for a bias. v is found by maximum likelihood; the likelihoods tell the two apart, since a jitter moves far poses
-more and turns lines as well, where a bias only shifts them.
+They shift no mean and show in the covariance. Each adds ``v K_i`` to the unit covariance of a pose's whitened rows: ``K = D D'`` with D the rows'
+derivatives by the joint angles for a jitter, by an error common to the scan for a bias. v is found by maximum likelihood. The likelihoods distinguish
+the two: a jitter moves stretched poses more than near ones and also turns the scanned lines, whereas a bias only shifts them.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from scalar.sensors import Measurement, NoiseComponent, Rows, Target
 
 @dataclass(frozen=True, eq=False)
 class VarianceComponent:
-    """A noise effect.
+    """A random error that is common to all rows of a pose.
 
     Attributes:
         name: ``pose_jitter`` or ``scan_bias``.
@@ -51,16 +51,16 @@ class VarianceComponent:
 def variance_components(
     background: Background, residuals: Residuals, model: Model, alpha: float
 ) -> list[VarianceComponent]:
-    """Return the noise effects that the residual's covariance shows, likeliest first; empty where the noise explains it.
+    """Return the significant variance components, the likeliest first; none if the noise within scans explains the residual.
 
     Args:
         background: Of the model's rows, whitened for the noise within scans alone.
         residuals: Of the dataset.
         model: At the optimum.
-        alpha: Chance of a component where there is none.
+        alpha: Significance level of each component.
     """
     rows = background.residual
-    # A fit takes up its share of the variance; without it the estimate would be low by that share.
+    # The fit absorbs a share of the variance; without this factor the estimate would be too small by that share.
     live = background.freedom + background.Q.shape[1]
     rows = rows * np.sqrt(live / background.freedom)
     found = []
@@ -150,22 +150,22 @@ class WhitenedMeasurement(Measurement):
 
     @classmethod
     def of(cls, dataset: Any) -> Measurement:
-        """Not to be made from a dataset."""
+        """Refuse: a whitened measurement is made from another measurement."""
         raise NotImplementedError
 
     @classmethod
     def target_to_mapping(cls, target: Target, std: Any) -> dict[str, Any]:
-        """Not asked of a measurement that is whitened: its kind saves the target."""
+        """Refuse: the kind of the inner measurement saves the target."""
         raise NotImplementedError
 
     @classmethod
     def target_from_mapping(cls, mapping: Any) -> Target:
-        """Not asked of a measurement that is whitened: its kind loads the target."""
+        """Refuse: the kind of the inner measurement loads the target."""
         raise NotImplementedError
 
     @property
     def sigma_known(self) -> bool:
-        """Return whether the noise within scans is stated: the variance component of whole poses is estimated apart from the fit."""
+        """Return whether the noise within scans is stated; the variance component itself is estimated apart from the fit."""
         return self.inner.sigma_stated
 
     def initial_target(self, dataset: Any) -> Target:
@@ -200,6 +200,6 @@ class WhitenedMeasurement(Measurement):
 
 
 def whitening_for(component: VarianceComponent) -> Array:
-    """Return the inverse square roots ``(N, m, m)`` of a noise effect's covariances."""
+    """Return the inverse square roots ``(N, m, m)`` of a variance component's covariances."""
     values, vectors = np.linalg.eigh(component.covariance)
     return (vectors / np.sqrt(values)[:, None, :]) @ np.swapaxes(vectors, 1, 2)

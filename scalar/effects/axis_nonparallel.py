@@ -34,7 +34,7 @@ class AxisNonparallel(OneJoint, LinkEffect):
     name: ClassVar[str] = "axis_nonparallel"
     kind: ClassVar[str] = "tilted axis"
     sentence: ClassVar[str] = (
-        "the axis is tilted against the one before in the way that modified DH cannot hold"
+        "the axis is not quite parallel to the one before it, and the tilt is in the direction that DH parameters cannot describe"
     )
     natural: ClassVar[Mapping[str, float]] = {"rad": 2e-3}
     natural_source: ClassVar[str] = (
@@ -76,7 +76,7 @@ class AxisNonparallel(OneJoint, LinkEffect):
     @property
     def clause(self) -> str:
         """Return which axis is tilted."""
-        return f"the axis of joint {self.joint} is tilted against the one before"
+        return f"the axis of joint {self.joint} is not quite parallel to the axis of joint {self.joint - 1}"
 
     def size(self, pictures: Sequence[Profile | Map]) -> str:
         """Return the angle itself."""

@@ -38,7 +38,9 @@ class BaseCompliance(BaseEffect):
 
     name: ClassVar[str] = "base_compliance"
     kind: ClassVar[str] = "compliance of the base"
-    sentence: ClassVar[str] = "the pedestal tilts under the arm's moving weight"
+    sentence: ClassVar[str] = (
+        "the base tilts a little under the moving weight of the arm: its pedestal or its bolts give way"
+    )
     natural: ClassVar[Mapping[str, float]] = {"rad": 5e-4}
     natural_source: ClassVar[str] = (
         "assumed: half a millimetre at a metre; it depends on the floor, and no data sheet states it"
@@ -131,7 +133,7 @@ class BaseCompliance(BaseEffect):
         w = self.base_screws(view.nominal, view.poses) @ self.coefficients
         size = np.linalg.norm(w[:, :3], axis=1)
         largest = max(float(size.max()), 1e-300)
-        rest, std = view.asked(w / np.maximum(size, 1e-300)[:, None])
+        rest, std = view.estimated_along(w / np.maximum(size, 1e-300)[:, None])
         curve = np.array([[0.0, 1.0], [0.0, largest], [0.0, 0.0]])
         x_axis, y_axis = (
             Axis("overturning moment, share of its largest", "1"),

@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
 LEAST_TORQUE = (
-    0.01  # of the most loaded joint's: below it the sign of a torque says nothing of where a joint rests
+    0.01  # of the most loaded joint's: the sign of a smaller torque does not tell on which side a joint rests
 )
 
 
 @dataclass(frozen=True, eq=False)
 class JointBacklash(OneJoint, JointEffect):
-    """A joint rests on one side of its play or the other: ``dq_j = b s``, s the direction of approach or the torque's sign.
+    """A joint rests on one side of its play or on the other: ``dq_j = b s``, s the direction of approach or the torque's sign.
 
     Attributes:
         joint: From 1.
@@ -44,7 +44,7 @@ class JointBacklash(OneJoint, JointEffect):
 
     name: ClassVar[str] = "joint_backlash"
     kind: ClassVar[str] = "backlash"
-    sentence: ClassVar[str] = "the joint rests on one side of its play or the other"
+    sentence: ClassVar[str] = "the joint has play and rests on one side of it or on the other"
     natural: ClassVar[Mapping[str, float]] = {"rad": 3e-4}
     natural_source: ClassVar[str] = (
         "half of 2 arc minutes, twice the play with which new gears are sold (Nabtesco RV-E, catalogue: 1 arc minute)"
@@ -89,7 +89,7 @@ class JointBacklash(OneJoint, JointEffect):
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
-        """Return the backlash of every joint whose side is known: recorded, or pressed there by a torque that is worth the name."""
+        """Return the backlash of every joint whose side is known: from the recorded approach, or from a torque that is not negligible."""
         moving = moving_joints(dataset)
         torque = {j: np.max(np.abs(typical_torque(dataset.robot, dataset.q, j))) for j in moving}
         most = max(torque.values(), default=0.0)
@@ -134,8 +134,8 @@ class JointBacklash(OneJoint, JointEffect):
         if all(told_by(dataset, j) == "approach" for j in moving_joints(dataset)):
             return []
         return [
-            "Record from which side each joint came (columns approach1, approach2, …; −1 or 1) and vary "
-            "it: backlash could be looked for by the sign of the gravity torque only."
+            "Record from which side each joint came to a pose (columns approach1, approach2, …; −1 or 1), and let it come from both "
+            "sides: without these columns, backlash could be looked for by the sign of the gravity torque only."
         ]
 
     def pictures(self, view: View) -> list[Profile | Map]:

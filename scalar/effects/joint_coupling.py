@@ -27,8 +27,8 @@ class JointCoupling(JointEffect):
     """One joint's angle leaks into another's: ``dq_j = c q_source``.
 
     Attributes:
-        joint: That errs, from 1.
-        source: That leaks, from 1.
+        joint: The joint that errs, from 1.
+        source: The joint whose angle leaks into it, from 1.
     """
 
     joint: int
@@ -36,7 +36,9 @@ class JointCoupling(JointEffect):
 
     name: ClassVar[str] = "joint_coupling"
     kind: ClassVar[str] = "coupling"
-    sentence: ClassVar[str] = "one joint's angle leaks into another's, as in wrist gears"
+    sentence: ClassVar[str] = (
+        "when one joint turns, another turns a little as well, as in wrists whose gears are coupled"
+    )
     natural: ClassVar[Mapping[str, float]] = {"rad/rad": 1e-3}
     natural_source: ClassVar[str] = (
         "assumed: a coupling ratio that is rounded to three digits; no data sheet states it"

@@ -42,7 +42,9 @@ class JointHarmonic(Series):
 
     name: ClassVar[str] = "joint_harmonic"
     kind: ClassVar[str] = "harmonic error"
-    sentence: ClassVar[str] = "the angle errs periodically in itself, as eccentric gears make it"
+    sentence: ClassVar[str] = (
+        "the joint's angle errs periodically over its own turn, as an eccentric gear makes it err"
+    )
     natural: ClassVar[Mapping[str, float]] = {"rad": 3e-4}
     natural_source: ClassVar[str] = (
         "strain wave gears are sold with a transmission accuracy of 1 arc minute, 2.9e-4 rad (Harmonic Drive, CSG catalogue)"

@@ -1,4 +1,4 @@
-"""Pictures of errors of one joint's angle: what every pose asks of that angle, over whatever drives the error."""
+"""Pictures of errors of one joint's angle: the error that each pose shows, over the variable that drives it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def joint_profile(view: View, effect: Any, joint: int, x_axis: Axis, x: Array, *
         more: Further fields of the profile.
     """
     fitted = (effect.joint_basis(view.nominal, view.poses) @ effect.coefficients)[:, joint - 1]
-    rest, std = view.asked(view.joint_screws(joint))
+    rest, std = view.estimated_along(view.joint_screws(joint))
     y_axis = Axis(f"error of joint {joint}", "rad")
     return Profile(x_axis, y_axis, x, fitted + rest, rest, std, fitted, **more)
 
@@ -41,9 +41,9 @@ def joint_curve(view: View, effect: Any, joint: int, x: Array, poses: Poses) -> 
 
 
 def _sweep(view: View, joint: int) -> tuple[Array, Poses]:
-    """Return a grid of one joint's angles as far as they were seen, and poses that have it, all other angles zero."""
-    seen = view.poses.q[:, joint - 1]
-    x = np.linspace(seen.min(), seen.max(), CURVE_POINTS)
+    """Return a grid over the measured range of one joint's angle, and poses on that grid with all other angles zero."""
+    measured = view.poses.q[:, joint - 1]
+    x = np.linspace(measured.min(), measured.max(), CURVE_POINTS)
     return x, at_angle(x, joint, view.poses.q.shape[1])
 
 

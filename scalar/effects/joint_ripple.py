@@ -18,14 +18,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class JointRipple(JointHarmonic):
-    """The same in orders above 32: finer than eccentric gears make it, as teeth, motor poles and encoder lines do.
+    """A joint's angle errs periodically in itself in orders above 32. Teeth, motor poles and encoder lines make such errors; eccentric gears do not.
 
     A ripple is found as a part of all orders of a joint, and not tried alone.
     """
 
     name: ClassVar[str] = "joint_ripple"
     kind: ClassVar[str] = "ripple"
-    sentence: ClassVar[str] = "the angle errs periodically in itself, finer than eccentric gears make it"
+    sentence: ClassVar[str] = (
+        "the joint's angle errs periodically over its own turn, too finely for an eccentric gear: teeth, motor poles or encoder lines do that"
+    )
     natural: ClassVar[Mapping[str, float]] = {"rad": 1e-4}
     natural_source: ClassVar[str] = "assumed, a third of the harmonics of a gear; no data sheet states it"
     most_words: ClassVar[int] = 1 + MAX_RIPPLE_ORDER - MAX_ORDER
@@ -33,7 +35,7 @@ class JointRipple(JointHarmonic):
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
-        """Return nothing: alone, neighbouring orders as high as these are not distinguished by a few hundred poses."""
+        """Return nothing, because a few hundred poses do not distinguish neighbouring orders as high as these."""
         return []
 
     @classmethod

@@ -32,7 +32,9 @@ class JointScale(OneJoint, JointEffect):
 
     name: ClassVar[str] = "joint_scale"
     kind: ClassVar[str] = "scale error"
-    sentence: ClassVar[str] = "the angle errs in proportion to itself"
+    sentence: ClassVar[str] = (
+        "the joint's angle errs in proportion to itself, as a wrong gear ratio makes it err"
+    )
     natural: ClassVar[Mapping[str, float]] = {"rad/rad": 1e-3}
     natural_source: ClassVar[str] = (
         "assumed: a gear ratio that is rounded to three digits; no data sheet states it"

@@ -115,8 +115,8 @@ class View(Protocol):
         """Return how the sensor moves with every parameter of ``Robot.geometry``, row by row, ``(N, 6, 5 n)``."""
         ...
 
-    def asked(self, screws: Array) -> tuple[Array, Array]:
-        """Return by how much each pose's residual asks for a motion ``(N, 6)`` in the base frame, and the standard errors, ``(N,)`` each."""
+    def estimated_along(self, screws: Array) -> tuple[Array, Array]:
+        """Return the size of a motion ``(N, 6)`` in the base frame that would remove each pose's residual, and its standard error, ``(N,)`` each."""
         ...
 
     def error_of(self, effect: Any, basis: Array) -> Array:

@@ -37,7 +37,7 @@ class PlaneBow(PointEffect):
 
     name: ClassVar[str] = "plane_bow"
     kind: ClassVar[str] = "bow"
-    sentence: ClassVar[str] = "the target plane is not flat"
+    sentence: ClassVar[str] = "the target plane is not flat but bowed"
     natural: ClassVar[Mapping[str, float]] = {"1/m": 2e-3}
     natural_source: ClassVar[str] = (
         "cold-rolled sheet may be out of flat by millimetres over a metre (EN 10131): 0.5 mm at half a metre from the middle"

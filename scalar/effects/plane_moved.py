@@ -31,7 +31,7 @@ class PlaneMoved(PointEffect):
     Attributes:
         plane: Its name.
         order: Order of acquisition of the first pose after the step; of the beginning of the creep.
-        time: Its time [s], or None.
+        time: The time of that pose [s], or None.
         centre: ``(3,)`` [m], base frame: the tilt turns about it.
         creep_span: Zero for a step; else the span of order over which a creep reaches the stated change, and stays.
     """
@@ -47,7 +47,7 @@ class PlaneMoved(PointEffect):
     sentence: ClassVar[str] = "the target plane was knocked or crept while it was measured"
     natural: ClassVar[Mapping[str, float]] = {"m": 1e-3, "rad": 1e-3}
     natural_source: ClassVar[str] = (
-        "assumed: a knock may be any size; a creep of a millimetre would be seen by eye"
+        "assumed: a knock may have any size, and a creep of a millimetre would be noticed"
     )
     most_words: ClassVar[int] = 2
     basis_names: ClassVar[tuple[str, ...]] = ("1", "x", "z")
@@ -69,7 +69,7 @@ class PlaneMoved(PointEffect):
 
     @property
     def prior_std(self) -> Array:
-        """Return two centimetres and three degrees: what is knocked moves far."""
+        """Return two centimetres and three degrees, since a knock may move a plane far."""
         return np.array([0.02 if unit == "m" else 0.05 for unit in self.coefficient_units])
 
     def profile(self, order: Array) -> Array:
@@ -195,7 +195,8 @@ class PlaneMoved(PointEffect):
     @property
     def clause(self) -> str:
         """Return which plane moved, and when."""
-        return f"target plane {self.plane} moved at order {self.order:.0f}"
+        when = f"from the pose of order {self.order:.0f} on"
+        return f"target plane {self.plane} {'crept' if self.creep_span else 'stood elsewhere'} {when}"
 
     @property
     def advice(self) -> list[str]:

@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 class RangeDistortion(RangeError):
     """The measured range is curved: ``r -> r + k (r - m)^2 + s r + o``.
 
-    Gain and zero go with a parabola wherever its middle lies, and a gain is not identified: it is fixed at what the laser says of itself at
-    ``middle``. In the middle of what was measured a curvature then moves the lengths of the arm least.
+    Parabolas about different middles differ by a gain and a zero, so these two are fitted as well. Where planes of unknown place do not determine
+    the gain, it is fixed: the slope of the range at ``middle`` is then taken to be right. With a middle among the measured ranges, a curvature
+    changes the lengths of the arm least.
 
     Attributes:
         middle: m [m].
@@ -34,7 +35,9 @@ class RangeDistortion(RangeError):
 
     name: ClassVar[str] = "range_distortion"
     kind: ClassVar[str] = "range distortion of the laser"
-    sentence: ClassVar[str] = "the laser's range is curved"
+    sentence: ClassVar[str] = (
+        "the scanner's error is a curve over the distance that it measures: its linearity error"
+    )
     natural: ClassVar[Mapping[str, float]] = {"1/m": 2e-2, "m/m": 1e-3, "m": 3e-4}
     natural_source: ClassVar[str] = (
         "a linearity of 0.1 % of the range (Keyence LJ-V7000, data sheet), taken to be curved: 0.1 mm, 70 mm from the middle"
@@ -80,7 +83,7 @@ class RangeDistortion(RangeError):
     @property
     def clause(self) -> str:
         """Return what is curved."""
-        return "the range of the laser is curved"
+        return "the laser's range is not linear"
 
     def powers(self, reach: Array) -> Array:
         """Return the correction of the range by curvature, gain and zero ``(G, 3)``."""

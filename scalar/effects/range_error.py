@@ -1,4 +1,4 @@
-"""What the laser's own errors of the range share."""
+"""What all errors of the laser's range have in common."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from scalar.sensors.scan_pieces import PIECES
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-LEAST_INCIDENCE = 0.05  # |n . e|, 87 degrees: a ray that grazes the plane says little of its range
+LEAST_INCIDENCE = 0.05  # |n . e|, 87 degrees: a ray that grazes the plane hardly shows an error of its range
 
 
 def check_measures_range(dataset: Dataset) -> None:

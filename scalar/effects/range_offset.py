@@ -18,7 +18,7 @@ class RangeOffset(RangeError):
 
     name: ClassVar[str] = "range_offset"
     kind: ClassVar[str] = "range offset of the laser"
-    sentence: ClassVar[str] = "the laser's zero is off"
+    sentence: ClassVar[str] = "the scanner measures all distances too long or too short by the same amount"
     natural: ClassVar[Mapping[str, float]] = {"m": 3e-4}
     natural_source: ClassVar[str] = (
         "assumed: the zero of a scanner is a point inside its housing, drawn to a few tenths of a millimetre"
@@ -45,7 +45,7 @@ class RangeOffset(RangeError):
     @property
     def clause(self) -> str:
         """Return what is off."""
-        return "the zero of the laser is off"
+        return "the laser's range has an error of its zero"
 
     def powers(self, reach: Array) -> Array:
         """Return the correction of the range by the coefficient ``(G, 1)``."""

@@ -17,7 +17,9 @@ class RangeScale(RangeError):
 
     name: ClassVar[str] = "range_scale"
     kind: ClassVar[str] = "range scale of the laser"
-    sentence: ClassVar[str] = "the laser's gain is off"
+    sentence: ClassVar[str] = (
+        "the scanner measures all distances too long or too short in the same proportion"
+    )
     natural: ClassVar[Mapping[str, float]] = {"m/m": 1e-3}
     natural_source: ClassVar[str] = (
         "line scanners are sold with a linearity of 0.1 % of the range (Keyence LJ-V7000, data sheet)"
@@ -39,7 +41,7 @@ class RangeScale(RangeError):
     @property
     def clause(self) -> str:
         """Return what is off."""
-        return "the gain of the laser is off"
+        return "the laser's range has an error of scale"
 
     def powers(self, reach: Array) -> Array:
         """Return the correction of the range by the coefficient ``(G, 1)``."""

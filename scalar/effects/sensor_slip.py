@@ -31,8 +31,8 @@ class SensorSlip(SensorEffect):
 
     Attributes:
         order: Order of acquisition of the first pose after the slip.
-        time: Its time [s], or None.
-        turns: Whether the rotation is seen as well (a probe's is not).
+        time: The time of that pose [s], or None.
+        turns: Whether the rotation is observable as well (a probe's is not).
     """
 
     order: float
@@ -41,7 +41,7 @@ class SensorSlip(SensorEffect):
 
     name: ClassVar[str] = "sensor_slip"
     kind: ClassVar[str] = "slip of the sensor"
-    sentence: ClassVar[str] = "the sensor shifts on the flange from one pose on"
+    sentence: ClassVar[str] = "the sensor sat elsewhere on the flange from one pose on"
     natural: ClassVar[Mapping[str, float]] = {"m": 5e-4, "rad": 1e-3}
     natural_source: ClassVar[str] = "assumed: the play of a screw in its hole; a knock may be any size"
     acts_by_joint_angles: ClassVar[bool] = False
@@ -64,7 +64,7 @@ class SensorSlip(SensorEffect):
 
     @property
     def prior_std(self) -> Array:
-        """Return two centimetres and three degrees: what is knocked moves far."""
+        """Return two centimetres and three degrees, since a knock may move a sensor far."""
         return np.array([0.02 if unit == "m" else 0.05 for unit in self.coefficient_units])
 
     def sensor_screws(self, robot: Robot, poses: Poses) -> Array:
@@ -77,7 +77,7 @@ class SensorSlip(SensorEffect):
         return after[:, None, None] * unit
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return when, and what is seen."""
+        """Return the moment, and whether the rotation is fitted."""
         return {"order": self.order, "time": self.time, "turns": self.turns}
 
     @classmethod
@@ -119,13 +119,13 @@ class SensorSlip(SensorEffect):
         return True
 
     def not_transferable(self, dataset: Dataset) -> str | None:
-        """Return that it stays where it was."""
-        return "a slip happens once"
+        """Return that a slip belongs to one campaign."""
+        return "the sensor slipped in one campaign only"
 
     @property
     def clause(self) -> str:
         """Return when the sensor slipped."""
-        return f"the sensor slipped on the flange at order {self.order:.0f}"
+        return f"the sensor slipped on the flange before the pose of order {self.order:.0f}"
 
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the shift along the fitted motion in order of acquisition."""
@@ -136,12 +136,14 @@ class SensorSlip(SensorEffect):
         if self.turns:
             motion[:3] = self.coefficients[3:]
         repeated = np.broadcast_to(motion[:, None], (len(order), 6, 1))
-        rest, std = view.asked(change_frame(view.T_base_sensor, repeated)[:, :, 0] / max(shift, 1e-300))
+        rest, std = view.estimated_along(
+            change_frame(view.T_base_sensor, repeated)[:, :, 0] / max(shift, 1e-300)
+        )
         fitted = np.where(order >= self.order, shift, 0.0)
         at = np.array([order.min(), self.order, self.order, order.max()])
         curve = np.stack([at, np.array([0.0, 0.0, shift, shift]), np.zeros(4)])
         y_axis = Axis("slip of the sensor along the fitted motion", "m")
-        note = "Where the sensor turned as well, the turn goes along in proportion." if self.turns else ""
+        note = "If the sensor turned as well, the turn is included in proportion." if self.turns else ""
         x_axis, mark = variable_axis("order"), self.order
         return [Profile(x_axis, y_axis, order, fitted + rest, rest, std, fitted, curve, mark=mark, note=note)]
 

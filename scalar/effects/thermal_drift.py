@@ -35,7 +35,7 @@ class ThermalDrift(LinkEffect):
         by: ``temperature``, ``time`` or ``order``: the column that drives the growth.
         reference: Value of the column at which the lengths are those of the model.
         time_constant: Of a warm-up ``1 - exp(-(t - reference) / time_constant)``; zero for growth in proportion.
-        last: Last order of acquisition: where predictions without ``order`` stand. None where it is not known.
+        last: Last order of acquisition, at which predictions without ``order`` are made. None where it is not known.
         about: Growth of a warm-up about which its time constant is estimated: its second coefficient is ``ln(tau) - ln(time_constant)``, with
             the derivative at this growth as its column. Zero where the time constant is not estimated.
     """
@@ -164,9 +164,10 @@ class ThermalDrift(LinkEffect):
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
-        """Return growth in proportion to what may drive it, and warm-ups of a few time constants.
+        """Return growth in proportion to each variable that may drive it, and warm-ups of a few time constants.
 
-        A thermometer in the room does not feel the motors: an arm warms up by its own work as well, with the clock or from pose to pose.
+        A room thermometer does not show that the motors warm the arm. Growth over the time, or over the order of the poses, is therefore proposed
+        even if a temperature is recorded.
         """
         drivers = {drift_driver(dataset), "time" if "time" in dataset.poses else "order"}
         found: list[Effect] = []
@@ -234,7 +235,7 @@ class ThermalDrift(LinkEffect):
         nominal, poses = view.nominal, view.poses
         driver = poses.order if self.by == "order" else poses.column(self.by)
         lengths = np.array([kind in LENGTHS for kind in GEOMETRY])[:, None] * nominal.geometry
-        rest, std = view.asked(view.geometry_screws() @ lengths.ravel())
+        rest, std = view.estimated_along(view.geometry_screws() @ lengths.ravel())
         x = np.linspace(driver.min(), driver.max(), CURVE_POINTS)
         basis = self.growth(x)
         curve = np.stack([x, basis @ self.coefficients, view.error_of(self, basis)])

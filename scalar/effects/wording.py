@@ -81,6 +81,6 @@ def orders(numbers: Sequence[int], most: int) -> str:
 KNOWN_LENGTH = "a reference of known length would show it"
 KNOWN_LENGTH_ADVICE = (
     "Add a length that is known: two target planes whose distance was measured, or one whose place in the base frame "
-    "is known (distance_std and normal_std in dataset.yaml). It fixes the scale, which these data cannot."
+    "is known (distance_std and normal_std in dataset.yaml). Such a length fixes the scale, which these data do not determine."
 )
 """What shows an error that scales the whole workcell."""

@@ -1,4 +1,4 @@
-"""How the residual of a model compares with the noise: what the model lacks counts as noise in standard errors and against priors."""
+"""Compare the residual of a model with the noise; standard errors and priors count whatever the model lacks as noise."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Misfit:
 
     Attributes:
         ratio: Root of the residual's mean square over what the noise explains; about 1 for a complete model.
-        p_value: Chance of a residual this large from noise alone; None where the noise is not known independently.
+        p_value: Probability of a residual at least this large from noise alone; None where the noise is not known independently.
         inflation: Factor on the covariance.
     """
 
@@ -32,20 +32,20 @@ class Misfit:
 def misfit(
     residuals: Residuals, model: Model, free: Array, least_p_value: float = DEFAULTS.fit.misfit_p_value
 ) -> Misfit:
-    """Return how far the residual exceeds the noise, the scatter within scans set apart.
+    """Return how far the residual exceeds the noise, without the scatter within scans.
 
-    A scan's scatter about its own line carries no information on the model, and has many degrees of freedom: left in, it would hide
-    what the model lacks. What remains are two numbers a scan (one a contact, three a tracked point). A parameter that a prior determines
-    takes none of them: each takes the share of itself that the data determine.
+    A scan's scatter about its own line carries no information on the model, and its many degrees of freedom would hide what the model lacks. Without
+    it there remain two numbers for each scan (one for a contact, three for a tracked point). A parameter counts as a degree of freedom only by the
+    share of it that the data determine; a prior determines the rest.
 
     Args:
         residuals: Of the dataset.
         model: At its optimum.
         free: ``(P,)`` bool.
-        least_p_value: A residual less likely than this under the noise says that the model lacks something.
+        least_p_value: With a smaller p-value the model counts as incomplete.
     """
     measurement = residuals.measurement
-    squared = float(np.sum(residuals.residual(model) ** 2)) - float(np.sum(_pulls(model) ** 2))
+    squared = float(np.sum(residuals.residual(model) ** 2)) - float(np.sum(_prior_rows(model) ** 2))
     T = residuals.kinematics(model).T_base_sensor
     within, _ = measurement.scatter(T, model.target, residuals.point_effects(model))
     squared -= float(within.sum())
@@ -82,7 +82,7 @@ def determined_by_data(residuals: Residuals, model: Model, free: Array) -> float
     return count
 
 
-def _pulls(model: Model) -> Array:
+def _prior_rows(model: Model) -> Array:
     """Return the rows of the priors on parameters."""
     at = dict(zip(model.names, model.vector, strict=True))
     rows = [(at[prior.name] - prior.mean) * model.misfit_ratio / prior.std for prior in model.priors]

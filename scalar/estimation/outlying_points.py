@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.estimation.robust_scale import MAD_TO_STD
 from scalar.estimation.settings import DEFAULTS, GrossErrorSettings
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
+from scalar.sensors.robust_scale import MAD_TO_STD
 
 _LEAST_SCALE = 1e-9  # m: keeps the weights of a noise-free scan finite
 _LEAST_RATIO = 0.3  # of the scale: nearer to the line, points weigh the same

@@ -15,11 +15,11 @@ from scalar.data.dataset import Dataset
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
-from scalar.estimation.robust_scale import robust_std
 from scalar.estimation.settings import EstimationSettings, GrossErrorSettings
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement, measure
+from scalar.sensors.robust_scale import robust_std
 
 _LEAST_SHARE, _MOST_SHARE = 1e-3, 0.95  # of poses off, so that its logarithm says how long runs are by chance
 

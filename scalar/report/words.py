@@ -31,7 +31,7 @@ def title(name: str, target: Mapping[str, Any], depends_on: Sequence[str] = ()) 
 
 def column(name: str) -> str:
     """Return what a column of poses is called in a sentence."""
-    if name in ("plate_u", "plate_v"):
+    if name in ("plane_u", "plane_v"):
         return "the place on the target plane"
     return f"the angle of joint {name[1:]}" if is_joint(name) else f"the {name}"
 

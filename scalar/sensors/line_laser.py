@@ -1,4 +1,4 @@
-"""A line scanner: points (x, 0, z) in its own plane, all of which lie on a plate.
+"""A line scanner: points (x, 0, z) in its own plane, all of which lie on one target plane.
 
 ``f_i = n . (T_base_sensor p_i) - d = [1, x_i, z_i] . c`` with the contact vector ``c = (n.o - d, n.X, n.Z)``, X, Z and o the axes and
 the origin of the sensor in the base frame. A scan of any length is compressed to the rows ``R c`` (``scalar.sensors.compression``), each
@@ -19,40 +19,38 @@ from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 from scalar.sensors.compression import compress
 from scalar.sensors.linear_guess import guesses
-from scalar.sensors.noise_thresholds import NoiseThresholds
-from scalar.sensors.plane_targets import OnPlanes, fit_planes, moments_in_base, plane_targets
+from scalar.sensors.plane_targets import fit_planes, moments_in_base, plane_targets
 from scalar.sensors.pose_noise import PoseNoise
 from scalar.sensors.profile import (
     LINE_BASIS,
     contact,
-    incidence,
     point_basis,
     profile_rows,
     robust_variance,
     scatter_within,
 )
 from scalar.sensors.rows import LEAST_SIGMA, Pieces, Rows, stated_sigma
+from scalar.sensors.scan_noise import NoisyScans
 from scalar.sensors.scan_pieces import cut_in_pieces
 from scalar.sensors.target import Guess, Target
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
-    from scalar.sensors.within_scan_noise import Profiles
 
 
 @dataclass(frozen=True, eq=False)
-class LineLaser(OnPlanes):
+class LineLaser(NoisyScans):
     """The scans of a dataset, compressed.
 
     Attributes:
         points: ``(P, 2)`` [m], x and z of every point.
         starts: ``(N + 1,)``, pose i owns ``points[starts[i]:starts[i + 1]]``.
         error_axis: ``ray`` or ``z``.
-        basis_names: Functions of a point that are kept; the first three are those of a flat plate.
+        basis_names: Functions of a point that are kept; the first three are those of a flat plane.
         R: ``(N, k, k)``, whitened triangular factors.
         R_metric: ``(N, k, k)``, the same in metres, every point with the same weight.
         profiled: Whether R holds the three rows of ``profiles`` instead, ``(N, 3, k)``.
-        noise: Within scans, where it is known to be other than white and of one size; it whitens the three rows.
+        noise: Within scans, where it is known to be other than white and of one size; the three rows are whitened for it.
     """
 
     points: Array
@@ -116,7 +114,7 @@ class LineLaser(OnPlanes):
 
     @property
     def equations_per_pose(self) -> int:
-        """Return 2: a line is where it is and as steep as it is, however many points show it."""
+        """Return 2: the height and the slope of the line, however many points show it."""
         return 2
 
     @property
@@ -126,7 +124,7 @@ class LineLaser(OnPlanes):
 
     @property
     def sigma_known(self) -> bool:
-        """Return True: what is not stated is measured from the scatter within scans."""
+        """Return True: noise that is not stated is estimated from the scatter within scans."""
         return True
 
     def points_in_base(self, T_base_sensor: Array) -> tuple[Array, Array]:
@@ -143,7 +141,7 @@ class LineLaser(OnPlanes):
         return fit_planes(target, self.target_index, counts, first, second)
 
     def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
-        """Return the rows of two points on the line in which the scanner's plane cuts the plate: ``b . c = 0`` for both."""
+        """Return the rows of two points on the line in which the scanner's plane cuts the target plane: ``b . c = 0`` for both."""
         assert isinstance(target, Planes)
         c, wrench, by_target = contact(T_base_sensor, target, index)
         _, _, Vt = np.linalg.svd(c[:, None, :], full_matrices=True)
@@ -199,8 +197,8 @@ class LineLaser(OnPlanes):
     def profiles(self, T_base_sensor: Array, target: Target, sigma: float) -> LineLaser:
         """Return the scans reduced to three rows each: shift, turn and curvature along the line; the scatter about them is left out.
 
-        What a model lacks is smooth along a scan, so it shows in these rows, each of unit variance. The scatter holds no information on it, and
-        as a square it never averages to zero, so it is kept out of tests.
+        Errors of a model are smooth along a scan, so they show in these rows, each of unit variance. The scatter about them holds no information
+        on the model, so it is kept out of tests.
         """
         return replace(self, sigma=sigma, profiled=True).reweighted(T_base_sensor, target)
 
@@ -231,58 +229,19 @@ class LineLaser(OnPlanes):
         slant *= np.repeat(c[:, 1:], np.diff(self.starts), axis=0)
         return self._profile_rows((np.sum(slant, axis=1) * weight)[:, None], c, weight)
 
-    def noise_floor(self, T_base_sensor: Array, target: Target) -> float:
-        """Return the root mean square distance [m] to the plates that the noise of the points alone makes."""
-        assert isinstance(target, Planes)
-        slant = self._incidence(contact(T_base_sensor, target, self.target_index)[0])
-        level = 1.0 if self.noise is None else np.repeat(self.noise.level, np.diff(self.starts))
-        return self.sigma * float(np.sqrt(np.mean((level * slant) ** 2)))
-
-    def _profiles(self, T_base_sensor: Array, target: Target) -> Profiles:
-        from scalar.sensors.within_scan_noise import Profiles  # with SciPy, which reading does without
-
-        assert isinstance(target, Planes)
-        c = contact(T_base_sensor, target, self.target_index)[0]
-        return Profiles.of(self, c, self._incidence(c))
-
-    def noise_within_poses(
-        self, T_base_sensor: Array, target: Target, settings: NoiseThresholds
-    ) -> PoseNoise | None:
-        """Return the noise within scans, from their residuals about their own lines (``within_scan_noise``)."""
-        from scalar.sensors.within_scan_noise import noise_within_scans
-
-        profiles = self._profiles(T_base_sensor, target)
-        return noise_within_scans(profiles, self.sigma, self.sigma_stated, settings)
-
-    def uneven_rows(self, T_base_sensor: Array, target: Target) -> Array:
-        """Return the covariance ``(N, 3, 3)`` of the profile rows by errors that fade over a scan (``long_waves``)."""
-        from scalar.sensors.within_scan_noise import long_waves
-
-        return long_waves(self._profiles(T_base_sensor, target), self.noise)
-
     def given_noise(self, noise: PoseNoise | None) -> LineLaser:
         """Return the scans with a noise of ``noise_within_poses``: their profiles are whitened for it."""
         return self if noise is None else replace(self, noise=noise, sigma=noise.sigma)
 
-    def _incidence(self, c: Array) -> Array:
-        return incidence(self.points, self.starts, c, self.error_axis)
-
     def distances(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
     ) -> tuple[Array, Array]:
-        """Return per pose the sum of squared distances to the plate [m^2] and the number of points."""
+        """Return per pose the sum of squared distances to the plane [m^2] and the number of points."""
         assert isinstance(target, Planes)
         c, _, _ = contact(T_base_sensor, target, self.target_index)
         full, _ = self._extended(c, T_base_sensor, target, point_effects)
         f = np.einsum("nij,nj->ni", self.R_metric, full)
         return np.sum(f * f, axis=1), np.diff(self.starts)
-
-    def between_poses(self, residual: Array, variance: float) -> float:
-        """Return the standard deviation [m] of the scans' mean heights beyond the noise of their points."""
-        # The first profile row is the whitened mean: its length in metres is one over the norm of the weights.
-        weights = np.abs(self.R[:, 0, 0])
-        first = np.mean(residual[:, 0] ** 2) - 1.0
-        return float(np.sqrt(max(first, 0.0))) / float(np.sqrt(np.mean(weights**2)))
 
     @property
     def shift_rows(self) -> slice:

@@ -155,5 +155,5 @@ def test_the_noise_is_kept_by_the_file_and_shown_in_the_report(tmp_path):
     found.calibration_after.save(tmp_path / "after.json")
     assert Calibration.load(tmp_path / "after.json").noise == tuple(found.calibration_after.noise)
     shown = own_noise(found)
-    assert shown is not None and any("Neighbouring points" in text for text in shown["sentences"])
+    assert shown is not None and any("neighbouring points" in text for text in shown["sentences"])
     assert "<svg" in shown["picture"].before

@@ -44,7 +44,7 @@ def optional_columns(rng: np.random.Generator, n_poses: int, n_joints: int) -> d
 
 def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
     """Return one effect of every kind that a line laser can show, on six joints, coefficients random."""
-    q = {j: Variable.seen(f"q{j}", dataset.q[:, j - 1]) for j in (2, 5)}
+    q = {j: Variable.observed(f"q{j}", dataset.q[:, j - 1]) for j in (2, 5)}
     half = float(dataset.n_poses // 2)
     floor, wall = (plane_centre(dataset, name) for name in ("floor", "wall_x"))
     effects: list[Effect] = [

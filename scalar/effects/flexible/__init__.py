@@ -1,1 +1,1 @@
-"""Flexible terms for structure that no named effect explains: they correct, and say that they are no explanation."""
+"""Flexible terms for structure that no named effect explains: they correct it at the measured poses without explaining it."""

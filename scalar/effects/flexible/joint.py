@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 SINGLE_DEGREE = 6
 PAIR_DEGREE = 3
-SURE = 3.0  # times the typical standard error: a pose that shows the error less well is not drawn
+SURE = 3.0  # times the typical standard error: a pose with a larger standard error is not drawn
 
 
 def single_functions(variable: Variable, poses: Poses, degree: int = SINGLE_DEGREE) -> Array:
@@ -107,7 +107,7 @@ class UnattributedJoint(Unattributed, JointEffect):
         return self.joint if self.depends_on == [f"q{self.joint}"] else None
 
     def not_transferable(self, dataset: Dataset) -> str | None:
-        """Return that what depends on anything but joint angles is that of one campaign."""
+        """Return that a dependence on anything but joint angles belongs to one campaign."""
         foreign = [name for name in self.depends_on if not is_joint(name)]
         return f"its dependence on {', '.join(foreign)} is that of one campaign" if foreign else None
 

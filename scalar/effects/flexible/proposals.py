@@ -28,13 +28,13 @@ STEP_WIDTHS = (0.03, 0.15)
 KINK_WIDTH = 0.08
 WAVE_ORDERS = (1.5, 33.5)  # periods a turn
 SWAY_PERIODS = [k / 2 for k in range(1, 21)]  # in the whole acquisition
-LEAST_VALUES = 4  # of a column: with no more, it is a label rather than a variable
+LEAST_VALUES = 4  # different values: a column with no more of them is taken for a label, not for a variable
 
 
 def flexible_terms(dataset: Dataset) -> list[Effect]:
     """Return every flexible term that is tried on a dataset."""
     moving = moving_joints(dataset)
-    angles = {j: Variable.seen(f"q{j}", dataset.q[:, j - 1]) for j in moving}
+    angles = {j: Variable.observed(f"q{j}", dataset.q[:, j - 1]) for j in moving}
     pairs = [(j, a, b) for j in moving for a, b in itertools.combinations(moving, 2)]
     found: list[Effect] = [UnattributedJoint(j, (angles[v],)) for j in moving for v in moving]
     found += [UnattributedJoint(j, (angles[a], angles[b])) for j, a, b in pairs]
@@ -61,10 +61,10 @@ def _in_time(dataset: Dataset, moving: list[int]) -> list[Effect]:
             drivers[name] = dataset.poses[name].to_numpy(dtype=float)
     found: list[Effect] = []
     for name, values in drivers.items():
-        variable = Variable.seen(name, values)
+        variable = Variable.observed(name, values)
         found.append(UnattributedSensor(variable, turns))
         found += [UnattributedJoint(j, (variable,)) for j in moving]
-    clock = Variable.seen("order", order) if time is None else Variable.seen("time", time)
+    clock = Variable.observed("order", order) if time is None else Variable.observed("time", time)
     for j in moving:
         found.append(UnattributedShape(j, (clock,), "line"))
         found += [
@@ -75,12 +75,12 @@ def _in_time(dataset: Dataset, moving: list[int]) -> list[Effect]:
 
 def curves_of(dataset: Dataset, joint: int) -> list[Effect]:
     """Return simple shapes of a joint's error along its own angle."""
-    return _shapes(joint, Variable.seen(f"q{joint}", dataset.q[:, joint - 1]))
+    return _shapes(joint, Variable.observed(f"q{joint}", dataset.q[:, joint - 1]))
 
 
 def waves_of(dataset: Dataset, joint: int, waves: int = OVERTONES) -> list[Effect]:
     """Return periodic errors of a joint in its own angle that are not whole parts of its turn, with their overtones."""
-    angle = Variable.seen(f"q{joint}", dataset.q[:, joint - 1])
+    angle = Variable.observed(f"q{joint}", dataset.q[:, joint - 1])
     orders = np.arange(*WAVE_ORDERS, WAVE_STEP)
     return [UnattributedWave(joint, (angle,), float(order), waves) for order in orders]
 

@@ -23,7 +23,7 @@ DRIFT_DEGREE = 4
 
 
 class MovedSensor(Unattributed, SensorEffect):
-    """The sensor's pose on the flange errs: shifts, and turns where they can be seen, each times some functions of the pose.
+    """The sensor's pose on the flange errs by shifts, and by turns where they are observable, each times some functions of the pose.
 
     Subclasses are dataclasses with the fields ``variable`` and ``turns``.
     """
@@ -66,7 +66,7 @@ class MovedSensor(Unattributed, SensorEffect):
         return (profile[:, None, :, None] * unit[None, :, None, :]).reshape(len(poses), 6, -1)
 
     def not_transferable(self, dataset: Dataset) -> str | None:
-        """Return that the sensor is another campaign's."""
+        """Return that every campaign mounts the sensor anew."""
         return "the sensor is mounted anew for every campaign"
 
 
@@ -90,13 +90,13 @@ class UnattributedSensor(MovedSensor):
         return [f"f{k + 1}" for k in range(3 if self.variable.name == GRAVITY else DRIFT_DEGREE)]
 
     def profile(self, robot: Robot, poses: Poses) -> Array:
-        """Return the direction of gravity seen from the flange, or Legendre polynomials of the column."""
+        """Return the direction of gravity in the frame of the flange, or Legendre polynomials of the column."""
         if self.variable.name == GRAVITY:
             return np.einsum("nij,i->nj", robot.flange(poses.q)[:, :3, :3], robot.down)
         return legendre.legvander(self.variable.unit(poses), DRIFT_DEGREE)[:, 1:]
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return place, variable and what is seen."""
+        """Return place, variable, and whether the sensor turns."""
         return {"place": self.place, "variable": self.variable.to_mapping(), "turns": self.turns}
 
     @classmethod

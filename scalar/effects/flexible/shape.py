@@ -21,13 +21,13 @@ PLATEAU_FLANK = 3.0  # steepness of its flanks, in units of half its width
 class UnattributedShape(UnattributedJoint):
     """A joint's angle errs in one simple way: a bump, a step or a kink at some value of a variable, a power of it, a product of two.
 
-    One coefficient tells a few teeth that are worn, or an encoder that lost a count, from a sum of harmonics that imitates it.
+    With one coefficient it describes a few worn teeth, or an encoder that lost a count, which a sum of several harmonics would imitate.
 
     Attributes:
         variables: One, or the two of a product.
-        shape: ``bump`` (of Gauss), ``plateau`` (one with a flat top), ``step`` (a hyperbolic tangent), ``kink`` (an absolute
+        shape: ``bump`` (Gaussian), ``plateau`` (one with a flat top), ``step`` (a hyperbolic tangent), ``kink`` (an absolute
             value), ``line``, ``square``, ``cube`` or ``product``.
-        at, width: Of a bump, a step or a kink, in units of half the range of the variable that was seen.
+        at, width: Place and width of a bump, a plateau, a step or a kink, in units of half the measured range of the variable.
     """
 
     shape: str

@@ -18,11 +18,11 @@ from scalar.geometry.se3 import Array
 
 @dataclass(frozen=True, eq=False)
 class UnattributedSway(MovedSensor):
-    """The sensor's pose on the flange sways with the course of the acquisition, and rests outside of it.
+    """The sensor's pose on the flange sways in the course of the acquisition; outside of it the term is zero.
 
     Attributes:
         variable: ``time`` or ``order``.
-        periods: In the range that was seen.
+        periods: Number of periods in the measured range of the variable.
         turns: Whether it turns as well as shifts.
     """
 
@@ -46,9 +46,9 @@ class UnattributedSway(MovedSensor):
         """Return sine and cosine over the acquisition, zero before it and from its end on."""
         values = self.variable.values(poses)
         start = self.variable.centre - self.variable.half
-        seen = (values >= start) & (values < start + 2 * self.variable.half)
+        measured = (values >= start) & (values < start + 2 * self.variable.half)
         phase = np.pi * self.periods * self.variable.unit(poses)
-        return np.stack([np.sin(phase), np.cos(phase)], axis=1) * seen[:, None]
+        return np.stack([np.sin(phase), np.cos(phase)], axis=1) * measured[:, None]
 
     def variations(self, scale: float) -> list[Self]:
         """Return the sway a little slower and faster."""

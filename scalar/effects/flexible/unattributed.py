@@ -1,7 +1,7 @@
-"""What all flexible terms share: they correct structure that no named effect explains, and say that they are no explanation.
+"""The base class of flexible terms, which correct structure that no named effect explains without explaining it.
 
 Each is smooth in one or two variables: an error of one joint's angle, of one link's geometry, or of the sensor's pose. Polynomials are
-clipped at the range of the data they were learned on, so that a prediction elsewhere does not run away.
+clipped at the range of the data to which they were fitted, so that they do not grow outside of it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ NAME = "unattributed"
 
 
 class Unattributed(Effect):
-    """What all flexible terms share: the name, and what they depend on. Subclasses state their ``place``, which files keep."""
+    """A flexible term: it has the name ``unattributed`` and the columns on which it depends. Subclasses state their ``place``, which files keep."""
 
     name: ClassVar[str] = NAME
     kind: ClassVar[str] = "unmodelled structure"
@@ -25,12 +25,12 @@ class Unattributed(Effect):
 
     @property
     def target(self) -> dict[str, Any]:
-        """Nothing: it is not known what it acts on."""
+        """Return nothing, because it is not known what the structure acts on."""
         return {}
 
     @property
     def erring_joint(self) -> int | None:
-        """None: a flexible term is not one of a joint's named errors."""
+        """Return None, because a flexible term is not one of a joint's named errors."""
         return None
 
     @classmethod
@@ -49,7 +49,7 @@ class Unattributed(Effect):
         return f"there is {self.title}"
 
     def table(self, std: Sequence[float | None]) -> Table | None:
-        """Return nothing: the coefficients of a flexible term mean nothing to a reader."""
+        """Return None, because the coefficients of a flexible term mean nothing to a reader."""
         return None
 
 

@@ -1,4 +1,4 @@
-"""What flexible terms vary with: a joint's angle, the course of the acquisition, or another column, and the range of it that was seen."""
+"""The variable of a flexible term and its measured range: a joint's angle, the order or time of acquisition, or another column."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ GRAVITY = "gravity"
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable and the range of it that was seen: ``u = (x - centre) / half``, clipped to -1..1.
+    """A variable and its measured range: ``u = (x - centre) / half``, clipped to -1..1.
 
     Attributes:
         name: ``q3``, ``order``, ``time`` or another column.
@@ -28,13 +28,13 @@ class Variable:
     half: float
 
     @classmethod
-    def seen(cls, name: str, values: Array) -> Variable:
-        """Return the variable with the range of the values seen."""
+    def observed(cls, name: str, values: Array) -> Variable:
+        """Return the variable with the range of some values."""
         low, high = float(np.min(values)), float(np.max(values))
         return cls(name, (low + high) / 2, max((high - low) / 2, 1e-12))
 
     def values(self, poses: Poses) -> Array:
-        """Return the variable at poses, ``(N,)``, as it stands in the table; infinite orders are the end."""
+        """Return the variable at poses, ``(N,)``, as it stands in the table; an order that is not finite counts as the end of the acquisition."""
         if is_joint(self.name):
             return poses.q[:, int(self.name[1:]) - 1]
         x = poses.order if self.name == "order" else poses.column(self.name)

@@ -14,18 +14,18 @@ from scalar.effects.flexible.variable import Variable
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
-OVERTONES = 3  # a periodic error that is no sine has this many waves at most
+OVERTONES = 3  # waves by which a periodic error that is no sine is described
 WAVE_STEP = 0.25  # between the orders that are tried, periods a turn
 
 
 @dataclass(frozen=True, eq=False)
 class UnattributedWave(UnattributedJoint):
-    """A joint's angle errs periodically in itself, but not in whole parts of its turn, as the gear's own errors are.
+    """A joint's angle errs periodically in itself, but its period is no whole part of a turn, as that of an eccentric gear would be.
 
     Attributes:
         variables: The joint's own angle.
-        order: Of the slowest wave, periods a turn.
-        waves: How many go along: this order, twice it, three times it.
+        order: Periods a turn of the slowest wave.
+        waves: Number of waves: of this order, twice it, three times it.
     """
 
     order: float

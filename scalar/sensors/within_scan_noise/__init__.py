@@ -1,8 +1,8 @@
 """The noise within scans, from each scan's residual about its own line or parabola, which no error of the arm reaches.
 
-An arm that errs moves a scan as a whole: it shifts and turns the line, and bends it by less than anyone measures. What remains about the
-scan's own line is the scanner's and the surface's alone. It tells whether the points err independently (``whiteness``), how their error grows
-with range and incidence (``level``), and how far along the scan it is correlated (``correlation``), by restricted likelihood
+An error of the arm moves a scan as a whole: it shifts and turns the line, and bends it by less than can be measured. The residual about
+the scan's own line therefore comes from the scanner and the surface alone. It shows whether the points err independently (``whiteness``), how
+their error grows with range and incidence (``level``), and how far along the scan it is correlated (``correlation``), by restricted likelihood
 (``restricted_likelihood``). From that follows the covariance of the three rows to which a scan is compressed (``row_covariance``).
 White noise of one size is left as it is.
 """

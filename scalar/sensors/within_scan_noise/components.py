@@ -12,7 +12,7 @@ from scalar.sensors.within_scan_noise.kernels import Part
 from scalar.sensors.within_scan_noise.level import Level
 from scalar.units import MM
 
-_MENTIONED = 4.0  # standard errors: an exponent that is less sure is not listed
+_MENTIONED = 4.0  # standard errors: an exponent of less significance is not listed
 
 
 def components(
@@ -25,8 +25,8 @@ def components(
         level: Of the scans.
         stated: Standard deviation that the level counts from [m].
         found: Typical standard deviation of a point [m].
-        varies: Whether the level changes from scan to scan.
-        off: Whether the dataset states another noise than there is.
+        varies: Whether the level differs from scan to scan.
+        off: Whether the dataset states a wrong noise.
     """
     result = [_correlated(part, found) for part in parts]
     if varies:

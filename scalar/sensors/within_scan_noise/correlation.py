@@ -1,7 +1,7 @@
-"""How far along a scan its noise is correlated: the shapes and lengths of greatest restricted likelihood, one component after another.
+"""Estimate how far along a scan its noise is correlated: shapes and lengths of greatest restricted likelihood, one component after another.
 
-A sample of the scans and a thinned set of their points suffice: the search is made on a part of it, the end on all of it. Lengths run from about a
-point to a share of the scan; what is longer cannot be distinguished from a shift or a turn of the scan.
+A sample of the scans and a thinned set of their points suffice. The search uses a part of this sample, and the final estimate all of it. Lengths
+run from about a point to a share of the scan; a longer correlation cannot be distinguished from a shift or a turn of the scan.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from scalar.sensors.within_scan_noise.profiles import Profiles
 from scalar.sensors.within_scan_noise.restricted_likelihood import ScanSample
 
 MOST_PARTS = 2
-MOST_SCANS, MOST_POINTS = 60, 48  # that the likelihood is worked out for, whatever the size of the dataset
-_SEARCHED = 20  # scans
+MOST_SCANS, MOST_POINTS = 60, 48  # in the sample, whatever the size of the dataset
+_SEARCHED = 20  # scans in the search
 _RATIO = 2.5  # between the lengths that are tried first
 _SHARES = (0.25, 0.6, 0.9)  # that are tried first
 _EVALUATIONS = 24  # of the likelihood, for each shape that is refined
-_HOPELESS = 0.3  # of the best gain: a shape that gains so much less on a grid is not refined
-_LOGIT = 7.0  # largest log odds of a share: a thousandth
+_HOPELESS = 0.3  # of the best gain: a shape whose gain on the grid is smaller by this much is not refined
+_LOGIT = 7.0  # largest log odds of a share: 0.999 or 0.001
 _STEP = 0.15  # of log odds and of log lengths, for the curvature of the likelihood
 
 
@@ -53,7 +53,7 @@ def sample_of(
 
 
 def _thinned(n: int, m: int) -> Array:
-    """Return m of n points ``(m,)``: half of them neighbours in the middle, which show short lengths, the others spread, which show long ones."""
+    """Return m of n points ``(m,)``: half of them neighbours in the middle, for short lengths, and the others spread out, for long lengths."""
     if n <= m:
         return np.arange(n)
     inner = np.arange(m // 2) + (n - m // 2) // 2
@@ -63,7 +63,7 @@ def _thinned(n: int, m: int) -> Array:
 
 
 def correlated_parts(sample: ScanSample, settings: NoiseThresholds) -> tuple[Part, ...]:
-    """Return the components of the correlation, the first one first; none where the likelihood gains too little."""
+    """Return the components of the correlation in the order in which they were found; none if the likelihood gains too little."""
     few = sample.some(max(len(sample.pixel) // _SEARCHED, 1))
     parts: tuple[Part, ...] = ()
     for _ in range(MOST_PARTS):

@@ -1,4 +1,4 @@
-"""The noise within scans from their profiles: nothing where it is white and of one size, else the covariance of every scan's rows."""
+"""Estimate the noise within scans from their profiles: whether it is white and of one size, and else the covariance of every scan's rows."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _NOISE_FREE = 1e-6  # of the stated variance: what is left is the rounding of co
 def noise_within_scans(
     profiles: Profiles, sigma: float, sigma_stated: bool, settings: NoiseThresholds
 ) -> PoseNoise | None:
-    """Return the noise within scans, or None where it is white and of one size, or where too little is there to say.
+    """Return the noise within scans, or None if it is white and of one size, or if there are too few points to judge.
 
     Args:
         profiles: The scans, in units of sigma.
         sigma: Standard deviation of a point [m].
-        sigma_stated: Whether the dataset states it, so that it may be wrong; else it was measured from the same scans.
+        sigma_stated: Whether the dataset states sigma, which may be wrong; else it was estimated from the same scans.
         settings: Thresholds.
     """
     counts = profiles.counts

@@ -1,9 +1,9 @@
-"""How large the noise of a scan is, by its range and the incidence of its rays.
+"""The size of a scan's noise as a function of its range and of the incidence of its rays.
 
 ``log g^2 = b_0 + b_1 ln(r / r_0) + b_2 ln^2(r / r_0) + b_3 ln |n . e|``: noise that grows with the range, and with the slant of the
-surface beyond what its direction along the ray makes. The mean square ``s^2`` of a scan with nu degrees of freedom has
-``E log s^2 = log g^2 - 1 / nu`` and ``var log s^2 = 2 / nu`` (Bartlett and Kendall, JRSS Supplement 8, 1946, to first order). Scans
-far off are trimmed, and what scans vary by beyond that counts as overdispersion.
+surface by more than noise along the ray does. The mean square ``s^2`` of a scan with nu degrees of freedom has
+``E log s^2 = log g^2 - 1 / nu`` and ``var log s^2 = 2 / nu`` (Bartlett and Kendall, JRSS Supplement 8, 1946, to first order). Outlying
+scans are trimmed, and a scatter of the others beyond that variance counts as overdispersion.
 """
 
 from __future__ import annotations
@@ -14,23 +14,24 @@ import numpy as np
 from scipy.stats import chi2
 
 from scalar.geometry.se3 import Array
+from scalar.sensors.robust_scale import robust_std
 from scalar.sensors.within_scan_noise.profiles import Profiles
 
 _ROUNDS = 5  # of trimming; later ones change nothing
 _TRIMMED = 4.0  # robust standard deviations: one normal scan in sixteen thousand
-_RIDGE = 1e-6  # keeps a coefficient that nothing varies with at zero
+_RIDGE = 1e-6  # keeps the coefficient of a variable that does not vary at zero
 
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """The regression of the noise's logarithm.
+    """The regression of the logarithm of the scans' noise.
 
     Attributes:
         coefficients: ``(4,)``, b.
         covariance: ``(4, 4)``, overdispersion included.
-        p_varies: Chance of as much where all scans have one noise.
-        p_stated: Chance of as much where the noise is as stated at the middle of the scans.
-        variance: ``(N,)``, g^2 of each scan; no scan lies beyond those that it was fitted to.
+        p_varies: p-value of the hypothesis that all scans have the same noise.
+        p_stated: p-value of the hypothesis that the noise of a typical scan is as stated.
+        variance: ``(N,)``, g^2 of each scan, clipped to the range of the scans to which the regression was fitted.
     """
 
     coefficients: Array
@@ -60,7 +61,7 @@ class Level:
             H = weighted.T @ design[keep] + _RIDGE * np.eye(4)
             b = np.linalg.solve(H, weighted.T @ observed[keep])
             off = (observed - design @ b) * np.sqrt(weight)
-            typical = max(1.4826 * float(np.median(np.abs(off - np.median(off)))), 1.0)
+            typical = max(robust_std(off - np.median(off)), 1.0)
             keep = np.abs(off) < _TRIMMED * typical
         excess = max(float(np.sum(off[keep] ** 2)) / max(int(keep.sum()) - 4, 1), 1.0)
         fitted = design @ b

@@ -1,4 +1,4 @@
-"""The points of all scans, sorted along each, with what each misses its own line and its own parabola by.
+"""The points of all scans, sorted along each scan, and their deviations from the scan's own line or parabola.
 
 With f a point's height over the plane [m], sigma its stated noise and ``n . e`` the incidence, ``y = f / (sigma |n . e|)`` is the height in
 standard deviations. A scan's own line or parabola has the columns ``[1, t, t^2] / (sigma |n . e|)``, t along the line, orthonormal in Q.
@@ -110,10 +110,10 @@ class Profiles:
     def about_lines(self, trusted: Array) -> Array:
         """Return heights about each scan's own line, without the curvature that the scans of a plane share ``(P,)``.
 
-        A bowed plane, or a range error that is curved, bends all scans of a plane alike: it is no noise.
+        A bowed plane, or a range error that is not linear, bends all scans of a plane alike, so their common curvature is no noise.
 
         Args:
-            trusted: ``(N,)`` bool, which scans say how much that is.
+            trusted: ``(N,)`` bool, the scans from which that curvature is estimated.
         """
         bent = self.sum(self.Q[:, 2] * self.height)
         shared = np.zeros(len(bent))

@@ -1,6 +1,6 @@
 """The restricted likelihood of a correlation within scans.
 
-For heights y of a scan with correlation C, and the columns X of its own line, where the scan lies and how it is turned says nothing of its noise:
+For heights y of a scan with correlation C, and the columns X of its own line (the height and the slope of the line say nothing of its noise):
 
     -2 log L = log |C| + log |X' C^-1 X| + y' P y,    P = C^-1 - C^-1 X (X' C^-1 X)^-1 X' C^-1
 
@@ -37,7 +37,7 @@ class ScanSample:
     surface: Array
 
     def some(self, every: int) -> ScanSample:
-        """Return each so manieth scan."""
+        """Return a sample of every ``every``-th scan."""
         return ScanSample(self.bordering[::every], self.pixel[::every], self.surface[::every])
 
     @property

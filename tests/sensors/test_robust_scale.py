@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scalar.estimation.robust_scale import robust_std
+from scalar.sensors.robust_scale import robust_std
 
 
 @pytest.mark.parametrize("sigma", [1e-4, 3.0])
