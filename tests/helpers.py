@@ -6,7 +6,7 @@ planes in closed form,
 contacts of a probe solved in closed form. Nothing here calls ``scalar``'s kinematics, residuals or
 simulation; of ``scalar`` it
 uses the plain containers ``Dataset``, ``Robot``, ``Sensor`` and ``PlaneGuess`` and the writer. Left out:
-collisions, plates' edges.
+collisions, target planes' edges.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ SCANNER = np.array([[-1.0, 0, 0, -0.1275], [0, -1.0, 0, -0.033], [0, 0, 1.0, 0.1
 FAN = np.deg2rad(15.0)
 STANDOFF = (0.10, 0.45)  # m
 GRAZING = np.cos(np.deg2rad(50.0))
-PLATE_NAMES = ("floor", "wall_x", "wall_y")
+PLANE_NAMES = ("floor", "wall_x", "wall_y")
 
 
 def rotation(axis: int, angle: Any) -> np.ndarray:
@@ -169,7 +169,7 @@ class Truth:
         }
         parameters["t"] = self.T_flange_sensor[:3, 3].tolist()
         parameters["r"] = rotation_vector(self.T_flange_sensor[:3, :3]).tolist()
-        planes = {"names": list(PLATE_NAMES[: len(self.normals)])}
+        planes = {"names": list(PLANE_NAMES[: len(self.normals)])}
         planes.update(normals=self.normals.tolist(), distances=self.distances.tolist())
         return {"parameters": parameters, "planes": planes, "effects": []}
 
@@ -319,7 +319,7 @@ def make_scene(
     error_axis: str = "ray",
     upright: bool = False,
     still_joint: int | None = None,
-    plates: tuple[np.ndarray, np.ndarray] | None = None,
+    target_planes: tuple[np.ndarray, np.ndarray] | None = None,
     T_flange_sensor: np.ndarray = SCANNER,
 ) -> Scene:
     """Return a random cell: a true robot of the maker's geometry, a nominal one that is a little wrong.
@@ -328,7 +328,7 @@ def make_scene(
         robot: Name in ``configs/robots``.
         kind: Of sensor.
         seed: Of everything.
-        poses_per_plane: Poses on each of the three plates; a tracker sees three times as many.
+        poses_per_plane: Poses on each of the three target planes; a tracker sees three times as many.
         points_per_scan: M, or the lowest and highest M.
         noise: One standard deviation [m]: along the ray or z, along the normal of a contact, along each axis
         of a tracker.
@@ -343,9 +343,9 @@ def make_scene(
         nominal_pose: Whether the dataset states the sensor's pose.
         pose_offset: How wrong that is: length [m] and angle [rad], in random directions.
         error_axis: ``ray`` or ``z``.
-        upright: Plates exactly level and upright; else tilted by a few degrees.
+        upright: Target planes exactly level and upright; else tilted by a few degrees.
         still_joint: A joint, from 1, that never moves.
-        plates: True normals ``(3, 3)`` and distances ``(3,)`` [m], the first seen from above, the others from
+        target_planes: True normals ``(3, 3)`` and distances ``(3,)`` [m], the first seen from above, the others from
         below.
         T_flange_sensor: True pose ``(4, 4)`` of the sensor on the flange.
     """
@@ -356,7 +356,7 @@ def make_scene(
     geometry = np.array([[float(joint.get(k, 0.0)) for joint in joints] for k in KINDS])
     limits = np.array([joint["limits"] for joint in joints], dtype=float)
     reach = np.hypot(geometry[0], geometry[2]).sum()
-    normals, distances = _plates(rng, reach, upright) if plates is None else plates
+    normals, distances = _target_planes(rng, reach, upright) if target_planes is None else target_planes
     truth = Truth(
         geometry=geometry,
         T_base_0=fixed(mapping.get("base")),
@@ -396,10 +396,10 @@ def make_scene(
     poses.insert(0, "pose", np.arange(1, len(q) + 1))
     planes: tuple[PlaneGuess, ...] = ()
     if kind != "tracker":
-        poses.insert(1, "plane", np.array(PLATE_NAMES, dtype=object)[index])
+        poses.insert(1, "plane", np.array(PLANE_NAMES, dtype=object)[index])
         guesses = [_tilted(rng, normal, plane_tilt) for normal in normals]
         off = distances + plane_offset * rng.choice([-1.0, 1.0], size=3)
-        planes = tuple(PlaneGuess(*entry) for entry in zip(PLATE_NAMES, guesses, off.tolist(), strict=True))
+        planes = tuple(PlaneGuess(*entry) for entry in zip(PLANE_NAMES, guesses, off.tolist(), strict=True))
     dataset = Dataset(
         name=f"{robot}-{kind}-{seed}",
         source="tests/helpers.py",
@@ -423,7 +423,7 @@ def with_noise(clean: np.ndarray, sensor: Sensor, noise: float, rng: np.random.G
     return clean + noise * rng.standard_normal((len(clean), 1)) * along
 
 
-def _plates(rng: np.random.Generator, reach: float, upright: bool) -> tuple[np.ndarray, np.ndarray]:
+def _target_planes(rng: np.random.Generator, reach: float, upright: bool) -> tuple[np.ndarray, np.ndarray]:
     """Return a floor and two walls, ``(3, 3)`` and ``(3,)`` [m], within the arm's reach."""
     normals = np.array([[0.0, 0, 1], [1.0, 0, 0], [0, 1.0, 0]])
     if not upright:
@@ -490,7 +490,7 @@ def _scanning_poses(
     still: tuple[int, float] | None,
     batch: int = 3000,
 ) -> np.ndarray:
-    """Return joint angles ``(N, n)`` at which the whole fan meets the plate of index ``(N,)``, near enough
+    """Return joint angles ``(N, n)`` at which the whole fan meets the target plane of index ``(N,)``, near enough
     and not grazing.
     """
     found: list[list[np.ndarray]] = [[] for _ in truth.normals]
@@ -507,7 +507,7 @@ def _scanning_poses(
         if all(len(f) >= w for f, w in zip(found, wanted, strict=True)):
             break
     else:
-        raise AssertionError("no poses found: the plates are out of the arm's reach")
+        raise AssertionError("no poses found: the target planes are out of the arm's reach")
     poses = np.empty((len(index), len(truth.limits)))
     for k in range(len(truth.normals)):
         poses[index == k] = found[k][: wanted[k]]
@@ -562,4 +562,4 @@ def _touching_poses(
         todo = np.setdiff1d(todo, tried[good])
         if not len(todo):
             return poses
-    raise AssertionError("no contacts found: the plates are out of the arm's reach")
+    raise AssertionError("no contacts found: the target planes are out of the arm's reach")

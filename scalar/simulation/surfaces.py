@@ -1,7 +1,7 @@
-"""Faces that are not flat: waves that stay where they are on the plate, and a plate that bends under a load.
+"""Faces that are not flat: waves that are fixed to the surface, and a target plane that bends under a load.
 
-Waves are left by milling and rolling: cosines of several lengths and directions, each with a phase of its own, fixed to the plate's
-axes, so that whoever scans a place again finds the same height. A bent plate is the first mode of one that is supported along its
+Waves are left by milling and rolling: cosines of several lengths and directions, each with a phase of its own, fixed to the target plane's
+axes, so that whoever scans a place again finds the same height. A bent target plane is the first mode of one that is supported along its
 edges (Navier): sin(pi u / a) sin(pi v / b). Heights are micrometres to tenths of a millimetre on scans that meet the face at less
 than 80 degrees, so a ray's meeting point is found by iterating from the flat face.
 """
@@ -21,11 +21,11 @@ ROUNDS = 4  # of the iteration; each gains a factor of slope times tan(incidence
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """The height of one plate's face over its plane.
+    """The height of one target plane's face over the ideal plane.
 
     Attributes:
-        waves: (K, 2) wave vectors [rad/m] along the plate's u and v. phases: (K,) [rad]. amplitudes: (K,) [m].
-        bow: height in the middle [m], its sign drawn. size: (2,) of the plate [m].
+        waves: (K, 2) wave vectors [rad/m] along the target plane's u and v. phases: (K,) [rad]. amplitudes: (K,) [m].
+        bow: height in the middle [m], its sign drawn. size: (2,) of the target plane [m].
     """
 
     waves: Array
@@ -35,7 +35,7 @@ class Surface:
     size: Array
 
     def height(self, uv: Array) -> Array:
-        """Return heights (...) [m] at uv (..., 2) [m] from the plate's centre."""
+        """Return heights (...) [m] at uv (..., 2) [m] from the target plane's centre."""
         rolled = np.zeros(uv.shape[:-1])
         for k, phase, amplitude in zip(self.waves, self.phases, self.amplitudes, strict=True):
             rolled += amplitude * np.cos(uv @ k + phase)
@@ -43,12 +43,12 @@ class Surface:
 
 
 def is_flat(block: Mapping[str, Any]) -> bool:
-    """Return whether a complete `surface` block leaves the plates flat."""
+    """Return whether a complete `surface` block leaves the target planes flat."""
     return block["waves_m"] == 0 and block["bow_m"] == 0
 
 
 def surfaces_of(block: Mapping[str, Any], target_planes: Sequence[TargetPlane], seed: int) -> list[Surface]:
-    """Return the surface of each plate of the config's `surface` block; none where all are flat."""
+    """Return the surface of each target plane of the config's `surface` block; none where all are flat."""
     return (
         []
         if is_flat(block)

@@ -233,9 +233,9 @@ NEARLY = (np.array([FLOOR, WALL, [np.cos(0.1), np.sin(0.1), 0.0]]), np.array([0.
 
 
 @pytest.mark.parametrize(("make", "status", "words"), [
-    (lambda: in_cell(plates=PARALLEL), UNDETERMINED, ["wall_x and wall_y", "parallel", "third"]),
-    (lambda: in_cell(plates=NEARLY), UNDETERMINED, ["wall_x and wall_y", "degrees from parallel"]),
-    (lambda: in_cell(plates=PARALLEL, nominal_pose=False), UNDETERMINED, ["parallel"]),
+    (lambda: in_cell(target_planes=PARALLEL), UNDETERMINED, ["wall_x and wall_y", "parallel", "third"]),
+    (lambda: in_cell(target_planes=NEARLY), UNDETERMINED, ["wall_x and wall_y", "degrees from parallel"]),
+    (lambda: in_cell(target_planes=PARALLEL, nominal_pose=False), UNDETERMINED, ["parallel"]),
     (declared_parallel, INPUT_AT_FAULT, ["dataset.yaml", "planes.wall_y.normal", "correct the normal"]),
     (swapped_names, INPUT_AT_FAULT, ["'wall_x'", "'wall_y'", "exchanged in poses.csv"]),
     (line_on_a_wall, UNDETERMINED, ["plane 'wall_y'", "lie on a line"]),

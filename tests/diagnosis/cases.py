@@ -134,23 +134,23 @@ def offset(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
 
 
 def bow(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """A plate that is 0.5 mm higher half a metre from its middle."""
-    plate = helpers.PLATE_NAMES[int(draw(seed).integers(3))]
+    """A target plane that is 0.5 mm higher half a metre from its middle."""
+    target_plane = helpers.PLANE_NAMES[int(draw(seed).integers(3))]
     return (
-        make_cell(Flaws(bent={plate: (2e-3, 0.0, 2e-3)}), seed=seed, **settings),
+        make_cell(Flaws(bent={target_plane: (2e-3, 0.0, 2e-3)}), seed=seed, **settings),
         "plane_bow",
-        {"plane": plate},
+        {"plane": target_plane},
     )
 
 
 def knock(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """A plate that moves by 0.5 mm in the middle of the run."""
+    """A target plane that moves by 0.5 mm in the middle of the run."""
     rng = draw(seed)
-    plate = helpers.PLATE_NAMES[int(rng.integers(3))]
+    target_plane = helpers.PLANE_NAMES[int(rng.integers(3))]
     n = 3 * settings.get("poses_per_plane", 60)
     first = float(rng.integers(n // 4, 3 * n // 4))
-    flaws = Flaws(moved={plate: (first, 5e-4, (0.0, 0.0))})
-    return make_cell(flaws, seed=seed, **settings), "plane_moved", {"plane": plate, "order": first}
+    flaws = Flaws(moved={target_plane: (first, 5e-4, (0.0, 0.0))})
+    return make_cell(flaws, seed=seed, **settings), "plane_moved", {"plane": target_plane, "order": first}
 
 
 def jitter(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
@@ -275,7 +275,7 @@ def spoiled(
         rng: Chooses.
         points: Share of the points that are off by 2 to 30 mm along their rays.
         poses: Share of the poses whose joint angles belong to no scan of theirs.
-        labels: Share of the poses that name another plate.
+        labels: Share of the poses that name another target plane.
     """
     cloud, frame = dataset.points.copy(), dataset.poses.copy()
     N = dataset.n_poses
@@ -304,7 +304,7 @@ def spoiled(
 
 
 def judged(effects: list[dict[str, Any]], name: str, target: dict[str, Any], slack: int = 6) -> bool:
-    """Return whether the first effect is the right one: joint, order, plate, and the moment nearly."""
+    """Return whether the first effect is the right one: joint, order, target plane, and the moment nearly."""
     if not effects or effects[0]["name"] != name:
         return False
     found = effects[0]["target"]

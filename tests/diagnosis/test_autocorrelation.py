@@ -34,7 +34,7 @@ def test_a_course_of_the_size_of_the_noise_is_seen(course):
 
 
 def test_few_poses_say_nothing():
-    """With fewer poses a plate than neighbours need, the chance is one."""
+    """With fewer poses a target plane than neighbours need, the chance is one."""
     z = np.ones((9, 3))
     assert neighbour_p_value(z, _in_order(np.arange(9) // 3, np.arange(9.0))) == 1.0
 

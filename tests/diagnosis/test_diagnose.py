@@ -1,6 +1,6 @@
 """The whole diagnosis on cells that this repository's simulator has not made: rates, not anecdotes.
 
-60 poses a plate, 32 points a scan, 0.1 mm of noise; effects of the sizes that real arms have.
+60 poses a target plane, 32 points a scan, 0.1 mm of noise; effects of the sizes that real arms have.
 """
 
 from dataclasses import replace
@@ -45,7 +45,7 @@ def named():
 
 
 def test_single_effects_are_named(named):
-    """Of 28 sets, two of each of 14 effects, at least 92 % are named right with joint, order, plate and moment,
+    """Of 28 sets, two of each of 14 effects, at least 92 % are named right with joint, order, target plane and moment,
     and none is said to be clean. The pedestal may be taken for a joint that gives way only where it is listed as
     confounded: with the arm in one vertical plane both do the same but for some micrometres.
     """
@@ -174,7 +174,7 @@ def test_what_imitates_a_name_is_not_given_it():
 
 
 def test_a_creep_is_found_with_the_moment_from_which_it_goes_on():
-    """A plate that creeps by 0.6 mm from some pose to the end: its name, and the moment within a tenth of the run; in 4 of 4 cells."""
+    """A target plane that creeps by 0.6 mm from some pose to the end: its name, and the moment within a tenth of the run; in 4 of 4 cells."""
     for seed in range(540, 544):
         first = float(np.random.default_rng([seed, 1]).integers(60, 180))
         cell = make_cell(Flaws(creep={"floor": (first, 6e-4)}), seed=seed, poses_per_plane=100)
@@ -189,11 +189,11 @@ PAIRS = {
         {"joints": lambda at: 3e-4 * (np.eye(6)[3] * np.sin(3 * at.q[:, 3:4]) + np.eye(6)[1] * side(at, 2))},
         [("joint_harmonic", {"joint": 4, "order": 3}), ("joint_backlash", {"joint": 2})],
     ),
-    "scale and bent plate": (
+    "scale and bent target plane": (
         {"joints": lambda at: 1e-3 * np.eye(6)[2] * at.q[:, 2:3], "bent": {"wall_x": (2e-3, 0.0, 2e-3)}},
         [("joint_scale", {"joint": 3}), ("plane_bow", {"plane": "wall_x"})],
     ),
-    "coupling and knocked plate": (
+    "coupling and knocked target plane": (
         {
             "joints": lambda at: 1e-3 * np.eye(6)[5] * at.q[:, 4:5],
             "moved": {"floor": (90.0, 5e-4, (0.0, 0.0))},

@@ -157,7 +157,7 @@ def test_numbers_are_in_the_units_of_their_names():
     assert mapping["effects"][0]["coefficients"]["std_m"]["value"] == pytest.approx(3e-4, rel=0.2)
     assert mapping["noise"]["between_scans_mm"] == pytest.approx(
         0.3 * 0.85, rel=0.3
-    )  # across a slanted plate
+    )  # across a slanted target plane
     residual = mapping["residual"]
     # A fit that weighs poses by their noise has a larger plain residual than the one that minimises it.
     assert (

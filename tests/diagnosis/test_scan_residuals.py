@@ -8,7 +8,7 @@ from scalar.diagnosis.scan_residuals import pieces, signed_residual
 from scalar.effects.plane_bow import PlaneBow
 from scalar.effects.range_offset import RangeOffset
 from scalar.estimation.geometry_fit import geometry_fit
-from tests.effects.injected import Flaws, make_cell, plate_axes
+from tests.effects.injected import Flaws, make_cell, target_plane_axes
 
 OFFSET, BEND = 3e-4, 0.02
 
@@ -50,7 +50,7 @@ def test_a_bow_explains_the_heights_of_its_plane(cell):
     found = pieces(fitted, effect)
     mine = (dataset.plane_index == [p.name for p in dataset.planes].index("floor"))[found.pose]
     assert np.abs(found.height[mine]).max() < 2e-5
-    u, v, centre = plate_axes(cell.scene.truth, "floor")
+    u, v, centre = target_plane_axes(cell.scene.truth, "floor")
     flat = np.column_stack([np.ones(mine.sum()), found.position[mine] @ np.column_stack([u, v])])
     injected = BEND * ((found.position[mine] - centre) @ u) ** 2
 

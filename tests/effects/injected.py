@@ -2,7 +2,7 @@
 nothing with ``scalar.effects``.
 
 The cell of ``tests/helpers.py`` gives poses, the nominal robot and where each ray points; the rays are cut
-again here with an arm whose joints err, whose lengths grow, whose base tilts or whose plates are bent. What
+again here with an arm whose joints err, whose lengths grow, whose base tilts or whose target planes are bent. What
 is injected is a function of a ``Moment``: the joint angles as the encoders read them and everything else that
 is known of the poses.
 """
@@ -18,7 +18,7 @@ import pandas as pd
 
 from scalar.data.dataset import Dataset
 from tests.helpers import (
-    PLATE_NAMES,
+    PLANE_NAMES,
     Scene,
     Truth,
     joint_names,
@@ -57,9 +57,9 @@ class Flaws:
         geometry: Changes of the geometry ``(N, 5, n)``.
         base: Motions of the whole arm ``(N, 4, 4)``.
         slip: (order of the first pose after it, T_old_new).
-        bent: By plate: curvatures (uu, uv, vv) [1/m] about a point of the plate near where it is scanned.
-        moved: By plate: (order of the first pose after it, shift along the normal [m], turns [rad]).
-        creep: By plate: (order at which it begins, shift along the normal [m] by the last pose).
+        bent: By target plane: curvatures (uu, uv, vv) [1/m] about a point of the target plane near where it is scanned.
+        moved: By target plane: (order of the first pose after it, shift along the normal [m], turns [rad]).
+        creep: By target plane: (order at which it begins, shift along the normal [m] by the last pose).
         measured: Range as the laser has it from the true range, [m] to [m].
         jitter: Standard deviation of every joint, afresh for every pose [rad].
         bias: Standard deviation of an error of the range common to a scan [m].
@@ -118,9 +118,9 @@ def true_frames(truth: Truth, flaws: Flaws, at: Moment, jitter: np.ndarray) -> n
     return T
 
 
-def plate_axes(truth: Truth, plate: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return two unit vectors in a plate and its point about which it bends and turns, ``(3,)`` each."""
-    k = PLATE_NAMES.index(plate)
+def target_plane_axes(truth: Truth, target_plane: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return two unit vectors in a target plane and its point about which it bends and turns, ``(3,)`` each."""
+    k = PLANE_NAMES.index(target_plane)
     n = truth.normals[k]
     u = np.cross(n, np.eye(3)[np.argmin(np.abs(n))])
     u /= np.linalg.norm(u)
@@ -133,9 +133,9 @@ def ranges(
 ) -> np.ndarray:
     """Return the true ranges ``(P,)`` [m] of rays at angles ``(P,)`` from z.
 
-    The sensors stand at ``T`` ``(P, 4, 4)``; ``index`` ``(P,)`` says which plate each ray meets.
+    The sensors stand at ``T`` ``(P, 4, 4)``; ``index`` ``(P,)`` says which target plane each ray meets.
 
-    Along a ray the height over a plate is a parabola in the range: the root near the flat plate's is the hit.
+    Along a ray the height over a target plane is a parabola in the range: the root near the flat target plane's is the hit.
     """
     o = T[:, :3, 3]
     e = T[:, :3, 0] * np.sin(angles)[:, None] + T[:, :3, 2] * np.cos(angles)[:, None]
@@ -143,21 +143,21 @@ def ranges(
     last = max(float(order.max()), 1.0)
     for k in np.unique(index):
         mine = index == k
-        plate = PLATE_NAMES[k]
-        u, v, centre = plate_axes(truth, plate)
+        target_plane = PLANE_NAMES[k]
+        u, v, centre = target_plane_axes(truth, target_plane)
         n = np.broadcast_to(truth.normals[k], (int(mine.sum()), 3)).copy()
         lift = np.zeros(int(mine.sum()))
-        if plate in flaws.moved:
-            first, along, (turn_u, turn_v) = flaws.moved[plate]
+        if target_plane in flaws.moved:
+            first, along, (turn_u, turn_v) = flaws.moved[target_plane]
             after = (order[mine] >= first).astype(float)
             lift += after * along
             n += after[:, None] * (turn_u * u + turn_v * v)
             n /= np.linalg.norm(n, axis=1, keepdims=True)
-        if plate in flaws.creep:
-            first, along = flaws.creep[plate]
+        if target_plane in flaws.creep:
+            first, along = flaws.creep[target_plane]
             lift += along * np.maximum(order[mine] - first, 0.0) / (last - first)
         s, t = o[mine] - centre, e[mine]
-        uu, uv, vv = flaws.bent.get(plate, (0.0, 0.0, 0.0))
+        uu, uv, vv = flaws.bent.get(target_plane, (0.0, 0.0, 0.0))
         H = uu * np.outer(u, u) + uv * (np.outer(u, v) + np.outer(v, u)) / 2 + vv * np.outer(v, v)
         # n . (s + r t) - lift - (s + r t)' H (s + r t) = 0
         c0 = np.sum(n * s, 1) - lift - np.einsum("pi,ij,pj->p", s, H, s)

@@ -77,8 +77,8 @@ def test_columns_of_many_effects_at_once():
         compare(residuals, model, model.blocks[block])
 
 
-def test_columns_beside_bent_plates_and_range_errors():
-    """With effects on points and plates the columns of robot and sensor are taken over the flat plate and the
+def test_columns_beside_bent_target_planes_and_range_errors():
+    """With effects on points and target planes the columns of robot and sensor are taken over the flat target plane and the
     right range: within a few per cent, the slope of what is bent.
     """
     cell = make_cell(seed=4, poses_per_plane=6, points_per_scan=7, columns=optional_columns)

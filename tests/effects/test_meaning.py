@@ -231,22 +231,24 @@ def test_range_errors(axis):
     assert value(result, "range_distortion.curvature_per_m") == pytest.approx(expected, abs=1e-5)
 
 
-@pytest.mark.parametrize("plate", ["floor", "wall_x", "wall_y"])
-def test_bent_and_moved_plates(plate):
-    """A paraboloid, and a knocked plate, are explained on each plate; they do not act on the arm's
+@pytest.mark.parametrize("target_plane", ["floor", "wall_x", "wall_y"])
+def test_bent_and_moved_target_planes(target_plane):
+    """A paraboloid, and a knocked target plane, are explained on each target plane; they do not act on the arm's
     predictions.
     """
-    result, cell = explained(Flaws(bent={plate: (2e-3, -1e-3, 3e-3)}), f"plane_bow:{plate}", seed=29)
-    # The rays are cut with the bent plate; the model takes its height where the measured point is: alike to
+    result, cell = explained(
+        Flaws(bent={target_plane: (2e-3, -1e-3, 3e-3)}), f"plane_bow:{target_plane}", seed=29
+    )
+    # The rays are cut with the bent target plane; the model takes its height where the measured point is: alike to
     # second order in the slope.
     assert_explained(result, cell)
-    knocked = Flaws(moved={plate: (70.0, 5e-4, (2e-5, -1e-5))})
-    result, cell = explained(knocked, f"plane_moved:{plate}:70", seed=29)
+    knocked = Flaws(moved={target_plane: (70.0, 5e-4, (2e-5, -1e-5))})
+    result, cell = explained(knocked, f"plane_moved:{target_plane}:70", seed=29)
     assert_explained(result, cell)
 
 
-def test_two_sessions_share_a_bent_plate():
-    """A plate that is bent is bent in both sessions alike, although its place is refitted in each."""
+def test_two_sessions_share_a_bent_target_plane():
+    """A target plane that is bent is bent in both sessions alike, although its place is refitted in each."""
     flaws = Flaws(bent={"floor": (2e-3, -1e-3, 3e-3)})
     cell = make_cell(flaws, seed=30, noise=0.0, stated_noise=STATED, poses_per_plane=60, points_per_scan=12)
     sessions = np.repeat([1, 2], cell.dataset.n_poses // 2)

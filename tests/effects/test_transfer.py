@@ -35,7 +35,7 @@ def cell():
 
 
 def test_the_arms_effects_go_with_it_and_the_days_stay(cell):
-    """Joints, links and pedestal are carried with their coefficients; slips, plates and warm-ups by the clock are not, with a reason."""
+    """Joints, links and pedestal are carried with their coefficients; slips, target planes and warm-ups by the clock are not, with a reason."""
     dataset, model = cell
     given = carried(model, dataset)
     names = {effect.name for effect in given.effects}

@@ -19,7 +19,7 @@ HEADLINE_SEEDS = 30
 
 
 def random_start(seed: int, robot: str = "vs060", **settings):
-    """Return a noise-free cell whose nominal arm is off by up to 2 mm and 1 degree, its plates by 30
+    """Return a noise-free cell whose nominal arm is off by up to 2 mm and 1 degree, its target planes by 30
     degrees and 100 mm.
     """
     return helpers.make_scene(
@@ -221,7 +221,7 @@ def test_more_noise_than_was_stated_widens_the_standard_errors():
 
 
 def test_known_planes_pull_the_estimate_to_what_is_known():
-    """A reference plate stays at its declared place to within what was declared, and its errors shrink
+    """A reference target plane stays at its declared place to within what was declared, and its errors shrink
     to that.
     """
     scene = helpers.make_scene(seed=6)
@@ -234,7 +234,7 @@ def test_known_planes_pull_the_estimate_to_what_is_known():
 
 
 def test_sessions_have_planes_of_their_own():
-    """Plates that were moved between two sessions: each has its own place, the arm is one, and the
+    """Target planes that were moved between two sessions: each has its own place, the arm is one, and the
     truth comes back.
     """
     one = helpers.make_scene(seed=7, noise=0.0, stated_noise=1e-4, poses_per_plane=20)

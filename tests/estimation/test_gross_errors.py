@@ -51,7 +51,7 @@ def test_the_right_points_are_set_aside():
 
 @pytest.mark.parametrize("seed", range(4))
 def test_wrong_poses_and_wrong_labels_are_told_apart(seed):
-    """Poses whose angles belong to no scan are outliers; poses that name another plate are listed with the plate
+    """Poses whose angles belong to no scan are outliers; poses that name another target plane are listed with the target plane
     that they lie on. Every one of them, and no other.
     """
     cell = make_cell(seed=seed)
@@ -59,10 +59,14 @@ def test_wrong_poses_and_wrong_labels_are_told_apart(seed):
     found = clean(dataset)
     wrong = {pose for pose, _ in found.mislabelled_poses}
     assert set(found.outlier_poses) | wrong == injected["poses"] | injected["labels"]
-    # A wrong pose may lie on another plate by chance; not many do.
+    # A wrong pose may lie on another target plane by chance; not many do.
     assert injected["labels"] <= wrong and len(wrong - injected["labels"]) <= 1
     truth = dict(zip(cell.dataset.pose_ids.tolist(), cell.dataset.poses["plane"], strict=True))
-    assert all(plate == truth[pose] for pose, plate in found.mislabelled_poses if pose in injected["labels"])
+    assert all(
+        target_plane == truth[pose]
+        for pose, target_plane in found.mislabelled_poses
+        if pose in injected["labels"]
+    )
 
 
 def test_a_third_of_wrong_poses_is_survived():
@@ -77,7 +81,7 @@ def test_a_third_of_wrong_poses_is_survived():
 
 @pytest.mark.parametrize("how", ["at random", "in turn"])
 def test_labels_that_say_nothing_are_refused(how):
-    """Where every pose names another plate no part of the data can be trusted over another: exit 3, and the text
+    """Where every pose names another target plane no part of the data can be trusted over another: exit 3, and the text
     speaks of labels.
     """
     data = make_cell(seed=10).dataset

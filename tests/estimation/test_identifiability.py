@@ -46,7 +46,7 @@ def test_a_null_direction_leaves_a_perfect_measurement_alone():
     truth, q, k = scene.truth, scene.dataset.q, scene.dataset.plane_index
     angles = np.array([-0.2, 0.0, 0.2])
     tangents = dict(
-        zip(helpers.PLATE_NAMES, prepare(scene.dataset).initial.model.target.tangents, strict=True)
+        zip(helpers.PLANE_NAMES, prepare(scene.dataset).initial.model.target.tangents, strict=True)
     )
 
     def ranges(step):
@@ -61,7 +61,7 @@ def test_a_null_direction_leaves_a_perfect_measurement_alone():
         size = float(np.linalg.norm(turn))
         T_fs[:3, :3] = (helpers.rotate_about(turn, size) if size > 0 else np.eye(3)) @ T_fs[:3, :3]
         normals, distances = truth.normals.copy(), truth.distances.copy()
-        for j, name in enumerate(helpers.PLATE_NAMES):
+        for j, name in enumerate(helpers.PLANE_NAMES):
             normals[j] += (
                 move[f"normal_{name}_u"] * tangents[name][0] + move[f"normal_{name}_v"] * tangents[name][1]
             )

@@ -26,7 +26,7 @@ def test_the_linear_guess_is_exact_for_a_true_arm_and_known_planes():
     scene = helpers.make_scene(noise=0.0, stated_noise=1e-4)
     truth, data = scene.truth, scene.dataset
     T_base_flange = truth.sensor(data.q) @ np.linalg.inv(truth.T_flange_sensor)
-    planes = Planes.at(helpers.PLATE_NAMES, truth.normals, truth.distances)
+    planes = Planes.at(helpers.PLANE_NAMES, truth.normals, truth.distances)
     for use in (data.plane_index == 0, np.ones(data.n_poses, dtype=bool)):
         found = linear_guess(measure(data), T_base_flange, planes, use)
         np.testing.assert_allclose(found, truth.T_flange_sensor, atol=1e-10)

@@ -122,7 +122,7 @@ def test_parameters_and_planes_against_their_truth(scene):
     free = table[~table["held"]]
     assert np.all(np.abs(free["error"] / free["std"]) < 5.5)
     assert np.abs(table[table["held"]]["error"]).max() == 0.0
-    assert result.planes["plane"].tolist() == list(helpers.PLATE_NAMES)
+    assert result.planes["plane"].tolist() == list(helpers.PLANE_NAMES)
     assert result.planes["normal_error_deg"].max() < 0.05
     assert result.planes["distance_error_mm"].abs().max() < 0.5
 

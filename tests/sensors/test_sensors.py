@@ -20,7 +20,7 @@ def true_target(scene):
         T = truth.T_tracker_base
         coordinates = np.r_[T[:3, 3], helpers.rotation_vector(T[:3, :3])][None]
         return TrackerFrames(("tracker",), np.eye(3)[None], coordinates)
-    return Planes.at(helpers.PLATE_NAMES, truth.normals, truth.distances)
+    return Planes.at(helpers.PLANE_NAMES, truth.normals, truth.distances)
 
 
 @pytest.mark.parametrize("kind", ["line-laser", "probe", "tracker"])
@@ -79,8 +79,8 @@ def test_the_scatter_within_scans_gives_the_noise(error_axis):
     assert abs(scatter.sum() - freedom) < 1e-6 * freedom
 
 
-def test_the_scatter_does_not_depend_on_where_robot_and_plates_are():
-    """The scatter about a scan's own line is the same at a wrong pose of the plate, to first order in the
+def test_the_scatter_does_not_depend_on_where_robot_and_target_planes_are():
+    """The scatter about a scan's own line is the same at a wrong pose of the target plane, to first order in the
     noise.
     """
     scene = helpers.make_scene(noise=1e-4, seed=6)

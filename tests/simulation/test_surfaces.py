@@ -1,4 +1,4 @@
-"""Faces that are not flat: waves with the stated energy that stay on the plate, and a plate that bends."""
+"""Faces that are not flat: waves with the stated energy that stay on the target plane, and a target plane that bends."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def scene_of(surface, *entries, **changes):
 
 
 def hits(scene):
-    """Return where rays end, (N, M, 3) [m], and the plates' heights there (N, M) [m] over their planes."""
+    """Return where rays end, (N, M, 3) [m], and the target planes' heights there (N, M) [m] over their planes."""
     T = scene.T_base_sensor
     u = np.einsum("nij,nmj->nmi", T[:, :3, :3], directions(scene.angles))
     points = T[:, None, :3, 3] + scene.ranges[..., None] * u
@@ -31,7 +31,7 @@ def hits(scene):
 
 @pytest.mark.parametrize("count", [1, 5, 12])
 def test_waves_have_the_stated_energy(count):
-    """However many waves: the mean square of the height over a large plate is half the square of the amplitude."""
+    """However many waves: the mean square of the height over a large target plane is half the square of the amplitude."""
     planes = scene_of({}).workcell.target_planes
     uv = np.random.default_rng(0).uniform(-1.4, 1.4, (200_000, 2))
     for surface in surfaces_of(FLAT | {"waves_m": 4e-5, "waves": count}, planes, 3):
@@ -54,7 +54,7 @@ def test_rays_end_on_the_wavy_face():
 
 
 def test_a_place_has_one_height():
-    """Waves belong to the plate: another scene whose sensor stands elsewhere finds the same height at the same place."""
+    """Waves belong to the target plane: another scene whose sensor stands elsewhere finds the same height at the same place."""
     scene = scene_of(WAVY)
     first = surfaces_of(scene.config["surface"], scene.workcell.target_planes, scene.config["seed"])
     slipped = scene_of(WAVY, {"effect": "sensor_slip", "size": 5e-3, "target": {"at": {"order": 1}}})
@@ -67,8 +67,8 @@ def test_a_place_has_one_height():
     assert np.abs(slipped.ranges - scene.ranges).max() > 1e-4
 
 
-def test_a_bent_plate_is_highest_in_its_middle_and_flat_at_its_edges():
-    """The first mode of a plate that is supported along its edges, up or down."""
+def test_a_bent_target_plane_is_highest_in_its_middle_and_flat_at_its_edges():
+    """The first mode of a target plane that is supported along its edges, up or down."""
     planes = scene_of({}).workcell.target_planes
     for surface, plane in zip(surfaces_of(FLAT | {"bow_m": 2e-4}, planes, 5), planes, strict=True):
         assert abs(surface.height(np.zeros(2))) == pytest.approx(2e-4)
@@ -79,12 +79,12 @@ def test_a_bent_plate_is_highest_in_its_middle_and_flat_at_its_edges():
 
 
 def test_no_height_is_flat():
-    """Amplitudes of zero give the very ranges of flat plates."""
+    """Amplitudes of zero give the very ranges of flat target planes."""
     np.testing.assert_array_equal(scene_of({"waves": 9}).ranges, scene_of({}).ranges)
 
 
 def test_true_scans_serve_the_same_surface_only():
-    """Scans kept from wavy plates are taken up for the same waves and cast anew for flat ones."""
+    """Scans kept from wavy target planes are taken up for the same waves and cast anew for flat ones."""
     wavy, flat = scene_of(WAVY), scene_of({})
     again = simulate(config_with(noise={}, surface={}), plan=plan_of("ur10e"), cast=wavy.true_scans())
     np.testing.assert_array_equal(again.ranges, flat.ranges)

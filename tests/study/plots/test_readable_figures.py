@@ -82,7 +82,7 @@ def candidates() -> pd.DataFrame:
         "scan": "error of each scan",
         "jitter": "jitter of the joints",
         "early_stop": "solver stops early",
-        "bow": "plates that are not flat",
+        "bow": "target planes that are not flat",
     }
     rows = []
     for k, (name, label) in enumerate(labels.items()):

@@ -1,7 +1,7 @@
 """A stratified set, judged: the columns of the table of blind trials, which overlap.
 
 An entry of a diagnosis is *acceptable* where it is an injected effect at its place, or a fair description of something else that
-is truly there: a bowed plate, a crooked lens, or a cause without a name of its own that has one nearby (``FAIR``). It is
+is truly there: a bowed target plane, a crooked lens, or a cause without a name of its own that has one nearby (``FAIR``). It is
 *listed* where an injected effect stands in its ``confounded_with``. Everything else that has a name is a *wrong name*. Components of
 the scanner's own noise stand in ``noise.components``, are no effects, and are not judged here.
 """

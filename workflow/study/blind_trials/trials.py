@@ -1,7 +1,7 @@
 """Run stratified sets: simulate, diagnose blind, compare with the truth; a row a set, in memory.
 
 The floor is the noise-limited error: the same scene, poses, faces and draws of noise without what was injected, without bent
-plates, a crooked lens and edges, calibrated plainly. It is what a fit reaches that knows the form of all causes and has no need
+target planes, a crooked lens and edges, calibrated plainly. It is what a fit reaches that knows the form of all causes and has no need
 to spend data on them.
 """
 
