@@ -56,7 +56,8 @@ def cli() -> None:
     planes suffice.
 
     \b
-    Your own data in four lines:
+    Your own data in five lines:
+      scalar init my-cell --robot ur10e --sensor line-laser
       scalar validate my-cell
       scalar calibrate my-cell -o out
       scalar predict out/calibration.json joints.csv -o frames.csv

@@ -1,0 +1,143 @@
+"""``scalar init``: a commented dataset folder for one's robot and sensor, ready to be filled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from scalar.cli.group import cli
+from scalar.cli.options import PATH
+from scalar.cli.terminal import say
+from scalar.errors import Fault, InvalidInput
+
+
+@cli.command()
+@click.argument("folder", type=PATH, required=False)
+@click.option("--robot", metavar="NAME", help="An arm of the library; --list shows them.")
+@click.option("--urdf", type=PATH, metavar="FILE", help="Robot description in URDF, with --base and --tip.")
+@click.option("--base", metavar="LINK", help="With --urdf: the link that is the base; left out: the root.")
+@click.option(
+    "--tip", metavar="LINK", help="With --urdf: the link that is the flange; left out: the only end."
+)
+@click.option(
+    "--dh",
+    type=PATH,
+    metavar="TABLE.csv",
+    help="Table a_mm,alpha_deg,d_mm,theta_deg (or _m, _rad), a row a joint.",
+)
+@click.option(
+    "--convention",
+    type=click.Choice(["modified-dh", "standard-dh"]),
+    help="With --dh: modified (Craig) or standard (distal) parameters.",
+)
+@click.option("--sensor", metavar="KIND", help="line-laser, probe or tracker.")
+@click.option("--list", "list_arms", is_flag=True, help="List the arms of the library, and do nothing else.")
+def init(
+    folder: Path | None,
+    robot: str | None,
+    urdf: Path | None,
+    base: str | None,
+    tip: str | None,
+    dh: Path | None,
+    convention: str | None,
+    sensor: str | None,
+    list_arms: bool,
+) -> None:
+    """Begin a dataset: write a commented folder, ready to be filled.
+
+    FOLDER must not exist, or be empty. The robot comes from the library, from a URDF or from a table of Denavit-Hartenberg
+    parameters; choose one of --robot, --urdf and --dh. README.txt in the folder says what belongs into which file.
+
+    \b
+    Example:
+      scalar init --list
+      scalar init my-cell --robot ur10e --sensor line-laser
+      scalar init my-cell --urdf arm.urdf --base base_link --tip tool0 --sensor tracker
+      scalar validate my-cell                 # what is still missing
+    """
+    if list_arms:
+        say(describe_library())
+        return
+    if folder is None:
+        raise click.UsageError("Missing argument 'FOLDER'.")
+    if sum(choice is not None for choice in (robot, urdf, dh)) != 1:
+        message = (
+            "give one of --robot NAME, --urdf FILE and --dh TABLE.csv; `scalar init --list` shows the names"
+        )
+        raise InvalidInput(Fault("the robot", message))
+    if urdf is None and (base is not None or tip is not None):
+        raise InvalidInput(
+            Fault("--base, --tip", "name links of a URDF; give --urdf FILE too, or leave them out")
+        )
+    if (dh is None) != (convention is None):
+        raise InvalidInput(
+            Fault("--convention", "belongs to --dh; give both: modified-dh is Craig's, standard-dh the other")
+        )
+    from scalar.data.blank_dataset import write_blank_dataset
+    from scalar.data.sensor_formats import sensor_formats
+
+    formats = sensor_formats()
+    if sensor not in formats:
+        said = "missing" if sensor is None else f"no kind {sensor!r}"
+        raise InvalidInput(Fault("--sensor", f"{said}; give one of {', '.join(formats)}"))
+    mapping, about = _described(robot, urdf, base, tip, dh, convention)
+    write_blank_dataset(folder, mapping, formats[sensor], about)
+    say(f"{folder}: an empty dataset for {mapping['name']}, {len(mapping['joints'])} joints, and a {sensor}")
+    for line in about:
+        say(f"  {line}")
+    say(f"next: read {folder / 'README.txt'}, fill the files in, and `scalar validate {folder}`")
+
+
+def describe_library() -> str:
+    """Return the arms of the library, a line each."""
+    from scalar.robots import arm_names, read_arm
+
+    arms = [read_arm(name) for name in arm_names()]
+    width = max(len(arm.name) for arm in arms)
+    lines = [
+        f"{arm.name:<{width}}  {arm.maker} {arm.model}, {len(arm.mapping['joints'])} joints, reach {arm.reach:g} m"
+        + ("" if arm.verified else "; UNVERIFIED")
+        for arm in arms
+    ]
+    verified = sum(arm.verified for arm in arms)
+    lines.append(
+        f"{len(arms)} arms; of {verified} two sources agree. UNVERIFIED: the sources differ, or there is one only; check the numbers"
+    )
+    return "\n".join(lines)
+
+
+def _described(
+    robot: str | None,
+    urdf: Path | None,
+    base: str | None,
+    tip: str | None,
+    dh: Path | None,
+    convention: str | None,
+) -> tuple[Mapping[str, Any], list[str]]:
+    """Return the ``robot:`` block, and lines that say where it comes from."""
+    if robot is not None:
+        from scalar.robots import read_arm
+
+        arm = read_arm(robot)
+        status = (
+            "two sources agree"
+            if arm.verified
+            else "UNVERIFIED: check the numbers against your arm's data sheet"
+        )
+        lines = [f"{arm.maker} {arm.model}, from the library: {status}."]
+        lines += [f"Source: {source}" for source in arm.sources]
+        lines += [f"Limits: {arm.limits_source}"]
+        lines += [arm.note] if arm.note else []
+        return arm.mapping, lines
+    if urdf is not None:
+        from scalar.ingest.urdf import robot_from_urdf
+
+        mapping = robot_from_urdf(urdf, base, tip)[0].to_mapping()
+        return mapping, [f"From {urdf.name}" + (f", {base} to {tip}." if base and tip else ".")]
+    from scalar.ingest.dh_table import robot_from_dh_table
+
+    assert dh is not None and convention is not None
+    return robot_from_dh_table(dh, convention, dh.stem), [f"From {dh.name}."]

@@ -1,0 +1,167 @@
+"""A dataset folder that is ready to be filled: dataset.yaml with comments, tables with their headers, and README.txt.
+
+What only its user knows is left empty, so that reading the folder names it as missing: guesses of the planes, the sensor's nominal
+pose where the sensor needs one, and every row of the tables.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scalar.data.description import DESCRIPTION
+from scalar.data.formats import DATASET_FORMAT
+from scalar.data.io.atomic import atomic_directory
+from scalar.data.sensor_formats import SensorFormat
+
+README = "README.txt"
+_POSES = "poses.csv"
+
+
+def write_blank_dataset(
+    folder: Path, robot: Mapping[str, Any], format: SensorFormat, about_robot: Sequence[str] = ()
+) -> None:
+    """Write the folder, whole or not at all.
+
+    Args:
+        folder: That is to appear; an empty folder is filled.
+        robot: The ``robot:`` block of dataset.yaml.
+        format: Of the sensor.
+        about_robot: Lines that stand as comments over the robot.
+
+    Raises:
+        InvalidInput: The folder holds something already, or cannot be written.
+    """
+    folder = Path(folder)
+    n = len(robot["joints"])
+    files = {
+        DESCRIPTION: _description(folder.resolve().name, robot, format, about_robot),
+        _POSES: ",".join(_pose_columns(n, format)) + "\n",
+        README: _readme(n, format),
+    }
+    if format.table is not None:
+        files[format.table.files[0]] = ",".join(format.table.columns) + "\n"
+    with atomic_directory(folder) as temporary:
+        for name, text in files.items():
+            (temporary / name).write_text(text, encoding="utf-8", newline="\n")
+
+
+def _pose_columns(n: int, format: SensorFormat) -> list[str]:
+    return ["pose", *(["plane"] if format.on_planes else []), *(f"q{i + 1}" for i in range(n))]
+
+
+def _description(
+    name: str, robot: Mapping[str, Any], format: SensorFormat, about_robot: Sequence[str]
+) -> str:
+    """Return dataset.yaml."""
+    lines = [
+        "# What was measured, and on what. Lengths in metres, angles in radians; a line that begins with # is a comment.",
+        "# README.txt says what belongs into the tables. `scalar validate` on this folder says what is still missing.",
+        f"format: {DATASET_FORMAT}",
+        f"name: {json.dumps(name, ensure_ascii=False)}",
+        "# source: free text; who measured, when, with what",
+        "",
+        "robot:",
+        *(f"  # {line}" for line in about_robot),
+        f"  name: {json.dumps(robot['name'], ensure_ascii=False)}",
+        f"  convention: {robot['convention']}",
+        "  joints:  # base to flange; the angle of joint i is q_i + theta, q_i as the controller shows it",
+    ]
+    for i, joint in enumerate(robot["joints"]):
+        comment = f"  # joint {i + 1}"
+        if "limits" in joint:
+            low, high = np.rad2deg(joint["limits"])
+            comment += f", {low:.4g} to {high:.4g} degrees"
+        lines.append(f"    - {_flow(joint)}{comment}")
+    for key in ("base", "flange", "gravity", "tolerance"):
+        if key in robot:
+            lines.append(f"  {key}: {_flow(robot[key])}")
+    if "tolerance" not in robot:
+        lines.append(
+            "  # tolerance: {length: 3.0e-4, angle: 3.0e-4}  # of the maker's geometry, if stated: one standard deviation [m, rad]"
+        )
+    lines += ["", "sensor:", f"  kind: {format.kind}"]
+    pose = (
+        "nominal_pose: {translation: [0.0, 0.0, 0.1], rotation_vector: [0.0, 0.0, 0.0]}  # flange to sensor"
+    )
+    needed = (
+        "needed: take away the #, and put in your own numbers" if format.needs_nominal_pose else "optional"
+    )
+    lines += [
+        f"  # {pose} [m, rad], rough; {needed}",
+        "  # noise: 1.0e-4  # one standard deviation of a measurement [m]; left out: it is estimated",
+    ]
+    lines += [f"  # {key}: {spec.get('description', 'see the help')}" for key, spec in format.options.items()]
+    if format.on_planes:
+        lines += [
+            "",
+            "# Guesses of the planes in the base frame: normal . p = distance [m]. 30 degrees and 10 cm off is near enough.",
+            "# Three planes or more, of different directions. Take away the [] and the #, and put in your own:",
+            "planes: []",
+            "#  - {name: floor, normal: [0.0, 0.0, 1.0], distance: 0.0}",
+            "#  - {name: wall_x, normal: [1.0, 0.0, 0.0], distance: 0.8}",
+            "#  - {name: wall_y, normal: [0.0, 1.0, 0.0], distance: 0.8}",
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def _flow(value: Any) -> str:
+    """Return plain data as YAML in one line."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {_flow(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_flow, value)) + "]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    mantissa, e, exponent = repr(float(value)).partition("e")
+    return (mantissa if "." in mantissa else f"{mantissa}.0") + e + exponent
+
+
+def _readme(n: int, format: SensorFormat) -> str:
+    """Return README.txt: what belongs into which file, with an example row of each table."""
+    angles = [f"{0.1 * (-1) ** i * (i + 1):.4f}" for i in range(n)]
+    example = ["0", *(["floor"] if format.on_planes else []), *angles]
+    lines = [
+        "This folder is a dataset of SCALAR, ready to be filled. `scalar validate` says what is still missing.",
+        "",
+        f"{DESCRIPTION}: the robot, the sensor"
+        + (", and a guess of each plane." if format.on_planes else "."),
+        "Its comments say what to fill in.",
+        "",
+        f"{_POSES}: a row for each pose [joint angles in radians, as the controller shows them]. An example row:",
+        "  " + ",".join(_pose_columns(n, format)),
+        "  " + ",".join(example),
+        "pose is a whole number of your choice"
+        + (", plane a name from dataset.yaml." if format.on_planes else "."),
+        "Optional columns, used where present: order (of acquisition; else that of the rows), time [s], temperature [deg C],",
+        "session (after the planes, the tracker or the sensor were set up again), approach1, approach2, ... (-1 or 1: the direction",
+        "from which a joint arrived). 60 to 100 poses, spread over the workspace, are a usual number.",
+        "",
+    ]
+    table = format.table
+    if table is None:
+        lines += [
+            "There is no third file: where the arm touches a plane, joint angles and the plane's name say it all.",
+        ]
+    else:
+        units = ", ".join(f"{column} [{unit}]" for column, unit in table.units.items())
+        values = [
+            f"{0.01 * (i + 1) if table.several_rows else 0.5 * (i + 1):.5f}" for i in range(len(table.units))
+        ]
+        rows = (
+            f"one row or more for each pose, a row for each {table.row}"
+            if table.several_rows
+            else "one row for each pose"
+        )
+        lines += [
+            f"{table.files[0]}: {rows}; pose as in {_POSES}, {units}. An example row:",
+            "  " + ",".join(table.columns),
+            "  " + ",".join(["0", *values]),
+            "Data in another form (degrees, millimetres, other columns): see `scalar import --help`.",
+        ]
+    lines += ["", "Then: scalar calibrate FOLDER -o OUT, and scalar diagnose FOLDER -o OUT."]
+    return "\n".join(lines) + "\n"

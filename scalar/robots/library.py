@@ -1,0 +1,127 @@
+"""The library of arms: ``arms/<name>.yaml``, each with Denavit-Hartenberg parameters, joint limits and the sources of its numbers.
+
+An arm is *verified* where at least two sources that were not copied from one another give the same position of the flange in
+random postures, to the length that its file states. Otherwise it is *unverified*, and its note says what the sources disagree on.
+Left out: masses, and the deviation of the single arm from its data sheet, which is what a calibration finds.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from scalar.data.io.plain_yaml import load_yaml
+from scalar.errors import Fault, InvalidInput
+
+VERIFIED, UNVERIFIED = "verified", "unverified"
+_SUGGESTED = 5
+"""Names in a suggestion, at most. Chosen: what fits in a line."""
+_ALIKE = 0.5
+"""Least similarity (``difflib`` ratio, 0 to 1) of a name that is suggested. Chosen: 'kuka kr6' finds the KR 6 arms, 'toaster' finds none."""
+
+
+@dataclass(frozen=True)
+class LibraryArm:
+    """An arm of the library.
+
+    Attributes:
+        name: In the library.
+        maker: Of the arm.
+        model: As the maker calls it.
+        verified: Whether two sources agree.
+        agreement: How far the sources differ at the flange, at most [m]; None for an arm that is unverified.
+        sources: Of the geometry, the first of them the one that the numbers were taken from.
+        limits_source: Of the joint limits.
+        reach: Distance from axis 1 that the maker states [m].
+        reach_at: What that reach is of: ``wrist centre`` (the origin of the last frame but one) or ``flange``.
+        reach_tolerance: How far the numbers may be from it [m].
+        note: What a user of the arm should know; empty where there is nothing.
+        mapping: The ``robot:`` block of a dataset.
+    """
+
+    name: str
+    maker: str
+    model: str
+    verified: bool
+    agreement: float | None
+    sources: tuple[str, ...]
+    limits_source: str
+    reach: float
+    reach_at: str
+    reach_tolerance: float
+    note: str
+    mapping: Mapping[str, Any]
+
+
+def arm_names() -> list[str]:
+    """Return the names of all arms, sorted."""
+    folder = resources.files("scalar.robots").joinpath("arms")
+    return sorted(
+        entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml")
+    )
+
+
+def read_arm(name: str) -> LibraryArm:
+    """Return the arm of a name, or of a maker's model; letters' case, blanks and punctuation do not matter.
+
+    Raises:
+        InvalidInput: The library has none of this name; the message suggests names that are alike.
+    """
+    known = {_plain(key): own for own, keys in _keys().items() for key in keys}
+    own = known.get(_plain(name))
+    if own is None:
+        raise InvalidInput(Fault("--robot", _unknown(name)))
+    return _read(own)
+
+
+@cache
+def _read(name: str) -> LibraryArm:
+    file = resources.files("scalar.robots").joinpath("arms", f"{name}.yaml")
+    with resources.as_file(file) as path:
+        content = load_yaml(path)
+    reach = content["reach"]
+    return LibraryArm(
+        name=name,
+        maker=content["maker"],
+        model=str(content["model"]),
+        verified=content["status"] == VERIFIED,
+        agreement=content.get("agreement"),
+        sources=tuple(content["sources"]),
+        limits_source=content["limits_source"],
+        reach=reach["stated"],
+        reach_at=reach["at"],
+        reach_tolerance=reach["tolerance"],
+        note=content.get("note", "").strip(),
+        mapping=content["robot"],
+    )
+
+
+def _keys() -> dict[str, tuple[str, ...]]:
+    """Return what each arm may be called: its name, its model, and its maker with its model."""
+    arms = {name: _read(name) for name in arm_names()}
+    return {name: (name, arm.model, f"{arm.maker} {arm.model}") for name, arm in arms.items()}
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\W_]+", "", name).casefold()
+
+
+def _unknown(name: str) -> str:
+    """Return what to say of a name that the library does not have."""
+    wanted = _plain(name)
+    plain = {own: [_plain(key) for key in keys] for own, keys in _keys().items()}
+    alike = {
+        own: max(difflib.SequenceMatcher(None, wanted, key).ratio() for key in keys)
+        for own, keys in plain.items()
+    }
+    close = [own for own, keys in plain.items() if any(wanted in key for key in keys)] if wanted else []
+    close = close or [own for own, ratio in alike.items() if ratio >= _ALIKE]
+    close.sort(key=lambda own: (-alike[own], own))
+    listed = ", ".join(close[:_SUGGESTED])
+    meant = f"did you mean {listed}? " if listed else ""
+    return f"{name!r} is no arm of the library; {meant}`scalar init --list` shows all; describe another arm by --urdf or --dh"

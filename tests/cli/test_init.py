@@ -1,0 +1,166 @@
+"""`scalar init`: folders that say what is missing, read back once they are filled, and never take the place of anything."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from scalar.cli import cli
+from scalar.data.dataset import read_dataset
+from scalar.data.io.plain_yaml import load_yaml
+from scalar.geometry.robot import Robot
+from scalar.ingest.urdf import robot_from_urdf
+from scalar.robots import arm_names, read_arm
+from tests import small_datasets
+from tests.robot_descriptions import shipped
+
+KINDS = ("line-laser", "probe", "tracker")
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(cli, [str(argument) for argument in arguments])
+
+
+def begun(folder: Path, *robot: object, sensor: str = "tracker") -> Path:
+    """Return a folder that `scalar init` has written."""
+    result = run("init", folder, *robot, "--sensor", sensor)
+    assert result.exit_code == 0, result.output
+    return folder
+
+
+def refused(result: Result, *words: str) -> None:
+    """Check that a command ended with status 2 and a line on stderr that has the words."""
+    assert result.exit_code == 2 and "Traceback" not in result.output
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("scalar: ") and all(word in line for word in words), line
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_missing_is_said_and_nothing_else(kind, tmp_path):
+    """An empty folder of each kind lacks its rows, and what only the user knows; its robot and format are in order."""
+    folder = begun(tmp_path / "cell", "--robot", "ur5e", sensor=kind)
+    result = run("validate", folder)
+    assert result.exit_code == 2
+    missing = {"poses.csv"}
+    missing |= {"planes"} if kind != "tracker" else {"points.csv"}
+    missing |= {"nominal_pose"} if kind != "line-laser" else {"scans.csv"}
+    lines = result.stderr.splitlines()
+    assert len(lines) == len(missing)
+    assert all(any(word in line for line in lines) for word in missing)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_folder_that_is_filled_is_a_dataset(kind, tmp_path):
+    """With the comments taken away from what is needed, and rows under the headers, the folder is read without a fault."""
+    folder = begun(tmp_path / "cell", "--robot", "abb_irb120", sensor=kind)
+    text = (folder / "dataset.yaml").read_text()
+    text = text.replace("  # nominal_pose:", "  nominal_pose:")
+    text = text.replace("planes: []", "planes:").replace("\n#  - {name", "\n  - {name")
+    (folder / "dataset.yaml").write_text(text)
+    for name, table in small_datasets.tables(kind).items():
+        if table is not None:
+            path = folder / f"{name}.csv"
+            wanted = path.read_text().strip().split(",")
+            table.rename(columns=str)[wanted].to_csv(path, index=False)
+    dataset = read_dataset(folder)
+    assert dataset.sensor.kind == kind and dataset.robot.name == "abb_irb120"
+
+
+@pytest.mark.parametrize("name", arm_names())
+def test_the_robot_of_the_folder_is_that_of_the_library(name, tmp_path):
+    """dataset.yaml has the library's numbers to the last digit, for every arm."""
+    folder = begun(tmp_path / "cell", "--robot", name)
+    written = Robot.from_mapping(load_yaml(folder / "dataset.yaml")["robot"])
+    assert written.to_mapping() == Robot.from_mapping(read_arm(name).mapping).to_mapping()
+
+
+def test_an_unverified_arm_is_called_so(tmp_path):
+    """The terminal, the list and dataset.yaml say that the sources differ."""
+    name = next(name for name in arm_names() if not read_arm(name).verified)
+    result = run("init", tmp_path / "cell", "--robot", name, "--sensor", "tracker")
+    assert "UNVERIFIED" in result.stdout
+    assert "UNVERIFIED" in (tmp_path / "cell" / "dataset.yaml").read_text()
+    assert any(name in line and "UNVERIFIED" in line for line in run("init", "--list").stdout.splitlines())
+
+
+def test_the_list_has_every_arm():
+    """A line for each arm, and one that counts them."""
+    lines = run("init", "--list").stdout.splitlines()
+    assert [line.split()[0] for line in lines[:-1]] == arm_names()
+
+
+def test_a_robot_from_a_urdf(tmp_path):
+    """The robot in dataset.yaml has its flange where the reader of URDF has it."""
+    pytest.importorskip("pybullet_data")
+    path, base, tip = shipped("xarm6"), "link_base", "link6"
+    folder = begun(tmp_path / "cell", "--urdf", path, "--base", base, "--tip", tip)
+    written = Robot.from_mapping(load_yaml(folder / "dataset.yaml")["robot"])
+    q = np.random.default_rng(1).uniform(-2, 2, (20, written.n_joints))
+    assert np.allclose(written.flange(q), robot_from_urdf(path, base, tip)[0].flange(q), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("units", "factor"), [(("mm", "deg"), (1e3, 180 / np.pi)), (("m", "rad"), (1.0, 1.0))]
+)
+def test_a_robot_from_a_table(units, factor, tmp_path):
+    """Lengths and angles come back from either unit."""
+    joints = read_arm("ur5e").mapping["joints"]
+    header = [f"{key}_{units[0] if key in 'ad' else units[1]}" for key in ("a", "alpha", "d", "theta")]
+    rows = [
+        ",".join(repr(j[k] * factor[k not in "ad"]) for k in ("a", "alpha", "d", "theta")) for j in joints
+    ]
+    table = tmp_path / "arm.csv"
+    table.write_text("\n".join([",".join(header), *rows]) + "\n")
+    folder = begun(tmp_path / "cell", "--dh", table, "--convention", "modified-dh")
+    written = load_yaml(folder / "dataset.yaml")["robot"]
+    assert written["name"] == "arm"
+    for joint, wanted in zip(written["joints"], joints, strict=True):
+        assert all(abs(joint[key] - wanted[key]) < 1e-12 for key in joint)
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("a_mm,alpha_deg,d_mm\n0,0,0\n", "theta_rad or theta_deg"),
+        ("a_mm,a_m,alpha_deg,d_mm,theta_deg\n0,0,0,0,0\n", "twice"),
+        ("a_mm,alpha_deg,d_mm,theta_deg\n", "no rows"),
+        ("a_mm,alpha_deg,d_mm,theta_deg,lower_deg\n0,0,0,0,0\n", "lowest angle without a highest"),
+        ("a_mm,alpha_deg,d_mm,theta_deg,lower_deg,upper_deg\n0,0,0,0,10,-10\n", "row 2"),
+        ("a,alpha,d,theta\n0,0,0,0\n", "unknown column"),
+        ("a_mm,alpha_deg,d_mm,theta_deg\n0,x,0,0\n", "row 2"),
+    ],
+)
+def test_a_table_at_fault_is_refused(text, word, tmp_path):
+    """A column or unit that is missing, ambiguous or unknown is named, and no folder is left."""
+    table = tmp_path / "arm.csv"
+    table.write_text(text)
+    result = run("init", tmp_path / "cell", "--dh", table, "--convention", "modified-dh", "--sensor", "probe")
+    assert result.exit_code == 2 and word in result.stderr and "Traceback" not in result.output
+    assert not (tmp_path / "cell").exists()
+
+
+def test_refusals(tmp_path):
+    """A wrong name, none or two robots, a sensor that is missing: one line each, and no folder."""
+    folder = tmp_path / "cell"
+    refused(run("init", folder, "--robot", "ur5ee", "--sensor", "probe"), "did you mean", "ur5e")
+    refused(run("init", folder, "--sensor", "probe"), "--robot", "--urdf", "--dh")
+    refused(run("init", folder, "--robot", "ur5e", "--dh", "t.csv", "--sensor", "probe"), "one of")
+    refused(run("init", folder, "--robot", "ur5e"), "--sensor", "missing", *KINDS)
+    refused(run("init", folder, "--robot", "ur5e", "--sensor", "camera"), "camera", *KINDS)
+    refused(run("init", folder, "--dh", "t.csv", "--sensor", "probe"), "--convention")
+    refused(run("init", folder, "--robot", "ur5e", "--tip", "x", "--sensor", "probe"), "--urdf")
+    refused(run("init", folder, "--urdf", tmp_path / "none.urdf", "--sensor", "probe"), "none.urdf")
+    assert not folder.exists()
+
+
+def test_nothing_is_overwritten(tmp_path):
+    """A folder that holds anything stays as it is; so does a folder of an earlier `init`."""
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes.txt").write_text("kept")
+    refused(run("init", tmp_path / "mine", "--robot", "ur5e", "--sensor", "probe"), "mine", "already there")
+    assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
+    folder = begun(tmp_path / "cell", "--robot", "ur5e")
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    refused(run("init", folder, "--robot", "ur3e", "--sensor", "probe"), "already there")
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
