@@ -80,7 +80,7 @@ def init(
     from scalar.data.sensor_formats import sensor_formats
 
     formats = sensor_formats()
-    if sensor not in formats:
+    if sensor is None or sensor not in formats:
         said = "missing" if sensor is None else f"no kind {sensor!r}"
         raise InvalidInput(Fault("--sensor", f"{said}; give one of {', '.join(formats)}"))
     mapping, about = _described(robot, urdf, base, tip, dh, convention)
