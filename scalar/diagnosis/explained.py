@@ -135,14 +135,14 @@ def _final_fit(state: FittedState, whitening: Array | None) -> tuple[Fit, Residu
         state: To fit.
         whitening: Weights of a variance component of whole poses ``(N, m, m)``, or None.
     """
-    residuals, fits = state.residuals, state.settings.estimation.fit
+    residuals, settings = state.residuals, state.settings.estimation
     if whitening is None:
         own = None if state.rows.noise is None else residuals
-        return fit_from(state.dataset, state.model, state.free, own, fits)
+        return fit_from(state.dataset, state.model, state.free, own, settings)
     residuals = type(residuals)(
         WhitenedMeasurement(residuals.measurement, whitening, state.variance_components[0].as_noise()),
         residuals.poses,
         residuals.bases,
         residuals.known,
     )
-    return fit_from(state.dataset, as_whitened(state).model, state.free, residuals, fits)
+    return fit_from(state.dataset, as_whitened(state).model, state.free, residuals, settings)

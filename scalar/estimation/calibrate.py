@@ -57,7 +57,7 @@ def calibrate(
     """
     try:
         prepared = prepare(dataset, fix, settings, lean_on_priors=dataset.robot.tolerance is not None)
-        found, residuals = fit_all(dataset, prepared, effects, fixed_effects, settings.fit)
+        found, residuals = fit_all(dataset, prepared, effects, fixed_effects, settings)
         distances = residuals.pose_distances(found.model)
         if np.median(distances) > MOST_LEFT:
             refuse_wrong_setup(dataset)

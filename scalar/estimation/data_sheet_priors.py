@@ -28,7 +28,12 @@ from scalar.units import DEG, MM
 
 
 def fit_near_data_sheet(
-    residuals: Residuals, initial: Model, free: Array, settings: EstimationSettings = DEFAULTS
+    residuals: Residuals,
+    initial: Model,
+    free: Array,
+    settings: EstimationSettings = DEFAULTS,
+    *,
+    effects_follow: bool = False,
 ) -> Model:
     """Return a coarse fit of everything, with the priors on its parameters where they make a difference.
 
@@ -39,11 +44,18 @@ def fit_near_data_sheet(
         initial: The initial estimate.
         free: ``(P,)`` bool.
         settings: Thresholds.
+        effects_follow: Whether effects are looked for in what this fit leaves. Priors that are tight because the residual is large would
+            hold the geometry against the very effect that is looked for: there are none where the noise alone leaves every direction
+            well determined.
     """
     rules = settings.identifiability
     model = replace(initial, priors=data_sheet_priors(initial, free, rules), misfit_ratio=1.0)
     for _ in range(rules.weighings):
         model = fit(residuals, model, free, tolerance=COARSE).model
+        if effects_follow and _determined(
+            residuals, model, free, prior_std(model, rules), rules.prior_matters
+        ):
+            return replace(model, priors=(), misfit_ratio=1.0).rebased()
         ratio = misfit_ratio(residuals, model, free, settings)
         reweighed = replace(model, misfit_ratio=ratio)
         if initial.nominal.tolerance is None:
@@ -56,29 +68,6 @@ def fit_near_data_sheet(
     if _determined(residuals, model, free, scale, rules.prior_matters * model.misfit_ratio):
         return replace(model, priors=(), misfit_ratio=1.0).rebased()
     return with_reasons(residuals, model, free, rules).rebased()
-
-
-def without_priors_for_misfit(
-    residuals: Residuals, model: Model, free: Array, settings: EstimationSettings = DEFAULTS
-) -> Model:
-    """Return a model without priors if the noise alone leaves every direction well determined, as it is otherwise.
-
-    For a diagnosis, which looks for what makes the misfit: priors that are tight because the residual is large would hold the geometry
-    against the very effect that is looked for.
-
-    Args:
-        residuals: Of the dataset.
-        model: As ``fit_near_data_sheet`` gives it.
-        free: ``(P,)`` bool.
-        settings: Thresholds.
-    """
-    rules = settings.identifiability
-    if not model.priors or not _determined(
-        residuals, model, free, prior_std(model, rules), rules.prior_matters
-    ):
-        return model
-    bare = replace(model, priors=(), misfit_ratio=1.0)
-    return fit(residuals, bare, free, tolerance=COARSE).model.rebased()
 
 
 def _determined(residuals: Residuals, model: Model, free: Array, scale: Array, least: float) -> bool:

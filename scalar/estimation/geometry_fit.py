@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from scalar.data.dataset import Dataset
-from scalar.estimation.data_sheet_priors import without_priors_for_misfit
 from scalar.estimation.least_squares import fit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared, prepare
@@ -28,9 +25,6 @@ def geometry_fit(
         InvalidInput: An initial guess of a plane is wrong beyond repair.
         Undetermined: The data cannot determine the model.
     """
-    prepared = prepare(dataset, settings=settings)
-    if effects_follow:
-        coarse = without_priors_for_misfit(prepared.residuals, prepared.coarse, prepared.free, settings)
-        prepared = replace(prepared, coarse=coarse)
+    prepared = prepare(dataset, settings=settings, effects_follow=effects_follow)
     found = fit(prepared.residuals, prepared.coarse, prepared.free, tolerance=_TOLERANCE)
     return found.model.rebased(), prepared

@@ -16,7 +16,7 @@ from scalar.estimation.least_squares import Fit, covariance_and_step, fit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared
 from scalar.estimation.residuals import Residuals
-from scalar.estimation.settings import DEFAULTS, FitSettings
+from scalar.estimation.settings import DEFAULTS, EstimationSettings
 from scalar.estimation.sufficiency import check_effects
 from scalar.geometry.se3 import Array
 
@@ -26,7 +26,7 @@ def fit_all(
     prepared: Prepared,
     effects: Sequence[Effect] = (),
     fixed_effects: Sequence[Effect] = (),
-    settings: FitSettings = DEFAULTS.fit,
+    settings: EstimationSettings = DEFAULTS,
 ) -> tuple[Fit, Residuals]:
     """Return the joint fit of everything that the data determine, and the residuals whitened at its optimum.
 
@@ -48,7 +48,7 @@ def fit_all(
     residuals = prepared.residuals
     if model.effects:
         residuals = Residuals.of(dataset, model).reweighted(model)
-        free &= ~unobservable_coefficients(residuals, model, free, settings.unseen_share)
+        free &= ~unobservable_coefficients(residuals, model, free, settings.fit.unseen_share)
         check_effects(dataset, residuals.measurement, int(free.sum()))
     found = fit(residuals, model, free, tolerance=COARSE)
     return fit_from(dataset, found.model, free, residuals, settings)
@@ -59,7 +59,7 @@ def fit_from(
     model: Model,
     free: Array,
     residuals: Residuals | None = None,
-    settings: FitSettings = DEFAULTS.fit,
+    settings: EstimationSettings = DEFAULTS,
 ) -> tuple[Fit, Residuals]:
     """Return the fit from a model near the optimum, reweighted until that changes nothing, and the residuals whitened at its optimum.
 
@@ -77,15 +77,15 @@ def fit_from(
         residuals = Residuals.of(dataset, model)
     found: Fit | None = None
     settled = False
-    for _ in range(settings.max_reweightings):
+    for _ in range(settings.fit.max_reweightings):
         model = (model if found is None else found.model).rebased()
         residuals = residuals.reweighted(model)
         if model.priors:
-            model = replace(model, misfit_ratio=misfit_ratio(residuals, model, free))
+            model = replace(model, misfit_ratio=misfit_ratio(residuals, model, free, settings))
         found = fit(residuals, model, free)
         again = residuals.reweighted(found.model)
         residual, jacobian = again.linearise(found.model)
-        settled = covariance_and_step(jacobian[:, free], residual)[1] < settings.settled_step
+        settled = covariance_and_step(jacobian[:, free], residual)[1] < settings.fit.settled_step
         if settled:
             break
     assert found is not None

@@ -54,6 +54,7 @@ def prepare(
     settings: EstimationSettings = DEFAULTS,
     *,
     lean_on_priors: bool = False,
+    effects_follow: bool = False,
 ) -> Prepared:
     """Return a dataset that is ready to be fitted: sensor and target estimated with the arm nominal, and a coarse fit of everything.
 
@@ -66,6 +67,7 @@ def prepare(
         settings: Thresholds.
         lean_on_priors: Whether priors from the data sheet may take directions that these poses do not show at all. A calibration says
             with standard errors what it rests on them; a diagnosis needs data.
+        effects_follow: Whether effects are looked for in what the coarse fit leaves: its misfit then tightens no priors.
 
     Raises:
         InvalidInput: The initial guess of a plane is too far off for the fit.
@@ -93,7 +95,7 @@ def prepare(
             residuals, initial.model, settings.sufficiency
         )  # parallel planes explain whatever else is not determined
         raise
-    coarse = fit_near_data_sheet(residuals, initial.model, free, settings)
+    coarse = fit_near_data_sheet(residuals, initial.model, free, settings, effects_follow=effects_follow)
     if near_parallel_joints(coarse.robot) != near_parallel_joints(dataset.robot):
         identifiability, free, coarse = _identify_again(
             dataset,
@@ -103,6 +105,7 @@ def prepare(
             (identifiability, free, coarse),
             settings,
             lean_on_priors,
+            effects_follow,
         )
     check_guess(coarse, guess, settings.sufficiency)
     check_span(residuals, coarse, settings.sufficiency)
@@ -140,6 +143,7 @@ def _identify_again(
     first: tuple[Identifiability, Array, Model],
     settings: EstimationSettings,
     lean_on_priors: bool,
+    effects_follow: bool,
 ) -> tuple[Identifiability, Array, Model]:
     """Return the identifiability at the coarse fit, and a new coarse fit that goes with it.
 
@@ -152,7 +156,7 @@ def _identify_again(
         )
     except Undetermined:
         return first
-    again = fit_near_data_sheet(residuals, initial, free, settings)
+    again = fit_near_data_sheet(residuals, initial, free, settings, effects_follow=effects_follow)
     if residuals.rms(again) > max(settings.sufficiency.gross_error, residuals.rms(found)):
         return first
     return identifiability, free, again

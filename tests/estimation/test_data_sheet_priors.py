@@ -10,6 +10,7 @@ from scipy.stats import chi2
 
 from scalar import calibrate
 from scalar.errors import Undetermined
+from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.robot import Tolerance
 from scalar.sensors import measure
@@ -153,6 +154,14 @@ def test_a_grid_with_gears_predicts_elsewhere_no_worse_than_base_and_tool(seed):
     calibrated = rms(as_tracked(calibrate(stating(dataset)), q) - truth(q))
     believed = rms(as_tracked(base_and_tool(dataset), q) - truth(q))
     assert calibrated < 1.05 * believed
+
+
+def test_where_effects_follow_the_misfit_tightens_no_priors():
+    """Gears err by ten times the noise: a calibration rests on priors, a diagnosis that may find the gears does not."""
+    dataset, _ = workcell(60, elsewhere(np.random.default_rng(8), 40), gear=10 * GEAR)
+    assert geometry_fit(dataset)[0].priors
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    assert not model.priors and not prepared.coarse.priors
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -72,7 +72,7 @@ rule diagnose_measured:
         f"{RESULTS}/logs/measured/diagnose/{{set}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/measured/diagnose/{{set}}.tsv"
-    threads: 1
+    threads: workflow.cores  # the runs of the outer split take all that the job may use
     message:
         "Diagnosing {wildcards.set}"
     script:

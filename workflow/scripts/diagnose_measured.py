@@ -1,4 +1,4 @@
-"""Diagnose a measured set."""
+"""Diagnose a measured set, and anew without each part of its poses: the errors on poses that nothing has seen."""
 
 from job import logged
 
@@ -7,7 +7,13 @@ with logged(snakemake.log):
 
     from scalar.data.dataset import read_dataset
     from scalar.diagnosis import diagnose
+    from scalar.diagnosis.settings import DEFAULTS
     from scalar.report.output import write_diagnosis
 
-    found = diagnose(read_dataset(snakemake.input.dataset), progress=lambda stage: print(stage, flush=True))
+    found = diagnose(
+        read_dataset(snakemake.input.dataset),
+        progress=lambda stage: print(stage, flush=True),
+        outer_folds=DEFAULTS.outer_split.folds,
+        on_fold=lambda done, total: print(f"{done} of {total} runs without a part of the poses", flush=True),
+    )
     write_diagnosis(found, Path(snakemake.output.diagnosis).parent)
