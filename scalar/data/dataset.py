@@ -24,6 +24,7 @@ from scalar.data.dataset_writer import write_dataset
 from scalar.data.declared import PlaneGuess, Sensor, description, optional_float, unit_plane
 from scalar.data.folder import Content, examine_folder, read_folder
 from scalar.data.located_table import Table
+from scalar.data.moves import move_columns, moves
 from scalar.data.sensor_formats import SensorFormat, sensor_formats
 from scalar.errors import Fault
 from scalar.geometry.robot import Robot
@@ -180,11 +181,12 @@ class Dataset:
         """Return the names of the numeric columns that the format does not define, as in the file."""
         n = self.robot.n_joints
         known = {*KNOWN_POSE_COLUMNS, *(f"{stem}{i + 1}" for stem in ("q", "approach") for i in range(n))}
+        known |= {*move_columns(n)}
         columns: list[Any] = list(self.poses.columns)
         return tuple(str(name) for name in columns if name not in known)
 
     def subset(self, rows: np.ndarray) -> Dataset:
-        """Return the dataset of some of the poses, still in acquisition order.
+        """Return the dataset of some of the poses, still in acquisition order; they keep the moves that led to them.
 
         Args:
             rows: ``(N,)`` bool, or integer row numbers; they are sorted, and one given twice appears twice.
@@ -197,7 +199,9 @@ class Dataset:
         taken = np.arange(int(starts[-1])) + np.repeat(moved, counts)
         return replace(
             self,
-            poses=self.poses.iloc[rows].reset_index(drop=True),
+            poses=self.poses.assign(**moves(self.poses, self.robot.n_joints))
+            .iloc[rows]
+            .reset_index(drop=True),
             points=self.points[taken],
             starts=starts,
         )

@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from scalar.data.moves import moves
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-STILL = 2e-3  # rad, a tenth of a degree: a joint that moves less than this does not move (a loaded brake gives a little)
 
 
 def _numbers(name: str, values: ArrayLike) -> Array:
@@ -41,7 +39,8 @@ class Poses:
     Attributes:
         q: ``(N, n)`` [rad].
         order: ``(N,)``, order of acquisition.
-        columns: Every other numeric column of the table by name, ``(N,)`` each (time [s], temperature [deg C], approach1 ...).
+        columns: Every other numeric column of the table by name, ``(N,)`` each (time [s], temperature [deg C], approach1 ...); with the
+            moves to each pose (``scalar.data.moves``), where an order is known.
     """
 
     q: Array
@@ -64,6 +63,8 @@ class Poses:
         joints = [f"q{i + 1}" for i in range(n_joints)]
         numeric = frame.select_dtypes("number").columns
         columns = {c: frame[c].to_numpy(dtype=float) for c in numeric if c not in (*joints, "pose", "order")}
+        if "order" in frame or order_is_row:
+            columns |= moves(frame, n_joints)
         return cls(frame[joints].to_numpy(dtype=float), order, columns)
 
     @classmethod

@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scalar.data.poses import STILL
+from scalar.data.moves import STILL, moves, side_column
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
+
+ENOUGH_MOVES = 0.8  # of the poses whose last move has to be known: with fewer, effects of moves are not looked for (chosen)
 
 ALWAYS = -np.inf  # the order of acquisition from which on something acts that acts all the time
 
@@ -19,6 +21,13 @@ ALWAYS = -np.inf  # the order of acquisition from which on something acts that a
 def moving_joints(dataset: Dataset) -> list[int]:
     """Return the joints, from 1, that move in the dataset."""
     return [j for j in range(1, dataset.robot.n_joints + 1) if np.ptp(dataset.q[:, j - 1]) > STILL]
+
+
+def steps_are_known(dataset: Dataset) -> bool:
+    """Return whether the order of the poses tells the moves to most of them."""
+    known = moves(dataset.poses, dataset.robot.n_joints)
+    moved = np.any([known[side_column(j)] != 0 for j in moving_joints(dataset)] or [[False]], axis=0)
+    return bool(np.mean(moved) >= ENOUGH_MOVES)
 
 
 def order_and_time(dataset: Dataset) -> tuple[Array, Array | None]:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
+from scalar.data.moves import side_column
 from scalar.data.poses import Poses
-from scalar.effects.acquisition import missing_column, moving_joints
+from scalar.effects.acquisition import missing_column, moving_joints, steps_are_known
 from scalar.effects.command_words import joints_named
 from scalar.effects.effect import Effect
 from scalar.effects.gravity import torque_of, typical_masses, typical_torque
@@ -31,9 +32,12 @@ LEAST_TORQUE = (
 class JointBacklash(OneJoint, JointEffect):
     """A joint rests on one side of its play or on the other: ``dq_j = b s``, s the direction of approach or the torque's sign.
 
+    Where the direction of approach is not recorded, it is taken from the order of poses, moves being direct: a joint that stood still
+    keeps the side of its last move. Where that is not known either, as at a pose to be predicted without its order, s = 0.
+
     Attributes:
         joint: From 1.
-        by: ``approach``, or ``torque`` where directions are not recorded.
+        by: ``approach``; where directions are not recorded ``moves``, the last one as the order of poses tells it, or ``torque``.
         masses: First moments of mass in the frames from the joint on, x and y of each in turn, in any unit: only
             the sign of the torque matters. Empty: those of an arm with equal masses at the ends of its links.
     """
@@ -71,10 +75,15 @@ class JointBacklash(OneJoint, JointEffect):
         B = np.zeros((len(poses), robot.n_joints, 1))
         if self.by == "approach":
             side = poses.column(f"approach{self.joint}")
+        elif self.by == "moves":
+            side = self._last_move(poses)
         else:
             side = np.sign(self.torque(robot, poses.q))
         B[:, self.joint - 1, 0] = side
         return B
+
+    def _last_move(self, poses: Poses) -> Array:
+        return poses.columns.get(side_column(self.joint), np.zeros(len(poses)))
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the joint and what tells the side."""
@@ -89,8 +98,11 @@ class JointBacklash(OneJoint, JointEffect):
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
-        """Return the backlash of every joint whose side is known: from the recorded approach, or from a torque that is not negligible."""
+        """Return the backlash of every joint whose side is known: from the recorded approach, from its last move, or from a torque that is
+        not negligible.
+        """
         moving = moving_joints(dataset)
+        moves_known = steps_are_known(dataset)
         torque = {j: np.max(np.abs(typical_torque(dataset.robot, dataset.q, j))) for j in moving}
         most = max(torque.values(), default=0.0)
         found: list[Effect] = []
@@ -98,7 +110,10 @@ class JointBacklash(OneJoint, JointEffect):
             by = told_by(dataset, j)
             if by == "approach":
                 found.append(cls(j, by))
-            elif torque[j] > LEAST_TORQUE * most:
+                continue
+            if moves_known:
+                found.append(cls(j, "moves"))
+            if torque[j] > LEAST_TORQUE * most:
                 masses = typical_masses(dataset.robot, dataset.q, j)
                 found.append(cls(j, by, tuple(float(m) for m in masses)))
         return found
@@ -120,7 +135,10 @@ class JointBacklash(OneJoint, JointEffect):
         return result
 
     def not_transferable(self, dataset: Dataset) -> str | None:
-        """Return that the directions of approach are missing, where they tell the side."""
+        """Return what is missing that tells the side."""
+        if self.by == "moves":
+            known = steps_are_known(dataset)
+            return None if known else "the order of the poses does not tell from which side the joint came"
         return missing_column(dataset, f"approach{self.joint}") if self.by == "approach" else None
 
     @property
@@ -135,7 +153,7 @@ class JointBacklash(OneJoint, JointEffect):
             return []
         return [
             "Record from which side each joint came to a pose (columns approach1, approach2, …; −1 or 1), and let it come from both "
-            "sides: without these columns, backlash could be looked for by the sign of the gravity torque only."
+            "sides: without these columns, backlash could be looked for by the order of the poses and the sign of the gravity torque only."
         ]
 
     def pictures(self, view: View) -> list[Profile | Map]:
@@ -143,6 +161,9 @@ class JointBacklash(OneJoint, JointEffect):
         j = self.joint
         if self.by == "approach":
             side = np.sign(view.poses.column(f"approach{j}"))
+            return [joint_profile(view, self, j, angle_axis(j), view.poses.q[:, j - 1], side=side)]
+        if self.by == "moves":
+            side = np.where(self._last_move(view.poses) < 0, -1.0, 1.0)
             return [joint_profile(view, self, j, angle_axis(j), view.poses.q[:, j - 1], side=side)]
         torque = self.torque(view.nominal, view.poses.q)
         x = torque / max(float(np.max(np.abs(torque))), 1e-300)

@@ -27,6 +27,7 @@ from scalar.effects.joint_ripple import JointRipple
 from scalar.effects.joint_scale import JointScale
 from scalar.effects.plane_bow import PlaneBow
 from scalar.effects.plane_moved import PlaneMoved
+from scalar.effects.pose_lag import PoseLag
 from scalar.effects.range_distortion import RangeDistortion
 from scalar.effects.range_offset import RangeOffset
 from scalar.effects.range_scale import RangeScale
@@ -45,6 +46,7 @@ OURS: tuple[type[Effect], ...] = (
     JointScale,
     JointCoupling,
     JointBacklash,
+    PoseLag,
     AxisNonparallel,
     ThermalDrift,
     SensorSlip,

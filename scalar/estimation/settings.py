@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from scalar.data.poses import STILL
+from scalar.data.moves import STILL
 from scalar.estimation.documented_setting import setting
 from scalar.estimation.noise_settings import WithinScanNoiseSettings
 from scalar.units import DEG, MM

@@ -24,6 +24,7 @@ from scalar.effects.joint_ripple import JointRipple
 from scalar.effects.joint_scale import JointScale
 from scalar.effects.plane_bow import PlaneBow
 from scalar.effects.plane_moved import PlaneMoved
+from scalar.effects.pose_lag import PoseLag
 from scalar.effects.range_distortion import RangeDistortion
 from scalar.effects.range_offset import RangeOffset
 from scalar.effects.range_scale import RangeScale
@@ -56,6 +57,8 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         JointCoupling(6, 5),
         JointBacklash(2, "approach"),
         JointBacklash(3, "torque"),
+        JointBacklash(4, "moves"),
+        PoseLag(1),
         JointBacklash(2, "torque", (0.9, 0.1, 0.4, -0.2, 0.1, 0.0, 0.1, 0.0, 0.05, 0.0)),
         AxisNonparallel(3),
         BaseCompliance((2, 3)),

@@ -109,6 +109,7 @@ GOOD = {
     "joint_scale": 6,
     "joint_coupling:6:5": 1,
     "joint_backlash:2": 1,
+    "pose_lag": 6,
     "axis_nonparallel": 1,
     "axis_nonparallel:4": 1,
     "base_compliance": 1,

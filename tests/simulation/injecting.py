@@ -16,12 +16,13 @@ KINDS = (
 ENTRIES: dict[str, dict[str, Any]] = {
     name: {"effect": name}
     for name in (
-        "joint_compliance", "joint_harmonic", "joint_scale", "joint_coupling", "joint_backlash", "axis_nonparallel",
+        "joint_compliance", "joint_harmonic", "joint_scale", "joint_coupling", "joint_backlash", "pose_lag", "axis_nonparallel",
         "base_compliance", "thermal_drift", "sensor_slip", "range_scale", "range_offset", "range_distortion",
         "plane_bow", "plane_moved", "pose_jitter", "scan_bias",
     )
 } | {
     "harmonics": {"effect": "joint_harmonic", "target": {"joint": 2, "orders": [1, 2, 7]}},
+    "backlash_by_moves": {"effect": "joint_backlash", "by_moves": True},
     "backlash_by_weight": {"effect": "joint_backlash", "recorded": False},
     "warm_up": {"effect": "thermal_drift", "by": "time", "profile": "warm_up", "lengths": ["a_3", "d_1"]},
     "creep": {"effect": "plane_moved", "creep": 0.7},

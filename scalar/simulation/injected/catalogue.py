@@ -19,6 +19,7 @@ from scalar.simulation.injected.causes import CAUSES
 from scalar.simulation.injected.compliance import BaseCompliance, JointCompliance
 from scalar.simulation.injected.joints import JointBacklash, JointCoupling, JointHarmonic, JointScale
 from scalar.simulation.injected.links import AxisNonparallel, ThermalDrift
+from scalar.simulation.injected.moves import BacklashByMoves, PoseLag
 from scalar.simulation.injected.noise import PoseJitter, ScanBias
 from scalar.simulation.injected.sensor import RangeDistortion, RangeOffset, RangeScale, SensorSlip
 from scalar.simulation.injected.stage import Stage
@@ -37,6 +38,7 @@ CLASSES: tuple[type[InjectedEffect], ...] = (
     JointScale,
     JointCoupling,
     JointBacklash,
+    PoseLag,
     AxisNonparallel,
     BaseCompliance,
     ThermalDrift,
@@ -60,6 +62,8 @@ def injected_records(entries: Sequence[Mapping[str, Any]]) -> set[str]:
 
 def class_of(entry: Mapping[str, Any]) -> type[InjectedEffect]:
     """Return the class that injects a complete entry."""
+    if entry.get("by_moves"):
+        return BacklashByMoves
     return CAUSES.get(entry.get("kind", ""), BY_NAME[entry["effect"]])
 
 

@@ -19,6 +19,7 @@ from study.blind_trials.score import outcome, same_target
 from study.blind_trials.statistics import half_point, half_point_interval, wilson
 
 from scalar.effects.joint_ripple import JointRipple
+from scalar.effects.pose_lag import PoseLag
 from scalar.errors import InvalidInput
 
 ROOT = Path(__file__).parents[3]
@@ -26,8 +27,9 @@ CONFIG = ROOT / "configs/blind_trials.yaml"
 SMOKE = ROOT / "configs/blind_trials_smoke.yaml"
 COMMITTED = ROOT / "paper/summaries/blind_trials"
 SCHEMA = json.loads((ROOT / "tests/diagnosis/diagnosis.schema.json").read_text(encoding="utf-8"))
-NAMES = set(SCHEMA["$defs"]["name"]["enum"]) - {"unattributed", JointRipple.name}
-"""All that can be injected alone: a ripple is named only beside all lower orders of its joint (tests/diagnosis/test_spectrum.py)."""
+NAMES = set(SCHEMA["$defs"]["name"]["enum"]) - {"unattributed", JointRipple.name, PoseLag.name}
+"""All that can be injected alone: a ripple is named only beside all lower orders of its joint (tests/diagnosis/test_spectrum.py). A lag is
+newer than the committed tables (tests/diagnosis/test_moves.py)."""
 
 
 @pytest.mark.parametrize(("k", "n"), [(0, 200), (3, 10), (19, 20), (20, 20)])

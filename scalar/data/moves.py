@@ -1,0 +1,83 @@
+"""What the order of poses tells of the moves: by how much each joint moved to a pose, and from which side it came.
+
+Moves are taken to be direct. A joint that stands still keeps the side from which it came before. After a gap in the order, and at the
+first pose of a session, the move is not known.
+"""
+
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+# pandas is not annotated throughout.
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+STILL = 2e-3  # rad, a tenth of a degree: a joint that moves less than this does not move (a loaded brake gives a little)
+
+
+def step_column(joint: int) -> str:
+    """Return the name of the column with the last step [rad] of a joint, from 1; 0 where it is not known."""
+    return f"step_q{joint}"
+
+
+def side_column(joint: int) -> str:
+    """Return the name of the column with the sign of the last move of a joint, from 1; 0 where it is not known."""
+    return f"side_q{joint}"
+
+
+def move_columns(n_joints: int) -> list[str]:
+    """Return the names of all columns that the moves of n joints have."""
+    joints = range(1, n_joints + 1)
+    return [*map(step_column, joints), *map(side_column, joints)]
+
+
+def moves(frame: pd.DataFrame, n_joints: int) -> dict[str, Array]:
+    """Return the columns of the moves to the poses of a table, ``(N,)`` each.
+
+    A table that has such columns states them: it is a part of another, which knew the poses between.
+
+    Args:
+        frame: Columns q1..qn [rad], ``order`` (without it: the order of the rows), ``session``.
+        n_joints: n.
+    """
+    names = move_columns(n_joints)
+    table = cast(Any, frame)
+    if all(name in table.columns for name in names):
+        return {name: table[name].to_numpy(dtype=float) for name in names}
+    q = table[[f"q{i + 1}" for i in range(n_joints)]].to_numpy(dtype=float)
+    order = table["order"].to_numpy(dtype=float) if "order" in table.columns else np.arange(float(len(q)))
+    rows = np.argsort(order, kind="stable")
+    known = ~_gaps(order[rows])
+    if "session" in table.columns:
+        session = table["session"].to_numpy()[rows]
+        known[1:] &= session[1:] == session[:-1]
+    step = np.zeros_like(q)
+    step[rows[1:]] = np.where(known[1:, None], np.diff(q[rows], axis=0), 0.0)
+    side = np.zeros_like(q)
+    side[rows] = _last_sides(step[rows], known)
+    return dict(zip(names, np.column_stack([step, side]).T, strict=True))
+
+
+def _gaps(order: Array) -> Array:
+    """Return which poses ``(N,)`` bool have no pose just before them: the first, and those after a jump of numbers that count poses."""
+    gap = np.zeros(len(order), dtype=bool)
+    gap[:1] = True
+    steps = np.diff(order)
+    counted = len(steps) > 0 and np.all(order == np.round(order)) and np.median(steps) == 1.0
+    if counted:
+        gap[1:] = steps > 1.0
+    return gap
+
+
+def _last_sides(step: Array, known: Array) -> Array:
+    """Return the sign of each joint's last move ``(N, n)`` in order of acquisition, 0 before it first moves and after a gap."""
+    sign = np.where(np.abs(step) > STILL, np.sign(step), 0.0)
+    told = (sign != 0.0) | ~known[:, None]
+    last = np.maximum.accumulate(np.where(told, np.arange(len(step))[:, None], 0), axis=0)
+    return np.take_along_axis(sign, last, axis=0)

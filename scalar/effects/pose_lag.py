@@ -1,0 +1,96 @@
+"""A joint whose angle was logged before it had settled, or measured before: it errs by a share of the last step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from scalar.data.moves import step_column
+from scalar.data.poses import Poses
+from scalar.effects.acquisition import moving_joints, steps_are_known
+from scalar.effects.effect import Effect
+from scalar.effects.joint_pictures import joint_profile
+from scalar.effects.picture import Axis, Map, Profile, View
+from scalar.effects.places import JointEffect, OneJoint
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+
+@dataclass(frozen=True, eq=False)
+class PoseLag(OneJoint, JointEffect):
+    """A joint's angle was logged on its way: ``dq_j = s (q_j - q_j of the pose before)``.
+
+    The share s is positive where the joint moved on after its angle had been logged, negative where it was logged later than measured. A
+    joint that comes to rest exponentially has s = exp(-t / tau), t after the end of the command. Where steps are not known, as at a
+    pose to be predicted without its order, the arm is taken to rest.
+
+    Attributes:
+        joint: From 1.
+    """
+
+    joint: int
+
+    name: ClassVar[str] = "pose_lag"
+    kind: ClassVar[str] = "lag"
+    sentence: ClassVar[str] = "the angle was logged before or after the joint had settled"
+    natural: ClassVar[Mapping[str, float]] = {"rad/rad": 1e-3}
+    natural_source: ClassVar[str] = (
+        "assumed: an exponential approach that is logged after seven of its time constants; no data sheet states it"
+    )
+    acts_by_joint_angles: ClassVar[bool] = False
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """``share_rad_per_rad``."""
+        return ["share_rad_per_rad"]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Radians a radian."""
+        return ["rad/rad"]
+
+    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the last step of the joint, zero at rest."""
+        B = np.zeros((len(poses), robot.n_joints, 1))
+        B[:, self.joint - 1, 0] = self._steps(poses)
+        return B
+
+    def _steps(self, poses: Poses) -> Array:
+        return poses.columns.get(step_column(self.joint), np.zeros(len(poses)))
+
+    @classmethod
+    def candidates(cls, dataset: Dataset) -> list[Effect]:
+        """Return the lag of every joint that moves, where the order of poses tells their steps."""
+        return [cls(j) for j in moving_joints(dataset)] if steps_are_known(dataset) else []
+
+    def not_transferable(self, dataset: Dataset) -> str | None:
+        """Return that another campaign logs its angles at another time."""
+        return "it belongs to when that campaign logged its angles"
+
+    @property
+    def clause(self) -> str:
+        """Return which joint was logged on its way."""
+        when = "before" if self.coefficients[0] >= 0 else "after"
+        return (
+            f"the angle of joint {self.joint} was logged {when} the joint stood where it was measured: "
+            "it errs by a share of the last step"
+        )
+
+    @property
+    def advice(self) -> list[str]:
+        """Return to wait before angles are logged."""
+        return [
+            "Wait until the arm has settled, then log the angles and measure; or log the angles at the moment of the measurement. "
+            "The lag belongs to this campaign: predictions are made for an arm at rest."
+        ]
+
+    def pictures(self, view: View) -> list[Profile | Map]:
+        """Return the error of the joint over its last step."""
+        axis = Axis(f"last step of joint {self.joint}", "rad")
+        return [joint_profile(view, self, self.joint, axis, self._steps(view.poses))]

@@ -1,0 +1,74 @@
+"""The moves to poses: by their order, within sessions, kept by parts of a dataset."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.moves import moves, side_column, step_column
+from scalar.data.poses import Poses
+from tests.helpers import make_scene
+
+
+def frame(angles, **columns):
+    """Return a table of one joint's angles."""
+    return pd.DataFrame({"q1": angles, **columns})
+
+
+def told(table, n_joints=1):
+    """Return the steps and the sides of joint 1."""
+    found = moves(table, n_joints)
+    return found[step_column(1)].tolist(), found[side_column(1)].tolist()
+
+
+def test_steps_and_sides_follow_the_order():
+    """A step is the difference to the pose before, whatever row it stands in; a joint at rest keeps its side; nothing leads to the first pose."""
+    step, side = told(frame([0.0, 1.0, 1.0, 0.5, 0.5]))
+    assert step == [0.0, 1.0, 0.0, -0.5, 0.0]
+    assert side == [0.0, 1.0, 1.0, -1.0, -1.0]
+    step, side = told(frame([0.5, 0.0, 1.0], order=[2.0, 0.0, 1.0]))
+    assert (step, side) == ([-0.5, 0.0, 1.0], [-1.0, 0.0, 1.0])
+
+
+def test_no_move_is_known_after_a_gap_or_in_a_new_session():
+    """Missing numbers of counted poses, and another session, hide the move; times are no counts and have no gaps."""
+    assert told(frame([0.0, 1.0, 2.0, 2.0, 3.0], order=[0.0, 1.0, 3.0, 4.0, 5.0])) == (
+        [0.0, 1.0, 0.0, 0.0, 1.0],
+        [0.0, 1.0, 0.0, 0.0, 1.0],
+    )
+    assert told(frame([0.0, 1.0, 2.0], session=["a", "a", "b"]))[0] == [0.0, 1.0, 0.0]
+    assert told(frame([0.0, 1.0, 2.0], order=[0.0, 7.5, 21.0]))[0] == [0.0, 1.0, 1.0]
+
+
+def test_a_part_of_a_dataset_keeps_the_moves_of_the_whole():
+    """The pose before may be left out: the move from it stays, through parts of parts, and is no covariate."""
+    dataset = make_scene(kind="tracker", seed=2, poses_per_plane=8).dataset
+    whole = moves(dataset.poses, 6)
+    rows = np.array([1, 4, 5, 11, 20])
+    part = dataset.subset(rows).subset(np.array([0, 2, 4]))
+    seen = Poses.from_frame(part.poses, 6, order_is_row=True).columns
+    for name, values in whole.items():
+        np.testing.assert_array_equal(seen[name], values[rows[[0, 2, 4]]])
+    assert part.covariates == dataset.covariates
+
+
+def test_a_prediction_without_an_order_has_no_moves():
+    """Poses to be predicted are reached one by one, and rest, unless their order is stated."""
+    table = make_scene(kind="tracker", seed=2, poses_per_plane=4).dataset.poses.drop(
+        columns=["order"], errors="ignore"
+    )
+    assert step_column(1) not in Poses.from_frame(table, 6, order_is_row=False).columns
+    ordered = table.assign(order=np.arange(len(table)))
+    assert step_column(1) in Poses.from_frame(ordered, 6, order_is_row=False).columns
+
+
+def test_what_a_part_keeps_is_written_and_read(tmp_path):
+    """A part written as a folder and read again has the same moves."""
+    from scalar.data.dataset import read_dataset
+
+    dataset = make_scene(kind="tracker", seed=2, poses_per_plane=8).dataset
+    part = replace(dataset.subset(np.array([1, 4, 5, 11, 20])), source="")
+    part.write(tmp_path / "part")
+    again = moves(read_dataset(tmp_path / "part").poses, 6)
+    for name, values in moves(part.poses, 6).items():
+        np.testing.assert_allclose(again[name], values, rtol=0, atol=1e-12)
