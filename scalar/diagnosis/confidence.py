@@ -1,22 +1,62 @@
-"""How sure an answer is: the share of the evidence that speaks for it, as far as answers like it have been right.
+"""How sure an answer is: how often answers with such grounds have been right.
 
-With evidences in nats (half the drop of the Bayesian information criterion, less the log of how many of a kind were tried) the odds
-against an answer, among all that was tried and nothing at all, are ``exp(-E) + sum exp(E_k - E)``. They would be right if the truth were
-among what was tried, and nothing but Gaussian noise in addition. Neither need be: an effect of no known name, a place that is nearly right.
-So the log odds count for less, and no answer is surer than answers that seemed sure have been; both numbers are fitted to the answers of
-the blind trials, whose sets hold effects of every size and of no known name.
+The evidence alone is no chance. It would be one if the truth were among what was tried, and nothing but Gaussian noise in addition; neither
+need be: causes have no known name, scanners err in ways of their own. So the chance that an answer is right is a logistic regression on its
+grounds, fitted to answers about simulated data whose truth is known, imperfect scanners and unknown causes among them
+(``workflow/study/blind_trials/confidence_fit.py``; the coefficients stand beside this module). An answer with grounds beyond those that
+were tried is judged as if it had the nearest tried ones.
 """
 
 from __future__ import annotations
 
-from scipy.special import expit
+import json
+from collections.abc import Mapping
+from functools import cache
+from importlib import resources
+from typing import Any
 
-from scalar.diagnosis.grounds import EFFECT, Grounds
-from scalar.diagnosis.settings import DEFAULTS, ConfidenceSettings
+import numpy as np
+from scipy.special import expit, logit
+
+from scalar.diagnosis.grounds import Grounds
+
+COEFFICIENTS = "confidence_coefficients.json"  # written by `snakemake confidence`
+_FEW, _LEAST_SHARE = 100, 1e-3
 
 
-def confidence(grounds: Grounds, settings: ConfidenceSettings = DEFAULTS.confidence) -> float:
-    """Return the chance that an answer is right, 0 to ``settings.most``."""
-    beside = grounds.kind == EFFECT and grounds.beside_structure
-    most = min(settings.most, settings.beside_unmodelled) if beside else settings.most
-    return float(most * expit(grounds.log_odds / settings.temperature))
+def features(grounds: Grounds) -> dict[str, float]:
+    """Return the numbers, by their names, on which the log odds of being right depend linearly."""
+    odds, share = grounds.log_odds, min(max(grounds.share, _LEAST_SHARE), 1 - _LEAST_SHARE)
+    return {
+        "log_odds": float(np.sign(odds) * np.log1p(abs(odds))),
+        "share": float(logit(share)),
+        "poses": float(np.log(grounds.left.poses / _FEW)),
+        "misfit": float(np.log(max(grounds.left.misfit, _LEAST_SHARE))),
+        "chance": float(np.log(grounds.left.chance)),
+        "others": float(np.log1p(grounds.others)),
+        "beside_structure": float(grounds.beside_structure),
+        "correlated": float(grounds.left.correlated),
+    }
+
+
+def confidence(grounds: Grounds) -> float:
+    """Return the chance that an answer is right, between 0 and 1."""
+    return predicted(features(grounds), _coefficients()[grounds.kind])
+
+
+def predicted(values: Mapping[str, float], fitted: Mapping[str, Any]) -> float:
+    """Return the chance that a fitted logistic regression gives.
+
+    Args:
+        values: The features.
+        fitted: ``intercept`` and, in ``features``, for each ``coefficient`` and the range that was tried, ``from`` and ``to``.
+    """
+    total = fitted["intercept"]
+    for name, feature in fitted["features"].items():
+        total += feature["coefficient"] * float(np.clip(values[name], feature["from"], feature["to"]))
+    return float(expit(total))
+
+
+@cache
+def _coefficients() -> dict[str, Any]:
+    return json.loads(resources.files(__package__).joinpath(COEFFICIENTS).read_text("utf-8"))

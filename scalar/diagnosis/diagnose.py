@@ -67,7 +67,7 @@ def diagnose(
     unseen = None if outer is None else outer.errors
     shipped = shipped_fit(before, after, after.whitening if noise else None, unseen)
     progress("calibrating")
-    calibration_before, calibration_found = run.calibrated(shipped)
+    calibration_before, calibration_found, calibration_after = run.calibrated(shipped)
     # The findings report exactly the coefficients that the calibration contains.
     fitted = zip(found, calibration_found.model.effects, calibration_found.effect_std, strict=True)
     return Diagnosis(
@@ -78,6 +78,7 @@ def diagnose(
         held_out_before=held_out_errors(before),
         calibration_before=calibration_before,
         calibration_found=calibration_found,
+        calibration_after=calibration_after,
         shipped=shipped,
         findings=tuple(replace(f, effect=effect, std=tuple(std)) for f, effect, std in fitted),
         not_confirmed=refused,
@@ -95,10 +96,10 @@ def answer_without(dataset: Dataset, settings: Settings) -> Answer:
     run = explained(dataset, settings, lambda stage: None)
     noise = identified_components(run.after)
     shipped = shipped_fit(run.before, run.after, run.after.whitening if noise else None)
-    before, found = run.calibrated(shipped)
+    before, _, after = run.calibrated(shipped)
     return Answer(
         before.model,
-        (before if shipped.without_effects else found).model,
+        after.model,
         run.after.effects,
         noise[0].name if noise else None,
     )
@@ -150,7 +151,7 @@ def _findings(
         if is_shrunk(effect):
             others, near = [], []
         grounds = grounds_of_effect(scored, i, own, others, left)
-        sure = confidence(grounds, after.settings.confidence)
+        sure = confidence(grounds)
         found.append(Finding(effect, own.p_value, error, now, tuple(near), sure, (), grounds))
         error = now
     return tuple(found)

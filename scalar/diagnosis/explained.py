@@ -51,15 +51,19 @@ class Explained:
     after: FittedState
     tried: CandidateSet
 
-    def calibrated(self, shipped: ShippedFit) -> tuple[Calibration, Calibration]:
-        """Return the calibrations without effects and with those that were found, the latter with the weights of the fit that is shipped."""
+    def calibrated(self, shipped: ShippedFit) -> tuple[Calibration, Calibration, Calibration]:
+        """Return the calibrations without effects, with all that were found, and as shipped, with the weights of the fit that is shipped."""
         whitening = self.after.whitening if shipped.effects_fit == BY_COMPONENT else None
-        fits = _final_fit(self.before, None), _final_fit(self.after, whitening)
+        before, found = self._concluded(self.before, None), self._concluded(self.after, whitening)
+        if shipped.without_effects:
+            return before, found, before
+        if not shipped.choice.left_out:
+            return before, found, found
+        return before, found, self._concluded(shipped.choice.state, whitening)
+
+    def _concluded(self, state: FittedState, whitening: Array | None) -> Calibration:
         settings = self.after.settings.estimation.fit
-        before, found = (
-            conclude(self.cleaned.dataset, self.prepared, *fit, settings=settings) for fit in fits
-        )
-        return before, found
+        return conclude(self.cleaned.dataset, self.prepared, *_final_fit(state, whitening), settings=settings)
 
 
 def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], None]) -> Explained:

@@ -59,13 +59,35 @@ def moves(state: FittedState, whitening: Array | None) -> Moves:
     inverse = np.linalg.pinv(J.T @ J, rcond=1e-12, hermitian=True)
     step = -inverse @ (J.T @ residual)
     rest = (residual + J @ step)[: N * m].reshape(N, m)
-    rows = J[: N * m].reshape(N, m, -1)
+    steps = steps_left_out(J[: N * m].reshape(N, m, -1), rest, inverse)
+    columns = displacement_columns(state, poses_anywhere(state, N_POSES))[:, state.free] / scale
+    return Moves(columns @ step, steps @ columns.T)
+
+
+def steps_left_out(rows: Array, rest: Array, inverse: Array) -> Array:
+    """Return the steps of an optimum ``(N, F)`` when each pose is left out.
+
+    Args:
+        rows: ``(N, m, F)``, derivatives of each pose's rows.
+        rest: ``(N, m)``, residuals at the optimum.
+        inverse: ``(F, F)``, of the normal equations of all poses.
+    """
     response = rows @ inverse
     taken, axes = np.linalg.eigh(response @ np.swapaxes(rows, 1, 2))
     along = np.einsum("nij,ni->nj", axes, rest) / np.maximum(1.0 - taken, _LEAST_LEFT)
-    steps = np.einsum("nmf,nm->nf", response, np.einsum("nij,nj->ni", axes, along))
-    columns = displacement_columns(state, poses_anywhere(state, N_POSES))[:, state.free] / scale
-    return Moves(columns @ step, steps @ columns.T)
+    return np.einsum("nmf,nm->nf", response, np.einsum("nij,nj->ni", axes, along))
+
+
+def variance_of(steps: Array, columns: Array) -> float:
+    """Return the squared standard error of a predicted position [m^2], mean over the random poses.
+
+    Args:
+        steps: ``(N, F)``, as ``steps_left_out`` gives them.
+        columns: ``(3 K, F)``, derivatives of the predicted positions [m].
+    """
+    about = steps - steps.mean(axis=0)
+    N = len(steps)
+    return float((N - 1) / N * np.sum((columns @ (about.T @ about)) * columns) / (len(columns) / 3))
 
 
 def _spread(left_out: Array) -> float:

@@ -63,6 +63,7 @@ class Diagnosis:
         before, after: States without effects and with all that were found.
         held_out_before: Held-out errors without effects.
         calibration_before, calibration_found: The same as calibrations.
+        calibration_after: The calibration that is shipped.
         shipped: Which of them is ``after.json``, how the latter weighs the poses, and what decided.
         findings: In the order in which they were added.
         not_confirmed: Effects that fewer than half of the outer split's runs chose: no findings, and not in ``after``.
@@ -81,6 +82,7 @@ class Diagnosis:
     held_out_before: HeldOutErrors
     calibration_before: Calibration
     calibration_found: Calibration
+    calibration_after: Calibration
     shipped: ShippedFit
     findings: tuple[Finding, ...]
     noise: tuple[VarianceComponent, ...]
@@ -90,11 +92,6 @@ class Diagnosis:
     ranking: tuple[Scored, ...]
     not_confirmed: tuple[Finding, ...] = ()
     outer: OuterSplit | None = None
-
-    @property
-    def calibration_after(self) -> Calibration:
-        """Return the calibration that is shipped."""
-        return self.calibration_before if self.shipped.without_effects else self.calibration_found
 
     @property
     def _ships_geometry_alone(self) -> bool:
@@ -260,7 +257,7 @@ class Diagnosis:
         equal = self.shipped.effects_held_out.rms if weighed is None else weighed.held_out_rms[0]
         share = self._noise_selected_in
         assert self.noise_grounds is not None
-        sure = confidence(self.noise_grounds, settings.confidence)
+        sure = confidence(self.noise_grounds)
         entry: dict[str, Any] = {
             "name": best.name,
             "target": {},

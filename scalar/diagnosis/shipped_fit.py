@@ -3,7 +3,8 @@
 Where a variance component is identified, the fit may use its weights or equal weights. The fit that predicts held-out poses better is shipped;
 their errors are compared in metres, pose by pose in blocks. If the two do not differ significantly, the weights are used only if predictions at
 poses that were not measured then vary clearly less when single poses are left out. If the model without effects predicts held-out poses
-significantly better than either fit, it is shipped instead, and the effects remain findings. A test of whether the two fits differ (Hausman,
+significantly better than either fit, it is shipped instead, and the effects remain findings. Effects whose correction is expected to make
+predictions elsewhere worse are left out (``focused_choice``). A test of whether the two fits differ (Hausman,
 Econometrica 46, 1978) is only reported: wrong weights lose efficiency but cause no bias, so it does not protect against them.
 """
 
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.focused_choice import FocusedChoice, focused_choice
 from scalar.diagnosis.harmonic_spectrum import as_whitened
 from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors, improvement_in_metres
 from scalar.diagnosis.jackknife import moves
@@ -62,8 +64,9 @@ class ShippedFit:
         effects_fit: The fit of the effects that are reported: ``equal_weights`` or ``weights_of_component``.
         held_out: Errors of the fit that is shipped.
         effects_held_out: Errors of the fit of the effects.
-        decided_by: ``held_out``, ``unseen``, ``predicted_std`` or ``only_one``.
+        decided_by: ``held_out``, ``unseen``, ``predicted_std``, ``expected_error`` or ``only_one``.
         disagreement: Between the weights, where there are two.
+        choice: Of the effects that it contains.
     """
 
     fit: str
@@ -72,6 +75,7 @@ class ShippedFit:
     effects_held_out: HeldOutErrors
     decided_by: str
     disagreement: Disagreement | None
+    choice: FocusedChoice
 
     @property
     def without_effects(self) -> bool:
@@ -81,7 +85,11 @@ class ShippedFit:
     def to_mapping(self) -> dict[str, Any]:
         """Return what ``diagnosis.json`` says of it."""
         found = None if self.disagreement is None else self.disagreement.to_mapping()
-        return {"fit": self.fit, "decided_by": self.decided_by, "disagreement": found}
+        return {
+            "fit": self.fit,
+            "decided_by": self.decided_by,
+            "disagreement": found,
+        } | self.choice.to_mapping()
 
 
 def shipped_fit(
@@ -99,6 +107,8 @@ def shipped_fit(
         unseen: Errors without and with effects on poses that no part of the diagnosis has used, or None.
     """
     settings = after.settings.shipped_fit
+    choice = focused_choice(after)
+    after = choice.state
     without, equal = held_out_errors(before), held_out_errors(after)
     fit, held_out, decided_by, found = EQUAL, equal, "only_one", None
     if whitening is not None:
@@ -120,8 +130,10 @@ def shipped_fit(
         if better:
             fit, held_out = BY_COMPONENT, weighted
     effects_fit, effects_held_out = fit, held_out
-    if improvement_in_metres(held_out, without) >= settings.beyond_chance:
+    if choice.left_out and not after.effects:
+        fit, held_out, decided_by = BEFORE, without, "expected_error"
+    elif improvement_in_metres(held_out, without) >= settings.beyond_chance:
         fit, held_out, decided_by = BEFORE, without, "held_out"
     elif unseen is not None and improvement_in_metres(unseen[1], unseen[0]) >= settings.beyond_chance:
         fit, held_out, decided_by = BEFORE, without, "unseen"
-    return ShippedFit(fit, effects_fit, held_out, effects_held_out, decided_by, found)
+    return ShippedFit(fit, effects_fit, held_out, effects_held_out, decided_by, found, choice)

@@ -172,6 +172,10 @@ class Effect(ABC):
         """Return flexible effects that might be mistaken for this one, besides those that are tried on every dataset."""
         return []
 
+    def generalised(self, dataset: Dataset) -> Effect | None:
+        """Return an effect of which this one is a special form, where a wrong form would move the geometry; else None."""
+        return None
+
     def partial_imitators(self, dataset: Dataset) -> list[Effect]:
         """Return flexible effects of which a few together might be mistaken for this one."""
         return []

@@ -13,6 +13,7 @@ from scalar.effects.acquisition import range_middle
 from scalar.effects.effect import Effect
 from scalar.effects.picture import Map, Profile, View
 from scalar.effects.range_error import RangeError, check_measures_range
+from scalar.effects.sensor_map import SensorMap
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
@@ -43,6 +44,10 @@ class RangeDistortion(RangeError):
         "a linearity of 0.1 % of the range (Keyence LJ-V7000, data sheet), taken to be curved: 0.1 mm, 70 mm from the middle"
     )
     basis_names: ClassVar[tuple[str, ...]] = ("dx", "dz", "rx", "rz", "ux", "uz")
+
+    def generalised(self, dataset: Dataset) -> Effect | None:
+        """Return a map of the scanner's error over its profile, where it scans profiles."""
+        return next(iter(SensorMap.candidates(dataset)), None)
 
     @property
     def coefficient_names(self) -> list[str]:

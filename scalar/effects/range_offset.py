@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from scalar.effects.effect import Effect
 from scalar.effects.range_error import RangeError
+from scalar.effects.sensor_map import SensorMap
 from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +36,10 @@ class RangeOffset(RangeError):
         "zero hides in the scanner's place on the flange as long as the incidence hardly varies."
     )
     basis_names: ClassVar[tuple[str, ...]] = ("ux", "uz")
+
+    def generalised(self, dataset: Dataset) -> Effect | None:
+        """Return a map of the scanner's error over its profile, where it scans profiles."""
+        return next(iter(SensorMap.candidates(dataset)), None)
 
     @property
     def coefficient_names(self) -> list[str]:

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
+from scalar.effects.effect import Effect
 from scalar.effects.range_error import RangeError
+from scalar.effects.sensor_map import SensorMap
 from scalar.effects.wording import KNOWN_LENGTH, KNOWN_LENGTH_ADVICE
 from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +32,10 @@ class RangeScale(RangeError):
     remedy: ClassVar[str] = KNOWN_LENGTH
     remedy_advice: ClassVar[str] = KNOWN_LENGTH_ADVICE
     basis_names: ClassVar[tuple[str, ...]] = ("rx", "rz")
+
+    def generalised(self, dataset: Dataset) -> Effect | None:
+        """Return a map of the scanner's error over its profile, where it scans profiles."""
+        return next(iter(SensorMap.candidates(dataset)), None)
 
     @property
     def coefficient_names(self) -> list[str]:

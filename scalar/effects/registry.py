@@ -31,6 +31,7 @@ from scalar.effects.pose_lag import PoseLag
 from scalar.effects.range_distortion import RangeDistortion
 from scalar.effects.range_offset import RangeOffset
 from scalar.effects.range_scale import RangeScale
+from scalar.effects.sensor_map import SensorMap
 from scalar.effects.sensor_slip import SensorSlip
 from scalar.effects.thermal_drift import ThermalDrift
 from scalar.errors import Fault, InvalidInput
@@ -53,6 +54,7 @@ OURS: tuple[type[Effect], ...] = (
     RangeScale,
     RangeOffset,
     RangeDistortion,
+    SensorMap,
     PlaneBow,
     PlaneMoved,
     Unattributed,

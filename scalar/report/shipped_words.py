@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
-from scalar.report.words import length, number
+from scalar.report.words import length, listed, number
 from scalar.units import MM
 
 if TYPE_CHECKING:
@@ -14,13 +14,30 @@ if TYPE_CHECKING:
 
 def shipped_sentences(diagnosis: Diagnosis) -> list[str]:
     """Return whole sentences on the fit in ``after.json``; none where there was nothing to choose."""
-    return [*_without_effects(diagnosis), *_weights(diagnosis)]
+    return [*_without_effects(diagnosis), *_left_out(diagnosis), *_weights(diagnosis)]
+
+
+def _left_out(diagnosis: Diagnosis) -> list[str]:
+    choice = diagnosis.shipped.choice
+    if not choice.left_out or diagnosis.shipped.without_effects:
+        return []
+    names = listed([effect.title for effect in choice.left_out])
+    return [
+        f"after.json does not correct for {names}. With that correction, predictions at other poses are expected to err by "
+        f"{length(choice.error_with)}, without it by {length(choice.error_without)}: these data do not determine it well enough."
+    ]
 
 
 def _without_effects(diagnosis: Diagnosis) -> list[str]:
     shipped = diagnosis.shipped
     if not shipped.without_effects:
         return []
+    if shipped.decided_by == "expected_error":
+        with_all, without = length(shipped.choice.error_with), length(shipped.choice.error_without)
+        return [
+            f"after.json is the model without effects. With them, predictions at other poses are expected to err by {with_all}, "
+            f"without them by {without}. The effects are findings only, and nothing is corrected for them."
+        ]
     return [
         "after.json is the model without effects. With them, poses held out from the fit are predicted worse "
         f"({number(shipped.effects_held_out.rms / MM)} mm RMS, {number(shipped.held_out.rms / MM)} mm without), by more than chance makes. "

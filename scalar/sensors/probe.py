@@ -111,5 +111,12 @@ class Probe(OnPlanes, PointByPoint):
         sigma = np.full(N, self.sigma)
         place = T_base_sensor[:, :3, 3]
         return Pieces(
-            np.arange(N), np.zeros(N), place, height, columns @ effect.coefficients, np.ones(N), sigma
+            np.arange(N),
+            np.zeros(N),
+            place,
+            height,
+            columns @ effect.coefficients,
+            np.ones(N),
+            sigma,
+            np.zeros((0, 2)),
         )

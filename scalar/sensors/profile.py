@@ -17,7 +17,8 @@ _LEAST_INCIDENCE = 0.05  # |n . e|, 87 degrees: a grazing ray keeps a finite wei
 def point_basis(names: Sequence[str], points: Array, error_axis: str) -> Array:
     """Return functions of the points ``(P, 2)`` [m] by name, ``(P, len(names))``.
 
-    ``ux, uz`` is the direction in which the scanner errs and ``dx, dz`` the same times the squared range [m^2].
+    ``ux, uz`` is the direction in which the scanner errs and ``dx, dz`` the same times the squared range [m^2]; ``ux:ij, uz:ij`` is
+    the same times ``x^i z^j``.
     """
     x, z = points[:, 0], points[:, 1]
     if tuple(names) == LINE_BASIS:
@@ -33,7 +34,12 @@ def point_basis(names: Sequence[str], points: Array, error_axis: str) -> Array:
         "ux": lambda: ux, "uz": lambda: uz, "rx": lambda: reach * ux, "rz": lambda: reach * uz,
         "dx": lambda: reach**2 * ux, "dz": lambda: reach**2 * uz,
     }  # fmt: skip
-    return np.column_stack([functions[name]() for name in names])
+
+    def function(name: str) -> Array:
+        along, colon, powers = name.partition(":")
+        return functions[along]() * (x ** int(powers[0]) * z ** int(powers[1]) if colon else 1.0)
+
+    return np.column_stack([function(name) for name in names])
 
 
 def incidence(points: Array, starts: Array, c: Array, error_axis: str) -> Array:

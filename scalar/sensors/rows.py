@@ -48,6 +48,7 @@ class Pieces:
         of_effect: ``(P,)`` [m], what the effect in question adds to the height.
         incidence: ``(P,)``, ``n . e``: by how much the height grows with the range.
         std: ``(P,)`` [m], standard error of the height.
+        profile: ``(P, 2)`` [m], x and z in the scanner's plane; empty where there is none.
     """
 
     pose: Array
@@ -57,3 +58,4 @@ class Pieces:
     of_effect: Array
     incidence: Array
     std: Array
+    profile: Array

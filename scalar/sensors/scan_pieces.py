@@ -53,6 +53,7 @@ def cut_in_pieces(
 
     std = scans.sigma * np.abs(mean(incidence)) / np.sqrt(size)
     place = np.stack([mean(position[:, i]) for i in range(3)], axis=1)
+    profile = np.stack([mean(points[:, i]) for i in range(2)], axis=1)
     return Pieces(
-        found // PIECES, mean(reach), place, mean(height), mean(added(effect)), mean(incidence), std
+        found // PIECES, mean(reach), place, mean(height), mean(added(effect)), mean(incidence), std, profile
     )

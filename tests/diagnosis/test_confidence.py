@@ -1,6 +1,8 @@
-"""What a confidence means: a chance, the smaller the better the rivals, and as often right as it says."""
+"""What a confidence means: a chance, the smaller the better the rivals, and as often right as it says on sets to which it was not fitted."""
 
+import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,58 +10,125 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.special import expit
+from study.blind_trials.confidence_fit import FEATURES, FITTED, KINDS, REPORTED, fitted, regression, summary
 
-from scalar.diagnosis.confidence import confidence
-from scalar.diagnosis.settings import ConfidenceSettings
+from scalar.diagnosis.confidence import COEFFICIENTS, confidence, features, predicted
+from scalar.diagnosis.grounds import FinalResiduals, Grounds, log_odds
 
-SUMMARIES = Path(__file__).parents[2] / "paper/summaries/blind_trials"
+SUMMARIES = Path(__file__).parents[2] / "paper/summaries/confidence"
+SHIPPED = Path(__file__).parents[2] / "scalar/diagnosis" / COEFFICIENTS
 nats = st.floats(-200.0, 200.0)
-
-
-@given(own=nats, others=st.lists(nats, max_size=5))
-def test_it_is_a_chance(own, others):
-    """Never below zero, never above the share of sure answers that have been right, whatever the evidence."""
-    assert 0.0 <= confidence(own, others) <= ConfidenceSettings().most < 1.0
+shares = st.floats(0.0, 1.0)
+left = st.builds(
+    FinalResiduals, st.integers(2, 100_000), st.floats(1e-3, 1e4), st.floats(1e-30, 1.0), st.booleans()
+)
+grounds = st.builds(Grounds, st.sampled_from(KINDS), nats, shares, st.integers(0, 40), st.booleans(), left)
 
 
 @given(own=nats, more=st.floats(0.0, 50.0), others=st.lists(nats, min_size=1, max_size=5))
-def test_evidence_for_it_raises_it_and_evidence_for_a_rival_lowers_it(own, more, others):
-    """It never falls with its own evidence, and never rises with a rival's, nor with one rival more."""
-    now = confidence(own, others)
-    assert confidence(own + more, others) >= now
-    assert confidence(own, [others[0] + more, *others[1:]]) <= now
-    assert confidence(own, [*others, own - more]) <= now
+def test_evidence_for_an_answer_raises_its_odds_and_evidence_for_a_rival_lowers_them(own, more, others):
+    """They never fall with its own evidence, and never rise with a rival's, nor with one rival more."""
+    now = log_odds(own, others)
+    assert log_odds(own + more, others) >= now
+    assert log_odds(own, [others[0] + more, *others[1:]]) <= now
+    assert log_odds(own, [*others, own - more]) <= now
 
 
 @given(own=nats, others=st.lists(nats, min_size=2, max_size=5), seed=st.integers(0, 1000))
 def test_the_order_of_the_rivals_does_not_matter(own, others, seed):
     """Rivals are a set."""
     shuffled = list(np.random.default_rng(seed).permutation(others))
-    assert confidence(own, shuffled) == pytest.approx(confidence(own, others), rel=1e-12, abs=1e-300)
+    assert log_odds(own, shuffled) == pytest.approx(log_odds(own, others), rel=1e-12, abs=1e-12)
 
 
 def test_of_two_equals_neither_is_likelier():
-    """Far from nothing at all, each of two equals gets half of what an answer without a rival gets."""
-    assert confidence(500.0, [500.0]) == pytest.approx(confidence(500.0, []) / 2)
+    """Far from nothing at all, each of two equals has even odds; without a rival the odds are those against nothing."""
+    assert log_odds(500.0, [500.0]) == pytest.approx(0.0)
+    assert log_odds(5.0, []) == pytest.approx(5.0) == log_odds(5.0, [-math.inf])
 
 
-def test_no_evidence_at_all_is_no_confidence():
-    """Where everything else explains far better, the chance is nil."""
-    assert confidence(-1e6, [1e6]) == 0.0
-    assert confidence(5.0, [-math.inf]) == confidence(5.0, [])
+@given(grounds=grounds)
+def test_it_is_a_chance(grounds):
+    """Between 0 and 1, whatever the grounds."""
+    assert 0.0 <= confidence(grounds) <= 1.0
 
 
-def test_answers_have_been_right_as_often_as_their_confidence_says():
-    """Reliability over the committed blind trials: in every bin of confidence the share of right answers is the mean
-    confidence, to within four standard errors of the share.
-    """
-    table = pd.read_csv(SUMMARIES / "reliability.csv").query("by == 'confidence'")
-    assert table["answers"].sum() > 500
-    for row in table.itertuples():
-        error = math.sqrt(row.mean_stated * (1 - row.mean_stated) / row.answers)
-        assert abs(row.right_share - row.mean_stated) < 4 * error, row
+@given(grounds=grounds, more=st.floats(0.0, 100.0))
+def test_more_evidence_never_makes_an_answer_less_sure(grounds, more):
+    """All other grounds being the same."""
+    assert confidence(replace(grounds, log_odds=grounds.log_odds + more)) >= confidence(grounds)
 
 
-def test_a_name_beside_unmodelled_structure_is_no_sure_answer():
-    """However much evidence it has: it may be a part of that structure."""
-    assert confidence(500.0, [], beside_unmodelled=True) < 0.8 < confidence(500.0, [])
+@given(grounds=grounds)
+def test_grounds_beyond_what_was_tried_are_judged_as_the_nearest_that_were(grounds):
+    """No answer is surer than any that was tried, feature by feature."""
+    tried = json.loads(SHIPPED.read_text(encoding="utf-8"))[grounds.kind]
+    values = features(grounds)
+    nearest = {
+        name: min(max(values[name], entry["from"]), entry["to"]) for name, entry in tried["features"].items()
+    }
+    assert predicted(values, tried) == predicted(nearest, tried)
+
+
+def test_a_regression_finds_the_coefficients_of_simulated_answers():
+    """20,000 answers drawn from known odds: coefficients within four of their standard errors, here at most 0.1."""
+    rng = np.random.default_rng(4)
+    X = rng.normal(size=(20_000, len(FEATURES))) * np.linspace(0.5, 2.0, len(FEATURES)) + 1.0
+    truth = np.array([0.8 if name == "log_odds" else (-1) ** k * 0.3 for k, name in enumerate(FEATURES)])
+    right = (rng.random(len(X)) < expit(X @ truth - 0.5)).astype(float)
+    found = regression(X, right)
+    slopes = [found["features"][name]["coefficient"] for name in FEATURES]
+    np.testing.assert_allclose(slopes, truth, atol=0.2)
+    assert found["intercept"] == pytest.approx(-0.5, abs=0.3)
+
+
+def test_evidence_that_speaks_against_an_answer_is_ignored():
+    """Where surer answers were right less often, the coefficient is zero: an artefact of few answers."""
+    rng = np.random.default_rng(5)
+    X = np.zeros((400, len(FEATURES)))
+    X[:, 0] = rng.normal(size=400)
+    right = (rng.random(400) < expit(-X[:, 0])).astype(float)
+    assert regression(X, right)["features"][FEATURES[0]]["coefficient"] == 0.0
+
+
+@pytest.fixture(scope="module")
+def answers():
+    """Return the committed answers of the trials."""
+    return pd.read_csv(SUMMARIES / "answers.csv", keep_default_na=False)
+
+
+def test_the_shipped_coefficients_are_those_that_the_committed_answers_give(answers):
+    """Fitted anew to the half that is for it: the same chances to 1e-3, though the table keeps nine digits."""
+    again, shipped = fitted(answers), json.loads(SHIPPED.read_text(encoding="utf-8"))
+    for row in answers.to_dict("records"):
+        chance = predicted(row, shipped[row["kind"]])
+        assert predicted(row, again[row["kind"]]) == pytest.approx(chance, abs=1e-3)
+        assert row["confidence"] == pytest.approx(chance, abs=1e-3)
+
+
+def test_no_set_and_no_unknown_cause_is_in_both_halves(answers):
+    """Nothing is reported on what it was fitted to."""
+    halves = answers.groupby("number")["half"].nunique()
+    assert halves.max() == 1
+    assert set(answers["half"]) == {FITTED, REPORTED}
+
+
+def test_answers_of_the_other_half_have_been_right_as_often_as_their_confidence_says():
+    """In every bin with answers, to within four standard errors of the share."""
+    table = pd.read_csv(SUMMARIES / "reliability.csv").query("half == @REPORTED and answers > 0")
+    assert table["answers"].sum() > 100
+    for row in table.to_dict("records"):
+        stated, answers = row["mean_stated"], row["answers"]
+        error = math.sqrt(max(stated * (1 - stated), 0.25 / answers) / answers)
+        assert abs(row["share"] - stated) < 4 * error, row
+
+
+def test_the_committed_numbers_are_those_of_the_committed_answers(answers):
+    """What the paper quotes follows from the table beside it."""
+    committed = json.loads((SUMMARIES / "numbers.json").read_text(encoding="utf-8"))
+    for key, value in summary(answers).items():
+        if isinstance(value, dict):
+            assert committed[key] == pytest.approx(value, rel=1e-6, nan_ok=True)
+        else:
+            assert committed[key] == value

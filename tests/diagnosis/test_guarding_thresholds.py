@@ -12,7 +12,6 @@ import pytest
 
 from scalar.diagnosis import forward_selection, harmonic_spectrum
 from scalar.diagnosis.autocorrelation import _in_order, _near
-from scalar.diagnosis.confidence import confidence
 from scalar.diagnosis.fitted_state import _optimum, refit
 from scalar.diagnosis.harmonic_spectrum import _series, _System
 from scalar.diagnosis.hold_out import HeldOutErrors, blocks, first_times, improvement, no_worse
@@ -225,16 +224,6 @@ def test_so_many_orders_of_a_joint_make_a_spectrum():
             settings=SimpleNamespace(spectrum=settings),
         )
         assert list(_series(state)) == joints
-
-
-def test_log_odds_are_tempered():
-    """Evidence four nats ahead of the only rival: the more temperature, the less of it is believed."""
-    sure = [
-        confidence(10.0, [6.0], settings)
-        for settings in (DEFAULTS.confidence, doubled(DEFAULTS.confidence, "temperature"))
-    ]
-    assert sure[0] > sure[1]
-    assert sure[0] < DEFAULTS.confidence.most
 
 
 def test_a_variance_component_has_to_be_beyond_chance():

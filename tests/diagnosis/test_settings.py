@@ -82,15 +82,6 @@ def test_a_threshold_of_the_selection_decides(dataset):
     assert not diagnose(dataset, settings=none).findings
 
 
-def test_a_threshold_of_the_confidence_decides(dataset):
-    """A confidence is never above the most that the settings allow."""
-    confidences = [
-        diagnose(dataset, settings=changed(DEFAULTS, {"confidence.most": most})).findings[0].confidence
-        for most in (0.97, 0.6)
-    ]
-    assert confidences[0] > 0.6 >= confidences[1]
-
-
 def test_a_threshold_of_the_estimator_decides(dataset):
     """Thresholds of gross errors reach the cleaning: none of these points is off by five standard deviations, some are by three."""
     strict = {

@@ -28,6 +28,7 @@ from scalar.effects.pose_lag import PoseLag
 from scalar.effects.range_distortion import RangeDistortion
 from scalar.effects.range_offset import RangeOffset
 from scalar.effects.range_scale import RangeScale
+from scalar.effects.sensor_map import SensorMap
 from scalar.effects.sensor_slip import SensorSlip
 from scalar.effects.thermal_drift import ThermalDrift
 
@@ -72,6 +73,7 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         RangeScale(),
         RangeOffset(),
         RangeDistortion(),
+        SensorMap((0.01, 0.3), (0.08, 0.12)),
         PlaneBow("floor", floor),
         PlaneMoved("wall_x", half, None, wall),
         PlaneMoved("floor", 3.0, 17.25, floor, creep_span=50.0),

@@ -50,6 +50,7 @@ def test_a_report_of_many_tracked_poses_stays_below_three_megabytes(poses: int) 
             held_out_before=errors[0],
             calibration_before=calibrations[0],
             calibration_found=calibrations[1],
+            calibration_after=calibrations[1],
             shipped=shipped_fit(before, after, None),
             findings=tuple(
                 Finding(effect, 1e-9, *errors, (), 0.9, std, GROUNDS)

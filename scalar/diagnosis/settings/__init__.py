@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from scalar.diagnosis.settings.answers import (
-    ConfidenceSettings,
     ObservabilitySettings,
     OuterSplitSettings,
     ShippedFitSettings,
@@ -30,7 +29,6 @@ from scalar.estimation.settings import EstimationSettings
 __all__ = [
     "DEFAULTS",
     "AutocorrelationSettings",
-    "ConfidenceSettings",
     "FlexibleTermSettings",
     "HoldOutSettings",
     "ObservabilitySettings",
@@ -62,7 +60,6 @@ class Settings:
     spectrum: SpectrumSettings = field(default_factory=SpectrumSettings)
     variance_components: VarianceComponentSettings = field(default_factory=VarianceComponentSettings)
     autocorrelation: AutocorrelationSettings = field(default_factory=AutocorrelationSettings)
-    confidence: ConfidenceSettings = field(default_factory=ConfidenceSettings)
     observability: ObservabilitySettings = field(default_factory=ObservabilitySettings)
     shipped_fit: ShippedFitSettings = field(default_factory=ShippedFitSettings)
     outer_split: OuterSplitSettings = field(default_factory=OuterSplitSettings)

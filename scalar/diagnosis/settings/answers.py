@@ -1,31 +1,10 @@
-"""Thresholds for what is reported with the answers: their confidence, unobservable effects, and which fit is shipped."""
+"""Thresholds for what is reported with the answers: unobservable effects, and which fit is shipped."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from scalar.estimation.settings import setting
-
-
-@dataclass(frozen=True)
-class ConfidenceSettings:
-    """How evidence becomes a confidence; both numbers are fitted to the answers of the blind trials."""
-
-    most: float = setting(
-        0.97,
-        "1",
-        "largest confidence: the share of right answers among those that seemed sure",
-        "fitted: paper/summaries/blind_trials",
-    )
-    temperature: float = setting(
-        4.5, "1", "that log odds are divided by", "fitted: paper/summaries/blind_trials"
-    )
-    beside_unmodelled: float = setting(
-        0.75,
-        "1",
-        "largest confidence of a name where there is unmodelled structure as well: the name may be a part of it",
-        "chosen: of five such names in a development exam with hoses and floors that give way one was right, one nearly",
-    )
 
 
 @dataclass(frozen=True)
@@ -49,6 +28,10 @@ class ShippedFitSettings:
     surer: float = setting(
         0.9, "of the standard error of a prediction", "that the weights of a variance component have to leave where held-out poses do not tell",
         "chosen: for a gain of less than a tenth, equal weights are the plainer choice",
+    )  # fmt: skip
+    nearer: float = setting(
+        0.95, "of the expected error of a prediction", "that the model without some of the effects has to leave for them to be left out",
+        "chosen: what makes no difference of a twentieth is better corrected as it is reported",
     )  # fmt: skip
 
 

@@ -34,7 +34,7 @@ NAMES = [
     "selection.swap_margin",
     "selection.max_effects",
     "selection.change_margin",
-    "confidence.most",
+    "outer_split.least_selected",
     "hold_out.folds",
 ]
 NO_GUARDS = pd.DataFrame(
@@ -50,10 +50,10 @@ class Diagnosed:
         self.asked = 0
 
     def __call__(self, settings):
-        """Return an answer in which a margin above 5 takes a name away, and a most below a half is a refusal."""
+        """Return an answer in which a margin above 5 takes a name away, and a least share below 0.3 is a refusal."""
         self.asked += 1
-        if settings.confidence.most < 0.5:
-            raise Undetermined("not sure enough")
+        if settings.outer_split.least_selected < 0.3:
+            raise Undetermined("chosen too seldom")
         for effects in range(settings.selection.max_effects):
             if effects == 2:
                 break
@@ -73,14 +73,17 @@ def rows():
 
 
 def test_only_what_may_answer_otherwise_is_run(rows):
-    """Once by default, once traced, and once for each comparison that comes out otherwise: swap margin 6, change margin 12, most 0.485.
+    """Once by default, once traced, and once for each comparison that comes out otherwise: swap margin 6, change margin 12, least selected 0.25.
     A loop whose bound is known only to the built-in ``range`` counts as one; what is not asked for is not run.
     """
     answer = Diagnosed()
     vary("here", answer, variants(NAMES))
     how = rows.set_index(["setting", "direction"])["how"].to_dict()
     assert how["selection.swap_margin", "halved"] == SAME and how["selection.swap_margin", "doubled"] == RUN
-    assert how["confidence.most", "halved"] == RUN and how["confidence.most", "doubled"] == SAME
+    assert (
+        how["outer_split.least_selected", "halved"] == RUN
+        and how["outer_split.least_selected", "doubled"] == SAME
+    )
     assert how["hold_out.folds", "halved"] == how["hold_out.folds", "doubled"] == UNUSED
     assert answer.asked == 2 + sum(value == RUN for value in how.values())
 
@@ -89,7 +92,7 @@ def test_what_changed_is_told_by_kind_the_gravest_first(rows):
     """A name that goes changes the verdict too; a refusal is a kind of its own; errors at other poses count."""
     changed = rows.set_index(["setting", "direction"])["changed"].to_dict()
     assert changed["selection.swap_margin", "doubled"] == "verdict;names"
-    assert changed["confidence.most", "halved"] == "refused"
+    assert changed["outer_split.least_selected", "halved"] == "refused"
     assert changed["selection.change_margin", "doubled"] == "errors"
     assert sum(bool(kinds) for kinds in changed.values()) == 3
 
@@ -157,6 +160,6 @@ def test_more_sets_are_for_settings_that_changed_or_were_never_run(rows):
     assert set(still_open(rows)) == {
         "selection.swap_margin",
         "selection.change_margin",
-        "confidence.most",
+        "outer_split.least_selected",
         "hold_out.folds",
     }

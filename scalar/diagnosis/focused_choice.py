@@ -1,0 +1,124 @@
+"""Which of the effects that were found the shipped model contains: those with which predictions elsewhere are nearest to the truth.
+
+An effect may be significant and its correction do harm: an error of the scanner over its range is all but a change of the arm's lengths, and a
+wrong form of it moves them. The focused information criterion (Claeskens and Hjort, Journal of the American Statistical Association 98, 2003)
+estimates the mean squared error of what is asked for, here predicted positions at random poses, for every model within a wide one: its
+variance, and the square of its distance to the wide model's prediction, less what chance makes of that distance. Here a multiple of what
+chance makes is taken off (``settings.shipped_fit.beyond_chance``, squared), since a correction that does harm is worse than one that is
+missing. The variances are those of the jackknife over poses, which hold whatever the noise of a pose is. The wide model has all that was
+found and, for an effect of a special form, a more general one beside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scalar.diagnosis.elsewhere import displacement_columns, poses_anywhere
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.jackknife import N_POSES, steps_left_out, variance_of
+from scalar.effects import Effect
+from scalar.geometry.se3 import Array
+from scalar.units import MM
+
+
+@dataclass(frozen=True, eq=False)
+class FocusedChoice:
+    """The effects that a shipped model contains.
+
+    Attributes:
+        state: The model with them.
+        left_out: Effects that were found and are not in it.
+        error_with, error_without: Expected error of a predicted position [m], root mean square, with all effects found and as chosen.
+    """
+
+    state: FittedState
+    left_out: tuple[Effect, ...]
+    error_with: float
+    error_without: float
+
+    def to_mapping(self) -> dict[str, object]:
+        """Return what ``diagnosis.json`` says of it."""
+        return {
+            "left_out": [{"name": effect.name, "target": effect.target} for effect in self.left_out],
+            "expected_error_mm": {"with_all": self.error_with / MM, "as_shipped": self.error_without / MM},
+        }
+
+
+def focused_choice(after: FittedState) -> FocusedChoice:
+    """Return the effects with which predictions are expected to err least, of those that were found.
+
+    Effects are left out one after the other, that one first without which the expected error is least, as long as it falls; all of them at once
+    are tried as well. What is chosen has to be clearly better than the model with all effects (``settings.shipped_fit.nearer``).
+
+    Args:
+        after: With all that was found.
+    """
+    effects = after.effects
+    if not effects:
+        return FocusedChoice(after, (), 0.0, 0.0)
+    general = [e.generalised(after.dataset) for e in effects]
+    beside = [e for e in general if e is not None and not any(e.same_place(other) for other in effects)]
+    wide = _Wide(after.refitted((*effects, *beside[:1]), after.model) if beside else after)
+    every = tuple(range(len(effects)))
+    with_all = wide.error(every)
+    kept, least = every, with_all
+    while kept:
+        error, fewer = min((wide.error(_without(kept, i)), _without(kept, i)) for i in kept)
+        if error >= least:
+            break
+        kept, least = fewer, error
+    if (error := wide.error(())) < least:
+        kept, least = (), error
+    if kept == every or least > after.settings.shipped_fit.nearer * with_all:
+        return FocusedChoice(after, (), with_all, with_all)
+    state = after.refitted([effects[i] for i in kept])
+    return FocusedChoice(state, tuple(effects[i] for i in every if i not in kept), with_all, least)
+
+
+def _without(kept: tuple[int, ...], i: int) -> tuple[int, ...]:
+    return tuple(k for k in kept if k != i)
+
+
+class _Wide:
+    """A wide model, linearised at its optimum, and the models within it: with some of its effects."""
+
+    def __init__(self, state: FittedState):
+        """Linearise."""
+        residual, J = state.linearised()
+        self.beyond_chance = state.settings.shipped_fit.beyond_chance
+        self.N, self.m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
+        self.scale = np.linalg.norm(J, axis=0)
+        self.scale[self.scale == 0] = 1.0
+        self.residual, self.J = residual, J / self.scale
+        self.gram, self.projection = self.J.T @ self.J, self.J.T @ residual
+        anywhere = poses_anywhere(state, N_POSES)
+        self.columns = displacement_columns(state, anywhere)[:, state.free] / self.scale
+        self.coefficients = state.model.vector[state.free] * self.scale
+        # The effect that each free coordinate belongs to, -1 for the geometry.
+        sizes = [len(effect.coefficients) for effect in state.effects]
+        owner = np.r_[np.full(len(state.geometry_free), -1), np.repeat(np.arange(len(sizes)), sizes)]
+        self.owner = owner[state.free]
+        self.optimum = self._fitted(np.ones(len(self.owner), dtype=bool))
+
+    def error(self, kept: tuple[int, ...]) -> float:
+        """Return the expected error [m] of a predicted position with some of the effects, root mean square over the random poses."""
+        step, left_out = self._fitted((self.owner < 0) | np.isin(self.owner, kept))
+        wide_step, wide_left_out = self.optimum
+        apart = self.columns @ (step - wide_step)
+        bias = float(apart @ apart) / (len(apart) / 3)
+        by_chance = variance_of(left_out - wide_left_out, self.columns)
+        beyond = max(bias - self.beyond_chance**2 * by_chance, 0.0)
+        return float(np.sqrt(variance_of(left_out, self.columns) + beyond))
+
+    def _fitted(self, free: Array) -> tuple[Array, Array]:
+        """Return the step ``(F,)`` from the optimum to that of a model, and the steps ``(N, F)`` when each pose is left out of its fit."""
+        J, N, m = self.J[:, free], self.N, self.m
+        step = np.where(free, 0.0, -self.coefficients)
+        inverse = np.linalg.pinv(self.gram[np.ix_(free, free)], rcond=1e-12, hermitian=True)
+        step[free] = -inverse @ (self.projection[free] + self.gram[np.ix_(free, ~free)] @ step[~free])
+        rest = (self.residual + self.J @ step)[: N * m].reshape(N, m)
+        left_out = np.zeros((N, len(free)))
+        left_out[:, free] = steps_left_out(J[: N * m].reshape(N, m, -1), rest, inverse)
+        return step, left_out

@@ -1,0 +1,151 @@
+"""A smooth error of a scanner over its profile: what its maker's calibration has left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from scalar.data.poses import Poses
+from scalar.effects.effect import Effect, Table
+from scalar.effects.picture import Axis, Map, Profile, View
+from scalar.effects.range_error import LEAST_INCIDENCE, RangeError
+from scalar.geometry.se3 import Array
+from scalar.sensors import kind_of
+from scalar.sensors.scan_pieces import PIECES
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+DEGREE = 4  # of the polynomials in x and z together: two waves across the profile
+TERMS = tuple((i, j) for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i) if i + j)
+_POWERS = ((0, 0), *TERMS)
+_LEAST_HALF = 1e-4  # m: half the width of a profile that is all but a point
+
+
+@dataclass(frozen=True, eq=False)
+class SensorMap(RangeError):
+    """The measured range needs a smooth correction over the profile: products of Legendre polynomials in x and z.
+
+    The constant is left out: it is the zero of the range (``range_offset``). The terms of first degree all but go with the arm's lengths and the
+    scanner's place, so every coefficient has a prior of the size that makers state for what they leave: the wider the term, the less is left.
+
+    Attributes:
+        middle: x and z of the middle of what was measured [m].
+        half: Half its width in x and in z [m].
+    """
+
+    middle: tuple[float, float] = (0.0, 0.0)
+    half: tuple[float, float] = (1.0, 1.0)
+
+    name: ClassVar[str] = "sensor_map"
+    kind: ClassVar[str] = "error of the scanner over its profile"
+    sentence: ClassVar[str] = "the scanner's error varies smoothly over its profile"
+    natural: ClassVar[Mapping[str, float]] = {"m": 3e-5}
+    natural_source: ClassVar[str] = (
+        "line scanners are sold with a linearity of 0.02 to 0.1 % of a range of 0.1 m and more (data sheets of Keyence's LJ-V7000 and "
+        "Micro-Epsilon's scanCONTROL): 0.03 mm, spread over a few terms"
+    )
+    basis_names: ClassVar[tuple[str, ...]] = tuple(f"u{axis}:{i}{j}" for axis in "xz" for i, j in _POWERS)
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """The degrees in x and z."""
+        return [f"x{i}_z{j}_m" for i, j in TERMS]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Metres."""
+        return ["m"] * len(TERMS)
+
+    @property
+    def prior_std(self) -> Array:
+        """Return the natural size over the degree of each term."""
+        return np.array([self.natural["m"] / (i + j) for i, j in TERMS])
+
+    def contact_columns(
+        self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
+    ) -> Array:
+        """Return the sensor's axes against the normal, for each product of powers."""
+        powers = self._in_powers()
+        return np.concatenate([contact[:, k, None, None] * powers for k in (1, 2)], axis=1)
+
+    def _in_powers(self) -> Array:
+        """Return the coefficients ``(len(_POWERS), k)`` of every term over products of powers of x and z."""
+        of_x, of_z = (_in_powers_of(m, h) for m, h in zip(self.middle, self.half, strict=True))
+        return np.array([[of_x[i, a] * of_z[j, b] for i, j in TERMS] for a, b in _POWERS])
+
+    def terms_at(self, x: Array, z: Array) -> Array:
+        """Return every term ``(G, k)`` at points of the profile ``(G,)`` [m]."""
+        of_x, of_z = (
+            legendre.legvander((v - m) / h, DEGREE)
+            for v, m, h in zip((x, z), self.middle, self.half, strict=True)
+        )
+        return np.column_stack([of_x[:, i] * of_z[:, j] for i, j in TERMS])
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the part of the profile that it is a map of."""
+        return {"middle_m": list(self.middle), "half_m": list(self.half)}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        middle, half = (tuple(float(v) for v in mapping[key]) for key in ("middle_m", "half_m"))
+        return cls(middle, half)  # type: ignore[arg-type]
+
+    @classmethod
+    def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
+        """Return a map of the part of the profile that was measured.
+
+        Raises:
+            ValueError: The sensor measures no profile.
+        """
+        if not kind_of(dataset).scans:
+            raise ValueError(f"this effect needs a scanner of profiles, and a {dataset.sensor.kind} is none")
+        low, high = dataset.points.min(axis=0), dataset.points.max(axis=0)
+        middle, half = (low + high) / 2, np.maximum((high - low) / 2, _LEAST_HALF)
+        return [cls((float(middle[0]), float(middle[1])), (float(half[0]), float(half[1])))]
+
+    @classmethod
+    def candidates(cls, dataset: Dataset) -> list[Effect]:
+        """Return the map, where the sensor scans profiles."""
+        return list(cls.parsed(dataset, ())) if kind_of(dataset).scans else []
+
+    def merged_with(self, other: Effect) -> Effect | None:
+        """Return the map itself for another of it: a second one would only double what its prior allows."""
+        return self if self.same_place(other) else None
+
+    @property
+    def clause(self) -> str:
+        """Return what varies."""
+        return "the error of the scanner varies smoothly over its profile"
+
+    def table(self, std: Sequence[float | None]) -> Table | None:
+        """Return None: single coefficients mean nothing to a reader; the picture shows the map."""
+        return None
+
+    def pictures(self, view: View) -> list[Profile | Map]:
+        """Return the correction of the range over the profile."""
+        found = view.pieces(self)
+        steep = np.abs(found.incidence) > LEAST_INCIDENCE
+        incidence = found.incidence[steep]
+        rest, fitted = -found.height[steep] / incidence, found.of_effect[steep] / incidence
+        x_axis, z_axis = Axis("x of the profile", "m"), Axis("z of the profile", "m")
+        y_axis = Axis("correction of the range", "m")
+        x, z = found.profile[steep].T
+        note = f"Each scan is cut in {PIECES} pieces."
+        return [Map(x_axis, z_axis, y_axis, x, z, fitted + rest, rest, found.pose[steep], note)]
+
+
+def _in_powers_of(middle: float, half: float) -> Array:
+    """Return the Legendre polynomials of ``(v - middle) / half`` as coefficients of the powers of v, a row a polynomial."""
+    shifted = np.polynomial.Polynomial([-middle / half, 1.0 / half])
+    rows = np.zeros((DEGREE + 1, DEGREE + 1))
+    for k in range(DEGREE + 1):
+        row = legendre.leg2poly(np.eye(DEGREE + 1)[k])
+        coefficients = np.polynomial.Polynomial(row)(shifted).coef
+        rows[k, : len(coefficients)] = coefficients
+    return rows

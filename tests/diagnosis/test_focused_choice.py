@@ -1,0 +1,102 @@
+"""Which effects are shipped: those whose correction is expected to bring predictions elsewhere nearer to the truth."""
+
+import numpy as np
+import pytest
+
+from scalar.diagnosis.fitted_state import FittedState, refit
+from scalar.diagnosis.focused_choice import _Wide, focused_choice
+from scalar.diagnosis.jackknife import moves
+from scalar.effects import Effect
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.joint_scale import JointScale
+from scalar.effects.range_distortion import RangeDistortion
+from scalar.estimation.geometry_fit import geometry_fit
+from tests.effects.injected import Flaws, make_cell, on_joint
+from tests.effects.test_sensor_map import crooked, mean_error
+
+
+def fitted(dataset, *effects: Effect) -> FittedState:
+    """Return a state with effects."""
+    model, prepared = geometry_fit(dataset)
+    return refit(dataset, model, prepared.free, effects)
+
+
+@pytest.fixture(scope="module")
+def scaled():
+    """Return a state of a cell whose joint 3 is 1e-3 too long, with that effect and one that is not there."""
+    flaws = Flaws(joints=on_joint(3, lambda at: 1e-3 * at.q[:, 2]))
+    return fitted(
+        make_cell(flaws, seed=81, poses_per_plane=30).dataset, JointScale(3), JointHarmonic(5, (7,))
+    )
+
+
+def test_with_all_effects_the_expected_error_is_the_standard_error(scaled):
+    """The wide model has no distance to itself: what is left is what the jackknife says of it."""
+    assert _Wide(scaled).error((0, 1)) == pytest.approx(moves(scaled, None).std, rel=1e-6)
+
+
+def test_a_model_within_the_wide_one_is_a_fit_without_the_other_columns(scaled):
+    """Its step is that of least squares on the other columns, from where the effects that are left out are zero."""
+    wide = _Wide(scaled)
+    residual, J = scaled.linearised()
+    out = wide.owner == 0
+    coefficients = scaled.model.vector[scaled.free][out]
+    step = np.linalg.lstsq(J[:, ~out], -(residual - J[:, out] @ coefficients), rcond=None)[0]
+    found, _ = wide._fitted(~out)
+    np.testing.assert_allclose(found[~out] / wide.scale[~out], step, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(found[out] / wide.scale[out], -coefficients)
+
+
+def test_an_effect_that_is_there_is_shipped_and_one_that_is_not_does_not_decide(scaled):
+    """Without the scale the expected error is the error that it makes, many times larger; the other is worth nothing either way."""
+    choice = focused_choice(scaled)
+    assert JointScale(3) not in [e.with_coefficients(np.zeros(1)) for e in choice.left_out]
+    assert not any(effect.name == "joint_scale" for effect in choice.left_out)
+    wide = _Wide(scaled)
+    assert wide.error((1,)) > 10 * wide.error((0, 1)) >= 0.9 * wide.error((0,)) * 0.9
+
+
+def test_nothing_found_is_nothing_to_choose():
+    """A state without effects stays as it is."""
+    state = fitted(make_cell(seed=82, poses_per_plane=20).dataset)
+    choice = focused_choice(state)
+    assert choice.state is state and choice.left_out == ()
+
+
+def test_many_effects_that_are_not_there_are_left_out():
+    """Forty-odd coefficients that describe noise make predictions less certain; the model without them is chosen."""
+    state = fitted(
+        make_cell(seed=83, poses_per_plane=25).dataset,
+        *(JointHarmonic(j, tuple(range(2, 9))) for j in (2, 4, 6)),
+    )
+    choice = focused_choice(state)
+    assert len(choice.left_out) >= 2
+    assert choice.error_without < choice.error_with
+
+
+def test_a_wrong_form_of_the_scanner_error_does_little_harm():
+    """A parabola over the range in the place of a crooked lens may move the arm's lengths: where it does, it is not shipped."""
+    harm, shipped = [], []
+    for seed in range(4):
+        cell = make_cell(seed=84 + seed, poses_per_plane=40, points_per_scan=60, noise=5e-5)
+        dataset = crooked(cell.dataset, 20 + seed, 8e-5)
+        without, state = fitted(dataset), fitted(dataset, *RangeDistortion.parsed(dataset, ()))
+        chosen = focused_choice(state).state
+        errors = [mean_error(Predicting(s), cell) for s in (without, state, chosen)]
+        harm.append(errors[1] / errors[0])
+        shipped.append(errors[2] / errors[0])
+    assert max(harm) > 1.5
+    assert max(shipped) < 1.2
+
+
+class Predicting:
+    """A state that predicts as a calibration does."""
+
+    def __init__(self, state: FittedState):
+        """Keep its model."""
+        self.model = state.model
+
+    def predict(self, table):
+        """Return the sensor's poses by the rigid model ``(N, 4, 4)``; errors of the scanner move none."""
+        q = table[[f"q{i + 1}" for i in range(self.model.robot.n_joints)]].to_numpy()
+        return self.model.robot.flange(q) @ self.model.T_flange_sensor

@@ -1,0 +1,17 @@
+"""Fit the confidence to the answers of half of the trials, and report it on the other half."""
+
+from job import logged
+
+with logged(snakemake.log):
+    from scalar.data.io.atomic import write_json
+    from study.blind_trials.confidence_fit import answers_of, fitted, reliability, summary, with_confidence
+    from study.common.provenance import code_version
+    from study.common.tables import read_tables, write_table
+
+    answers = answers_of(read_tables(snakemake.input.sets))
+    coefficients = fitted(answers)
+    stated = with_confidence(answers, coefficients)
+    write_json(snakemake.output.coefficients, coefficients)
+    write_table(snakemake.output.answers, stated)
+    write_table(snakemake.output.reliability, reliability(stated))
+    write_json(snakemake.output.numbers, {"code": code_version()} | summary(stated))

@@ -1,0 +1,172 @@
+"""The confidence, fitted to half of the trials and reported on the other half.
+
+Halves differ in their seeds; sets of an unknown cause or shape differ in its kind as well, so that no half has seen the other's causes.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.optimize import minimize
+from scipy.special import expit
+
+from scalar.diagnosis.confidence import features, predicted
+from scalar.diagnosis.grounds import COMPONENT, EFFECT, STRUCTURE, FinalResiduals, Grounds
+from scalar.geometry.se3 import Array
+from study.blind_trials.score import NOISES, SURE, UNATTRIBUTED, same
+from study.blind_trials.statistics import wilson
+from study.blind_trials.trial_score import acceptable, flaws
+from study.blind_trials.trial_summaries import truth_in
+
+FITTED, REPORTED = "fitted", "reported"
+KINDS = (EFFECT, COMPONENT, STRUCTURE)
+FEATURES = tuple(features(Grounds(EFFECT, 0.0, 0.5, 0, False, FinalResiduals(1, 1.0, 1.0, False))))
+BINS = (0.0, 0.5, 0.7, 0.8, 0.9, 1.0)
+PRIOR = 1.0  # standard deviation of a coefficient before any data, of features of unit spread: chosen, odds change by e a standard deviation
+_WITHOUT_SPREAD = 1e-9
+
+
+def answers_of(sets: pd.DataFrame) -> pd.DataFrame:
+    """Return a row an answer of all sets: its half, kind, name, whether it is right, and the features of its grounds."""
+    rows = []
+    for row in sets.to_dict("records"):
+        truth = truth_in(row)
+        for entry in json.loads(row["found"]):
+            kind = kind_of(entry)
+            rows.append(
+                {"number": row["number"], "half": half_of(row, truth), "row": row["row"], "poses": row["poses"]}
+                | {"kind": kind, "name": entry["name"], "right": is_right(entry, truth, json.loads(row["found"]))}
+                | features(grounds_from(kind, entry["grounds"]))
+            )  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def kind_of(entry: Mapping[str, Any]) -> str:
+    """Return what an entry of a diagnosis is. A variance component that is no noise is structure."""
+    if entry["name"] == UNATTRIBUTED:
+        return STRUCTURE
+    return COMPONENT if entry["name"] in NOISES else EFFECT
+
+
+def grounds_from(kind: str, entry: Mapping[str, Any]) -> Grounds:
+    """Return the grounds that diagnosis.json states."""
+    left = FinalResiduals(**{key: entry[key] for key in ("poses", "misfit", "chance", "correlated")})
+    own = {key: entry[key] for key in ("log_odds", "share", "others", "beside_structure")}
+    return Grounds(kind, left=left, **own)
+
+
+def is_right(entry: Mapping[str, Any], truth: Mapping[str, Any], found: list[Mapping[str, Any]]) -> bool:
+    """Return whether an answer is right; structure is where anything is that no other entry names."""
+    if entry["name"] != UNATTRIBUTED:
+        return acceptable(entry, truth)
+    unnamed = [i for i in truth["injected"] if not any(same(e, i) for e in found)]
+    return bool(unnamed or flaws(truth))
+
+
+def half_of(row: Mapping[Any, Any], truth: Mapping[str, Any]) -> str:
+    """Return the half of a set: by the kind of an unknown cause, else by the number of the set."""
+    kinds = [entry["kind"] for entry in truth["injected"] if entry["name"] == "unknown"]
+    number = sum(kinds[0].encode()) if kinds else int(row["number"])
+    return FITTED if number % 2 == 0 else REPORTED
+
+
+def fitted(answers: pd.DataFrame) -> dict[str, Any]:
+    """Return the coefficients of each kind, as ``predicted`` takes them, fitted to the half that is for it."""
+    some: Any = answers[answers["half"] == FITTED]
+    return {kind: regression(*_arrays(some[some["kind"] == kind])) for kind in KINDS}
+
+
+def regression(X: Array, right: Array) -> dict[str, Any]:
+    """Return a logistic regression with a normal prior on coefficients of standardised features.
+
+    More evidence never makes an answer less sure: its coefficient is not negative. Without answers the chance is one half.
+
+    Args:
+        X: ``(n, k)``, features in the order of ``FEATURES``. right: ``(n,)``, 0 or 1.
+    """
+    k = X.shape[1]
+    centre, low, high = (f(X, axis=0) if len(X) else np.zeros(k) for f in (np.mean, np.min, np.max))
+    spread = np.std(X, axis=0) if len(X) else np.ones(k)
+    spread = np.where(spread > _WITHOUT_SPREAD, spread, 1.0)
+    Z = np.column_stack([np.ones(len(X)), (X - centre) / spread])
+    precision = np.r_[0.0 if len(X) else 1.0, np.full(k, PRIOR**-2)]
+
+    def cost(w: Array) -> tuple[float, Array]:
+        odds = Z @ w
+        value = float(np.sum(np.logaddexp(0.0, odds) - right * odds) + 0.5 * np.sum(precision * w * w))
+        return value, Z.T @ (expit(odds) - right) + precision * w
+
+    bounds = [(-20.0, 20.0)] + [(0.0 if name == "log_odds" else None, None) for name in FEATURES]
+    result: Any = minimize(cost, np.zeros(k + 1), jac=True, method="L-BFGS-B", bounds=bounds,
+                           options={"ftol": 1e-14, "gtol": 1e-9, "maxiter": 10_000})  # fmt: skip
+    slopes = result.x[1:] / spread
+    return {
+        "answers": len(X),
+        "right": int(np.sum(right)),
+        "intercept": float(result.x[0] - slopes @ centre),
+        "features": {
+            name: {"coefficient": float(slope), "from": float(a), "to": float(b)}
+            for name, slope, a, b in zip(FEATURES, slopes, low, high, strict=True)
+        },
+    }
+
+
+def _arrays(some: Any) -> tuple[Array, Array]:
+    return some[list(FEATURES)].to_numpy(dtype=float), some["right"].to_numpy(dtype=float)
+
+
+def with_confidence(answers: pd.DataFrame, coefficients: Mapping[str, Any]) -> pd.DataFrame:
+    """Return the answers with the confidence that the coefficients give each."""
+    stated = [
+        predicted({str(key): value for key, value in row.items()}, coefficients[row["kind"]])
+        for row in answers.to_dict("records")
+    ]
+    return answers.assign(confidence=stated)
+
+
+def reliability(stated: pd.DataFrame) -> pd.DataFrame:
+    """Return, by half, kind and bins of the stated confidence, how many answers are right, with Wilson's interval."""
+    rows = []
+    for half in (FITTED, REPORTED):
+        for kind in KINDS:
+            some: Any = stated[(stated["half"] == half) & (stated["kind"] == kind)]
+            value, right = some["confidence"].to_numpy(dtype=float), some["right"].to_numpy(dtype=bool)
+            for low, high in pairwise(BINS):
+                inside = (value >= low) & ((value < high) | (high == BINS[-1]))
+                n, hits = int(inside.sum()), int(right[inside].sum())
+                bottom, top = wilson(hits, n)
+                rows.append(
+                    {"half": half, "kind": kind, "from": low, "to": high, "answers": n}
+                    | {"mean_stated": float(value[inside].mean()) if n else None}
+                    | {"right": hits, "share": hits / n if n else None, "low": bottom, "high": top}
+                )
+    return pd.DataFrame(rows)
+
+
+def summary(stated: pd.DataFrame) -> dict[str, Any]:
+    """Return, of the half that reports: Brier scores beside those of the plain share of right answers, and how many sure answers are wrong."""
+    some: Any = stated[stated["half"] == REPORTED]
+    content: dict[str, Any] = {}
+    for kind in KINDS:
+        mine: Any = some[some["kind"] == kind]
+        value, right = mine["confidence"].to_numpy(dtype=float), mine["right"].to_numpy(dtype=float)
+        sure = value >= SURE
+        content[kind] = {
+            "answers": len(mine),
+            "brier": float(np.mean((value - right) ** 2)) if len(mine) else None,
+            "brier_of_share": float(np.var(right)) if len(mine) else None,
+            "sure": int(sure.sum()),
+            "sure_and_wrong": int(np.sum(1 - right[sure])),
+        }
+    single: Any = some[
+        (some["kind"] == EFFECT) & some["row"].isin(["one effect, ideal", "one effect, imperfect"])
+    ]
+    correct: Any = single[single["right"]]
+    content["single_effects_right"] = len(correct)
+    content["single_effects_right_and_sure"] = int((correct["confidence"] >= SURE).sum())
+    return content

@@ -1,0 +1,46 @@
+"""How often answers are right, against how sure they say they are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from study.blind_trials.confidence_fit import KINDS, REPORTED
+from study.plots.style import new_figure, styled
+
+TITLES = {
+    "effect": "effects",
+    "component": "components of the noise",
+    "structure": "structure without a name",
+}
+_COLOUR = "#0072b2"
+
+
+def draw_confidence(reliability: pd.DataFrame) -> Figure:
+    """Return a reliability diagram for each kind of answer, of the half of the trials to which nothing was fitted.
+
+    Args:
+        reliability: reliability.csv.
+    """
+    with styled():
+        figure = new_figure(9.6, 3.7)
+        for ax, kind in zip(figure.subplots(1, len(KINDS), sharex=True, sharey=True), KINDS, strict=True):
+            some: Any = reliability[(reliability["half"] == REPORTED) & (reliability["kind"] == kind)]
+            some = some[some["answers"] > 0]
+            x, y = (some[name].to_numpy(dtype=float) for name in ("mean_stated", "share"))
+            low, high = (some[name].to_numpy(dtype=float) for name in ("low", "high"))
+            ax.plot([0, 1], [0, 1], "--", color="#777777", linewidth=1.2)
+            ax.errorbar(x, y, np.maximum([y - low, high - y], 0.0), fmt="o", color=_COLOUR, capsize=3)
+            for at, share, n in zip(x, y, some["answers"], strict=True):
+                ax.annotate(
+                    str(int(n)), (at, share), xytext=(6, -10), textcoords="offset points", fontsize=7.5
+                )
+            ax.set_title(TITLES[kind])
+            ax.set_xlabel("stated confidence")
+            ax.set_xlim(0, 1.02)
+            ax.set_ylim(0, 1.03)
+        figure.axes[0].set_ylabel("share of right answers")
+    return figure
