@@ -8,6 +8,7 @@ import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH
+from scalar.cli.simulator import simulator
 from scalar.cli.terminal import say
 
 
@@ -28,20 +29,13 @@ def simulate(config: Path, output: Path, seed: int | None) -> None:
     """
     from scalar.cli.progress import progress
 
-    try:
-        from scalar.simulation import load_config, simulate, write_scene
-    except ModuleNotFoundError as error:
-        if error.name != "pybullet":
-            raise
-        raise click.ClickException(
-            "simulating needs pybullet: pip install 'scalar-calibration[simulation]'"
-        ) from None
-    content = load_config(config)
+    simulation = simulator("simulate")
+    content = simulation.load_config(config)
     if seed is not None:
         content["seed"] = seed
     with progress("placing the scanner") as advance:
-        scene = simulate(content, base_dir=config.parent, progress=advance)
-    write_scene(scene, output)
+        scene = simulation.simulate(content, base_dir=config.parent, progress=advance)
+    simulation.write_scene(scene, output)
     say(
         f"{output / 'dataset'}: {len(scene.poses)} poses, {len(scene.scans)} points; truth in {output / 'truth'}"
     )

@@ -1,0 +1,115 @@
+"""``scalar demo``: inject a secret effect in a simulated workcell, diagnose it, and say afterwards what the secret was."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from scalar.cli.group import cli
+from scalar.cli.options import PATH
+from scalar.cli.simulator import simulator
+from scalar.cli.terminal import say
+
+_SEEDS = 10_000
+"""Seeds to draw from where none is given. Chosen: short to type again."""
+
+
+@cli.command()
+@click.option(
+    "-o", "--output", type=PATH, metavar="DIR", help="Folder to write to; left out: scalar-demo-SEED."
+)
+@click.option("--seed", type=click.IntRange(min=0), help="Repeat a demonstration; left out: drawn.")
+def demo(output: Path | None, seed: int | None) -> None:
+    """Show a diagnosis on a simulated workcell with a secret effect.
+
+    An arm, its sensor or its surroundings get an effect that the rigid model lacks. The dataset does not tell which. The diagnosis reads
+    the dataset alone; the secret is told after its answer. Needs pybullet. Nothing is overwritten.
+
+    Writes DIR/dataset, DIR/truth and DIR/diagnosis, which has report.html.
+
+    \b
+    Example:
+      scalar demo
+      scalar demo --seed 7 -o my-demo
+    """
+    simulation = simulator("demo")
+    seed = random.randrange(_SEEDS) if seed is None else seed
+    output = Path(f"scalar-demo-{seed}") if output is None else output
+    scene = _scene(seed)
+    from scalar.cli.diagnose import describe_diagnosis
+    from scalar.cli.progress import progress, stages_and_runs
+    from scalar.data.dataset import read_dataset
+    from scalar.data.io.atomic import atomic_directory
+    from scalar.diagnosis import diagnose
+    from scalar.report.output import write_diagnosis
+
+    with atomic_directory(output) as folder:
+        say(
+            f"1 of 3: a simulated {scene['robot']['name']} gets a secret effect and scans three planes (seed {seed})"
+        )
+        with progress("placing the scanner") as advance:
+            simulated = simulation.simulate(scene, progress=advance)
+        simulation.write_scene(simulated, folder)
+        dataset = read_dataset(folder / "dataset")
+        say(f"2 of 3: {len(dataset.poses)} poses are diagnosed; the dataset does not mention the secret")
+        with stages_and_runs() as (advance, _):
+            result = diagnose(dataset, progress=advance, outer_folds=0)
+        say("3 of 3: the report is written")
+        (folder / "diagnosis").mkdir()
+        write_diagnosis(result, folder / "diagnosis")
+    say(f"\n{describe_diagnosis(result)}")
+    say(f"\nreport: {output / 'diagnosis' / 'report.html'} (opens in a browser, offline)")
+    for secret in simulated.truth["effects"]:
+        say(told(secret, result.to_mapping()["effects"]))
+    say("next: `scalar diagnose` on its dataset confirms the findings on poses that nothing has seen;")
+    say("  `scalar init --help` begins a dataset of your own")
+
+
+def told(secret: Mapping[str, Any], found: list[Mapping[str, Any]]) -> str:
+    """Return what the secret was, and whether the diagnosis has named it.
+
+    Args:
+        secret: An entry of ``effects`` in truth.json.
+        found: ``effects`` of diagnosis.json.
+    """
+    from scalar.report import words
+
+    same_kind = [entry for entry in found if entry["name"] == secret["name"]]
+    if any(_same_place(entry["target"], secret["target"]) for entry in same_kind):
+        verdict = "the diagnosis has named it"
+    elif same_kind:
+        verdict = "the diagnosis has named its kind, and another place"
+    elif found:
+        verdict = "the diagnosis has named something else"
+    else:
+        verdict = "the diagnosis has not named it: these poses do not show it over the noise"
+    title = words.title(secret["name"], secret["target"])
+    return f"the secret was: {title}, of size {secret['size']:.3g} {secret['unit']}; {verdict}"
+
+
+def _same_place(found: Mapping[str, Any], secret: Mapping[str, Any]) -> bool:
+    """Return whether two targets name the same place; moments are not compared, and joints that hardly carry weight may be left out."""
+    if "joints" in secret:
+        joints = set(found.get("joints") or [found.get("joint")])
+        return joints <= set(secret["joints"])
+    if "order" in secret and "orders" in found:
+        return found.get("joint") == secret.get("joint") and secret["order"] in found["orders"]
+    return all(found.get(key) == value for key, value in secret.items() if key != "at")
+
+
+def _scene(seed: int) -> dict[str, Any]:
+    """Return the config of the workcell with the secret that the seed draws."""
+    from importlib import resources
+
+    from scalar.data.io.plain_yaml import load_yaml
+    from scalar.robots import read_arm
+
+    with resources.as_file(resources.files("scalar.simulation").joinpath("demo.yaml")) as path:
+        content = load_yaml(path)
+    secret = random.Random(seed).choice(content["secrets"])
+    robot = dict(read_arm(content["robot"]).mapping)
+    return {**content["scene"], "seed": seed, "robot": robot, "injected": [{"effect": secret}]}
