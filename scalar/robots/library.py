@@ -1,7 +1,7 @@
 """The library of arms: ``arms/<name>.yaml``, each with Denavit-Hartenberg parameters, joint limits and the sources of its numbers.
 
-An arm is *verified* where at least two sources that were not copied from one another give the same position of the flange in
-random postures, to the length that its file states. Otherwise it is *unverified*, and its note says what the sources disagree on.
+An arm is *verified* where two published sources, of different authors or in different documents of the maker, give the same position
+of the flange in random postures, to the length that its file states. Otherwise it is *unverified*, and its note says what they disagree on.
 Left out: masses, and the deviation of the single arm from its data sheet, which is what a calibration finds.
 """
 
