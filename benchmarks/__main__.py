@@ -11,6 +11,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np  # noqa: E402
 
 from benchmarks.contestants import Contest, Result  # noqa: E402
+from benchmarks.correction import correction  # noqa: E402
 from benchmarks.large import large  # noqa: E402
 from benchmarks.scenes import paper_scene, repeated  # noqa: E402
 from benchmarks.start_up import start_up  # noqa: E402
@@ -99,6 +100,7 @@ def main() -> None:
     arguments = parser.parse_args()
     print("processor time; other work on this machine moves the times, and the ratios little\n")
     start_up(arguments.rounds)
+    correction(arguments.rounds)
     headline(arguments.rounds)
     points_a_scan(arguments.rounds)
     many_poses(arguments.all)

@@ -16,13 +16,15 @@ from scalar.geometry.se3 import transform_from_rotation_vector
 T_SENSOR = transform_from_rotation_vector([0.05, -0.02, 0.11], [0.3, -0.2, 2.0])
 
 
-def calibrated(robot: Robot, rng: np.random.Generator, effects: tuple[Effect, ...] = ()) -> Calibration:
-    """Return a calibration of a nominal robot: a and d off by a millimetre, angles by two milliradians, the sensor known."""
+def calibrated(
+    robot: Robot, rng: np.random.Generator, effects: tuple[Effect, ...] = (), size: float = 1.0
+) -> Calibration:
+    """Return a calibration of a nominal robot: a and d off by a millimetre, angles by two milliradians (times ``size``), the sensor known."""
     points = rng.normal(size=(robot.n_joints + 4, 3))
     q = rng.uniform(-1, 1, (len(points), robot.n_joints))
     dataset = Dataset.from_arrays(robot=robot, sensor=Sensor("tracker", T_SENSOR), q=q, points=points)
     calibration = Calibration.nominal(dataset)
-    error = rng.normal(size=robot.geometry.shape) * np.array([1e-3, 2e-3, 1e-3, 2e-3, 2e-3])[:, None]
+    error = size * rng.normal(size=robot.geometry.shape) * np.array([1e-3, 2e-3, 1e-3, 2e-3, 2e-3])[:, None]
     model = replace(calibration.model, robot=robot.with_geometry(robot.geometry + error), effects=effects)
     return replace(calibration, model=model)
 

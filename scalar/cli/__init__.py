@@ -12,7 +12,19 @@ import os
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
-from scalar.cli import calibrate, demo, diagnose, evaluate, export, import_, init, predict, simulate, validate  # noqa: E402, F401
+from scalar.cli import (  # noqa: E402, F401
+    calibrate,
+    correct,
+    demo,
+    diagnose,
+    evaluate,
+    export,
+    import_,
+    init,
+    predict,
+    simulate,
+    validate,
+)
 from scalar.cli.group import cli  # noqa: E402
 from scalar.cli.terminal import accept_every_name  # noqa: E402
 

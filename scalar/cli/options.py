@@ -20,6 +20,12 @@ OUTPUT = click.option(
     help="Folder to write to; made if missing.",
 )
 
+UNITS = click.option(
+    "--units",
+    metavar="deg,mm",
+    help="Units of the tables: deg or rad, mm or m; rad,m if not given. A column may state its own (q1_deg, x_mm).",
+)
+
 EFFECTS_MODULE = click.option(
     "--effects-module",
     "effects_modules",

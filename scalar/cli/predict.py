@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from scalar.cli.group import cli
-from scalar.cli.options import EFFECTS_MODULE, PATH, load_effects
+from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, load_effects
 from scalar.cli.terminal import say
 
 
@@ -22,29 +22,48 @@ from scalar.cli.terminal import say
     is_flag=True,
     help="Write the standard deviations x_std..rz_std of every pose as well, and the correlations of every two of them.",
 )
+@UNITS
 @EFFECTS_MODULE
 def predict(
-    calibration: Path, joints: Path, output: Path, with_std: bool, effects_modules: Sequence[Path]
+    calibration: Path,
+    joints: Path,
+    output: Path,
+    with_std: bool,
+    units: str | None,
+    effects_modules: Sequence[Path],
 ) -> None:
     """Predict the sensor's frame for joint angles.
 
     All calibrated effects are applied. The table JOINTS has pose,q1..qn [rad] and the optional columns of poses.csv. The
     output has pose,x,y,z,rx,ry,rz [m, rotation vector in rad], the frame of the sensor in that of the base. With --std it
     also has the standard deviations [m, rad] of a shift and of a small rotation in the base frame. They say what the
-    calibration does not know of a pose. Fixed parameters are taken as exact.
+    calibration does not know of a pose. Fixed parameters are taken as exact. A probe or a tracker does not show how
+    it is turned on the flange: rx,ry,rz are then those of its declared mount, and have no standard deviation.
+
+    With --units deg,mm the joint angles are read in degrees, and x_mm..rz_deg are written.
 
     \b
     Example:
       scalar predict out/calibration.json joints.csv -o frames.csv --std
+      scalar predict out/calibration.json joints.csv -o frames.csv --units deg,mm
     """
     from scalar.data.pose_tables import read_pose_table
+    from scalar.data.table_units import units_named
     from scalar.estimation.frame_tables import write_frames
     from scalar.estimation.result import load_calibration
 
+    in_units = units_named(units)
     load_effects(effects_modules)
     model = load_calibration(calibration)
     robot = model.model.robot
-    table = read_pose_table(joints, robot.n_joints, limits=robot.limits)
+    table = read_pose_table(joints, robot.n_joints, limits=robot.limits, units=in_units)
     covariance = model.predict_covariance(table) if with_std else None
-    write_frames(output, table["pose"].to_numpy(), model.predict(table), covariance)
+    write_frames(
+        output,
+        table["pose"].to_numpy(),
+        model.predict(table),
+        covariance,
+        units=in_units,
+        orientation_known=model.observes_orientation,
+    )
     say(f"written: {output}, {len(table)} poses")

@@ -15,6 +15,7 @@ from scalar.data.description import Description
 from scalar.data.io.csv_reader import read_csv
 from scalar.data.located_table import Layout
 from scalar.data.table_consistency import check_poses, poses_layout
+from scalar.data.table_units import SI, FileUnits, TableUnits, columns_of
 from scalar.data.unit_suspicions import suspect_joint_angles
 from scalar.errors import Fault, InvalidInput
 
@@ -27,6 +28,9 @@ def read_pose_table(
     n_joints: int,
     required: tuple[str, ...] = (),
     limits: np.ndarray | None = None,
+    *,
+    units: TableUnits = SI,
+    joints_needed: bool = True,
 ) -> pd.DataFrame:
     """Return the poses of a CSV file with the columns ``pose, q1..qn``; rows and columns as in the file.
 
@@ -35,9 +39,11 @@ def read_pose_table(
         n_joints: how many joints the robot has.
         required: further numeric columns that have to be there; any others are kept.
         limits: ``(n_joints, 2)`` [rad] of the robot, where known; angles within them are never suspect.
+        units: of joint angles, places and rotation vectors whose columns do not state their own.
+        joints_needed: whether the columns q1..qn have to be there.
 
     Returns:
-        `pose` int64, `plane` and `session` text, all others float64.
+        `pose` int64, `plane` and `session` text, all others float64; in SI, under the names without units.
 
     Raises:
         InvalidInput: with every fault found, each with its row and column.
@@ -46,12 +52,16 @@ def read_pose_table(
     joints = [{} if limits is None else {"limits": [float(x) for x in limits[i]]} for i in range(n_joints)]
     description = Description({"robot": {"joints": joints}}, {})
     known = poses_layout(description)
-    layout = Layout(
-        (*known.required, *required), known.optional, known.text, known.integers, True, known.refuse
+    needed = known.required if joints_needed else ("pose",)
+    columns = columns_of(path)
+    own = FileUnits.of(columns, units)
+    layout = own.layout(
+        Layout((*needed, *required), known.optional, known.text, known.integers, True, known.refuse)
     )
     faults: list[Fault] = []
     table = read_csv(path, layout, faults)
     if table is not None:
+        own.to_si(table)
         check_poses(table, description, faults, unique=("pose",))  # many poses may be asked for at one order
         suspect_joint_angles(table, description, faults)
     if faults or table is None:

@@ -33,7 +33,11 @@ def unit_moments(robot: Robot, q: Array) -> tuple[Array, Array]:
 
 def torque_basis(robot: Robot, q: Array, joint: int, frame: int) -> Array:
     """Return the torque about joint ``joint`` of unit first moments in frame ``frame`` (both from 1), ``(N, 2)``."""
-    moments, axes = unit_moments(robot, q)
+    return torque_about(*unit_moments(robot, q), joint, frame)
+
+
+def torque_about(moments: Array, axes: Array, joint: int, frame: int) -> Array:
+    """Return the torque of ``torque_basis`` from what ``unit_moments`` has found, which serves every pair of joint and frame."""
     return np.einsum("nax,nx->na", moments[:, frame - 1], axes[:, joint - 1])
 
 

@@ -12,7 +12,7 @@ from scalar.data.poses import Poses
 from scalar.effects.acquisition import moving_joints
 from scalar.effects.command_words import joints_named
 from scalar.effects.effect import Effect
-from scalar.effects.gravity import AXES, torque_basis
+from scalar.effects.gravity import AXES, torque_about, unit_moments
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import JointEffect
@@ -60,8 +60,9 @@ class JointCompliance(JointEffect):
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the torques of unit first moments, each on its joint."""
         B = np.zeros((len(poses), robot.n_joints, 2 * len(self.terms)))
+        moments, axes = unit_moments(robot, poses.q)
         for k, (joint, frame) in enumerate(self.terms):
-            B[:, joint - 1, 2 * k : 2 * k + 2] = torque_basis(robot, poses.q, joint, frame)
+            B[:, joint - 1, 2 * k : 2 * k + 2] = torque_about(moments, axes, joint, frame)
         return B
 
     def to_mapping(self) -> dict[str, Any]:

@@ -38,8 +38,8 @@ class JointBasis:
     @classmethod
     def of(cls, basis: Array) -> JointBasis:
         """Return the parts of a basis ``(N, n, k)``."""
-        acting = np.flatnonzero(np.any(basis != 0, axis=(0, 2)))
-        return cls(basis.shape[2], tuple((int(j), basis[:, j].copy()) for j in acting))
+        acting = [j for j in range(basis.shape[1]) if basis[:, j].any()]
+        return cls(basis.shape[2], tuple((j, basis[:, j].copy()) for j in acting))
 
     def added(self, q: Array, coefficients: Array) -> Array:
         """Return joint angles ``(N, n)`` [rad] with the effect's."""

@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from scalar.data.io.atomic import atomic_write
+from scalar.data.table_units import SI, TableUnits
 from scalar.estimation.result import PREDICTION_COLUMNS
 from scalar.geometry.se3 import Array, log_so3
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 FRAME_COLUMNS = PREDICTION_COLUMNS[1:]
 _PAIRS = [(i, j) for i in range(6) for j in range(i + 1, 6)]
 
 
-def write_frames(path: Path, poses: Array, T: Array, covariance: Array | None = None) -> None:
+def write_frames(
+    path: Path,
+    poses: Array,
+    T: Array,
+    covariance: Array | None = None,
+    *,
+    units: TableUnits = SI,
+    orientation_known: bool = True,
+) -> None:
     """Write frames as ``pose,x,y,z,rx,ry,rz`` [m, rotation vector rad], whole or not at all.
 
     Args:
@@ -27,25 +32,32 @@ def write_frames(path: Path, poses: Array, T: Array, covariance: Array | None = 
         T: ``(N, 4, 4)``.
         covariance: ``(N, 6, 6)`` of shift [m] and small turn [rad] in the base frame, or None. With it, the standard deviations
             ``x_std .. rz_std`` and the correlations ``x_y_correlation ..`` of every pair follow.
+        units: Of the numbers; where they are not SI, a column's name ends with its unit.
+        orientation_known: Whether the sensor shows how it is turned on the flange. If not, its orientation is that of its declared
+            mount, and the uncertainty of it is left out: the calibration knows none.
     """
     import pandas as pd
 
     values = np.concatenate([T[:, :3, 3], log_so3(T[:, :3, :3])], axis=1)
-    table = pd.DataFrame(values, columns=list(FRAME_COLUMNS))
-    table.insert(0, "pose", poses)
+    columns: dict[str, Array] = {"pose": poses}
+    for i, name in enumerate(FRAME_COLUMNS):
+        columns[units.named(name)] = values[:, i] / units.of(name)[1]
     if covariance is not None:
-        table = pd.concat([table, _uncertainties(covariance)], axis=1)
+        columns |= _uncertainties(covariance, units, len(FRAME_COLUMNS) if orientation_known else 3)
     with atomic_write(path) as temporary:
-        table.to_csv(temporary, index=False, float_format="%.12g")
+        pd.DataFrame(columns).to_csv(temporary, index=False, float_format="%.12g")
 
 
-def _uncertainties(covariance: Array) -> pd.DataFrame:
-    import pandas as pd
-
+def _uncertainties(covariance: Array, units: TableUnits, n: int) -> dict[str, Array]:
+    """Return standard deviations and correlations of the first n columns of a frame."""
     std = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
     sizes = std[:, :, None] * std[:, None, :]
     correlation = np.divide(covariance, sizes, out=np.zeros_like(covariance), where=sizes > 0)
-    columns = {f"{name}_std": std[:, i] for i, name in enumerate(FRAME_COLUMNS)}
+    columns: dict[str, Array] = {}
+    for i, name in enumerate(FRAME_COLUMNS[:n]):
+        unit, size = units.of(name)
+        columns[f"{name}_std" if size == 1.0 else f"{name}_std_{unit}"] = std[:, i] / size
     for i, j in _PAIRS:
-        columns[f"{FRAME_COLUMNS[i]}_{FRAME_COLUMNS[j]}_correlation"] = correlation[:, i, j]
-    return pd.DataFrame(columns)
+        if j < n:
+            columns[f"{FRAME_COLUMNS[i]}_{FRAME_COLUMNS[j]}_correlation"] = correlation[:, i, j]
+    return columns

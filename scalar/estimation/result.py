@@ -4,20 +4,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import write_json
-from scalar.data.io.json_reader import read_json
 from scalar.data.poses import Poses
 from scalar.effects.saving import effect_from_mapping, effect_to_mapping
 from scalar.errors import Fault, InvalidInput
-from scalar.estimation.calibration_file import check_calibration, check_effects_made
+from scalar.estimation.calibration_file import check_effects_made
+from scalar.estimation.calibration_reader import FORMAT, read_calibration
+from scalar.estimation.correction import correct_joints
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model, ParameterPrior
@@ -30,14 +31,6 @@ from scalar.sensors import kind_named, kind_of
 if TYPE_CHECKING:
     import pandas as pd
 
-FORMAT = "scalar-calibration/2"
-VERSION_1 = "scalar-calibration/1"
-"""Read, no longer written: it nests the names of the free parameters and their matrix under ``covariance``."""
-KEYS = frozenset(
-    {"format", "robot", "sensor", "parameters", "gauge", "effects", "residual_rms_m", "planes", "tracker_frames", "summary"}
-    | {"names", "covariance", "target", "noise"}
-)  # fmt: skip
-PARAMETER_KEYS = frozenset({"value", "std", "unit", "held", "reason", "prior"})
 PREDICTION_COLUMNS = ("pose", "x", "y", "z", "rx", "ry", "rz")
 
 
@@ -94,6 +87,11 @@ class Calibration:
             [float(std[name]) if name in std else None for name in names] for names in self.model.effect_names
         ]
 
+    @property
+    def observes_orientation(self) -> bool:
+        """Return whether the sensor showed how it is turned on the flange; if not, its orientation is the declared one."""
+        return kind_named(self.sensor["kind"]).observes_orientation or "sensor_rx" in self.free
+
     def parameters(self) -> dict[str, dict[str, Any]]:
         """Return ``{name: {value, std, unit, held, reason, prior}}`` of every parameter; prior is ``{value, std}`` or None."""
         std = self.std
@@ -141,6 +139,27 @@ class Calibration:
         """
         return self._kinematics(q, columns).T_base_sensor
 
+    def correct(self, q: ArrayLike | pd.DataFrame, **columns: ArrayLike) -> Array:
+        """Return joint angles ``(N, n)`` [rad] at which the real arm stands where the nominal arm would stand at ``q``.
+
+        The inverse of ``predict``, all effects applied: ``predict(correct(q))`` is the nominal arm's flange at ``q`` with the sensor
+        as calibrated, to 1e-7 m. An arm of fewer than six joints meets the place, and the orientation as far as it may. Limits
+        are not looked at; ``scalar.estimation.correction`` returns them, with what is near a singularity.
+
+        Args:
+            q: As in ``predict``: nominal joint angles.
+            columns: As in ``predict``.
+
+        Raises:
+            InvalidInput: A column that an effect needs is missing, or the arm cannot take a pose (it is named).
+        """
+        found = correct_joints(self.model, self._poses(q, columns))
+        wrong = np.flatnonzero(~found.reached)
+        if len(wrong):
+            message = f"row {wrong[0]} (of {len(wrong)}): the calibrated arm cannot take this pose near these joint angles"
+            raise InvalidInput(Fault("poses", message, None, "q"))
+        return found.q
+
     def predict_std(self, q: ArrayLike | pd.DataFrame, **columns: ArrayLike) -> tuple[Array, Array]:
         """Return the standard errors of the predicted poses, what is fixed being taken as exact.
 
@@ -175,13 +194,15 @@ class Calibration:
             return np.full((len(kinematics.T_base_sensor), 6, 6), np.nan)
         return deviations @ np.swapaxes(deviations, 1, 2)
 
-    def _kinematics(self, q: ArrayLike | pd.DataFrame, columns: Mapping[str, ArrayLike]) -> Kinematics:
+    def _poses(self, q: ArrayLike | pd.DataFrame, columns: Mapping[str, ArrayLike]) -> Poses:
         n_joints = self.model.robot.n_joints
         if hasattr(q, "columns"):  # a table; pandas is not imported to see that an array is none
             table: Any = q
-            at = Poses.from_frame(table.assign(**columns), n_joints, order_is_row=False)
-        else:
-            at = Poses.from_arrays(q, columns, n_joints)
+            return Poses.from_frame(table.assign(**columns), n_joints, order_is_row=False)
+        return Poses.from_arrays(q, columns, n_joints)
+
+    def _kinematics(self, q: ArrayLike | pd.DataFrame, columns: Mapping[str, ArrayLike]) -> Kinematics:
+        at = self._poses(q, columns)
         return Kinematics.of(self.model, at, EffectBases.of(self.model.nominal, at, self.model.effects))
 
     def to_mapping(self) -> dict[str, Any]:
@@ -231,42 +252,13 @@ def load_calibration(path: str | Path) -> Calibration:
         InvalidInput: The file is missing, is not JSON, is damaged (the key is named), is not a calibration, or has an effect whose
             module is absent.
     """
-    path = Path(path)
-    if not path.exists():
-        raise InvalidInput(Fault(str(path), "no such file; 'scalar calibrate DATASET -o DIR' writes one"))
-    content: Any = read_json(path)
-    if not isinstance(content, dict) or content.get("format") not in (VERSION_1, FORMAT):
-        wrong = f"not a calibration: its format is not '{FORMAT}'"
-        raise InvalidInput(Fault(str(path), wrong, None, "format"))
-    try:
-        mapping = _as_version_2(cast(dict[str, Any], content))
-        check_calibration(mapping, str(path))
-        unknown = [key for key in mapping if key not in KEYS]
-        unknown += [
-            f"parameters.{name}.{key}"
-            for name, entry in mapping["parameters"].items()
-            for key in entry
-            if key not in PARAMETER_KEYS
-        ]
-        if unknown:  # to ignore what a later release wrote would give a wrong answer
-            message = "not known to this release of scalar; use the release that wrote the file"
-            raise InvalidInput([Fault(str(path), message, None, key) for key in unknown])
+
+    def build(mapping: Mapping[str, Any]) -> Calibration:
         calibration = _from_mapping(mapping)
         check_effects_made(calibration.model.effects, mapping, str(path))
         return calibration
-    except InvalidInput as error:  # an effect whose kind is not known here does not know the file
-        raise InvalidInput([replace(fault, file=str(path)) for fault in error.faults]) from None
-    except (KeyError, TypeError, ValueError, IndexError, OverflowError, AttributeError) as error:
-        damage = f"damaged calibration: {type(error).__name__} {error}"
-        raise InvalidInput(Fault(str(path), damage)) from None
 
-
-def _as_version_2(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the content of a calibration of either version as that of version 2."""
-    nested = mapping.get("covariance")
-    if mapping["format"] == FORMAT or not isinstance(nested, dict):
-        return mapping
-    return {**mapping, "format": FORMAT, "names": nested.get("names"), "covariance": nested.get("matrix")}
+    return read_calibration(Path(path), build)
 
 
 def _from_mapping(mapping: Mapping[str, Any]) -> Calibration:

@@ -153,7 +153,7 @@ def test_other_sensors_go_through(kind, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "command", ["simulate", "validate", "calibrate", "diagnose", "predict", "export", "evaluate"]
+    "command", ["simulate", "validate", "calibrate", "diagnose", "predict", "correct", "export", "evaluate"]
 )
 def test_help_shows_an_example(command):
     """Each command's help ends with a command line to copy."""

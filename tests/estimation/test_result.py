@@ -10,7 +10,8 @@ import pytest
 
 from scalar.errors import InvalidInput
 from scalar.estimation.calibrate import calibrate
-from scalar.estimation.result import FORMAT, Calibration, load_calibration
+from scalar.estimation.calibration_reader import FORMAT
+from scalar.estimation.result import Calibration, load_calibration
 from tests import helpers
 
 SETTINGS = {"poses_per_plane": 30, "points_per_scan": 20, "seed": 12}

@@ -1,0 +1,204 @@
+"""``scalar correct``: joint angles that take the real arm where it is wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from scalar.cli.group import cli
+from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, load_effects
+from scalar.cli.terminal import say
+from scalar.errors import Fault, InvalidInput
+from scalar.units import DEG, MM
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from scalar.data.table_units import TableUnits
+    from scalar.estimation.correction import Correction
+    from scalar.estimation.model import Model
+    from scalar.geometry.robot import Robot
+    from scalar.geometry.se3 import Array
+
+_FRAME = ("x", "y", "z", "rx", "ry", "rz")
+_MOST_SHOWN = 10
+
+
+@cli.command()
+@click.argument("calibration", type=PATH)
+@click.argument("targets", type=PATH)
+@click.option("-o", "--output", type=PATH, required=True, help="CSV file to write.")
+@UNITS
+@click.option(
+    "--leave-out", is_flag=True, help="Leave out poses that the arm cannot take, instead of refusing."
+)
+@EFFECTS_MODULE
+def correct(
+    calibration: Path,
+    targets: Path,
+    output: Path,
+    units: str | None,
+    leave_out: bool,
+    effects_modules: Sequence[Path],
+) -> None:
+    """Correct joint angles so that the real arm stands where it is wanted.
+
+    The table TARGETS says what is wanted, a row a pose:
+
+    \b
+      pose,q1..qn         nominal joint angles: the real flange goes where the nominal arm has it
+      pose,x,y,z,rx,ry,rz  frames of the sensor in the base frame, as `scalar predict` writes them; with q1..qn
+                          beside them, these give the posture, else it is chosen near that of the row before
+
+    Angles are in rad, lengths in m (see --units). All calibrated effects are applied; what they need (approach1..n,
+    temperature, time, order) stands in columns of TARGETS and is written again. The output has
+    pose,q1..qn, the joint angles to command, and two columns of 0 and more: beyond_limits, the number of joints beyond
+    their limits, and near_singular. `scalar predict` gives the wanted frames for them to 1e-6 m.
+
+    \b
+    Example:
+      scalar correct out/calibration.json program.csv -o corrected.csv --units deg,mm
+    """
+    import numpy as np
+
+    from scalar.data.pose_tables import read_pose_table
+    from scalar.data.poses import Poses
+    from scalar.data.table_units import base_name, columns_of, units_named
+    from scalar.estimation.correction import correct_frames, correct_joints
+    from scalar.estimation.result import load_calibration
+
+    in_units = units_named(units)
+    load_effects(effects_modules)
+    model = load_calibration(calibration).model
+    robot = model.robot
+    named = {base_name(column) for column in columns_of(targets)}
+    frames_wanted = bool(named & set(_FRAME))
+    with_joints = "q1" in named or not frames_wanted
+    table = read_pose_table(
+        targets,
+        robot.n_joints,
+        _FRAME if frames_wanted else (),
+        robot.limits,
+        units=in_units,
+        joints_needed=with_joints,
+    )
+    if frames_wanted:
+        T = _frames(table)
+        if not with_joints:
+            table = _with_postures(model, table, T, str(targets), leave_out)
+            T = _frames(table)
+        found = correct_frames(model, Poses.from_frame(table, robot.n_joints, order_is_row=False), T)
+    else:
+        found = correct_joints(model, Poses.from_frame(table, robot.n_joints, order_is_row=False))
+    ids = table["pose"].to_numpy()
+    wrong = np.flatnonzero(~found.reached)
+    if len(wrong) and (not leave_out or len(wrong) == len(ids)):
+        raise InvalidInput(_cannot(str(targets), ids[wrong], found, wrong))
+    for fault in _cannot(str(targets), ids[wrong], found, wrong) if len(wrong) else ():
+        say(f"  left out: {fault}")
+    kept = np.flatnonzero(found.reached)
+    for line in _said(robot, ids, found, kept):
+        say(line)
+    _write(output, table, found, kept, in_units)
+    say(f"written: {output}, {len(kept)} poses")
+
+
+def _frames(table: pd.DataFrame) -> Array:
+    from scalar.geometry.se3 import transform_from_rotation_vector
+
+    values = table[list(_FRAME)].to_numpy(dtype=float)
+    return transform_from_rotation_vector(values[:, :3], values[:, 3:])
+
+
+def _with_postures(model: Model, table: pd.DataFrame, T: Array, file: str, leave_out: bool) -> pd.DataFrame:
+    """Return the table with joint angles of the rigid arm; poses that it cannot take are left out or refused."""
+    import numpy as np
+
+    from scalar.estimation.correction import postures_for
+
+    q, there = postures_for(model, T)
+    ids = table["pose"].to_numpy()
+    missing = np.flatnonzero(~there)
+    faults = [
+        Fault(
+            file,
+            f"pose {pose}: out of reach within the joint limits; correct it, or give q1..qn of a posture near it",
+        )
+        for pose in ids[missing]
+    ]
+    if faults and (not leave_out or len(faults) == len(ids)):
+        raise InvalidInput(_few(faults, file))
+    for fault in _few(faults, file) if faults else ():
+        say(f"  left out: {fault}")
+    joints = {f"q{i + 1}": q[there, i] for i in range(q.shape[1])}
+    return table[there].reset_index(drop=True).assign(**joints)
+
+
+def _cannot(file: str, ids: Array, found: Correction, wrong: Array) -> list[Fault]:
+    """Return a fault for each pose that the arm does not reach."""
+    faults = []
+    for pose, i in zip(ids, wrong, strict=True):
+        if found.position_error[i] > MM * 1e-3 or found.orientation_error[i] > 1e-6:
+            off = f"the nearest is {found.position_error[i] / MM:.3g} mm and {found.orientation_error[i] / DEG:.3g} deg away"
+        else:
+            off = "it takes another posture"
+        why = "near a singularity" if found.near_singular[i] else "at the edge of its reach"
+        message = f"pose {pose}: the calibrated arm cannot take it ({why}; {off}); move the pose, or leave it out with --leave-out"
+        faults.append(Fault(file, message))
+    return _few(faults, file)
+
+
+def _few(faults: list[Fault], file: str) -> list[Fault]:
+    if len(faults) <= _MOST_SHOWN:
+        return faults
+    more = Fault(file, f"{len(faults) - _MOST_SHOWN} more poses with the same fault; look for a common cause")
+    return [*faults[:_MOST_SHOWN], more]
+
+
+def _said(robot: Robot, ids: Array, found: Correction, kept: Array) -> list[str]:
+    """Return what a user has to know of the poses that are written."""
+    import numpy as np
+
+    lines = []
+    for i in kept[found.beyond_limits[kept].any(axis=1)]:
+        joint = int(np.argmax(found.beyond_limits[i]))
+        low, high = robot.limits[joint] / DEG
+        angle = found.q[i, joint] / DEG
+        lines.append(
+            f"  pose {ids[i]}: joint {joint + 1} at {angle:.3f} deg is beyond its limits {low:.1f} to {high:.1f} deg"
+        )
+    shown = _some(lines)
+    singular = [
+        f"  pose {ids[i]}: near a singularity; a small error takes a large change of the joints"
+        for i in kept[found.near_singular[kept]]
+    ]
+    return [*shown, *_some(singular)]
+
+
+def _some(lines: list[str]) -> list[str]:
+    more = len(lines) - _MOST_SHOWN
+    return [*lines[:_MOST_SHOWN], f"  and {more} more poses likewise"] if more > 0 else lines
+
+
+def _write(path: Path, table: pd.DataFrame, found: Correction, kept: Array, units: TableUnits) -> None:
+    """Write the joint angles, with what the effects need and what is to be known of each pose."""
+    import pandas as pd
+
+    from scalar.data.io.atomic import atomic_write
+
+    n = found.q.shape[1]
+    columns = {"pose": table["pose"].to_numpy()[kept]}
+    for i in range(n):
+        name = f"q{i + 1}"
+        columns[units.named(name)] = found.q[kept, i] / units.of(name)[1]
+    left = {"pose", *_FRAME, *(f"q{i + 1}" for i in range(n)), "beyond_limits", "near_singular"}
+    for name in table.columns:
+        if name not in left:
+            columns[name] = table[name].to_numpy()[kept]
+    columns["beyond_limits"] = found.beyond_limits[kept].sum(axis=1)
+    columns["near_singular"] = found.near_singular[kept].astype(int)
+    with atomic_write(path) as temporary:
+        pd.DataFrame(columns).to_csv(temporary, index=False, float_format="%.15g")

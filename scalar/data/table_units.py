@@ -1,0 +1,121 @@
+"""Degrees and millimetres in tables of poses: on request, or where a column's name says so (``q1_deg``, ``x_mm``)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from scalar.data.io.regular_file import MAX_TABLE_BYTES, read_regular_file
+from scalar.data.located_table import Layout, Table
+from scalar.errors import Fault, InvalidInput
+from scalar.units import DEG, MM
+
+_ANGLE = re.compile(r"q[0-9]+|r[xyz]")
+_LENGTH = re.compile(r"[xyz]")
+_LENGTHS = {"m": 1.0, "mm": MM}
+_ANGLES = {"rad": 1.0, "deg": DEG}
+
+
+@dataclass(frozen=True)
+class TableUnits:
+    """The units of joint angles, places and rotation vectors in a table whose column names state none.
+
+    Attributes:
+        length: ``m`` or ``mm``.
+        angle: ``rad`` or ``deg``.
+    """
+
+    length: str = "m"
+    angle: str = "rad"
+
+    def of(self, column: str) -> tuple[str, float]:
+        """Return the unit of a column and its size in SI; an empty word and one for a column of another kind."""
+        if _ANGLE.fullmatch(column):
+            return self.angle, _ANGLES[self.angle]
+        if _LENGTH.fullmatch(column):
+            return self.length, _LENGTHS[self.length]
+        return "", 1.0
+
+    def named(self, column: str) -> str:
+        """Return what a column is called in a table that is written: with its unit where that is not SI."""
+        unit, size = self.of(column)
+        return f"{column}_{unit}" if size != 1.0 else column
+
+
+SI = TableUnits()
+
+
+def units_named(text: str | None) -> TableUnits:
+    """Return the units of an option such as ``deg,mm``.
+
+    Raises:
+        InvalidInput: A word is no unit, or two are of one kind.
+    """
+    units: dict[str, str] = {}
+    for word in (text or "").split(","):
+        word = word.strip()
+        kind = "length" if word in _LENGTHS else "angle" if word in _ANGLES else ""
+        if word and (not kind or kind in units):
+            raise InvalidInput(
+                Fault("--units", f"{text!r} is not understood; write deg,mm, or one of deg, rad, mm, m")
+            )
+        if word:
+            units[kind] = word
+    return TableUnits(**units)
+
+
+def columns_of(path: Path) -> list[str]:
+    """Return the names in the first line of a CSV file, without a check; none where it is no text.
+
+    Raises:
+        InvalidInput: The file cannot be read.
+    """
+    line = read_regular_file(path, MAX_TABLE_BYTES).split(b"\n", 1)[0]
+    return [name.strip().strip('"') for name in line.decode("utf-8-sig", "replace").split(",")]
+
+
+def base_name(column: str) -> str:
+    """Return the name of a column without the unit at its end."""
+    name, _, unit = column.rpartition("_")
+    known = _ANGLES if _ANGLE.fullmatch(name) else _LENGTHS if _LENGTH.fullmatch(name) else {}
+    return name if unit in known else column
+
+
+@dataclass(frozen=True)
+class FileUnits:
+    """The units of one file.
+
+    Attributes:
+        units: Those of columns whose names state none.
+        spelt: What columns that state a unit are called in the file, by their names without it.
+    """
+
+    units: TableUnits
+    spelt: dict[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, columns: Sequence[str], units: TableUnits) -> FileUnits:
+        """Return the units of a file with these columns; a name that stands there without a unit too is left alone."""
+        spelt = {base_name(c): c for c in columns if base_name(c) != c and base_name(c) not in columns}
+        return cls(units, spelt)
+
+    def layout(self, layout: Layout) -> Layout:
+        """Return a layout with the names that the file has."""
+        return replace(layout, required=tuple(self.spelt.get(name, name) for name in layout.required))
+
+    def to_si(self, table: Table) -> None:
+        """Rename and convert the columns of a table, in place."""
+        plain = {spelt: name for name, spelt in self.spelt.items()}
+        converted = {}
+        for column, values in table.columns.items():
+            name = plain.get(column, column)
+            if column in plain:
+                unit = column.rpartition("_")[2]
+                size = (_ANGLES | _LENGTHS)[unit]
+            else:
+                size = self.units.of(column)[1]
+            converted[name] = values if size == 1.0 else values * size
+        table.columns = converted
+        table.bad = {plain.get(column, column): bad for column, bad in table.bad.items()}

@@ -1,0 +1,69 @@
+"""The content of a calibration file: read, checked, and refused by its key where it is none or is damaged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from scalar.data.io.json_reader import read_json
+from scalar.errors import Fault, InvalidInput
+from scalar.estimation.calibration_file import check_calibration
+
+FORMAT = "scalar-calibration/2"
+VERSION_1 = "scalar-calibration/1"
+"""Read, no longer written: it nests the names of the free parameters and their matrix under ``covariance``."""
+KEYS = frozenset(
+    {"format", "robot", "sensor", "parameters", "gauge", "effects", "residual_rms_m", "planes", "tracker_frames", "summary"}
+    | {"names", "covariance", "target", "noise"}
+)  # fmt: skip
+PARAMETER_KEYS = frozenset({"value", "std", "unit", "held", "reason", "prior"})
+
+_Built = TypeVar("_Built")
+
+
+def read_calibration(path: Path, build: Callable[[Mapping[str, Any]], _Built]) -> _Built:
+    """Return what is built of the content of a calibration file, brought to the present version of the format.
+
+    Args:
+        path: Of the file.
+        build: Makes it of the checked content.
+
+    Raises:
+        InvalidInput: The file is missing, is not JSON, is damaged (the key is named), is not a calibration, or has an effect whose
+            module is absent.
+    """
+    if not path.exists():
+        raise InvalidInput(Fault(str(path), "no such file; 'scalar calibrate DATASET -o DIR' writes one"))
+    content: Any = read_json(path)
+    if not isinstance(content, dict) or content.get("format") not in (VERSION_1, FORMAT):
+        wrong = f"not a calibration: its format is not '{FORMAT}'"
+        raise InvalidInput(Fault(str(path), wrong, None, "format"))
+    try:
+        mapping = _as_version_2(cast(dict[str, Any], content))
+        check_calibration(mapping, str(path))
+        unknown = [key for key in mapping if key not in KEYS]
+        unknown += [
+            f"parameters.{name}.{key}"
+            for name, entry in mapping["parameters"].items()
+            for key in entry
+            if key not in PARAMETER_KEYS
+        ]
+        if unknown:  # to ignore what a later release wrote would give a wrong answer
+            message = "not known to this release of scalar; use the release that wrote the file"
+            raise InvalidInput([Fault(str(path), message, None, key) for key in unknown])
+        return build(mapping)
+    except InvalidInput as error:  # an effect whose kind is not known here does not know the file
+        raise InvalidInput([replace(fault, file=str(path)) for fault in error.faults]) from None
+    except (KeyError, TypeError, ValueError, IndexError, OverflowError, AttributeError) as error:
+        damage = f"damaged calibration: {type(error).__name__} {error}"
+        raise InvalidInput(Fault(str(path), damage)) from None
+
+
+def _as_version_2(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the content of a calibration of either version as that of version 2."""
+    nested = mapping.get("covariance")
+    if mapping["format"] == FORMAT or not isinstance(nested, dict):
+        return mapping
+    return {**mapping, "format": FORMAT, "names": nested.get("names"), "covariance": nested.get("matrix")}

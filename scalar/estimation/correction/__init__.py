@@ -1,0 +1,7 @@
+"""Joint angles at which a calibrated arm stands where it is wanted: the inverse of `predict`."""
+
+from scalar.estimation.correction.correct import Correction, correct_frames, correct_joints
+from scalar.estimation.correction.postures import postures_for
+from scalar.estimation.correction.settings import CorrectionSettings
+
+__all__ = ["Correction", "CorrectionSettings", "correct_frames", "correct_joints", "postures_for"]

@@ -1,0 +1,114 @@
+"""Corrected joint angles for nominal joint angles or wanted frames, all effects applied."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.estimation.correction.inverse import Inverse
+from scalar.estimation.correction.settings import CorrectionSettings
+from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.kinematics import Kinematics
+from scalar.estimation.model import Model
+from scalar.geometry.se3 import Array, inverse
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """Joint angles for N wanted frames of the sensor.
+
+    Attributes:
+        q: ``(N, n)`` [rad], to be commanded; the nearest that was found where the wanted frame is not reached.
+        T_wanted: ``(N, 4, 4)``, the frames in the base frame.
+        position_error: ``(N,)`` [m], distance of ``predict(q)`` from the wanted place.
+        orientation_error: ``(N,)`` [rad].
+        reached: ``(N,)`` bool, within the thresholds; the place alone where the arm has fewer than six joints.
+        beyond_limits: ``(N, n)`` bool, joints that would leave their limits.
+        near_singular: ``(N,)`` bool, a small error takes a large change of the joints.
+    """
+
+    q: Array
+    T_wanted: Array
+    position_error: Array
+    orientation_error: Array
+    reached: Array
+    beyond_limits: Array
+    near_singular: Array
+
+
+def correct_joints(model: Model, poses: Poses, settings: CorrectionSettings | None = None) -> Correction:
+    """Return joint angles that take the sensor where the nominal arm would take it at the joint angles of the poses.
+
+    The wanted frame is ``T_base_flange(q) T_flange_sensor``, the flange by the nominal arm and the sensor as calibrated.
+
+    Args:
+        model: The calibrated one.
+        poses: Nominal joint angles, with the columns that the effects need.
+        settings: Thresholds; the usual ones if None.
+
+    Raises:
+        InvalidInput: A column that an effect needs is missing.
+    """
+    settings = settings or CorrectionSettings()
+    now = _kinematics(model, poses)
+    T_sensor = (
+        model.T_flange_sensor @ inverse(now.T_base_mount) @ now.T_base_sensor
+    )  # with what effects do to it
+    wanted = model.nominal.flange(poses.q) @ T_sensor
+    found = correct_frames(model, poses, wanted, settings)
+    far = np.abs(found.q - poses.q).max(axis=1, initial=0.0) > settings.largest_correction
+    return replace(found, reached=found.reached & ~far)
+
+
+def correct_frames(
+    model: Model, poses: Poses, T_wanted: Array, settings: CorrectionSettings | None = None
+) -> Correction:
+    """Return joint angles that take the sensor to wanted frames.
+
+    Args:
+        model: The calibrated one.
+        poses: Joint angles to start from, in the posture that is wanted, with the columns that the effects need.
+        T_wanted: ``(N, 4, 4)``, frames of the sensor in the base frame.
+        settings: Thresholds; the usual ones if None.
+
+    Raises:
+        InvalidInput: A column that an effect needs is missing.
+    """
+    settings = settings or CorrectionSettings()
+
+    def solver(part: Poses) -> Inverse:
+        def standing(q: Array, index: Array) -> Kinematics:
+            return _kinematics(model, replace(_picked(part, index), q=q))
+
+        return Inverse(standing, model.nominal, settings)
+
+    chunks = [slice(at, at + settings.chunk) for at in range(0, len(poses), settings.chunk)]
+    parts = [solver(_picked(poses, rows)).fast(poses.q[rows], T_wanted[rows]) for rows in chunks]
+    q = np.concatenate([part.q for part in parts])
+    twist = np.concatenate([part.twist for part in parts])
+    singular_value = np.concatenate([part.singular_value for part in parts])
+    whole = solver(poses)
+    left = np.flatnonzero(~whole.reached(twist))
+    if len(left):
+        q[left], twist[left] = whole.damped(poses.q[left], left, T_wanted[left])
+    limits = model.robot.limits
+    return Correction(
+        q=q,
+        T_wanted=T_wanted,
+        position_error=np.linalg.norm(twist[:, 3:], axis=1),
+        orientation_error=np.linalg.norm(twist[:, :3], axis=1),
+        reached=whole.reached(twist),
+        beyond_limits=(q < limits[:, 0]) | (q > limits[:, 1]),
+        near_singular=singular_value < settings.near_singular,
+    )
+
+
+def _kinematics(model: Model, poses: Poses) -> Kinematics:
+    return Kinematics.of(model, poses, EffectBases.of(model.nominal, poses, model.effects))
+
+
+def _picked(poses: Poses, index: Array | slice) -> Poses:
+    columns = {name: column[index] for name, column in poses.columns.items()}
+    return Poses(poses.q[index], poses.order[index], columns)

@@ -1,0 +1,168 @@
+"""The iteration that finds joint angles for wanted frames: Newton's with a Jacobian that is soon kept, then a damped one for what is left.
+
+``q <- q + J^+ e``, with e the twist (rotation [rad], shift in units of the arm's length) from where the model says that the sensor is
+to where it is wanted, and J the Jacobian of the rigid chain. What effects add to the Jacobian is left out: it makes each step less than
+perfect, and the fixed point is that of the full model. The damped iteration is that of Levenberg and Marquardt, pose by pose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from scalar.estimation.correction.settings import CorrectionSettings
+from scalar.estimation.kinematics import Kinematics
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array, cross, log_so3
+
+_LEAST = 1e-13  # of a matrix's size: what keeps an exactly singular one from having no inverse
+_TINY = 1e-300
+_FACTOR, _MOST = 10.0, 1e6  # by which a damping is adapted, and where no step helps
+_WHOLE_POSE = 6  # joints that take any place and orientation
+Standing = Callable[[Array, Array], Kinematics]
+"""The kinematics of the model at joint angles ``(M, n)`` [rad] of the poses with indices ``(M,)``."""
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Where an iteration ended.
+
+    Attributes:
+        q: ``(N, n)`` [rad].
+        twist: ``(N, 6)``, what is left to the wanted frame: rotation [rad] and shift [m] of the sensor's origin.
+        singular_value: ``(N,)``, the smallest of the Jacobian at the start, lengths in units of the arm's; a bound from below within
+            a factor of 2.5.
+    """
+
+    q: Array
+    twist: Array
+    singular_value: Array
+
+
+def arm_length(robot: Robot) -> float:
+    """Return the length [m] in units of which shifts are weighed against rotations: half of all links together."""
+    return max(float(np.abs(robot.geometry[0]).sum() + np.abs(robot.geometry[2]).sum()) / 2, 1e-3)
+
+
+def twist_to(T: Array, T_wanted: Array, *, small: bool) -> Array:
+    """Return rotation [rad] and shift [m] ``(N, 6)`` of the origin from frames ``(N, 4, 4)`` to those that are wanted, in the base frame.
+
+    Args:
+        T: Where the sensor is.
+        T_wanted: Where it is wanted.
+        small: Whether the rotation is known to be small: then its sine stands for it.
+    """
+    R = T_wanted[:, :3, :3] @ np.swapaxes(T[:, :3, :3], 1, 2)
+    if small:
+        turn = 0.5 * np.stack(
+            [R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1
+        )
+    else:
+        turn = log_so3(R)
+    return np.concatenate([turn, T_wanted[:, :3, 3] - T[:, :3, 3]], axis=1)
+
+
+def jacobian(kinematics: Kinematics) -> Array:
+    """Return the twist of the sensor's origin by each joint angle of the rigid chain, ``(N, 6, n)`` [rad/rad, m/rad]."""
+    frames = kinematics.frames[:, 1:]
+    axes, points = frames[..., :3, 2], frames[..., :3, 3]
+    if kinematics.T_base_tilted is not None:
+        R, t = kinematics.T_base_tilted[:, None, :3, :3], kinematics.T_base_tilted[:, None, :3, 3]
+        axes, points = (R @ axes[..., None])[..., 0], (R @ points[..., None])[..., 0] + t
+    arms = kinematics.T_base_sensor[:, None, :3, 3] - points
+    return np.swapaxes(np.concatenate([axes, cross(axes, arms)], axis=2), 1, 2)
+
+
+class Inverse:
+    """The inverse of a model at given poses.
+
+    Args:
+        standing: The model.
+        robot: The nominal arm. Fewer than six joints meet the place alone, and the orientation as far as they may.
+        settings: Thresholds.
+    """
+
+    def __init__(self, standing: Standing, robot: Robot, settings: CorrectionSettings) -> None:
+        self.standing, self.settings = standing, settings
+        self.place_alone = robot.n_joints < _WHOLE_POSE
+        length = arm_length(robot)
+        turn = settings.orientation_weight if self.place_alone else 1.0
+        self.weights = np.array([turn, turn, turn, 1 / length, 1 / length, 1 / length])
+
+    def fast(self, q: Array, T_wanted: Array) -> Found:
+        """Return where the fast iteration ends from joint angles near the solution ``(N, n)`` [rad]."""
+        q = q.copy()
+        going = np.arange(len(q))
+        kinematics = self.standing(q, going)
+        twist = twist_to(kinematics.T_base_sensor, T_wanted, small=True)
+        inverses, singular_value = self._inverses(kinematics)
+        for k in range(self.settings.steps):
+            step = (inverses @ (twist[going] * self.weights)[:, :, None])[:, :, 0]
+            q[going] += step
+            kinematics = self.standing(q[going], going)
+            twist[going] = twist_to(kinematics.T_base_sensor, T_wanted[going], small=True)
+            rest = ~self._ended(twist[going], step)
+            rest &= (
+                np.abs(step).max(axis=1) < self.settings.largest_correction
+            )  # a larger one is none that a sine measures
+            going = going[rest]
+            if not len(going):
+                break
+            inverses = self._inverses(kinematics)[0][rest] if k < self.settings.jacobians else inverses[rest]
+        return Found(q, twist, singular_value)
+
+    def _inverses(self, kinematics: Kinematics) -> tuple[Array, Array]:
+        """Return the inverses ``(N, n, 6)`` of the weighted Jacobians (the shortest step for long arms), and their smallest singular values."""
+        J = jacobian(kinematics) * self.weights[:, None]
+        Jt = np.swapaxes(J, 1, 2)
+        wide = J.shape[1] <= J.shape[2]
+        A = J @ Jt if wide else Jt @ J
+        size = np.trace(A, axis1=1, axis2=2) / A.shape[1]
+        A_inverse = np.linalg.inv(A + (_LEAST * size + _TINY)[:, None, None] * np.eye(A.shape[1]))
+        singular_value = np.linalg.norm(A_inverse, axis=(1, 2)) ** -0.5
+        return (Jt @ A_inverse if wide else A_inverse @ Jt), singular_value
+
+    def _ended(self, twist: Array, step: Array) -> Array:
+        """Return which iterations have ended: at the wanted frame, or for short arms where no step helps."""
+        if self.place_alone:
+            return np.abs(step).max(axis=1) < self.settings.orientation
+        return self.reached(twist)
+
+    def reached(self, twist: Array) -> Array:
+        """Return whether what is left ``(N, 6)`` is within the thresholds."""
+        there = np.linalg.norm(twist[:, 3:], axis=1) <= self.settings.position
+        if self.place_alone:
+            return there
+        return there & (np.linalg.norm(twist[:, :3], axis=1) <= self.settings.orientation)
+
+    def damped(self, q: Array, index: Array, T_wanted: Array) -> tuple[Array, Array]:
+        """Return joint angles ``(M, n)`` [rad] and what is left ``(M, 6)`` of the damped iteration for poses with indices ``(M,)``."""
+        q = q.copy()
+        kinematics = self.standing(q, index)
+        J = jacobian(kinematics) * self.weights[:, None]
+        twist = twist_to(kinematics.T_base_sensor, T_wanted, small=False)
+        cost = np.sum((twist * self.weights) ** 2, axis=1)
+        damping = np.full(len(q), self.settings.damping)
+        going = np.arange(len(q))
+        for _ in range(self.settings.damped_steps):
+            Jt = np.swapaxes(J[going], 1, 2)
+            A = Jt @ J[going]
+            size = np.maximum(np.trace(A, axis1=1, axis2=2) / A.shape[1], _TINY)
+            A += ((damping[going] + _LEAST) * size)[:, None, None] * np.eye(A.shape[1])
+            step = np.linalg.solve(A, Jt @ (twist[going] * self.weights)[:, :, None])[:, :, 0]
+            tried = q[going] + step
+            kinematics = self.standing(tried, index[going])
+            left = twist_to(kinematics.T_base_sensor, T_wanted[going], small=False)
+            new = np.sum((left * self.weights) ** 2, axis=1)
+            better = new < cost[going]
+            chosen = going[better]
+            q[chosen], twist[chosen], cost[chosen] = tried[better], left[better], new[better]
+            J[chosen] = (jacobian(kinematics) * self.weights[:, None])[better]
+            damping[going] = np.clip(damping[going] * np.where(better, 1 / _FACTOR, _FACTOR), _LEAST, _MOST)
+            ended = self._ended(twist[going], np.where(better[:, None], step, 1.0))
+            going = going[~ended & (damping[going] < _MOST)]
+            if not len(going):
+                break
+        return q, twist

@@ -1,0 +1,77 @@
+"""Joint angles near which wanted frames are taken, where none are given: the inverse kinematics of the rigid arm from many starts.
+
+The starts are those of many random postures whose sensor is nearest to the wanted frame. Of the solutions within the joint limits, a
+pose takes the one that is nearest to the pose before, so that a path stays in one posture where it can.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.estimation.correction.correct import Correction, correct_frames
+from scalar.estimation.correction.settings import CorrectionSettings
+from scalar.estimation.model import Model
+from scalar.geometry.se3 import Array
+
+RANDOM_POSTURES = 20_000
+"""Chosen: their sensors are some centimetres apart in the workspace of six joints."""
+STARTS = 12
+"""Starts of each pose. Chosen: an arm of six joints has up to eight postures, and neighbouring starts lead to one."""
+_SEED = 0
+_TURN = 2 * np.pi
+
+
+def postures_for(
+    model: Model, T_wanted: Array, first: Array | None = None, settings: CorrectionSettings | None = None
+) -> tuple[Array, Array]:
+    """Return joint angles of the rigid arm ``(N, n)`` [rad] for wanted frames, and which of them were found ``(N,)`` bool.
+
+    Args:
+        model: The calibrated one; its effects are left out.
+        T_wanted: ``(N, 4, 4)``, frames of the sensor in the base frame.
+        first: ``(n,)`` [rad], to which the first pose is to be near; the middle of the limits if None.
+        settings: Thresholds; the usual ones if None.
+    """
+    settings = settings or CorrectionSettings()
+    rigid = replace(model, effects=())
+    low, high = model.robot.limits.T
+    reference = (low + high) / 2 if first is None else np.asarray(first, dtype=float)
+    found = np.full((len(T_wanted), len(low)), np.nan)
+    for at in range(0, len(T_wanted), settings.chunk):
+        rows = slice(at, at + settings.chunk)
+        wanted = T_wanted[rows]
+        starts = _nearest(rigid, wanted)
+        solved = _solved(rigid, np.repeat(wanted, STARTS, axis=0), starts.reshape(-1, len(low)), settings)
+        q = solved.q.reshape(len(wanted), STARTS, -1)
+        reached = solved.reached.reshape(len(wanted), STARTS)
+        for i in range(len(wanted)):
+            turned = q[i] - _TURN * np.round((q[i] - reference) / _TURN)
+            turned += _TURN * (turned < low) - _TURN * (turned > high)
+            sound = reached[i] & np.all((turned >= low) & (turned <= high), axis=1)
+            if sound.any():
+                distance = np.where(sound, np.abs(turned - reference).max(axis=1), np.inf)
+                found[at + i] = reference = turned[int(np.argmin(distance))]
+    return found, ~np.isnan(found[:, 0])
+
+
+def _solved(model: Model, T_wanted: Array, q: Array, settings: CorrectionSettings) -> Correction:
+    return correct_frames(model, Poses.from_arrays(q, {}, q.shape[1]), T_wanted, settings)
+
+
+def _nearest(model: Model, T_wanted: Array) -> Array:
+    """Return the starts of each frame, ``(N, STARTS, n)`` [rad]."""
+    from scipy.spatial import KDTree
+
+    low, high = model.robot.limits.T
+    q = np.random.default_rng(_SEED).uniform(low, high, (RANDOM_POSTURES, len(low)))
+    T = model.robot.flange(q) @ model.T_flange_sensor
+    size = max(float(np.std(T[:, :3, 3])), 1e-3)
+    turn = 0.0 if len(low) < 6 else 0.5  # half a turn of the sensor counts as the size of the workspace
+
+    def coordinates(frames: Array) -> Array:
+        return np.concatenate([frames[:, :3, 3] / size, turn * frames[:, :3, :2].reshape(-1, 6)], axis=1)
+
+    return q[KDTree(coordinates(T)).query(coordinates(T_wanted), k=STARTS)[1]]

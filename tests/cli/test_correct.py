@@ -1,0 +1,205 @@
+"""``scalar correct`` and the units of ``scalar predict``: tables in, tables out, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+from scalar.cli import cli
+from scalar.data.io.plain_yaml import load_yaml
+from scalar.effects.joint_backlash import JointBacklash
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.thermal_drift import ThermalDrift
+from scalar.geometry.robot import Robot
+from tests.calibrated_arms import T_SENSOR, calibrated
+from tests.helpers import CONFIGS
+
+FRAME = ["x", "y", "z", "rx", "ry", "rz"]
+JOINTS = [f"q{i}" for i in range(1, 7)]
+
+
+def run(*arguments):
+    """Return status and output of the command line."""
+    result = CliRunner().invoke(cli, [str(a) for a in arguments])
+    return result.exit_code, result.output
+
+
+@pytest.fixture(scope="module")
+def calibration():
+    """Return the calibration of an arm with a gear, play and growth with temperature, half of it known to a standard deviation."""
+    effects = (
+        JointHarmonic(4, (2,), coefficients=np.array([3e-4, 1e-4])),
+        JointBacklash(2, "approach", coefficients=np.array([2e-4])),
+        ThermalDrift("temperature", 20.0, coefficients=np.array([2e-5])),
+    )
+    robot = Robot.from_mapping(load_yaml(CONFIGS / "vs060.yaml"))
+    made = calibrated(robot, np.random.default_rng(1), effects)
+    free = ("a_2", "theta_3", "sensor_x")
+    return replace(made, free=free, covariance=np.diag([1e-5, 2e-5, 3e-5]) ** 2, fixed={})
+
+
+@pytest.fixture
+def cell(tmp_path, calibration):
+    """Return a folder with the calibration and a table of 30 poses with what the effects need."""
+    rng = np.random.default_rng(2)
+    q = rng.uniform(-1, 1, (30, 6))
+    q[:, 2] = rng.uniform(0.8, 1.8, 30)
+    q[:, 4] = rng.uniform(0.4, 1.2, 30)
+    table = pd.DataFrame(q, columns=JOINTS)
+    table.insert(0, "pose", np.arange(30) + 100)
+    for i in range(6):
+        table[f"approach{i + 1}"] = rng.choice([-1, 1], 30)
+    table["temperature"] = rng.uniform(15, 35, 30)
+    table.to_csv(tmp_path / "targets.csv", index=False, float_format="%.17g")
+    calibration.save(tmp_path / "calibration.json")
+    return tmp_path
+
+
+def frames(path):
+    """Return the frames of a table ``(N, 6)`` [m, rad]."""
+    return pd.read_csv(path)[FRAME].to_numpy()
+
+
+def corrected(cell, name, *options):
+    """Return the table that ``scalar correct`` writes."""
+    status, said = run("correct", cell / "calibration.json", cell / name, "-o", cell / "joints.csv", *options)
+    assert status == 0, said
+    return pd.read_csv(cell / "joints.csv")
+
+
+def predicted(cell, name, *options):
+    """Return the table that ``scalar predict`` writes."""
+    status, said = run("predict", cell / "calibration.json", cell / name, "-o", cell / "frames.csv", *options)
+    assert status == 0, said
+    return pd.read_csv(cell / "frames.csv")
+
+
+def test_predict_takes_corrected_joints_to_the_nominal_frames(cell, calibration):
+    """What `correct` writes is what `predict` reads; the frames are the nominal arm's, to 1e-6 m."""
+    table = corrected(cell, "targets.csv")
+    assert list(table["pose"]) == list(range(100, 130))
+    predicted(cell, "joints.csv")
+    q = pd.read_csv(cell / "targets.csv")[JOINTS].to_numpy()
+    wanted = calibration.model.nominal.flange(q) @ T_SENSOR
+    assert np.abs(frames(cell / "frames.csv")[:, :3] - wanted[:, :3, 3]).max() < 1e-6
+    assert np.abs(table[JOINTS].to_numpy() - q).max() > 1e-4
+
+
+@pytest.mark.parametrize("given", ["frames", "frames and joints"])
+def test_predicted_frames_are_taken_back_to_joints(given, cell):
+    """Frames in: with the joints beside them in their posture, without them in one within the limits."""
+    joints = pd.read_csv(cell / "targets.csv")
+    wanted = predicted(cell, "targets.csv")
+    rest = joints.drop(columns=["pose", *([] if given != "frames" else JOINTS)])
+    pd.concat([wanted, rest], axis=1).to_csv(cell / "wanted.csv", index=False, float_format="%.17g")
+    table = corrected(cell, "wanted.csv")
+    predicted(cell, "joints.csv")
+    assert np.abs(frames(cell / "frames.csv")[:, :3] - wanted[FRAME[:3]].to_numpy()).max() < 1e-6
+    if given != "frames":
+        np.testing.assert_allclose(table[JOINTS], joints[JOINTS], atol=1e-5)
+
+
+def test_degrees_and_millimetres_give_the_same(cell):
+    """Tables in degrees and millimetres, by option or by their names, say the same as those in SI; what is written states its unit."""
+    si = corrected(cell, "targets.csv")
+    si_frames = predicted(cell, "joints.csv", "--std")
+    joints = pd.read_csv(cell / "targets.csv")
+    joints[JOINTS] = np.rad2deg(joints[JOINTS])
+    joints.to_csv(cell / "by_option.csv", index=False, float_format="%.17g")
+    by_name = joints.rename(columns={name: f"{name}_deg" for name in JOINTS})
+    by_name.to_csv(cell / "by_name.csv", index=False, float_format="%.17g")
+    degrees = corrected(cell, "by_option.csv", "--units", "deg,mm")
+    assert "q1" not in degrees
+    np.testing.assert_allclose(np.deg2rad(degrees[[f"{n}_deg" for n in JOINTS]]), si[JOINTS], atol=1e-9)
+    in_units = predicted(
+        cell, "joints.csv", "--std", "--units", "deg,mm"
+    )  # names say deg: no doubt what is meant
+    for name, unit, size in (("x", "mm", 1e3), ("rz", "deg", np.rad2deg(1))):
+        np.testing.assert_allclose(in_units[f"{name}_{unit}"], si_frames[name] * size, atol=1e-6)
+    np.testing.assert_allclose(in_units["y_std_mm"], si_frames["y_std"] * 1e3, rtol=1e-6)
+    np.testing.assert_allclose(in_units["x_y_correlation"], si_frames["x_y_correlation"], atol=1e-6)
+    np.testing.assert_allclose(corrected(cell, "by_name.csv")[JOINTS], si[JOINTS], atol=1e-9)
+
+
+def test_written_frames_are_read_again_in_their_units(cell):
+    """What `predict` writes in millimetres and degrees, `correct` takes without being told."""
+    joints = pd.read_csv(cell / "targets.csv")
+    wanted = predicted(cell, "targets.csv")
+    named = joints.rename(columns={name: f"{name}_rad" for name in JOINTS})
+    # named with their unit, the joints stay in rad
+    named.to_csv(cell / "named.csv", index=False, float_format="%.17g")
+    in_units = predicted(cell, "named.csv", "--units", "mm,deg")
+    pd.concat([in_units, joints.drop(columns="pose")], axis=1).to_csv(
+        cell / "wanted.csv", index=False, float_format="%.17g"
+    )
+    corrected(cell, "wanted.csv")
+    predicted(cell, "joints.csv")
+    assert np.abs(frames(cell / "frames.csv")[:, :3] - wanted[FRAME[:3]].to_numpy()).max() < 1e-6
+
+
+def test_what_a_tracker_does_not_know_of_a_target_is_left_out(cell):
+    """A target is a point: the standard deviations of its place are written, those of an orientation that nothing showed are not."""
+    table = predicted(cell, "targets.csv", "--std")
+    assert {"x_std", "y_z_correlation"} <= set(table.columns)
+    assert not {"rx_std", "x_rx_correlation", "rx_ry_correlation"} & set(table.columns)
+
+
+def test_poses_out_of_reach_are_refused_or_left_out(cell):
+    """Exit 2 with the pose and no output; with --leave-out the others are written."""
+    joints = pd.read_csv(cell / "targets.csv")
+    wanted = predicted(cell, "targets.csv")
+    wanted.loc[3, "x"] += 3.0
+    for content in (wanted, pd.concat([wanted, joints[JOINTS]], axis=1)):
+        extra = joints.drop(columns=["pose", *JOINTS])
+        pd.concat([content, extra], axis=1).to_csv(cell / "wanted.csv", index=False)
+        arguments = ("correct", cell / "calibration.json", cell / "wanted.csv", "-o", cell / "out.csv")
+        status, said = run(*arguments)
+        assert status == 2 and "pose 103:" in said and len(said.splitlines()) == 1
+        assert not (cell / "out.csv").exists()
+        status, said = run(*arguments, "--leave-out")
+        assert status == 0 and "left out" in said
+        assert list(pd.read_csv(cell / "out.csv")["pose"]) == [p for p in range(100, 130) if p != 103]
+        (cell / "out.csv").unlink()
+
+
+def test_limits_and_singular_poses_are_said(cell):
+    """A joint beyond its limits, and a stretched wrist, are named by their pose, and marked in the table."""
+    joints = pd.read_csv(cell / "targets.csv")
+    limits = Robot.from_mapping(load_yaml(CONFIGS / "vs060.yaml")).limits
+    joints.loc[0, "q1"] = limits[0, 1] + 0.05
+    joints.loc[1, "q5"] = 0.0
+    joints.to_csv(cell / "targets.csv", index=False, float_format="%.17g")
+    status, said = run(
+        "correct", cell / "calibration.json", cell / "targets.csv", "-o", cell / "joints.csv", "--leave-out"
+    )
+    assert status == 0
+    assert "pose 100: joint 1 at" in said and "beyond its limits" in said
+    assert "pose 101" in said and "singular" in said
+    assert pd.read_csv(cell / "joints.csv").set_index("pose").loc[100, "beyond_limits"] >= 1
+
+
+@pytest.mark.parametrize(
+    "change, options, words",
+    [
+        (lambda t: t.drop(columns="temperature"), [], "the column 'temperature'"),
+        (lambda t: t.drop(columns="approach2"), [], "approach2"),
+        (lambda t: t.drop(columns="q3"), [], "column q3: the column is missing"),
+        (lambda t: t.assign(x=0.1), [], "column y: the column is missing"),
+        (lambda t: t.assign(q1=np.nan), [], "column q1"),
+        (lambda t: t.drop(columns=JOINTS), [], "column q1: the column is missing"),
+        (lambda t: t, ["--units", "grad"], "write deg,mm"),
+        (lambda t: t, ["--units", "deg,rad"], "write deg,mm"),
+    ],
+)
+def test_targets_that_say_too_little_are_refused(change, options, words, cell):
+    """Exit 2, what is missing by name, no output."""
+    change(pd.read_csv(cell / "targets.csv")).to_csv(cell / "bad.csv", index=False)
+    status, said = run(
+        "correct", cell / "calibration.json", cell / "bad.csv", "-o", cell / "out.csv", *options
+    )
+    assert status == 2, said
+    assert words in said
+    assert "Traceback" not in said
+    assert not (cell / "out.csv").exists()

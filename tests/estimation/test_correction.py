@@ -1,0 +1,211 @@
+"""Corrected joint angles: `predict` takes them to where the nominal arm would be, whatever effects act."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scalar.data.io.plain_yaml import load_yaml
+from scalar.data.poses import Poses
+from scalar.effects.base_compliance import BaseCompliance
+from scalar.effects.joint_backlash import JointBacklash
+from scalar.effects.joint_compliance import JointCompliance
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.sensor_slip import SensorSlip
+from scalar.effects.thermal_drift import ThermalDrift
+from scalar.errors import InvalidInput
+from scalar.estimation.correction import correct_frames, correct_joints, postures_for
+from scalar.export.rigid_part import rigid_part
+from scalar.export.urdf import put_calibration, text_of
+from scalar.geometry.robot import Robot
+from scalar.ingest.urdf import chain_between, read_urdf, robot_from_urdf
+from tests.calibrated_arms import T_SENSOR, calibrated
+from tests.helpers import CONFIGS
+from tests.robot_descriptions import ARMS, kinematics_alone, poses_by_pybullet, shipped
+
+
+def robot_of(name):
+    """Return the arm of a file of configs/robots."""
+    return Robot.from_mapping(load_yaml(CONFIGS / f"{name}.yaml"))
+
+
+def first_joints(n):
+    """Return the first joints of the VS060 as an arm."""
+    robot = robot_of("vs060")
+    return replace(robot, geometry=robot.geometry[:, :n], limits=robot.limits[:n])
+
+
+def everything(n, rng):
+    """Return one effect of each place and dependence, of the size that real arms have."""
+    pairs = tuple((j, f) for j in range(1, n + 1) for f in range(j, n + 1))
+    return (
+        JointCompliance(pairs, coefficients=1e-4 * rng.normal(size=2 * len(pairs))),
+        *(JointHarmonic(j, (1, 4), coefficients=2e-4 * rng.normal(size=4)) for j in range(1, n + 1)),
+        JointBacklash(2, "approach", coefficients=np.array([3e-4])),
+        ThermalDrift("temperature", 20.0, coefficients=np.array([2e-5])),
+        BaseCompliance((1, 2, 3), True, coefficients=2e-4 * rng.normal(size=6)),
+        SensorSlip(5.0, coefficients=1e-3 * rng.normal(size=6)),
+    )
+
+
+def regular(model, q):
+    """Return the poses that are not near a singularity: everywhere else a correction has to be found."""
+    return q[~correct_joints(model, Poses.from_arrays(q, {}, q.shape[1])).near_singular]
+
+
+@pytest.mark.parametrize("name", ["vs060", "ur10e", "panda", "small_arm"])
+def test_predict_at_corrected_joints_is_where_the_nominal_arm_would_be(name):
+    """The law, for six joints and seven, with effects on joints, links, base and sensor: to 1e-6 m and 1e-6 rad."""
+    rng = np.random.default_rng(1)
+    robot = robot_of(name)
+    n = robot.n_joints
+    calibration = calibrated(robot, rng, everything(n, rng), size=0.3)
+    low, high = robot.limits.T
+    rigid = replace(calibration.model, effects=())
+    q = regular(rigid, rng.uniform(low, high, (300, n)))
+    columns = {
+        "temperature": rng.uniform(15, 35, len(q)),
+        "approach": rng.choice([-1.0, 1.0], q.shape),
+        "order": rng.integers(0, 10, len(q)).astype(float),
+    }
+    found = correct_joints(calibration.model, Poses.from_arrays(q, columns, n))
+    assert (
+        found.reached.mean() > 0.98
+    )  # the edge of the reach is no singularity of the posture, and may be passed
+    there = found.reached
+    kept = {name: values[there] for name, values in columns.items()}
+    T = calibration.predict(calibration.correct(q[there], **kept), **kept)
+    slip = calibration.model.effects[-1].coefficients
+    after = kept["order"] >= 5.0
+    wanted = robot.flange(q[there]) @ T_SENSOR
+    np.testing.assert_allclose(T[~after], wanted[~after], atol=1e-6, rtol=0)
+    shifted = (
+        wanted[after, :3, 3] + wanted[after, :3, :3] @ slip[:3]
+    )  # the sensor slipped: the flange is what is put right
+    np.testing.assert_allclose(T[after, :3, 3], shifted, atol=1e-6, rtol=0)
+
+
+def test_an_arm_as_its_maker_drew_it_needs_no_correction():
+    """With the nominal geometry and no effect, joint angles stay what they are."""
+    robot = robot_of("vs060")
+    calibration = calibrated(robot, np.random.default_rng(1), size=0.0)
+    q = np.random.default_rng(2).uniform(-1, 1, (50, 6))
+    np.testing.assert_allclose(calibration.correct(q), q, atol=1e-12)
+
+
+def test_pybullet_takes_the_calibrated_arm_to_the_nominal_place(tmp_path):
+    """A second opinion: the exported description at corrected angles is where the nominal description is at the nominal ones."""
+    pytest.importorskip("pybullet_data")
+    path, (_, base, tip) = shipped("xarm6"), ARMS["xarm6"]
+    robot, _ = robot_from_urdf(path, base, tip)
+    calibration = calibrated(robot, np.random.default_rng(1))
+    document = read_urdf(path)
+    put_calibration(document, base, tip, robot, rigid_part(calibration.model, {}), "scalar_sensor")
+    made = tmp_path / "made.urdf"
+    made.write_text(text_of(document, "c"), encoding="utf-8")
+    joints = [joint.name for joint in chain_between(document, base, tip).turning]
+    low, high = robot.limits.T
+    rng = np.random.default_rng(3)
+    q = regular(calibration.model, rng.uniform(np.maximum(low, -2), np.minimum(high, 2), (60, 6)))
+    found = correct_joints(calibration.model, Poses.from_arrays(q, {}, 6))
+    q, corrected = q[found.reached], found.q[found.reached]
+    assert len(q) > 20
+    before = kinematics_alone(path, tmp_path / "before.urdf")
+    after = kinematics_alone(made, tmp_path / "after.urdf")
+    nominal = poses_by_pybullet(before, base, tip, q, joints) @ T_SENSOR
+    real = poses_by_pybullet(after, base, "scalar_sensor", corrected, joints)
+    np.testing.assert_allclose(real, nominal, atol=1e-6, rtol=0)
+
+
+@pytest.mark.parametrize("n", [3, 4, 5])
+def test_fewer_joints_meet_the_place(n):
+    """An arm of three to five joints meets the place to 1e-6 m, whatever that leaves of the orientation."""
+    rng = np.random.default_rng(n)
+    robot = first_joints(n)
+    calibration = calibrated(robot, rng, (JointHarmonic(2, (1,), coefficients=np.array([3e-4, 0.0])),))
+    q = rng.uniform(-1.0, 1.0, (100, n))
+    q[:, 2] = rng.uniform(0.6, 1.6, 100)  # a bent elbow: stretched, the arm reaches no further
+    found = correct_joints(calibration.model, Poses.from_arrays(q, {}, n))
+    assert found.reached.mean() > 0.95
+    off = np.linalg.norm((calibration.predict(found.q) - found.T_wanted)[:, :3, 3], axis=1)
+    assert off[found.reached].max() < 1e-6
+
+
+def test_a_wrist_that_is_stretched_is_said_to_be_singular():
+    """With the axes of joints 4 and 6 in one line, the pose is near a singularity; nothing that is called reached is off."""
+    rng = np.random.default_rng(1)
+    robot = robot_of("vs060")
+    calibration = calibrated(robot, rng)
+    q = rng.uniform(-1, 1, (50, 6))
+    q[:25, 4] = rng.choice([0.0, 1e-12, 1e-4], 25)
+    q[25:, 4] = 1.0
+    q[:, 2] = 1.2
+    found = correct_joints(calibration.model, Poses.from_arrays(q, {}, 6))
+    assert found.near_singular[:25].all() and found.near_singular[25:].mean() < 0.2
+    T = calibration.predict(found.q)
+    off = np.linalg.norm((T - found.T_wanted)[:, :3, 3], axis=1)
+    assert off[found.reached].max() < 1e-6
+    np.testing.assert_allclose(off, found.position_error, atol=1e-12)
+    assert np.isfinite(found.q).all()
+
+
+def test_what_cannot_be_taken_is_said_and_not_made_up():
+    """Beyond the reach, and in the face of an effect that jumps, nothing is called reached that is not."""
+    robot = robot_of("vs060")
+    calibration = calibrated(robot, np.random.default_rng(1))
+    q = np.zeros((3, 6)) + 0.5
+    T = calibration.predict(q)
+    T[1, :3, 3] *= 4.0
+    found = correct_frames(calibration.model, Poses.from_arrays(q, {}, 6), T)
+    assert found.reached.tolist() == [True, False, True]
+    assert found.position_error[1] > 0.1
+    stretched = robot.with_geometry(robot.geometry * np.array([1.05, 1, 1, 1, 1])[:, None])
+    short = replace(calibration, model=replace(calibration.model, nominal=stretched))
+    with pytest.raises(InvalidInput, match="cannot take this pose"):
+        short.correct(np.zeros((1, 6)))  # upright, with the nominal arm longer than the real one
+
+
+def test_limits_are_said():
+    """Joints that a correction takes beyond their limits are marked, and no others."""
+    robot = robot_of("vs060")
+    calibration = calibrated(robot, np.random.default_rng(1))
+    q = np.random.default_rng(2).uniform(-1, 1, (40, 6))
+    found = correct_joints(calibration.model, Poses.from_arrays(q, {}, 6))
+    tight = np.column_stack([np.full(6, -2.0), np.sort(found.q, axis=0)[19]])
+    limited = replace(calibration.model, robot=replace(calibration.model.robot, limits=tight))
+    again = correct_joints(limited, Poses.from_arrays(q, {}, 6))
+    np.testing.assert_array_equal(again.beyond_limits, found.q > tight[:, 1])
+
+
+@pytest.mark.parametrize("name", ["vs060", "ur10e", "panda"])
+def test_postures_are_found_for_frames_alone(name):
+    """Whatever posture made a frame, one within the limits is found that takes it."""
+    rng = np.random.default_rng(1)
+    robot = robot_of(name)
+    calibration = calibrated(robot, rng)
+    low, high = robot.limits.T
+    T = calibration.predict(regular(calibration.model, rng.uniform(low, high, (120, robot.n_joints))))
+    q, there = postures_for(calibration.model, T)
+    assert there.mean() > 0.95
+    assert np.all((q[there] >= low) & (q[there] <= high))
+    np.testing.assert_allclose(calibration.predict(q[there]), T[there], atol=1e-6, rtol=0)
+    assert np.isnan(q[~there]).all()
+
+
+def test_a_path_stays_in_one_posture():
+    """Frames along a smooth path get joint angles along a smooth path."""
+    rng = np.random.default_rng(1)
+    calibration = calibrated(robot_of("vs060"), rng)
+    share = np.linspace(0, 1, 60)[:, None]
+    path = np.array([0.2, 0.3, 1.0, 0.2, 0.7, 0.1]) + share * np.array([0.6, 0.2, 0.3, -0.3, 0.4, 0.5])
+    q, there = postures_for(calibration.model, calibration.predict(path))
+    assert there.all()
+    assert np.abs(np.diff(q, axis=0)).max() < 0.1
+
+
+def test_a_column_that_an_effect_needs_is_named():
+    """Without the directions of approach, backlash by approach cannot be corrected."""
+    effect = JointBacklash(3, "approach", coefficients=np.array([3e-4]))
+    calibration = calibrated(robot_of("vs060"), np.random.default_rng(1), (effect,))
+    with pytest.raises(InvalidInput, match="approach3"):
+        calibration.correct(np.zeros((2, 6)))
