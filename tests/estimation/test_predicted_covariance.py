@@ -54,9 +54,16 @@ def test_its_traces_are_the_standard_errors(workcell):
     np.testing.assert_allclose(np.trace(covariance[:, 3:, 3:], axis1=1, axis2=2), orientation**2)
 
 
-def test_the_command_writes_it_beside_the_frames(workcell, tmp_path):
-    """``predict --std`` adds columns that give the covariance back; without it the table is as it was."""
+@pytest.mark.parametrize("kind, known", [("tracker", 3), ("line-laser", 6)])
+def test_the_command_writes_it_beside_the_frames(kind, known, workcell, tmp_path):
+    """``predict --std`` adds columns that give the covariance back; without it the table is as it was.
+
+    A tracker's target shows no orientation of its own: its part of the covariance is left out.
+    """
     scene, calibration = workcell
+    if kind != "tracker":
+        scene = helpers.make_scene(kind=kind, seed=2, poses_per_plane=20)
+        calibration = calibrate(scene.dataset)
     calibration.save(tmp_path / "calibration.json")
     joints = scene.dataset.poses.filter(regex="pose|q")
     joints.to_csv(tmp_path / "joints.csv", index=False)
@@ -69,14 +76,16 @@ def test_the_command_writes_it_beside_the_frames(workcell, tmp_path):
     frames = ["pose", *COORDINATES]
     assert list(tables["plain"].columns) == frames
     pd.testing.assert_frame_equal(tables["std"][frames], tables["plain"])
-    std = tables["std"][[f"{name}_std" for name in COORDINATES]].to_numpy()
-    correlation = np.tile(np.eye(6), (len(std), 1, 1))
-    for i in range(6):
-        for j in range(i + 1, 6):
+    std = tables["std"][[f"{name}_std" for name in COORDINATES[:known]]].to_numpy()
+    assert tables["std"].shape[1] == len(frames) + known + known * (known - 1) // 2
+    correlation = np.tile(np.eye(known), (len(std), 1, 1))
+    for i in range(known):
+        for j in range(i + 1, known):
             column = tables["std"][f"{COORDINATES[i]}_{COORDINATES[j]}_correlation"].to_numpy()
             correlation[:, i, j] = correlation[:, j, i] = column
     rebuilt = std[:, :, None] * std[:, None, :] * correlation
-    np.testing.assert_allclose(rebuilt, calibration.predict_covariance(joints), rtol=1e-8, atol=1e-18)
+    wanted = calibration.predict_covariance(joints)[:, :known, :known]
+    np.testing.assert_allclose(rebuilt, wanted, rtol=1e-8, atol=1e-18)
 
 
 def test_a_tolerance_is_read_and_a_wrong_one_refused(workcell, tmp_path):
