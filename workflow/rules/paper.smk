@@ -45,6 +45,11 @@ if (SENSITIVITY_SUMMARIES / "numbers.json").exists():
     PAPER_NUMBERS["sensitivity"] = local(SENSITIVITY_SUMMARIES / "numbers.json")
     PAPER_FIGURES["sensitivity/sensitivity.svg"] = f"{RESULTS}/paper/sensitivity/sensitivity.svg"
 
+CONFIDENCE_SUMMARIES = PAPER / "summaries/confidence"
+if (CONFIDENCE_SUMMARIES / "numbers.json").exists():
+    PAPER_NUMBERS["confidence"] = local(CONFIDENCE_SUMMARIES / "numbers.json")
+    PAPER_FIGURES["confidence/reliability.svg"] = f"{RESULTS}/paper/confidence/reliability.svg"
+
 PROCESSORS_SUMMARY = PAPER / "summaries/processors/numbers.json"
 if PROCESSORS_SUMMARY.exists():
     PAPER_NUMBERS["processors"] = local(PROCESSORS_SUMMARY)
@@ -93,6 +98,18 @@ use rule draw_sensitivity as draw_committed_sensitivity with:
         f"{RESULTS}/logs/paper/draw_sensitivity.log",
     message:
         "Drawing the sensitivity to settings from its committed summary"
+
+
+use rule draw_confidence as draw_committed_confidence with:
+    input:
+        reliability=local(CONFIDENCE_SUMMARIES / "reliability.csv"),
+        modules=modules("study.plots.confidence", "study.common.tables"),
+    output:
+        **{suffix: f"{RESULTS}/paper/confidence/reliability.{suffix}" for suffix in ("png", "svg")},
+    log:
+        f"{RESULTS}/logs/paper/draw_confidence.log",
+    message:
+        "Drawing how sure answers are from the committed summary"
 
 
 rule draw_sweep_overview:

@@ -8,10 +8,11 @@ with logged(snakemake.log):
     from study.common.provenance import code_version
     from study.common.tables import read_tables, write_table
 
-    answers = answers_of(read_tables(snakemake.input.sets))
+    sets = read_tables(snakemake.input.sets)
+    answers = answers_of(sets)
     coefficients = fitted(answers)
     stated = with_confidence(answers, coefficients)
     write_json(snakemake.output.coefficients, coefficients)
     write_table(snakemake.output.answers, stated)
     write_table(snakemake.output.reliability, reliability(stated))
-    write_json(snakemake.output.numbers, {"code": code_version()} | summary(stated))
+    write_json(snakemake.output.numbers, {"code": code_version(), "sets": len(sets)} | summary(stated))
