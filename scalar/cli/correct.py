@@ -65,9 +65,8 @@ def correct(
     import numpy as np
 
     from scalar.data.pose_tables import read_pose_table
-    from scalar.data.poses import Poses
     from scalar.data.table_units import base_name, columns_of, units_named
-    from scalar.estimation.correction import correct_frames, correct_joints
+    from scalar.estimation.correction import correct_table
     from scalar.estimation.result import load_calibration
 
     in_units = units_named(units)
@@ -90,9 +89,9 @@ def correct(
         if not with_joints:
             table = _with_postures(model, table, T, str(targets), leave_out)
             T = _frames(table)
-        found = correct_frames(model, Poses.from_frame(table, robot.n_joints, order_is_row=False), T)
+        found = correct_table(model, table, T)
     else:
-        found = correct_joints(model, Poses.from_frame(table, robot.n_joints, order_is_row=False))
+        found = correct_table(model, table)
     ids = table["pose"].to_numpy()
     wrong = np.flatnonzero(~found.reached)
     if len(wrong) and (not leave_out or len(wrong) == len(ids)):

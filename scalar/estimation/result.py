@@ -18,7 +18,7 @@ from scalar.effects.saving import effect_from_mapping, effect_to_mapping
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.calibration_file import check_effects_made
 from scalar.estimation.calibration_reader import FORMAT, read_calibration
-from scalar.estimation.correction import correct_joints
+from scalar.estimation.correction import correct_joints, correct_table
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model, ParameterPrior
@@ -153,7 +153,11 @@ class Calibration:
         Raises:
             InvalidInput: A column that an effect needs is missing, or the arm cannot take a pose (it is named).
         """
-        found = correct_joints(self.model, self._poses(q, columns))
+        if hasattr(q, "columns"):
+            table: Any = q
+            found = correct_table(self.model, table.assign(**columns))
+        else:
+            found = correct_joints(self.model, self._poses(q, columns))
         wrong = np.flatnonzero(~found.reached)
         if len(wrong):
             message = f"row {wrong[0]} (of {len(wrong)}): the calibrated arm cannot take this pose near these joint angles"

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from scalar.data.io.plain_yaml import load_yaml
@@ -11,6 +12,7 @@ from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.joint_backlash import JointBacklash
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.pose_lag import PoseLag
 from scalar.effects.sensor_slip import SensorSlip
 from scalar.effects.thermal_drift import ThermalDrift
 from scalar.errors import InvalidInput
@@ -209,3 +211,18 @@ def test_a_column_that_an_effect_needs_is_named():
     calibration = calibrated(robot_of("vs060"), np.random.default_rng(1), (effect,))
     with pytest.raises(InvalidInput, match="approach3"):
         calibration.correct(np.zeros((2, 6)))
+
+
+def test_an_effect_of_the_pose_before_is_that_of_the_corrected_pose_before():
+    """Where the order tells the moves, `predict` computes them from the corrected angles: these are what a lag acts on."""
+    rng = np.random.default_rng(1)
+    robot = robot_of("vs060")
+    lags = tuple(PoseLag(j, coefficients=np.array([5e-3])) for j in (1, 4))
+    play = JointBacklash(2, "moves", coefficients=np.array([3e-4]))
+    calibration = calibrated(robot, rng, (*lags, play))
+    q = rng.uniform(-1, 1, (40, 6))
+    q[:, 2], q[:, 4] = rng.uniform(0.8, 1.6, 40), rng.uniform(0.4, 1.2, 40)
+    table = pd.DataFrame(q, columns=[f"q{i + 1}" for i in range(6)]).assign(order=np.arange(40.0))
+    corrected = table.assign(**dict(zip(table.columns[:6], calibration.correct(table).T, strict=True)))
+    off = calibration.predict(corrected) - robot.flange(q) @ T_SENSOR
+    assert np.abs(off[:, :3, 3]).max() < 1e-6

@@ -1,0 +1,72 @@
+"""Corrected joint angles for a table of poses, whose order may tell from where each pose is reached.
+
+Where it does, an effect that depends on the pose before depends on the corrected one: the correction is repeated with the moves between
+corrected poses until they stay the same. A move changes by milliradians, and an effect of it by a thousandth of that: a few rounds.
+"""
+
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+# pandas is not annotated throughout.
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scalar.data.moves import move_columns
+from scalar.data.poses import Poses
+from scalar.estimation.correction.correct import Correction, correct_frames, correct_joints
+from scalar.estimation.correction.settings import CorrectionSettings
+from scalar.estimation.model import Model
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_ROUNDS = 8
+_SAME_MOVE = 1e-6  # rad, times a share of some thousandths: some nanometres at a metre
+
+
+def correct_table(
+    model: Model,
+    table: pd.DataFrame,
+    T_wanted: Array | None = None,
+    settings: CorrectionSettings | None = None,
+) -> Correction:
+    """Return corrected joint angles for a table of poses.
+
+    Args:
+        model: The calibrated one.
+        table: Columns q1..qn [rad] and the optional columns of poses.csv.
+        T_wanted: ``(N, 4, 4)``, frames of the sensor to be taken from postures near q; the nominal arm's at q if None.
+        settings: Thresholds; the usual ones if None.
+
+    Raises:
+        InvalidInput: A column that an effect needs is missing.
+    """
+    n = model.robot.n_joints
+    poses = Poses.from_frame(table, n, order_is_row=False)
+    names = [name for name in move_columns(n) if name in poses.columns]
+
+    def corrected() -> Correction:
+        if T_wanted is None:
+            return correct_joints(model, poses, settings)
+        return correct_frames(model, poses, T_wanted, settings)
+
+    found = corrected()
+    acting = [
+        name for name in names if name not in table.columns
+    ]  # a table that states its moves is left at them
+    if not acting or not model.effects:
+        return found
+    changed = np.zeros(len(poses))
+    for _ in range(_ROUNDS):
+        commanded = table.assign(**{f"q{i + 1}": found.q[:, i] for i in range(n)})
+        moves = Poses.from_frame(commanded, n, order_is_row=False).columns
+        changed = np.max([np.abs(moves[name] - poses.columns[name]) for name in acting], axis=0)
+        if np.max(changed) < _SAME_MOVE:
+            return found
+        poses = replace(poses, columns=moves)
+        found = corrected()
+    return replace(found, reached=found.reached & (changed < _SAME_MOVE))
