@@ -43,6 +43,8 @@ def describe_content(content: Content) -> str:
     lines = [
         f"{mapping['name']}: robot {robot['name']}, {len(robot['joints'])} joints; sensor {kind.format.kind}",
     ]
+    if mapping.get("source"):
+        lines.append(f"  source: {mapping['source']}")
     if not kind.format.on_planes:
         lines.append(f"  {poses.n_rows} poses {kind.measured}")
     else:

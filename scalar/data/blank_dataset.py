@@ -31,7 +31,7 @@ def write_blank_dataset(
         folder: That is to appear; an empty folder is filled.
         robot: The ``robot:`` block of dataset.yaml.
         format: Of the sensor.
-        about_robot: Lines that stand as comments over the robot.
+        about_robot: Lines that stand as comments over the robot; the first is the dataset's ``source`` as well.
 
     Raises:
         InvalidInput: The folder holds something already, or cannot be written.
@@ -63,7 +63,7 @@ def _description(
         "# README.txt says what belongs into the tables. `scalar validate` on this folder says what is still missing.",
         f"format: {DATASET_FORMAT}",
         f"name: {json.dumps(name, ensure_ascii=False)}",
-        "# source: free text; who measured, when, with what",
+        f"source: {json.dumps(about_robot[0] if about_robot else '', ensure_ascii=False)}  # free text: add who measured, when, with what",
         "",
         "robot:",
         *(f"  # {line}" for line in about_robot),
