@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 _FRAME = ("x", "y", "z", "rx", "ry", "rz")
 _MOST_SHOWN = 10
+_REMEDY = "; move the pose, or leave it out with --leave-out"
 
 
 @cli.command()
@@ -97,7 +98,7 @@ def correct(
     if len(wrong) and (not leave_out or len(wrong) == len(ids)):
         raise InvalidInput(_cannot(str(targets), ids[wrong], found, wrong))
     for fault in _cannot(str(targets), ids[wrong], found, wrong) if len(wrong) else ():
-        say(f"  left out: {fault}")
+        say(f"  left out: {fault.message.partition(_REMEDY)[0]}")
     kept = np.flatnonzero(found.reached)
     for line in _said(robot, ids, found, kept):
         say(line)
@@ -131,7 +132,7 @@ def _with_postures(model: Model, table: pd.DataFrame, T: Array, file: str, leave
     if faults and (not leave_out or len(faults) == len(ids)):
         raise InvalidInput(_few(faults, file))
     for fault in _few(faults, file) if faults else ():
-        say(f"  left out: {fault}")
+        say(f"  left out: {fault.message.partition(';')[0]}")
     joints = {f"q{i + 1}": q[there, i] for i in range(q.shape[1])}
     return table[there].reset_index(drop=True).assign(**joints)
 
@@ -145,7 +146,7 @@ def _cannot(file: str, ids: Array, found: Correction, wrong: Array) -> list[Faul
         else:
             off = "it takes another posture"
         why = "near a singularity" if found.near_singular[i] else "at the edge of its reach"
-        message = f"pose {pose}: the calibrated arm cannot take it ({why}; {off}); move the pose, or leave it out with --leave-out"
+        message = f"pose {pose}: the calibrated arm cannot take it ({why}: {off}){_REMEDY}"
         faults.append(Fault(file, message))
     return _few(faults, file)
 

@@ -114,6 +114,8 @@ def export(
         temporary.write_text(content, encoding="utf-8", newline="\n")
     for line in _said(rigid, _FORMS[form]):
         say(line)
+    if form == ".csv":
+        say("  the transforms of base, flange and sensor are in the tables for people: -o NAME.md")
     say(f"written: {output}")
 
 

@@ -11,13 +11,26 @@ from scalar.cli.group import cli
 from scalar.cli.options import PATH
 from scalar.cli.terminal import say
 from scalar.cli.validate import describe_content
+from scalar.errors import Fault, InvalidInput
 
 
 @cli.command("import")
 @click.argument("mapping", type=PATH)
 @click.argument("sources", metavar="SOURCE...", type=PATH, nargs=-1, required=True)
 @click.option("-o", "--output", "output", type=PATH, required=True, help="Dataset folder to write.")
-def import_(mapping: Path, sources: Sequence[Path], output: Path) -> None:
+@click.option("--urdf", type=PATH, metavar="FILE", help="The robot, where MAPPING states none, in URDF.")
+@click.option("--base", metavar="LINK", help="With --urdf: the link that is the base; left out: the root.")
+@click.option(
+    "--tip", metavar="LINK", help="With --urdf: the link that is the flange; left out: the only end."
+)
+def import_(
+    mapping: Path,
+    sources: Sequence[Path],
+    output: Path,
+    urdf: Path | None,
+    base: str | None,
+    tip: str | None,
+) -> None:
     """Import foreign tables into a dataset.
 
     The YAML file MAPPING states columns, units and separators of the tables. A SOURCE is a CSV file, a MATLAB matrix
@@ -26,11 +39,20 @@ def import_(mapping: Path, sources: Sequence[Path], output: Path) -> None:
     \b
     Example (see configs/measured for complete mappings):
       scalar import my-tracker.yaml measurements.csv -o my-cell
+      scalar import my-tracker.yaml measurements.csv --urdf robot.urdf --tip tool0 -o my-cell
       scalar diagnose my-cell -o out
     """
     from scalar.data.folder import read_folder
     from scalar.ingest.convert import import_dataset
 
-    import_dataset(mapping, sources, output)
+    robot = None
+    if urdf is not None:
+        from scalar.ingest.urdf import robot_from_urdf
+
+        robot = robot_from_urdf(urdf, base, tip)[0].to_mapping()
+    elif base is not None or tip is not None:
+        message = "name links of a URDF; give --urdf FILE too, or leave them out"
+        raise InvalidInput(Fault("--base, --tip", message))
+    import_dataset(mapping, sources, output, robot)
     say(describe_content(read_folder(output)))
     say(f"written: {output}")

@@ -6,9 +6,10 @@ Left out: the orientation that some trackers give, which the format has no place
 """
 
 import os
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -29,6 +30,7 @@ def import_dataset(
     mapping_path: str | os.PathLike[str],
     sources: Sequence[str | os.PathLike[str]],
     dataset_dir: str | os.PathLike[str],
+    robot: Mapping[str, Any] | None = None,
 ) -> None:
     """Write a dataset folder from foreign tables; it appears whole or not at all.
 
@@ -36,11 +38,12 @@ def import_dataset(
         mapping_path: the mapping file.
         sources: files, or folders that hold the files that the mapping names.
         dataset_dir: the folder to write; replaced if it is a dataset already.
+        robot: the ``robot:`` block of the dataset, where the mapping states none.
 
     Raises:
         InvalidInput: mapping or tables are at fault; every fault that was found, by file, row and column.
     """
-    mapping = load_mapping(Path(mapping_path))
+    mapping = load_mapping(Path(mapping_path), robot)
     paths = [Path(source) for source in sources]
     chosen = choose_files(mapping, paths, Path(mapping_path).name)
     faults: list[Fault] = []

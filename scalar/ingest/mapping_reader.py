@@ -37,8 +37,12 @@ def _validator() -> Draft202012Validator:
     return strict_validator(json.loads(text))
 
 
-def load_mapping(path: Path) -> MappingFile:
+def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingFile:
     """Return the mapping in a YAML file.
+
+    Args:
+        path: of the file.
+        robot: the ``robot:`` block of the dataset in SI, where the file states none.
 
     Raises:
         InvalidInput: with every fault found; a misspelt key, column or unit is named.
@@ -53,7 +57,7 @@ def load_mapping(path: Path) -> MappingFile:
     check_finite(given, {key: value for key, value in content.items() if key != "dataset"}, ())
     if given.faults:
         raise InvalidInput(given.faults)
-    description = _description(given, path)
+    description = _description(given, path, robot)
     poses, points = content["poses"], content.get("points")
     table = None if description.format is None else description.format.table
     mapping = MappingFile(
@@ -74,7 +78,7 @@ def load_mapping(path: Path) -> MappingFile:
     return mapping
 
 
-def _description(given: Description, path: Path) -> Description:
+def _description(given: Description, path: Path, robot: Mapping[str, Any] | None) -> Description:
     """Return the content of dataset.yaml to be; what is wrong is in its faults, named as in its file."""
     inner, inline = given.mapping["dataset"], True
     units = given.mapping.get("dataset_units", {})
@@ -91,6 +95,10 @@ def _description(given: Description, path: Path) -> Description:
         inner.setdefault("format", DATASET_FORMAT)
         inner = {"format": inner["format"], **inner}
         inner, wrong = description_to_si(inner, units.get("length", "m"), units.get("angle", "rad"))
+    if robot is not None and "robot" in inner:
+        wrong.append((("robot",), "a robot is given beside this one; remove this key, or leave out --urdf"))
+    elif robot is not None:
+        inner = {**inner, "robot": robot}
     description = Description(inner, lines, file)
     for place, message in wrong:
         description.fault(place, message)

@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from scalar.cli import cli
+from scalar.data.dataset import read_dataset
 from scalar.data.description import Description, check_description
 from scalar.data.unit_suspicions import suspect_description
 from scalar.errors import InvalidInput
@@ -199,3 +202,44 @@ def test_what_stands_beside_the_chain_is_no_obstacle(tmp_path):
     path.write_text(urdf([*GOOD, finger], "abcde"), encoding="utf-8")
     robot, _ = robot_from_urdf(path, "a", "d")
     np.testing.assert_array_equal(robot.geometry, alone.geometry)
+
+
+MAPPING = """
+format: scalar-mapping/1
+poses:
+  columns:
+    q1: {column: a, unit: deg}
+    q2: {column: b, unit: deg}
+    x: {column: x, unit: mm}
+    y: {column: y, unit: mm}
+    z: {column: z, unit: mm}
+dataset_units: {length: mm, angle: deg}
+dataset:
+  name: cell
+  sensor: {kind: tracker, nominal_pose: {translation: [0, 0, 10], rotation_vector: [0, 0, 0]}}
+"""
+
+
+def test_a_measurement_is_imported_with_the_robot_of_a_description(tmp_path):
+    """A mapping without a robot gets that of --urdf; with one of its own, or with links alone, it is refused."""
+    path, table, mapping = tmp_path / "in.urdf", tmp_path / "t.csv", tmp_path / "m.yaml"
+    path.write_text(urdf(GOOD), encoding="utf-8")
+    mapping.write_text(MAPPING, encoding="utf-8")
+    rows = [f"{i},{10 * i},{100 + i},{i},{-i}" for i in range(9)]
+    table.write_text("\n".join(["a,b,x,y,z", *rows]), encoding="utf-8")
+
+    def run(*options):
+        result = CliRunner().invoke(
+            cli, ["import", str(mapping), str(table), "-o", str(tmp_path / "cell"), *options]
+        )
+        return result.exit_code, result.output
+
+    status, said = run("--urdf", str(path), "--tip", "d")
+    assert status == 0, said
+    robot = read_dataset(tmp_path / "cell").robot
+    np.testing.assert_array_equal(robot.geometry, robot_from_urdf(path, None, "d")[0].geometry)
+    assert run()[0] == 2
+    assert "--urdf" in run("--tip", "d")[1]
+    mapping.write_text(MAPPING + "  robot: {name: x, joints: []}\n", encoding="utf-8")
+    status, said = run("--urdf", str(path))
+    assert status == 2 and "leave out --urdf" in said
