@@ -72,9 +72,10 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
 
     d = diagnosis.to_mapping()
     before, after = d["residual"]["before"], d["residual"]["after"]
+    only_noise = diagnosis.verdict == "effect" and not diagnosis.findings
     verdict = {
         "no_effect": "no effect found: these data show nothing that the model lacks",
-        "effect": "found what the model lacks",
+        "effect": "only random errors found" if only_noise else "found what the model lacks",
         "unattributed": "the residual holds structure that no known effect explains",
     }[d["verdict"]]
     lines = [f"{diagnosis.dataset.name}: {verdict}"]

@@ -78,6 +78,13 @@ class AxisNonparallel(OneJoint, LinkEffect):
         """Return which axis is tilted."""
         return f"the axis of joint {self.joint} is not quite parallel to the axis of joint {self.joint - 1}"
 
+    @property
+    def advice(self) -> list[str]:
+        """Return what to do about it."""
+        return [
+            "Correct poses with the calibration, or use a robot model that has Hayati's beta: plain DH parameters cannot describe this tilt."
+        ]
+
     def size(self, pictures: Sequence[Profile | Map]) -> str:
         """Return the angle itself."""
         return angle(abs(float(self.coefficients[0])))

@@ -128,6 +128,11 @@ class BaseCompliance(BaseEffect):
         """Return that the base tilts."""
         return "the base tilts under the weight of the arm"
 
+    @property
+    def advice(self) -> list[str]:
+        """Return what to do about it."""
+        return ["Tighten the bolts of the base, stiffen its pedestal, and measure again."]
+
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the tilt over the overturning moment."""
         w = self.base_screws(view.nominal, view.poses) @ self.coefficients

@@ -24,15 +24,7 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-PRIOR_STD = {
-    "rad": 3e-3,
-    "m": 0.02,
-    "rad/rad": 0.02,
-    "m/m": 0.02,
-    "1/m": 0.1,
-    "1/K": 1e-3,
-    "1": 1.0,
-}
+PRIOR_STD = {"rad": 3e-3, "m": 0.02, "rad/rad": 0.02, "m/m": 0.02, "1/m": 0.1, "1/K": 1e-3, "1": 1.0}
 """Prior standard deviation of a coefficient by its unit: at least ten times the size in real arms and workcells. Unlisted units have no prior."""
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
@@ -59,6 +51,9 @@ class Effect(ABC):
     natural_source: ClassVar[str] = ""  # where these sizes come from
     remedy: ClassVar[str] = ""  # what would make it observable, a clause
     remedy_advice: ClassVar[str] = ""  # the same as advice, whole sentences
+    told_with: ClassVar[str] = (
+        ""  # what effects share that one clause of a report tells of together; the name where empty
+    )
 
     # What it depends on.
 
@@ -264,6 +259,11 @@ class Effect(ABC):
         """Return what the effect does, as a clause of a sentence that names its place."""
         return self.title
 
+    @classmethod
+    def clause_of(cls, effects: Sequence[Effect]) -> str:
+        """Return what several effects of one kind do, as one clause."""
+        return ", and ".join(dict.fromkeys(effect.clause for effect in effects))
+
     def table(self, std: Sequence[float | None]) -> Table | None:
         """Return the coefficients as a table, with their standard errors ``(k,)``; None if they mean nothing to a reader."""
         rows: list[tuple[str, ...]] = [
@@ -283,7 +283,7 @@ class Effect(ABC):
 
     @property
     def advice(self) -> list[str]:
-        """Return what to do about the effect if it was found, whole sentences."""
+        """Return what to do about the effect if it was found, whole sentences; the first one is what to do first."""
         return []
 
     @classmethod

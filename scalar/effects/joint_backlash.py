@@ -17,6 +17,7 @@ from scalar.effects.gravity import torque_of, typical_masses, typical_torque
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View, angle_axis
 from scalar.effects.places import JointEffect, OneJoint
+from scalar.effects.title import joints_in_words
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -145,6 +146,20 @@ class JointBacklash(OneJoint, JointEffect):
     def clause(self) -> str:
         """Return which joint has play."""
         return f"joint {self.joint} has play"
+
+    @classmethod
+    def clause_of(cls, effects: Sequence[Effect]) -> str:
+        """Return which joints have play."""
+        if len(effects) == 1:
+            return effects[0].clause
+        return f"{joints_in_words(sorted({effect.erring_joint or 0 for effect in effects}))} have play"
+
+    @property
+    def advice(self) -> list[str]:
+        """Return how to avoid it."""
+        return [
+            f"Let joint {self.joint} arrive from the same side at every pose, and have the play of its gear adjusted."
+        ]
 
     @classmethod
     def advice_on_data(cls, dataset: Dataset) -> list[str]:

@@ -120,6 +120,13 @@ class JointCompliance(JointEffect):
             f"{joints_in_words(joints)} give{'' if len(joints) > 1 else 's'} way under the weight of the arm"
         )
 
+    @property
+    def advice(self) -> list[str]:
+        """Return what to do about it."""
+        return [
+            "Give the controller the true payload, and keep it as it was in this campaign: under a heavier load the joints give way by more."
+        ]
+
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the deflection of every joint over the torque on it."""
         return [self._over_torque(view, joint) for joint in self.target["joints"]]

@@ -96,6 +96,13 @@ class JointCoupling(JointEffect):
         """Return which joint is dragged along by which."""
         return f"joint {self.joint} is dragged along by joint {self.source}"
 
+    @property
+    def advice(self) -> list[str]:
+        """Return where to correct it."""
+        return [
+            f"Compare the coupling of joint {self.joint} to joint {self.source} in the controller with the arm's data sheet, and correct it there."
+        ]
+
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the error of the joint over the angle of its source."""
         return [along_joint(view, self, self.joint, self.source)]

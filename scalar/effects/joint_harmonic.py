@@ -16,8 +16,8 @@ from scalar.effects.flexible.proposals import curves_of, waves_of
 from scalar.effects.joint_pictures import along_joint, at_angle, joint_profile
 from scalar.effects.picture import CURVE_POINTS, Axis, Map, Profile, View
 from scalar.effects.series import Series
-from scalar.effects.title import ORDERS_IN_SENTENCE
-from scalar.effects.wording import UNKNOWN, angle, orders
+from scalar.effects.title import ORDERS_IN_SENTENCE, joints_in_words
+from scalar.effects.wording import UNKNOWN, angle, periods
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 from scalar.units import DEG
@@ -105,8 +105,27 @@ class JointHarmonic(Series):
 
     @property
     def clause(self) -> str:
-        """Return which joint errs, and in which orders."""
-        return f"joint {self.joint} errs periodically, {orders(self.orders, ORDERS_IN_SENTENCE)}"
+        """Return which joint errs, and how many periods a turn has."""
+        return f"joint {self.joint} errs periodically, with {periods(self.orders, ORDERS_IN_SENTENCE)}"
+
+    @classmethod
+    def clause_of(cls, effects: Sequence[Effect]) -> str:
+        """Return which joints err."""
+        joints = sorted({effect.erring_joint or 0 for effect in effects})
+        one = len(joints) == 1
+        return (
+            effects[0].clause
+            if len(effects) == 1
+            else f"{joints_in_words(joints)} err{'s' if one else ''} periodically"
+        )
+
+    @property
+    def advice(self) -> list[str]:
+        """Return which gear to look at."""
+        return [
+            f"Compare this error of joint {self.joint} with the accuracy on the data sheet of its gear, and have the gear checked for wear "
+            "and eccentricity if the error is larger."
+        ]
 
     def table(self, std: Sequence[float | None]) -> Table | None:
         """Return one row an order: amplitude, its standard error, and where the wave has its first maximum, all in degrees."""

@@ -10,7 +10,7 @@ from scalar.effects.command_words import joints_named, orders_named
 from scalar.effects.effect import Effect
 from scalar.effects.joint_harmonic import MAX_ORDER, MAX_RIPPLE_ORDER, JointHarmonic
 from scalar.effects.title import ORDERS_IN_SENTENCE
-from scalar.effects.wording import orders
+from scalar.effects.wording import periods
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -25,6 +25,7 @@ class JointRipple(JointHarmonic):
 
     name: ClassVar[str] = "joint_ripple"
     kind: ClassVar[str] = "ripple"
+    told_with: ClassVar[str] = JointHarmonic.name
     sentence: ClassVar[str] = (
         "the joint's angle errs periodically over its own turn, too finely for an eccentric gear: teeth, motor poles or encoder lines do that"
     )
@@ -48,5 +49,12 @@ class JointRipple(JointHarmonic):
 
     @property
     def clause(self) -> str:
-        """Return which joint errs, and in which orders."""
-        return f"joint {self.joint} errs periodically and finely, {orders(self.orders, ORDERS_IN_SENTENCE)}"
+        """Return which joint errs, and how many periods a turn has."""
+        return f"joint {self.joint} errs periodically and finely, with {periods(self.orders, ORDERS_IN_SENTENCE)}"
+
+    @property
+    def advice(self) -> list[str]:
+        """Return what to look at."""
+        return [
+            f"Have the motor, the encoder and the gear teeth of joint {self.joint} checked: an eccentric gear makes no periods as short as these."
+        ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -12,6 +12,7 @@ from scalar.data.poses import Poses
 from scalar.effects.acquisition import moving_joints
 from scalar.effects.effect import Effect
 from scalar.effects.places import JointEffect, OneJoint
+from scalar.effects.title import joints_in_words
 from scalar.effects.wording import KNOWN_LENGTH, KNOWN_LENGTH_ADVICE
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
@@ -72,3 +73,17 @@ class JointScale(OneJoint, JointEffect):
     def clause(self) -> str:
         """Return which joint errs."""
         return f"joint {self.joint} errs in proportion to its angle"
+
+    @classmethod
+    def clause_of(cls, effects: Sequence[Effect]) -> str:
+        """Return which joints err."""
+        if len(effects) == 1:
+            return effects[0].clause
+        return f"{joints_in_words(sorted({effect.erring_joint or 0 for effect in effects}))} err in proportion to their angles"
+
+    @property
+    def advice(self) -> list[str]:
+        """Return where to correct it."""
+        return [
+            f"Compare the gear ratio of joint {self.joint} in the controller with the arm's data sheet, and correct it there."
+        ]

@@ -15,6 +15,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import PointEffect
 from scalar.effects.plane_axes import carried_coordinates
+from scalar.effects.wording import listed
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 from scalar.sensors.scan_pieces import PIECES
@@ -99,6 +100,19 @@ class PlaneBow(PointEffect):
     def clause(self) -> str:
         """Return which plane is not flat."""
         return f"target plane {self.plane} is not flat"
+
+    @classmethod
+    def clause_of(cls, effects: Sequence[Effect]) -> str:
+        """Return which planes are not flat."""
+        names = list(dict.fromkeys(str(effect.target["plane"]) for effect in effects))
+        return effects[0].clause if len(names) == 1 else f"target planes {listed(names)} are not flat"
+
+    @property
+    def advice(self) -> list[str]:
+        """Return what to do about it."""
+        return [
+            f"Replace target plane {self.plane} by a flatter one, or support it so that it does not bend."
+        ]
 
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the heights over the plane, in the two base axes nearest to it."""

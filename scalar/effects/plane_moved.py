@@ -15,6 +15,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.picture import Axis, Map, Profile, View, variable_axis
 from scalar.effects.places import PointEffect
 from scalar.effects.plane_axes import carried_coordinates
+from scalar.effects.wording import listed
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
@@ -198,12 +199,20 @@ class PlaneMoved(PointEffect):
         when = f"from the pose of order {self.order:.0f} on"
         return f"target plane {self.plane} {'crept' if self.creep_span else 'stood elsewhere'} {when}"
 
+    @classmethod
+    def clause_of(cls, effects: Sequence[Effect]) -> str:
+        """Return which planes moved."""
+        names = list(dict.fromkeys(str(effect.target["plane"]) for effect in effects))
+        if len(effects) == 1:
+            return effects[0].clause
+        return f"target plane{'s' if len(names) > 1 else ''} {listed(names)} moved during the acquisition"
+
     @property
     def advice(self) -> list[str]:
-        """Return how to be rid of it."""
+        """Return how to avoid it."""
         return [
             f"Clamp target plane {self.plane} and measure again, or give the poses from order "
-            f"{self.order:.0f} on a session of their own."
+            f"{self.order:.0f} on a session of their own (column session in poses.csv)."
         ]
 
     def pictures(self, view: View) -> list[Profile | Map]:

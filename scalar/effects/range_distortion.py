@@ -90,6 +90,13 @@ class RangeDistortion(RangeError):
         """Return what is curved."""
         return "the laser's range is not linear"
 
+    @property
+    def advice(self) -> list[str]:
+        """Return what to do about it."""
+        return [
+            "Check the linearity of the scanner on a flat surface at known distances, or have its maker calibrate it: the arm is not at fault."
+        ]
+
     def powers(self, reach: Array) -> Array:
         """Return the correction of the range by curvature, gain and zero ``(G, 3)``."""
         return np.column_stack([(reach - self.middle) ** 2, reach, np.ones_like(reach)])

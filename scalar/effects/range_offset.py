@@ -32,8 +32,8 @@ class RangeOffset(RangeError):
         "scans from near and from far, the scanner turned about its line of sight, would show it"
     )
     remedy_advice: ClassVar[str] = (
-        "Scan the same target plane from near and from far, and with the scanner turned about its line of sight: the laser's "
-        "zero hides in the scanner's place on the flange as long as the incidence hardly varies."
+        "Scan the same target plane from near and from far, and with the scanner turned about its line of sight: while the incidence hardly "
+        "varies, an error of the laser's zero cannot be distinguished from a shift of the scanner on the flange."
     )
     basis_names: ClassVar[tuple[str, ...]] = ("ux", "uz")
 
@@ -55,6 +55,13 @@ class RangeOffset(RangeError):
     def clause(self) -> str:
         """Return what is off."""
         return "the laser's range has an error of its zero"
+
+    @property
+    def advice(self) -> list[str]:
+        """Return what to do about it."""
+        return [
+            "Check the zero of the scanner against a known distance, or have its maker calibrate it: the arm is not at fault."
+        ]
 
     def powers(self, reach: Array) -> Array:
         """Return the correction of the range by the coefficient ``(G, 1)``."""

@@ -52,6 +52,13 @@ class RangeScale(RangeError):
         """Return what is off."""
         return "the laser's range has an error of scale"
 
+    @property
+    def advice(self) -> list[str]:
+        """Return what to do about it."""
+        return [
+            "Check the scale of the scanner against a known length, or have its maker calibrate it: the arm is not at fault."
+        ]
+
     def powers(self, reach: Array) -> Array:
         """Return the correction of the range by the coefficient ``(G, 1)``."""
         return reach[:, None]

@@ -127,6 +127,14 @@ class SensorSlip(SensorEffect):
         """Return when the sensor slipped."""
         return f"the sensor slipped on the flange before the pose of order {self.order:.0f}"
 
+    @property
+    def advice(self) -> list[str]:
+        """Return what to do about it."""
+        return [
+            "Tighten the sensor's mount on the flange and measure again, or give the poses from order "
+            f"{self.order:.0f} on a session of their own (column session in poses.csv)."
+        ]
+
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the shift along the fitted motion in order of acquisition."""
         order = view.poses.order

@@ -13,7 +13,7 @@ from scalar.effects.acquisition import missing_column, order_and_time
 from scalar.effects.effect import Effect
 from scalar.effects.picture import CURVE_POINTS, Axis, Map, Profile, View, variable_axis
 from scalar.effects.places import LinkEffect
-from scalar.effects.wording import listed, number
+from scalar.effects.wording import columns_in_words, listed, number
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.geometry.se3 import Array
 
@@ -214,7 +214,17 @@ class ThermalDrift(LinkEffect):
     @property
     def clause(self) -> str:
         """Return that the arm grows, and with what."""
-        return f"the arm grows: {self.title}"
+        along = columns_in_words([self.by])
+        if not self.time_constant:
+            return f"the arm's lengths grow with {along}"
+        return f"the arm's lengths grow as it warms up, with a time constant of {number(self.time_constant)} {_CLOCK.get(self.by, 'K')}"
+
+    @property
+    def advice(self) -> list[str]:
+        """Return how to avoid it."""
+        return [
+            "Let the arm warm up before it is measured and before it is used, and keep the temperature around it even."
+        ]
 
     @classmethod
     def advice_on_data(cls, dataset: Dataset) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from scalar.effects.wording import listed, orders
+from scalar.effects.wording import columns_in_words, listed, orders
 
 ORDERS_IN_TITLE, ORDERS_IN_SENTENCE = 12, 3
 
@@ -31,7 +31,7 @@ def titled(kind: str, target: Mapping[str, Any], depends_on: Sequence[str] = ())
     if "plane" in target:
         return f"target plane {target['plane']}: {kind}{_since(target)}"
     if depends_on:
-        return f"{kind}, depending on {listed(depends_on)}"
+        return f"{kind}, varying with {columns_in_words(depends_on)}"
     return f"{kind}{_since(target)}"
 
 

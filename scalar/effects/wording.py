@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from scalar.data.poses import is_joint
 from scalar.units import DEG, MM, MRAD
 
 UNKNOWN = "–"
@@ -64,10 +65,24 @@ def coefficient(name: str, value: float, std: float | None) -> tuple[str, str, s
     return name, number(value), UNKNOWN if std is None else number(std, 2), ""
 
 
+_RATIOS = {
+    "rad/rad": (MRAD, "mrad per rad"),
+    "m/m": (MM, "mm per m"),
+    "1/m": (MM, "mm/m²"),
+    "1/K": (MM, "mm per m and kelvin"),
+    "1/s": (MM, "mm per m and second"),
+    "1/pose": (MM, "mm per m and pose"),
+}
+"""Units of coefficients that are ratios: the size of the unit in which they are shown, and its name."""
+
+
 def sized(value: float, unit: str) -> str:
     """Return a value of a unit in which effects have their coefficients (rad, m, rad/rad ...) in words."""
     if unit == "rad":
         return angle(value)
+    if unit in _RATIOS:
+        size, shown = _RATIOS[unit]
+        return f"{number(value / size, 2)} {shown}"
     return length(value) if unit == "m" else f"{number(value, 2)} {unit}"
 
 
@@ -77,6 +92,36 @@ def orders(numbers: Sequence[int], most: int) -> str:
         return f"{len(numbers)} orders from {min(numbers)} to {max(numbers)}"
     return f"order{'s' if len(numbers) > 1 else ''} {listed([str(k) for k in numbers])}"
 
+
+def periods(numbers: Sequence[int], most: int) -> str:
+    """Return orders of a series as periods a turn: each of them, or from where to where if there are more than ``most``."""
+    if len(numbers) > most:
+        return f"between {min(numbers)} and {max(numbers)} periods a turn"
+    return f"{listed([str(k) for k in numbers])} period{'' if list(numbers) == [1] else 's'} a turn"
+
+
+def columns_in_words(names: Sequence[str]) -> str:
+    """Return what columns of poses.csv, and other quantities on which structure may depend, are called in a sentence."""
+    joints = [name[1:] for name in names if is_joint(name)]
+    found = (
+        [
+            f"the angle{'s' if len(joints) > 1 else ''} of joint{'s' if len(joints) > 1 else ''} {listed(joints)}"
+        ]
+        if joints
+        else []
+    )
+    found += [_CALLED.get(name, f"the recorded {name}") for name in names if not is_joint(name)]
+    return listed(list(dict.fromkeys(found)))
+
+
+_CALLED = {
+    "gravity": "the direction of gravity",
+    "order": "the order of acquisition",
+    "time": "the time",
+    "temperature": "the temperature",
+    "plane_u": "the place on the target plane",
+    "plane_v": "the place on the target plane",
+}
 
 KNOWN_LENGTH = "a reference of known length would show it"
 KNOWN_LENGTH_ADVICE = (

@@ -61,7 +61,7 @@ def explain(
     joint = int(name.rsplit("_", 1)[1]) if name.rsplit("_", 1)[-1].isdigit() else 0
     in_target = any(not _is_robot(other) and not other.startswith("sensor_") for other in moves_with)
     if _is_scale(names, direction, values):
-        reason = "nothing measured here carries a metric, so the whole workcell may be scaled: every length is relative to this one"
+        reason = "no length is known in these data, so the whole workcell may be scaled: every length is relative to this one"
     elif cause == "still":
         which = " and ".join(str(i) for i in still)
         one = f"it acts as one with {_listed(moves_with)}" if others else "no residual depends on it"
@@ -69,7 +69,7 @@ def explain(
     elif not others:
         reason = "no residual depends on it"
     elif joint == 1 and in_target:
-        reason = "the base is floating: moving it moves the whole arm, and the target is found where the arm measures it"
+        reason = "the base is floating: if it moved, the whole arm would move with it, and the target would be found elsewhere by as much"
     else:
         reason = f"only its combination with {_listed(moves_with)} is determined"
         if cause == "poses":

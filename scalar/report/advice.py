@@ -1,4 +1,4 @@
-"""Advice on what to measure or correct next, derived from what these data could not show."""
+"""What to do next: repairs of what was found, and measurements for what these data could not show."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.data.poses import is_joint
 from scalar.effects import registry
 from scalar.effects.wording import KNOWN_LENGTH_ADVICE
+from scalar.report.noise_card import noise_advice
+from scalar.report.opening import by_importance
 from scalar.report.words import angle, length, listed
 from scalar.units import DEG, MM
 
@@ -25,44 +26,31 @@ _WEAK_SHOWN = 4
 
 def advice(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
     """Return the advice, the most useful sentence first."""
-    return [
-        *_unexplained(diagnosis, mapping),
+    found = [
+        *_about_findings(diagnosis),
+        *_mislabelled(mapping),
         *_unobservable(diagnosis),
         *_weak(diagnosis),
         *_columns(diagnosis),
         *_poses(diagnosis),
-        *_repairs(diagnosis, mapping),
     ]
+    return list(dict.fromkeys(found))
 
 
-def _unexplained(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
-    found = []
-    for entry in mapping["effects"]:
-        if "depends_on" in entry:
-            joints = [f"joint {v[1:]}" for v in entry["depends_on"] if is_joint(v)]
-            others = [v for v in entry["depends_on"] if not is_joint(v)]
-            if joints:
-                found.append(
-                    f"Sweep {listed(joints)} in small steps on one target plane, with all other joints still: the "
-                    "shape of that curve says more about the cause than random poses do."
-                )
-            if others:
-                found.append(
-                    f"Measure the same poses at several values of {listed(others)}, and see which residuals follow."
-                )
-    if len(diagnosis.noise) > 1:
-        found.append(
-            "Measure a dozen poses ten times each, some near and some stretched out: errors of the "
-            "joints grow with the "
-            "reach, errors of the scanner do not."
-        )
+def _about_findings(diagnosis: Diagnosis) -> list[str]:
+    found = [sentence for finding in by_importance(diagnosis.findings) for sentence in finding.effect.advice]
+    if diagnosis.confirmed_noise and not diagnosis.flexible_terms:
+        found += noise_advice(diagnosis)
     return found
 
 
 def _unobservable(diagnosis: Diagnosis) -> list[str]:
     hidden = [entry.effect.remedy_advice for entry in diagnosis.unobservable]
-    scale = [] if diagnosis.after.residuals.measurement.carries_scale else [KNOWN_LENGTH_ADVICE]
-    return [sentence for sentence in dict.fromkeys([*scale, *hidden]) if sentence]
+    if diagnosis.after.residuals.measurement.carries_scale:
+        hidden = [sentence for sentence in hidden if sentence != KNOWN_LENGTH_ADVICE]
+    else:
+        hidden = [KNOWN_LENGTH_ADVICE, *hidden]
+    return [sentence for sentence in hidden if sentence]
 
 
 def _weak(diagnosis: Diagnosis) -> list[str]:
@@ -115,12 +103,9 @@ def _poses(diagnosis: Diagnosis) -> list[str]:
     return found
 
 
-def _repairs(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
-    found = [sentence for finding in diagnosis.findings for sentence in finding.effect.advice]
+def _mislabelled(mapping: Mapping[str, Any]) -> list[str]:
     wrong = mapping["outliers"]["mislabelled"]
-    if wrong:
-        found.append(
-            f"Correct the plane in poses.csv for {'the pose' if len(wrong) == 1 else 'the poses'} listed "
-            "above, and run again."
-        )
-    return found
+    if not wrong:
+        return []
+    which = "the pose" if len(wrong) == 1 else "the poses"
+    return [f"Correct the plane in poses.csv for {which} listed above, and run again."]

@@ -48,5 +48,5 @@ def draw_autocorrelation(autocorrelation: Autocorrelation) -> Pair:
         panel.markup(what),
         None,
         sentences(f"{what}.", "If the errors are independent, 19 of 20 dots lie within the grey band."),
-        (("●", "blue", "what was measured"), ("■", "ink", "what independent points show by chance")),
+        (("●", "blue", "what was measured"), ("■", "band", "what independent points show by chance")),
     )

@@ -10,26 +10,27 @@ import numpy as np
 
 from scalar.diagnosis.partial_residuals import FittedView
 from scalar.diagnosis.separating_poses import separation
-from scalar.diagnosis.variance_components import whitening_for
 from scalar.effects.picture import Map, Profile
 from scalar.report import shipped_words, unseen_words, words
 from scalar.report.advice import advice
+from scalar.report.noise_card import noise_card
+from scalar.report.opening import opening
 from scalar.report.own_noise import own_noise
 from scalar.report.pictures import draw
-from scalar.report.residual_pictures import draw_residuals, draw_scatter
+from scalar.report.residual_pictures import draw_residuals
 from scalar.report.thinning import dots_per_panel
 from scalar.sensors import kind_of
-from scalar.units import DEG, MM
+from scalar.units import MM
 
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis, Finding
 
 VERDICTS = {
-    "no_effect": "Nothing but noise",
+    "no_effect": "No effect found",
     "effect": "Found what the model lacks",
     "unattributed": "Structure that no known effect explains",
 }
-_NAMED_IN_SENTENCE = 4
+NOISE_ONLY = "Only random errors found"
 _RANKS_SHOWN = 8
 _MANY_PICTURES = 12  # effects with pictures; what comes after has its table only
 _RIVALS_SHOWN = 3
@@ -48,13 +49,14 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         for i, finding in enumerate(diagnosis.findings)
     ]
     if diagnosis.confirmed_noise and not diagnosis.flexible_terms:
-        effects.append(_noise_card(diagnosis))
+        effects.append(noise_card(diagnosis))
     return {
         "name": diagnosis.dataset.name,
         "about": _about(diagnosis),
         "verdict": mapping["verdict"],
-        "headline": VERDICTS[mapping["verdict"]],
-        "sentence": _sentence(mapping, effects),
+        "headline": _headline(diagnosis),
+        "opening": opening(diagnosis, mapping, shown),
+        "files": _files(diagnosis),
         "unseen": unseen_words.unseen_sentences(diagnosis, mapping),
         "shipped": shipped_words.shipped_sentences(diagnosis),
         "errors": _errors(mapping, bool(diagnosis.findings)),
@@ -84,27 +86,25 @@ def _about(diagnosis: Diagnosis) -> str:
     return " · ".join(parts)
 
 
-def _sentence(mapping: Mapping[str, Any], effects: list[dict[str, Any]]) -> str:
-    before, after = (mapping["residual"][when]["held_out_rms_mm"] for when in ("before", "after"))
-    floor = mapping["residual"]["floor_mm"]
-    level = f"noise alone would leave {words.number(floor)} mm"
-    if not effects:
+def _headline(diagnosis: Diagnosis) -> str:
+    only_noise = diagnosis.verdict == "effect" and not diagnosis.findings
+    return NOISE_ONLY if only_noise else VERDICTS[diagnosis.verdict]
+
+
+def _files(diagnosis: Diagnosis) -> str:
+    """Return what the two calibrations are, a sentence; empty where the sentences on the shipped fit say it."""
+    if diagnosis.shipped.without_effects:
+        return ""
+    if not diagnosis.findings:
         return (
-            "These data show nothing that the model lacks: on poses held out from the fit the error is "
-            f"{words.number(before)} mm, and {level}."
+            "'scalar predict after.json joints.csv -o frames.csv' applies this calibration to joint angles."
         )
-    texts = [e["clause"] + (f" ({e['size']})" if e["size"] else "") for e in effects]
-    more = len(texts) - _NAMED_IN_SENTENCE
-    if more > 1:
-        texts = [*texts[:_NAMED_IN_SENTENCE], f"{more} more effects"]
-    opening = words.capital(words.listed(texts))
-    if all(e["is_noise"] for e in effects):
-        held = f"On poses held out from the fit the error is {words.number(after)} mm; {level}."
-        return f"{opening}. {words.capital(effects[0]['text'])}. {held}"
-    change = "falls" if after < before else "changes"
+    what = "this effect" if len(diagnosis.findings) == 1 else "these effects"
+    if diagnosis.shipped.choice.left_out:
+        what = "what was found, as far as these data determine it,"
     return (
-        f"{opening}. With {'this' if len(effects) == 1 else 'these'} in the model, the error on poses "
-        f"held out from the fit {change} from {words.number(before)} to {words.number(after)} mm; {level}."
+        f"after.json is the calibration that takes {what} into account, and 'scalar predict after.json joints.csv -o frames.csv' applies it; "
+        "before.json is the one without."
     )
 
 
@@ -154,7 +154,6 @@ def _card(
     poses = diagnosis.after.dataset.poses["pose"].to_numpy()
     return {
         "title": effect.title,
-        "clause": effect.clause,
         "text": effect.sentence,
         "is_noise": False,
         "flexible": effect.flexible,
@@ -185,73 +184,13 @@ def _confounded(diagnosis: Diagnosis, index: int, finding: Finding) -> dict[str,
     text = ""
     if found is not None:
         text = (
-            f"Poses with joint {found.joint} between {words.angle(found.low)} and "
-            f"{words.angle(found.high)} would distinguish it best from "
-            f"{titles[0]}: there the two explanations put the sensor {words.length(found.there)} "
-            "apart, and "
-            f"{words.length(found.here)} at the poses that were measured."
+            f"Poses with joint {found.joint} between {words.angle(found.low)} and {words.angle(found.high)} would show best whether it is "
+            f"{titles[0]}: there the predictions of the two differ by {words.length(found.there)}, at the measured poses by "
+            f"{words.length(found.here)}."
         )
     more = len(titles) - _RIVALS_SHOWN
     shown = titles[:_RIVALS_SHOWN] + ([f"{more} more"] if more > 0 else [])
     return {"names": words.listed(shown, "or"), "poses": text}
-
-
-def _of_spread(diagnosis: Diagnosis) -> str:
-    """Return why the variance between poses is no noise; empty where it is."""
-    if diagnosis.exceeds_any_repeatability:
-        return "the poses scatter by more than the repeatability of any arm, and no effect was found that explains it: something acts on them"
-    if diagnosis.depends_on:
-        along = words.listed([words.column(name) for name in diagnosis.depends_on])
-        return f"the errors of poses follow {along}, as noise does not: something acts on the poses"
-    return ""
-
-
-def _noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
-    best = diagnosis.noise[0]
-    entry = diagnosis.noise_entry()
-    is_angle = best.name == "pose_jitter"
-    state = diagnosis.after
-    residual = state.linearised()[0][: len(best.covariance) * best.covariance.shape[1]]
-    rows = residual.reshape(len(best.covariance), -1)
-    mixed = np.einsum("nij,nj->ni", whitening_for(best), rows)
-    pick = state.residuals.measurement.shift_rows
-    near = [words.title(c["name"], c["target"]) for c in entry["confounded_with"]]
-    how = (
-        "the joints scatter from pose to pose"
-        if is_angle
-        else "each scan has an error of its own, common to its points"
-    )
-    title = words.title(entry["name"], {})
-    is_component = entry["name"] in words.COMPONENTS
-    return {
-        "title": title,
-        "clause": words.COMPONENTS[entry["name"]][1] if is_component else f"there is {title}",
-        "text": _of_spread(diagnosis) or f"{how}: a random error, which no correction removes",
-        "is_noise": True,
-        "flexible": False,
-        "size": f"{words.angle(best.std) if is_angle else words.length(best.std)} standard deviation",
-        "p_value": words.chance(best.p_value),
-        "sure": f"{100 * entry['confidence']:.0f} %",
-        "chosen": unseen_words.share(entry, diagnosis),
-        "before": None,
-        "after": None,
-        "seen": None,
-        "table": {
-            "head": ("coefficient", "value", "±", "unit"),
-            "rows": [
-                (
-                    "standard deviation",
-                    words.number(best.std / (DEG if is_angle else MM)),
-                    words.number(best.std_error / (DEG if is_angle else MM), 2),
-                    "° in each joint" if is_angle else "mm",
-                )
-            ],
-        },
-        "pictures": [
-            draw_scatter(rows[:, pick].ravel(), mixed[:, pick].ravel(), not diagnosis.component_is_no_noise)
-        ],
-        "confounded": {"names": words.listed(near, "or"), "poses": ""} if near else None,
-    }
 
 
 def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -276,7 +215,7 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _unobservable(diagnosis: Diagnosis) -> list[dict[str, str]]:
-    """Return what cannot be seen, effects of the same consequence together."""
+    """Return the unobservable effects, those of the same consequence together."""
     together: dict[str, list[str]] = {}
     for entry in diagnosis.unobservable:
         together.setdefault(entry.consequence, []).append(entry.effect.title)

@@ -115,7 +115,7 @@ def _draw_profile(profile: Profile, poses: Array, most: int) -> Pair:
         sentences(
             f"{what}.",
             profile.note,
-            f"{_count(left_out)} that can hardly show the effect not drawn." if left_out else "",
+            _left_out(left_out),
             in_caption(int(some.sum()), len(some)),
             at_the_edge(beyond),
         ),
@@ -123,8 +123,11 @@ def _draw_profile(profile: Profile, poses: Array, most: int) -> Pair:
     )
 
 
-def _count(number: int) -> str:
-    return "1 measurement" if number == 1 else f"{number} measurements"
+def _left_out(count: int) -> str:
+    """Return the sentence on measurements that are not drawn; empty where all are."""
+    if not count:
+        return ""
+    return f"{'1 measurement' if count == 1 else f'{count} measurements'} that can hardly show the effect {'is' if count == 1 else 'are'} not drawn."
 
 
 def _key(has_sides: bool, has_curve: bool, has_means: bool) -> tuple[tuple[str, str, str], ...]:

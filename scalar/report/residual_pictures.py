@@ -57,7 +57,7 @@ def draw_residuals(before: FittedState, after: FittedState, most: int) -> Pair:
     return Pair(
         panels[0].markup(f"{what}, before"),
         None if same else panels[1].markup(f"{what}, after"),
-        sentences(f"{what}, everything fitted.", in_caption(int(some.sum()), len(some))),
+        sentences(f"{what}, with all parameters fitted.", in_caption(int(some.sum()), len(some))),
         tuple(key),
     )
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def shipped_sentences(diagnosis: Diagnosis) -> list[str]:
-    """Return whole sentences on the fit in ``after.json``; none where there was nothing to choose."""
+    """Return whole sentences on the fit in ``after.json``; none if there was no choice."""
     return [*_without_effects(diagnosis), *_left_out(diagnosis), *_weights(diagnosis)]
 
 
@@ -22,9 +22,10 @@ def _left_out(diagnosis: Diagnosis) -> list[str]:
     if not choice.left_out or diagnosis.shipped.without_effects:
         return []
     names = listed([effect.title for effect in choice.left_out])
+    them = "it" if len(choice.left_out) == 1 else "them"
     return [
-        f"after.json does not correct for {names}. With that correction, predictions at other poses are expected to err by "
-        f"{length(choice.error_with)}, without it by {length(choice.error_without)}: these data do not determine it well enough."
+        f"after.json does not correct for {names}, because these data do not determine {them} well enough: predictions at other poses are "
+        f"expected to err by {length(choice.error_with)} with this correction, and by {length(choice.error_without)} without it."
     ]
 
 
@@ -35,13 +36,17 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
     if shipped.decided_by == "expected_error":
         with_all, without = length(shipped.choice.error_with), length(shipped.choice.error_without)
         return [
-            f"after.json is the model without effects. With them, predictions at other poses are expected to err by {with_all}, "
-            f"without them by {without}. The effects are findings only, and nothing is corrected for them."
+            f"after.json is the model without effects, because with them predictions at other poses are expected to err by {with_all}, "
+            f"and by {without} without them. The effects are findings only, and nothing is corrected for them."
         ]
+    if shipped.decided_by == "unseen" and diagnosis.outer is not None:
+        poses, errors = "poses that took no part in the diagnosis", diagnosis.outer.errors
+    else:
+        poses, errors = "poses held out from the fit", (shipped.held_out, shipped.effects_held_out)
+    without, with_effects = (number(error.rms / MM) for error in errors)
     return [
-        "after.json is the model without effects. With them, poses held out from the fit are predicted worse "
-        f"({number(shipped.effects_held_out.rms / MM)} mm RMS, {number(shipped.held_out.rms / MM)} mm without), by more than chance makes. "
-        "The effects are findings only, and nothing is corrected for them."
+        f"after.json is the model without effects, because with them {poses} are predicted significantly worse ({with_effects} mm RMS, "
+        f"{without} mm without). The effects are findings only, and nothing is corrected for them."
     ]
 
 
@@ -57,14 +62,17 @@ def _weights(diagnosis: Diagnosis) -> list[str]:
         why = f"poses held out from the fit are then predicted {'better' if weighted else 'no worse'}"
         figures = f"{weighted_rms} with the weights, {equal_rms} without"
     else:
-        why = f"the weights {'make' if weighted else 'would not make'} predictions elsewhere clearly surer, and held-out poses do not tell"
-        figures = f"when single poses are left out, predictions vary by {weighted_std} with the weights, by {equal_std} without"
-    used = "the weights that this noise gives the poses" if weighted else "equal weights for all poses"
+        why = (
+            "held-out poses are predicted about equally well with and without these weights, and the weights "
+            f"{'make' if weighted else 'would not make'} predictions at other poses clearly more certain"
+        )
+        figures = f"predictions vary by {weighted_std} with the weights and by {equal_std} without when single poses are left out"
+    used = "the weights that the random error gives the poses" if weighted else "equal weights for all poses"
     sentences = [f"after.json is fitted with {used}: {why} ({figures})."]
     if found.beyond_chance:
         sentences.append(
-            f"Take care: the two fits disagree. Their predictions are {length(found.apart)} apart, where chance makes "
-            f"{length(found.apart_std)}. One kind of noise, the same for all poses, does not explain that: some poses hold something that "
-            "others do not. Look at the poses with the largest residuals before the correction is used."
+            f"Take care: the fits with and without these weights disagree. Their predictions differ by {length(found.apart)}, with a standard "
+            f"error of {length(found.apart_std)}. A random error that is the same at all poses does not explain this, so something may act on some "
+            "poses only. Look at the poses with the largest residuals before the correction is used."
         )
     return sentences

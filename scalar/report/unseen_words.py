@@ -1,4 +1,4 @@
-"""What the report says of poses that nothing has seen, and of effects that the runs without a part of the poses do not confirm."""
+"""What the report says of unseen poses, and of effects that the runs without a part of the poses do not confirm."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
 
 QUICK = (
-    "This is a quick answer: the errors are of poses held out from the fit, which the choice of effects has seen. Errors on poses that nothing "
-    "has seen, and which findings they confirm, take five diagnoses more (scalar diagnose without --quick)."
+    "This is a quick answer: the errors are those of poses that were held out from the fit but took part in the choice of effects, so they may be "
+    "too small. Run 'scalar diagnose' without --quick for errors on unseen poses, and to see which findings they confirm."
 )
 
 
 def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
-    """Return whole sentences on unseen poses; that they are not known, after a quick answer."""
+    """Return whole sentences on the errors on unseen poses, or on how to get them after a quick answer."""
     outer = diagnosis.outer
     if outer is None:
         return [QUICK]
@@ -25,13 +25,13 @@ def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[s
     sentences = []
     if after["unseen_rms_mm"] is not None:
         sentences.append(
-            f"On poses that neither cleaning nor choice nor fit has seen ({len(outer.answers)} runs, each without a part of the poses) the error is "
-            f"{_with_spread(after)} mm RMS, without effects {_with_spread(before)} mm; the worst pose is off by {number(after['unseen_max_mm'])} mm. "
-            "This is what to expect at poses like the measured ones."
+            f"On poses that took no part in the diagnosis ({len(outer.answers)} runs, each without a part of the poses) the error is "
+            f"{_with_spread(after)} mm RMS, and {_with_spread(before)} mm without effects; at the worst it is {number(after['unseen_max_mm'])} mm. "
+            "Errors of this size are to be expected at poses like the measured ones."
         )
     if outer.failed:
         sentences.append(
-            f"{len(outer.failed)} of {outer.folds} runs came to no end without their part of the poses, which is not counted: {outer.failed[0]}."
+            f"{len(outer.failed)} of {outer.folds} runs failed without their part of the poses, and that part is not counted: {outer.failed[0]}."
         )
     for entry in mapping["not_confirmed"]:
         name = capital(title(entry["name"], entry["target"], entry.get("depends_on", ())))

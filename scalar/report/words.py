@@ -7,33 +7,35 @@ from typing import Any
 
 import numpy as np
 
-from scalar.data.poses import is_joint
 from scalar.effects import registry
 from scalar.effects.title import titled
-from scalar.effects.wording import UNKNOWN, angle, coefficient, length, listed, number
+from scalar.effects.wording import UNKNOWN, angle, coefficient, columns_in_words, length, listed, number
 
-__all__ = ["angle", "capital", "chance", "coefficient", "column", "length", "listed", "number", "title"]
+__all__ = [
+    "angle",
+    "capital",
+    "chance",
+    "coefficient",
+    "columns_in_words",
+    "length",
+    "listed",
+    "number",
+    "title",
+]
 
 COMPONENTS = {
-    "pose_jitter": ("jitter from pose to pose", "the joints repeat only up to a random error in each pose"),
-    "scan_bias": ("bias from scan to scan", "each scan has an error of its own"),
+    "pose_jitter": "jitter of the joints from pose to pose",
+    "scan_bias": "random offset of each measurement",
 }
-"""Variance components by name: what each is called, and what it means as a clause."""
+"""What variance components are called, by name."""
 
 
 def title(name: str, target: Mapping[str, Any], depends_on: Sequence[str] = ()) -> str:
     """Return what an entry of diagnosis.json is called: its place, then its kind."""
     if name in COMPONENTS:
-        return COMPONENTS[name][0]
+        return COMPONENTS[name]
     kinds = registry.known()
     return titled(kinds[name].kind or name if name in kinds else name, target, depends_on)
-
-
-def column(name: str) -> str:
-    """Return what a column of poses is called in a sentence."""
-    if name in ("plane_u", "plane_v"):
-        return "the place on the target plane"
-    return f"the angle of joint {name[1:]}" if is_joint(name) else f"the {name}"
 
 
 def chance(p: float | None) -> str:

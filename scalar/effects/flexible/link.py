@@ -73,6 +73,15 @@ class UnattributedLink(Unattributed, LinkEffect):
             basis[:, k, self.joint - 1, k * w : (k + 1) * w] = functions
         return basis
 
+    @property
+    def advice(self) -> list[str]:
+        """Return what to look at on the link."""
+        if self.by == GRAVITY:
+            return [
+                f"Check the bolts and the bearing of the link at joint {self.joint}: its error varies with the direction of gravity."
+            ]
+        return [f"Have the bearing of joint {self.joint} checked: its axis wobbles as the joint turns."]
+
     def to_mapping(self) -> dict[str, Any]:
         """Return place, joint and driver."""
         return {"place": self.place, "joint": self.joint, "by": self.by}

@@ -10,6 +10,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Self
 
 from scalar.effects.effect import Effect, Table
+from scalar.effects.flexible.first_steps import first_steps
+from scalar.effects.wording import columns_in_words
 
 NAME = "unattributed"
 
@@ -19,7 +21,7 @@ class Unattributed(Effect):
 
     name: ClassVar[str] = NAME
     kind: ClassVar[str] = "unmodelled structure"
-    sentence: ClassVar[str] = "structure that no known effect explains"
+    sentence: ClassVar[str] = "the residual has structure that no known effect explains"
     flexible: ClassVar[bool] = True
     place: ClassVar[str] = ""
 
@@ -46,7 +48,20 @@ class Unattributed(Effect):
     @property
     def clause(self) -> str:
         """Return that there is structure, and what it depends on."""
-        return f"there is {self.title}"
+        return self.clause_of([self])
+
+    @classmethod
+    def clause_of(cls, effects: Sequence[Effect]) -> str:
+        """Return that there is structure, and what it depends on."""
+        names = list(dict.fromkeys(name for effect in effects for name in effect.depends_on))
+        return (
+            f"there is structure that no known effect explains, and it varies with {columns_in_words(names)}"
+        )
+
+    @property
+    def advice(self) -> list[str]:
+        """Return how to look for its cause."""
+        return first_steps(self.depends_on)
 
     def table(self, std: Sequence[float | None]) -> Table | None:
         """Return None, because the coefficients of a flexible term mean nothing to a reader."""

@@ -54,7 +54,7 @@ def _correlated(part: Part, found: float) -> NoiseComponent:
         length, unit = part.length, "points"
         name, what = (
             "scan_correlation",
-            f"the scanner's errors at neighbouring points are correlated: {value / MM:.2g} mm, over {length:.2g} points",
+            f"the scanner's errors at neighbouring points are correlated: they are {value / MM:.2g} mm and extend over {length:.2g} points",
         )
     target: dict[str, Any] = {
         "shape": part.kernel.shape,
@@ -71,10 +71,10 @@ def _exponents(level: Level) -> list[NoiseComponent]:
     std = 0.5 * np.sqrt(np.diag(level.covariance))
     for index, by, words in (
         (1, "range", "the range"),
-        (3, "incidence", "the cosine of incidence, beyond what the slant of the rays makes"),
+        (3, "incidence", "the cosine of the incidence (beyond the slant of the rays)"),
     ):
         value = 0.5 * float(level.coefficients[index])
         if abs(value) > _MENTIONED * std[index]:
-            sentence = f"the scanner's noise goes with the power {value:.2g} of {words}"
+            sentence = f"the scanner's noise varies with {words} to the power {value:.2g}"
             result.append(NoiseComponent("scan_level", {"by": by}, value, float(std[index]), "1", sentence))
     return result

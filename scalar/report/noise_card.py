@@ -1,0 +1,103 @@
+"""What the report says of a variance component: what scatters, by how much, and whether it is random."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scalar.diagnosis.variance_components import whitening_for
+from scalar.effects.flexible.first_steps import first_steps
+from scalar.report import unseen_words, words
+from scalar.report.residual_pictures import draw_scatter
+from scalar.sensors import kind_of
+from scalar.units import DEG, MM
+
+if TYPE_CHECKING:
+    from scalar.diagnosis.result import Diagnosis
+
+JITTER = "pose_jitter"
+REPEAT_POSES = (
+    "Measure a dozen poses ten times each, some near and some stretched out: errors of the joints grow with the reach, errors of the sensor "
+    "do not."
+)
+
+
+def noise_clause(diagnosis: Diagnosis) -> str:
+    """Return what the likeliest variance component shows, as a clause."""
+    if diagnosis.exceeds_any_repeatability:
+        return "the poses scatter by more than the repeatability of any arm, and no known effect explains it"
+    if diagnosis.depends_on:
+        along = words.columns_in_words(diagnosis.depends_on)
+        return f"there is structure that no known effect explains, and it varies with {along}"
+    if diagnosis.noise[0].name == JITTER:
+        return "the joints come back to a pose only up to a random error"
+    return f"each {_measurement(diagnosis)} as a whole has a random error"
+
+
+def noise_size(diagnosis: Diagnosis) -> str:
+    """Return how large the likeliest variance component is, with its unit."""
+    best = diagnosis.noise[0]
+    return f"{words.angle(best.std) if best.name == JITTER else words.length(best.std)} standard deviation"
+
+
+def noise_advice(diagnosis: Diagnosis) -> list[str]:
+    """Return what to do about the likeliest variance component, the first thing first."""
+    if diagnosis.component_is_no_noise:
+        return first_steps(diagnosis.depends_on) or [REPEAT_POSES]
+    if len(diagnosis.noise_entry()["confounded_with"]):
+        return [REPEAT_POSES]
+    if diagnosis.noise[0].name == JITTER:
+        return [
+            "Compare this scatter with the repeatability on the arm's data sheet, and have brakes and gears checked if it is larger; "
+            "repeated measurements of a pose average it out."
+        ]
+    return [
+        f"Check that the sensor is mounted firmly and has warmed up, and take several {_measurement(diagnosis)}s at each pose: their mean has "
+        "a smaller error."
+    ]
+
+
+def noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Return the entry of the report on the likeliest variance component."""
+    best = diagnosis.noise[0]
+    entry = diagnosis.noise_entry()
+    is_angle = best.name == JITTER
+    residual = diagnosis.after.linearised()[0][: len(best.covariance) * best.covariance.shape[1]]
+    rows = residual.reshape(len(best.covariance), -1)
+    white = np.einsum("nij,nj->ni", whitening_for(best), rows)
+    pick = diagnosis.after.residuals.measurement.shift_rows
+    near = [words.title(c["name"], c["target"]) for c in entry["confounded_with"]]
+    clause = noise_clause(diagnosis)
+    return {
+        "title": words.title(entry["name"], {}, diagnosis.depends_on),
+        "text": clause if diagnosis.component_is_no_noise else f"{clause}, which no correction removes",
+        "is_noise": True,
+        "flexible": False,
+        "size": noise_size(diagnosis),
+        "p_value": words.chance(best.p_value),
+        "sure": f"{100 * entry['confidence']:.0f} %",
+        "chosen": unseen_words.share(entry, diagnosis),
+        "before": None,
+        "after": None,
+        "seen": None,
+        "table": {
+            "head": ("coefficient", "value", "±", "unit"),
+            "rows": [
+                (
+                    "standard deviation",
+                    words.number(best.std / (DEG if is_angle else MM)),
+                    words.number(best.std_error / (DEG if is_angle else MM), 2),
+                    "° in each joint" if is_angle else "mm",
+                )
+            ],
+        },
+        "pictures": [
+            draw_scatter(rows[:, pick].ravel(), white[:, pick].ravel(), not diagnosis.component_is_no_noise)
+        ],
+        "confounded": {"names": words.listed(near, "or"), "poses": ""} if near else None,
+    }
+
+
+def _measurement(diagnosis: Diagnosis) -> str:
+    return "scan" if kind_of(diagnosis.dataset).scans else "measurement"

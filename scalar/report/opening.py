@@ -1,0 +1,131 @@
+"""The two sentences with which the report begins: what matters most, and what to do first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from scalar.diagnosis.separating_poses import separation
+from scalar.effects.picture import Map, Profile
+from scalar.report import words
+from scalar.report.noise_card import noise_advice, noise_clause, noise_size
+
+if TYPE_CHECKING:
+    from scalar.diagnosis.result import Diagnosis, Finding
+
+_CLAUSES = 3  # in the first sentence; the others are counted
+_SURE = 0.8  # confidence below which a cause is to be confirmed before anything is repaired
+
+Pictures = Sequence[Profile | Map]
+
+
+def opening(diagnosis: Diagnosis, mapping: Mapping[str, Any], pictures: Sequence[Pictures]) -> list[str]:
+    """Return two sentences: what matters most, and what to do first.
+
+    Args:
+        diagnosis: To report.
+        mapping: Its ``to_mapping``.
+        pictures: Of each finding, in their order; findings beyond them have no size in the sentence.
+    """
+    return [_what_matters(diagnosis, mapping, pictures), _what_to_do(diagnosis)]
+
+
+def by_importance(findings: Sequence[Finding]) -> list[Finding]:
+    """Return findings by how far each lowered the squared held-out error when it was added, the most important first."""
+    return sorted(findings, key=lambda finding: finding.after.rms**2 - finding.before.rms**2)
+
+
+def clauses(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> list[str]:
+    """Return one clause with its size for all findings of a kind, the most important kind first."""
+    drawn = {id(finding): shown for finding, shown in zip(findings, pictures, strict=False)}
+    together: dict[str, list[Finding]] = {}
+    for finding in by_importance(findings):
+        together.setdefault(finding.effect.told_with or finding.effect.name, []).append(finding)
+    return [
+        _with_size(
+            alike[0].effect.clause_of([finding.effect for finding in alike]),
+            _largest(alike, [drawn.get(id(finding), ()) for finding in alike]),
+        )
+        for alike in together.values()
+    ]
+
+
+def _largest(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> str:
+    """Return the size of the largest of several effects; empty where none is drawn."""
+    if len(findings) == 1:
+        return findings[0].effect.size(pictures[0])
+    shown = [picture for drawn in pictures for picture in drawn]
+    alike = [
+        picture
+        for picture in shown
+        if type(picture) is type(shown[0]) and picture.y_axis.unit == shown[0].y_axis.unit
+    ]
+    return findings[0].effect.size(alike)
+
+
+def _with_size(clause: str, size: str) -> str:
+    return f"{clause} ({size})" if size else clause
+
+
+def _what_matters(diagnosis: Diagnosis, mapping: Mapping[str, Any], pictures: Sequence[Pictures]) -> str:
+    before, after = (
+        words.number(mapping["residual"][when]["held_out_rms_mm"]) for when in ("before", "after")
+    )
+    level = f"noise alone would leave {words.number(mapping['residual']['floor_mm'])} mm"
+    error = "the error on poses held out from the fit"
+    found = clauses(diagnosis.findings, pictures)
+    has_noise = bool(diagnosis.confirmed_noise) and not diagnosis.flexible_terms
+    noise = [_with_size(noise_clause(diagnosis), noise_size(diagnosis))] if has_noise else []
+    if not found and not noise:
+        return f"These data show nothing that the model lacks: {error} is {before} mm, and {level}."
+    said = _joined(found, noise)
+    if not found or diagnosis.shipped.without_effects:
+        return f"{said}: {error} is {after} mm, and {level}."
+    held_out = mapping["residual"]
+    change = (
+        "falls" if held_out["after"]["held_out_rms_mm"] < held_out["before"]["held_out_rms_mm"] else "changes"
+    )
+    what = "this" if len(diagnosis.findings) + len(noise) == 1 else "these"
+    return f"{said}: with {what} in the model, {error} {change} from {before} to {after} mm, and {level}."
+
+
+def _joined(found: Sequence[str], noise: Sequence[str]) -> str:
+    """Return clauses as the beginning of a sentence, separated by semicolons; clauses beyond the first few are counted."""
+    more = len(found) - _CLAUSES
+    counted = [f"{more} kind{'' if more == 1 else 's'} of effects more"] if more > 0 else []
+    shown = [*found[:_CLAUSES], *counted, *noise]
+    text = "; ".join(shown[:-1]) + ("; and " if len(shown) > 1 else "") + shown[-1]
+    return words.capital(text)
+
+
+def _what_to_do(diagnosis: Diagnosis) -> str:
+    if not diagnosis.findings:
+        return (
+            noise_advice(diagnosis)[0]
+            if diagnosis.confirmed_noise
+            else "Use the calibration after.json as it is: nothing asks for a repair."
+        )
+    lead = by_importance(diagnosis.findings)[0]
+    if not lead.effect.flexible:
+        if lead.confounded_with:
+            return _distinguish(diagnosis, lead)
+        if lead.confidence < _SURE:
+            return f"Confirm this cause with a second campaign before anything is repaired: its confidence is {100 * lead.confidence:.0f} % only."
+    return (
+        lead.effect.advice[0]
+        if lead.effect.advice
+        else "Use after.json, which takes this effect into account."
+    )
+
+
+def _distinguish(diagnosis: Diagnosis, lead: Finding) -> str:
+    """Return which poses to add where two causes are confounded."""
+    near = lead.confounded_with[0]
+    index = next(i for i, finding in enumerate(diagnosis.findings) if finding is lead)
+    found = separation(diagnosis.after, index, near)
+    where = (
+        "more poses"
+        if found is None
+        else f"poses with joint {found.joint} between {words.angle(found.low)} and {words.angle(found.high)}"
+    )
+    return f"Before anything is repaired, measure {where}: these data do not distinguish {lead.effect.title} from {near.title}."

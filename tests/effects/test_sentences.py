@@ -1,0 +1,124 @@
+"""What effects say of themselves reads as sentences: a verb in each, nothing twice, advice that one can act on, nobody sent to the wrong maker."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from scalar.data.dataset import Dataset
+from scalar.effects.effect import Effect
+from scalar.effects.flexible.first_steps import first_steps
+from scalar.effects.places import PointEffect
+from scalar.effects.registry import known
+from tests.effects.everything import every_effect, optional_columns
+from tests.effects.injected import make_cell
+from tests.helpers import make_scene
+
+VERBS = {
+    "is", "are", "was", "has", "have", "errs", "err", "gives", "give", "tilts", "grow", "moved", "stood", "crept", "slipped", "sat", "rests",
+    "turns", "turn", "measures", "explains", "varies",
+}  # fmt: skip
+"""Finite verbs of which every sentence on an effect has one; a new effect may add its own."""
+
+IMPERATIVES = {
+    "Add", "Check", "Clamp", "Compare", "Correct", "Give", "Have", "Let", "Measure", "Record", "Repeat", "Replace", "Scan", "Sweep",
+    "Tighten", "Turn",
+}  # fmt: skip
+"""Words with which advice begins: what to do."""
+
+JOINT = re.compile(r"\bjoints? \d")
+
+
+@pytest.fixture(scope="module")
+def dataset() -> Dataset:
+    """Return a small dataset with every optional column."""
+    return make_cell(seed=5, poses_per_plane=8, points_per_scan=6, columns=optional_columns).dataset
+
+
+@pytest.fixture(scope="module")
+def effects(dataset: Dataset) -> list[Effect]:
+    """Return one of every effect."""
+    return every_effect(dataset, np.random.default_rng(6))
+
+
+def faults(text: str) -> list[str]:
+    """Return what breaks a text: words or marks twice, a gap before a mark, something empty."""
+    found = [word for word in re.findall(r"\b(\w+) \1\b", text, re.IGNORECASE) if not word.isdigit()]
+    found += re.findall(r"\s[,.;:)]|\(\s*\)|[,;:.]{2}|\s{2}|^\s|\s$|\bNone\b|\bnan\b", text)
+    return found
+
+
+def words_of(text: str) -> set[str]:
+    """Return the words of a text."""
+    return set(re.findall(r"\w+", text))
+
+
+def test_faults_are_found():
+    """The rules themselves: a word twice, an empty bracket and a lost end are faults, a plain sentence has none."""
+    assert (
+        faults("the the joint")
+        and faults("joint 1 errs ()")
+        and faults("it errs .")
+        and faults("varies with None")
+    )
+    assert not faults("joint 1 errs periodically, with 3 periods a turn (up to 0.017°)")
+
+
+def test_clauses_and_sentences_have_a_verb_and_no_fault(effects):
+    """Each says with a verb what is so, begins small, ends without a full stop, and repeats nothing."""
+    for effect in effects:
+        for text in (effect.clause, effect.sentence, effect.clause_of([effect])):
+            assert words_of(text) & VERBS, text
+            assert not faults(text), text
+            assert text[0].islower() and not text.endswith("."), text
+
+
+def test_several_effects_of_a_kind_are_one_clause(effects):
+    """However many there are, nothing is said twice, and a verb still agrees with its joints."""
+    for effect in effects:
+        assert effect.clause_of([effect] * 5).count(effect.clause_of([effect])) <= 1
+        alike = [e for e in effects if (e.told_with or e.name) == (effect.told_with or effect.name)]
+        text = alike[0].clause_of(alike)
+        assert words_of(text) & VERBS and not faults(text), text
+        assert not re.search(r"\bjoints [\d, and]+ (errs|gives|has)\b|\bjoint \d (err|give|have)\b", text), (
+            text
+        )
+
+
+def test_advice_says_what_to_do(effects):
+    """Every effect has advice in whole sentences, and the first of them begins with what to do."""
+    for effect in effects:
+        assert effect.advice, effect.name
+        assert effect.advice[0].split()[0] in IMPERATIVES, effect.advice[0]
+        for text in effect.advice:
+            assert text[0].isupper() and text.endswith(".") and not faults(text), text
+
+
+def test_a_fault_of_scanner_or_plane_sends_nobody_to_the_arm(effects):
+    """Advice on errors of the points names the scanner or the plane, and neither a joint nor a gear."""
+    for effect in effects:
+        if isinstance(effect, PointEffect):
+            text = " ".join([effect.sentence, effect.clause, *effect.advice])
+            assert not JOINT.search(text) and "gear" not in text and "robot" not in text, text
+            assert "scanner" in text or "target plane" in text, text
+
+
+@pytest.mark.parametrize(
+    "name", ["q2", "gravity", "order", "time", "temperature", "plane_u", "plane_v", "humidity"]
+)
+def test_structure_without_a_name_has_first_steps(name):
+    """Whatever it varies with, there is a sentence that says what to do, and the same one once."""
+    (text,) = first_steps([name, name])
+    assert text.split()[0] in IMPERATIVES and text.endswith(".") and not faults(text)
+
+
+def test_a_tracker_hears_nothing_of_planes_and_scans():
+    """No effect that is tried on a tracker's data, and no advice on its columns, speaks of planes or scans."""
+    data = make_scene(kind="tracker", seed=1, poses_per_plane=8).dataset
+    for kind in known().values():
+        tried = [*kind.candidates(data), *(effect for effect, _ in kind.changes(data))]
+        texts = [text for e in tried for text in (e.title, e.clause, e.sentence, *e.advice)]
+        for text in [*texts, *kind.advice_on_data(data)]:
+            assert not words_of(text.lower()) & {"plane", "planes", "scan", "scans", "scanner"}, text

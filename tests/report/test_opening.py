@@ -1,0 +1,50 @@
+"""The report begins with what matters most and what to do, and says each thing once."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from scalar.effects.flexible.joint import UnattributedJoint
+from scalar.effects.flexible.variable import Variable
+from scalar.effects.joint_backlash import JointBacklash
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.joint_ripple import JointRipple
+from scalar.report.opening import by_importance, clauses
+
+
+def found(effect: Any, before: float, after: float) -> Any:
+    """Return a finding that lowers the held-out error from one value to another [m]."""
+    return SimpleNamespace(
+        effect=effect, before=SimpleNamespace(rms=before), after=SimpleNamespace(rms=after)
+    )
+
+
+def test_the_largest_gain_comes_first():
+    """Of two findings, the one that lowered the squared error more is told first, in whatever order they were added."""
+    small, large = (
+        found(JointBacklash(2, "approach"), 3e-4, 2.9e-4),
+        found(JointBacklash(3, "approach"), 2.9e-4, 1e-4),
+    )
+    assert by_importance([small, large]) == by_importance([large, small]) == [large, small]
+
+
+def test_bands_of_orders_are_one_clause():
+    """Harmonics and ripples of several joints make one clause, and each joint occurs in it once."""
+    joints = (1, 2, 3)
+    effects = [kind(j, (orders,)) for j in joints for kind, orders in ((JointHarmonic, 3), (JointRipple, 40))]
+    (text,) = clauses([found(e, 2e-4 / (k + 1), 2e-4 / (k + 2)) for k, e in enumerate(effects)], [])
+    assert [text.count(str(j)) for j in joints] == [1, 1, 1]
+
+
+def test_structure_without_a_name_is_told_once():
+    """Five flexible terms make one clause that lists what they vary with, each joint once."""
+    q = {j: Variable.observed(f"q{j}", np.linspace(-1.0, 1.0, 5)) for j in (1, 4, 6)}
+    terms = [
+        UnattributedJoint(j, (q[a], q[b]))
+        for j, a, b in ((1, 1, 4), (2, 1, 6), (3, 4, 6), (4, 1, 4), (5, 1, 6))
+    ]
+    (text,) = clauses([found(term, 2e-4, 1.9e-4) for term in terms], [])
+    assert text.count("structure") == 1 and text.endswith("the angles of joints 1, 4 and 6")
