@@ -1,4 +1,4 @@
-"""The candidates of a dataset as columns, given a fitted model: taken once, scored as often as the residual changes.
+"""The columns of all candidates at a fitted model, computed once and scored again whenever the residual changes.
 
 Several candidates share columns (an order of a joint stands alone and in the joint's whole spectrum): each column stands there once.
 """
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class CandidateSet:
-    """What is tried on a dataset, in elements: columns that several candidates share stand there once.
+    """All candidates of a dataset, made of elements: a column that several candidates share is an element only once.
 
     Attributes:
         tried: Candidates with the indices of their columns.
         elements: Effects whose columns these are.
         changes: (effect that acts always, the poses it touches) for every kind of change; their columns come last.
-        bases: What effects on joints are of the poses, filled as they are first asked for.
+        bases: Basis functions of effects on joints at the poses, computed when they are first used.
         elsewhere: How many more of the same kind are tried in other sets.
     """
 

@@ -26,16 +26,16 @@ def together(
     candidates: CandidateSet,
     left_out: tuple[Background, Array, Array],
 ) -> Scored:
-    """Return how effects of a state score given the others, as one: by the first of them.
+    """Return the score of several effects of a state together, given the others, under the name of the first.
 
     Args:
         state: With the effects.
         indices: Which.
-        candidates: What is tried.
+        candidates: The candidate set.
         left_out: As ``background_without`` gives it for these effects.
     """
     without, mine, sizes = left_out
-    # Rows of priors apart, which no column of another effect has: what is left of the effects' own given the others.
+    # What is left of the effects' own columns given the others; rows of priors have no part in other effects.
     assert without.released is not None
     left = without.released.T @ mine
     projected = Projected.with_gram(without, mine, left.T @ left, np.sum(mine * mine, axis=0), sizes)

@@ -1,6 +1,6 @@
 """Predictions at poses that were not measured: random ones within the joint limits, the motion of the base aside.
 
-Where the base stands is a convention that no measurement of planes or by a tracker can know, so two predictions are compared after the
+The place of the base is a convention that neither planes nor a tracker determine, so two predictions are compared after the
 rigid motion that brings them nearest to each other.
 """
 
@@ -20,7 +20,7 @@ from scalar.geometry.se3 import Array, skew
 
 N_POSES = 1500
 _SEED = 20240
-_UNBOUNDED = 4 * np.pi  # rad: a limit beyond two turns is none
+_UNBOUNDED = 4 * np.pi  # rad: a joint whose limit lies beyond two turns counts as unlimited
 
 
 def joint_limits(state: FittedState) -> Array:

@@ -1,4 +1,4 @@
-"""From a dataset to a model that explains it, and to its calibrations: all that a diagnosis decides from the data, in one run.
+"""Explain a dataset in one run: clean it, select effects, and calibrate without effects, with them, and as shipped.
 
 The same run is made on all poses, and on those of every part of the outer split.
 """
@@ -36,13 +36,13 @@ from scalar.geometry.se3 import Array
 
 @dataclass(frozen=True, eq=False)
 class Explained:
-    """A dataset with what explains it.
+    """A cleaned dataset and the effects that explain it.
 
     Attributes:
         cleaned: The dataset without its gross errors.
         prepared: The same, prepared for fits.
         before, after: States without effects and with all that were found.
-        tried: What has a name and was tried.
+        tried: The candidate set of named effects.
     """
 
     cleaned: Cleaned
@@ -67,7 +67,7 @@ class Explained:
 
 
 def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], None]) -> Explained:
-    """Return what explains a dataset.
+    """Return the cleaned dataset with the effects that explain it.
 
     Raises:
         InvalidInput: The data contradict themselves.

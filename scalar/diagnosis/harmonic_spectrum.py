@@ -1,10 +1,10 @@
 """Joints that err in many orders: all orders are fitted at once, shrunk to the sizes that the data support.
 
-Few poses, or a joint that moves through part of a turn, do not distinguish neighbouring orders. If orders are chosen one by one, chance decides
-which, and the correction beyond the measured angles is noise. Here every order from 1 to 64 is fitted, shrunk towards zero by a prior
+Few poses, or a joint that moves through a part of a turn only, do not distinguish neighbouring orders. If orders are chosen one by one, chance
+decides which, and the correction at angles that were not measured is noise. Here every order from 1 to 64 is fitted, shrunk towards zero by a prior
 of its size: one size for a band of orders, shared by the joints, found by maximising the evidence (MacKay, Bayesian interpolation, Neural
-Computation 4, 1992). The evidence trusts the bands too far where nothing was measured; the prior is
-therefore made narrower by the factor that best predicts poses in parts of a joint's range that the fit has not seen. At angles that were not
+Computation 4, 1992). At angles that were not measured, these sizes are too large; the prior is
+therefore made narrower by the factor that best predicts poses in parts of a joint's range that were left out of the fit. At angles that were not
 measured the correction then fades to nothing, so that it can be used in another campaign.
 """
 
@@ -27,16 +27,16 @@ from scalar.effects.series import Series
 from scalar.geometry.se3 import Array
 
 BANDS = ((1, 2), (3, 6), (7, 12), (13, 20), (21, 32), (33, 48), (49, 64))
-FIRST_SIZE = 3e-5  # rad, where the search for the sizes starts; it ends at the same from anywhere
+FIRST_SIZE = 3e-5  # rad, where the search for the sizes starts; its end does not depend on the start
 PRIOR_SHARES = (1.0, 0.5, 0.25, 0.125)  # of the sizes that the evidence finds
 
 
 def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
-    """Return a state in which joints that err in many orders have all of them, unless poses held out are then predicted worse.
+    """Return a state in which joints that err in many orders have all of them, unless held-out poses are then predicted worse.
 
     Args:
         state: With the orders that were found one by one.
-        named: What has a name.
+        named: The candidate set of named effects.
     """
     series = _series(state)
     joints = list(series)
@@ -52,7 +52,7 @@ def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
     std = dict(zip(BANDS, share * sizes, strict=True))
     kept = [effect for effect in state.effects if not _is_series_of(effect, joints)]
     smooth = [effect.with_term_std([std[_band(order)] for order in effect.orders]) for effect in dense]
-    # Fits weigh rows by the noise that is stated: a prior is set against what they will miss by once all orders are there.
+    # Fits weigh rows by the stated noise, so priors are scaled by the residual that will remain with all orders.
     misfit = np.sqrt(variance) * _excess(state)
     effects = tempered([*smooth, *kept], 1.0 / max(misfit, 1.0))
     trial = state.refitted(effects)
@@ -76,9 +76,9 @@ def _borne_out(state: FittedState, named: CandidateSet) -> FittedState:
 
 
 def _with_more(state: FittedState, named: CandidateSet) -> FittedState:
-    """Return a state with what else has a name and shows only given all orders, each borne out by poses held out.
+    """Return a state with further named effects that are significant only given all orders, each confirmed by held-out poses.
 
-    Low orders seen through part of a turn look like a weight on the joint: one by one they are taken first, and leave nothing to it.
+    Over a part of a turn, low orders resemble the weight on a joint: chosen one by one they come first, and the weight then explains nothing.
     """
     rest = CandidateSet.of([c for c, _ in named.tried if not isinstance(c, Series)])
     for _ in range(state.settings.spectrum.most_more):
@@ -101,7 +101,7 @@ def _with_more(state: FittedState, named: CandidateSet) -> FittedState:
 
 
 def tempered(effects: Sequence[Effect], factor: float) -> tuple[Effect, ...]:
-    """Return effects with priors of their own widened by a factor, for rows that are weighed otherwise; the others as they are."""
+    """Return effects with their own priors widened by a factor, for rows with other weights; effects without such priors are unchanged."""
     return tuple(
         effect.with_term_std([factor * std for std in effect.term_std])
         if isinstance(effect, Series) and effect.term_std
@@ -119,7 +119,7 @@ def as_whitened(state: FittedState) -> FittedState:
 
 
 def has_all_orders(state: FittedState, effect: Effect) -> bool:
-    """Return whether an effect is orders of a joint that has them all already, each with a prior of its own."""
+    """Return whether an effect consists of orders of a joint that already has all orders, each with its own prior."""
     return isinstance(effect, Series) and any(
         isinstance(own, Series) and own.term_std and own.joint == effect.joint for own in state.effects
     )
@@ -205,7 +205,7 @@ class _System:
         )
 
     def most_evident(self) -> tuple[Array, float]:
-        """Return the size of every band [rad] of greatest evidence, all else being unknown, and the variance of the rows that goes with them."""
+        """Return the size of every band [rad] of greatest evidence, all other parameters being unknown, and the variance of the rows at these sizes."""
         Q = np.linalg.qr(self.A)[0]
         E = self.E - Q @ (Q.T @ self.E)
         r = self.residual - Q @ (Q.T @ self.residual)

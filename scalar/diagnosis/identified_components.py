@@ -1,10 +1,9 @@
-"""Which variance components are the arm's or the scan's: those that explain the scatter given what a sensor's own noise may add.
+"""Identify the variance components of the arm or of the scans: those that explain the scatter better than the sensor's own noise.
 
-Whole poses scatter beyond the noise of their points where the joints do not repeat, or where each scan has an error of its own. They do as well
-where the noise of the points is larger than it looks, in all rows alike, and where what makes it is alike over a whole scan (a surface with
-waves longer than a scan, slow speckle). All are fitted together by restricted likelihood, and a component is identified only if it explains
-what the sensor's own two do not. Joints that repeat better than any data sheet states explain
-scatter as well, and are no finding.
+Whole poses scatter by more than the noise of their points if the joints do not repeat, or if each scan has an error of its own. They do so too if
+the noise of the points is larger than it appears, in all rows alike, or if its cause is common to a whole scan (a surface with waves longer than a
+scan, slow speckle). All four are fitted together by restricted likelihood, and a component of the arm or of the scans is identified only if it
+explains what the two of the sensor do not. Joints that repeat better than any data sheet states are taken as given and are no finding.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from scalar.diagnosis.variance_components import VarianceComponent, directions
 def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
     """Return the variance components of a state that the sensor's own noise does not explain, the likeliest first.
 
-    A sensor whose rows say nothing of errors that are alike over a whole pose has its components as they are.
+    For a sensor that has no such noise of its own, all components are returned unchanged.
     """
     residuals, model = state.residuals, state.model
     found = tuple(state.variance_components)

@@ -1,8 +1,8 @@
-"""How predictions at poses that were not measured vary when one pose at a time is left out: what a way to weigh the poses is worth.
+"""The variance of predictions at poses that were not measured, by leaving out one pose at a time: it judges how a fit weighs the poses.
 
-The delete-one-pose jackknife (Efron and Stein, Annals of Statistics 9, 1981; CR3 of Bell and McCaffrey, Survey Methodology 28, 2002) holds
-whatever the covariance within a pose is, also where the weights of a fit are wrong. A fit weighted by a component that is not there loses
-efficiency and is not biased, so its own standard errors do not show the loss and these do.
+The delete-one-pose jackknife (Efron and Stein, Annals of Statistics 9, 1981; CR3 of Bell and McCaffrey, Survey Methodology 28, 2002) is valid
+for any covariance within a pose, even if the weights of a fit are wrong. A fit with the weights of a component that does not exist loses
+efficiency but is not biased; its own standard errors do not show this loss, whereas the jackknife does.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from scalar.diagnosis.harmonic_spectrum import as_whitened
 from scalar.geometry.se3 import Array
 
 N_POSES = 200  # random poses at which predictions are compared
-_LEAST_LEFT = 1e-3  # of a pose's rows once a fit has taken its share: a pose that alone determines something is not inflated further
+_LEAST_LEFT = 1e-3  # least share of a pose's rows that the fit leaves; it limits the inflation for a pose that alone determines a direction
 
 
 @dataclass(frozen=True, eq=False)

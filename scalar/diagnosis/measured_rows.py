@@ -1,4 +1,4 @@
-"""A dataset reduced to rows, once for each set of functions that its effects need kept: every refit of a diagnosis asks for the same.
+"""The rows to which a dataset is compressed, once for each set of functions of the points that effects need; all refits share them.
 
 The rows carry what is known of the noise within poses, so that weights, tests and standard errors follow it.
 """
@@ -15,7 +15,7 @@ from scalar.sensors import Measurement, PoseNoise, measure
 
 
 class MeasuredRows:
-    """The rows of a dataset, compressed when they are first asked for."""
+    """The rows of a dataset, compressed when they are first used."""
 
     def __init__(self, dataset: Dataset, noise: PoseNoise | None = None) -> None:
         """Take the dataset, which must not change, and the noise within its poses where it is not white and of one size."""

@@ -1,4 +1,4 @@
-"""What the noise alone would leave of the distances, and what whole scans are off beyond the noise of their points."""
+"""The residual that noise alone would leave, and the scatter of whole scans beyond the noise of their points."""
 
 from __future__ import annotations
 
@@ -12,6 +12,6 @@ def floor(state: FittedState) -> float:
 
 
 def between_scans(state: FittedState) -> float:
-    """Return the standard deviation [m] of what a scan as a whole is off, beyond the noise of its points; zero where it is not."""
+    """Return the standard deviation [m] by which scans as a whole scatter beyond the noise of their points; zero if they do not."""
     background = state.background_within_scans()
     return state.residuals.measurement.between_poses(background.residual, background.variance)

@@ -1,8 +1,8 @@
-"""Effects that these data cannot show: the other parameters take them up, and predictions elsewhere are off all the same.
+"""Unobservable effects: the other parameters absorb them, so they leave no residual, and yet predictions at other poses may be wrong.
 
 If an effect with coefficient c is present and not in the model, the fit moves the free parameters by ``J^+ E c``, with J and E the whitened columns
-of the parameters and of the effect, and leaves the residual ``(I - J J^+) E c``. Where that is all but nothing, the effect is unobservable.
-What it costs is the difference between ``J^+ E c`` and the effect itself in the predicted positions, within the joint limits.
+of the parameters and of the effect, and leaves the residual ``(I - J J^+) E c``. If that is almost zero, the effect is unobservable.
+Its consequence is the difference between ``J^+ E c`` and the effect itself in the predicted positions, within the joint limits.
 """
 
 from __future__ import annotations
@@ -48,9 +48,9 @@ class Unobservable:
 
 
 def unobservable_effects(state: FittedState, candidates: Sequence[Effect]) -> list[Unobservable]:
-    """Return the candidates that the data cannot show beyond the model, with what they would cost.
+    """Return the unobservable candidates, each with the prediction error that it would cause.
 
-    Only kinds that state a natural size, of which no effect was found, and candidates of one term: several terms can hide only together.
+    Only candidates with one term are judged, of kinds that state a natural size and of which no effect was found.
     """
     found_names = {effect.name for effect in state.effects}
     wanted = [

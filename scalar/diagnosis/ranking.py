@@ -1,4 +1,4 @@
-"""Every candidate with its score on a residual, best first; what is not linear in the best ones refined by finer looks."""
+"""Rank all candidates by their score on a residual, and refine the nonlinear parameters of the best ones."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class Scored:
     """A candidate with its score.
 
     Attributes:
-        effect: With the terms that are worth taking.
+        effect: With the terms that raise its evidence.
         gain: Drop of the squared whitened residual.
-        dof: Directions seen.
+        dof: Number of observable directions.
         evidence: In nats.
         p_value: Corrected for all that were tried.
         observability: ``|E'| / |E|``.
@@ -56,7 +56,7 @@ def rank(state: FittedState, background: Background, columns: CandidateColumns) 
             if candidate.n_terms > 1:
                 rest, freedom = remainder(background, own_gain, own_dof)
                 terms = where.reshape(candidate.n_terms, -1)
-                # Each term has to pay for its columns and for being one of many, as it would have to alone.
+                # Each term is penalised for its columns and for the number of terms tried, as it would be alone.
                 price = np.log(background.freedom) + 2 * np.log(candidate.n_terms) / terms.shape[1]
                 chosen = projected.forward(terms, worth=price * rest / freedom)
                 if not chosen:
@@ -109,7 +109,7 @@ def score_of(
 
 
 def refined(state: FittedState, background: Background, entry: Scored) -> Scored:
-    """Return a scored effect with what is not linear in it fitted: finer looks about the coarse one."""
+    """Return a scored effect with its nonlinear parameters fitted by a search around the coarse candidate."""
     for scale in REFINEMENTS:
         for _ in range(state.settings.selection.refinement_rounds):
             finer = _look(state, background, entry, scale)
@@ -125,7 +125,7 @@ def _look(state: FittedState, background: Background, entry: Scored, scale: floa
     if len(pool.tried) == 1:
         return entry
     best = rank(state, background, CandidateColumns(state, pool))[0]
-    # The price of the search is that of the coarse one; what is gained is fit.
+    # The penalty for the number of candidates is that of the coarse search; only the fit improves.
     was, now = (max(background.squared - e.gain, 1e-300) for e in (entry, best))
     gained = float(0.5 * background.freedom * np.log(was / now))
     if gained < state.settings.selection.least_refinement:

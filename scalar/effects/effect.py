@@ -51,9 +51,7 @@ class Effect(ABC):
     natural_source: ClassVar[str] = ""  # where these sizes come from
     remedy: ClassVar[str] = ""  # what would make it observable, a clause
     remedy_advice: ClassVar[str] = ""  # the same as advice, whole sentences
-    told_with: ClassVar[str] = (
-        ""  # what effects share that one clause of a report tells of together; the name where empty
-    )
+    told_with: ClassVar[str] = ""  # the same for effects that share one clause; the name where empty
 
     # What it depends on.
 

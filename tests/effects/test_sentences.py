@@ -24,7 +24,7 @@ VERBS = {
 
 IMPERATIVES = {
     "Add", "Check", "Clamp", "Compare", "Correct", "Give", "Have", "Let", "Measure", "Record", "Repeat", "Replace", "Scan", "Sweep",
-    "Tighten", "Turn",
+    "Tighten", "Turn", "Wait",
 }  # fmt: skip
 """Words with which advice begins: what to do."""
 
