@@ -78,7 +78,7 @@ def _borne_out(state: FittedState, named: CandidateSet) -> FittedState:
 def _with_more(state: FittedState, named: CandidateSet) -> FittedState:
     """Return a state with further named effects that are significant only given all orders, each confirmed by held-out poses.
 
-    Over a part of a turn, low orders resemble the weight on a joint: chosen one by one they come first, and the weight then explains nothing.
+    Over a part of a turn, low orders resemble a weight on the joint: chosen one by one they come first, and the weight explains nothing.
     """
     rest = CandidateSet.of([c for c, _ in named.tried if not isinstance(c, Series)])
     for _ in range(state.settings.spectrum.most_more):

@@ -119,6 +119,13 @@ class SensorMap(RangeError):
         return self if self.same_place(other) else None
 
     @property
+    def advice(self) -> list[str]:
+        """Return how to check the scanner."""
+        return [
+            "Check the linearity of the scanner over its whole profile on a flat surface, or have its maker calibrate it: the arm is not at fault."
+        ]
+
+    @property
     def clause(self) -> str:
         """Return what varies."""
         return "the error of the scanner varies smoothly over its profile"
