@@ -205,7 +205,7 @@ class _System:
         )
 
     def most_evident(self) -> tuple[Array, float]:
-        """Return the size of every band [rad] of greatest evidence, all other parameters being unknown, and the variance of the rows at these sizes."""
+        """Return the size of every band [rad] of greatest evidence, with all else unknown, and the variance of the rows at these sizes."""
         Q = np.linalg.qr(self.A)[0]
         E = self.E - Q @ (Q.T @ self.E)
         r = self.residual - Q @ (Q.T @ self.residual)
