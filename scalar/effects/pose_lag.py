@@ -78,16 +78,16 @@ class PoseLag(OneJoint, JointEffect):
         """Return which joint was logged on its way."""
         when = "before" if self.coefficients[0] >= 0 else "after"
         return (
-            f"the angle of joint {self.joint} was logged {when} the joint stood where it was measured: "
-            "it errs by a share of the last step"
+            f"the angle of joint {self.joint} was logged {when} the joint stood where it was measured, "
+            "so it errs by a share of the last step"
         )
 
     @property
     def advice(self) -> list[str]:
         """Return to wait before angles are logged."""
         return [
-            "Wait until the arm has settled, then log the angles and measure; or log the angles at the moment of the measurement. "
-            "The lag belongs to this campaign: predictions are made for an arm at rest."
+            "Wait until the arm has settled, then log the angles and measure; or log the angles at the moment of the measurement.",
+            "The lag belongs to this campaign: predictions are made for an arm at rest.",
         ]
 
     def pictures(self, view: View) -> list[Profile | Map]:

@@ -1,4 +1,4 @@
-"""Whether data can determine a model at all: refused here with what would fix it, before or after a first look at the geometry."""
+"""Refuse data that cannot determine a model, with what would help, before or after a first fit of the geometry."""
 
 from __future__ import annotations
 
@@ -117,8 +117,8 @@ def check_guess(model: Model, guess: Any, settings: SufficiencySettings = DEFAUL
     faults = [
         Fault(
             "dataset.yaml",
-            f"the points said to lie on it lie on a plane that is {np.arccos(min(c, 1.0)) / DEG:.0f} degrees from this rough "
-            "normal: correct the normal, or the plane's name in poses.csv",
+            f"the points of this plane lie on one whose normal is {np.arccos(min(c, 1.0)) / DEG:.0f} degrees from this initial "
+            "guess: correct the normal, or the plane's name in poses.csv",
             None,
             f"planes.{name}.normal",
         )
@@ -175,14 +175,14 @@ def check_parameters(
         raise Undetermined(
             [f"{_poses_give(dataset.n_poses)} {equations} equations for {needed} unknowns"
              f"{', however many points they have' if measurement.scans else ''}: "
-             f"measure at least {more} more, better twice as many poses, or state robot.tolerance, by which 'scalar calibrate' keeps "
-             "near the data sheet what they do not show"]
+             f"measure at least {more} more poses, better twice as many, or state robot.tolerance, so that 'scalar calibrate' keeps "
+             "undetermined parameters near the data sheet"]
         )  # fmt: skip
     unseen = [h for h in identifiability.fixed if h.cause == "poses"]
     if unseen:
         raise Undetermined(
             [f"these poses do not determine {h.name}: {h.reason}; measure more poses that differ in all joints and all over the "
-             "planes, or state robot.tolerance, by which 'scalar calibrate' keeps it near the data sheet" for h in unseen]
+             "planes, or state robot.tolerance, so that 'scalar calibrate' keeps it near the data sheet" for h in unseen]
         )  # fmt: skip
 
 

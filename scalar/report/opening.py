@@ -92,7 +92,11 @@ def _what_matters(diagnosis: Diagnosis, mapping: Mapping[str, Any], pictures: Se
 def _joined(found: Sequence[str], noise: Sequence[str]) -> str:
     """Return clauses as the beginning of a sentence, separated by semicolons; clauses beyond the first few are counted."""
     more = len(found) - _CLAUSES
-    counted = [f"{more} kind{'' if more == 1 else 's'} of effects more"] if more > 0 else []
+    counted = (
+        [f"there {'is' if more == 1 else 'are'} {more} further kind{'' if more == 1 else 's'} of effects"]
+        if more > 0
+        else []
+    )
     shown = [*found[:_CLAUSES], *counted, *noise]
     text = "; ".join(shown[:-1]) + ("; and " if len(shown) > 1 else "") + shown[-1]
     return words.capital(text)
