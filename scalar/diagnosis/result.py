@@ -151,7 +151,6 @@ class Diagnosis:
         not_confirmed = [self._finding(f) for f in self.not_confirmed]
         if self.noise and not flexible_terms:
             (effects if self.confirmed_noise else not_confirmed).append(self.noise_entry())
-        unseen = (None, None) if self.outer is None else self.outer.errors
         effects += [self._unattributed_entry(flexible_terms)] if flexible_terms else []
         outliers = [*self.cleaned.outlier_poses, *(pose for pose, _ in self.cleaned.mislabelled_poses)]
         mapping = {
@@ -179,9 +178,9 @@ class Diagnosis:
             },
             "residual": {
                 "before": _residual(self.calibration_before, self.held_out_before)
-                | _unseen(self.outer, unseen[0]),
+                | _unseen(self.outer, 0, self.calibration_before),
                 "after": _residual(self.calibration_after, self.held_out_after)
-                | _unseen(self.outer, unseen[0 if self._ships_geometry_alone else 1]),
+                | _unseen(self.outer, 0 if self._ships_geometry_alone else 1, self.calibration_after),
                 "floor_mm": floor(self.after) / MM,
             },
             "shipped": self.shipped.to_mapping(),
@@ -285,10 +284,11 @@ def _residual(calibration: Calibration, error: HeldOutErrors) -> dict[str, float
     }
 
 
-def _unseen(outer: OuterSplit | None, error: HeldOutErrors | None) -> dict[str, float | None]:
+def _unseen(outer: OuterSplit | None, which: int, shipped: Calibration) -> dict[str, float | None]:
     """Return the errors on poses that nothing has seen, and their spread over the parts; null where they are not known."""
     keys = ("unseen_rms_mm", "unseen_max_mm", "unseen_rms_spread_mm", "unseen_max_spread_mm")
-    if outer is None or error is None or not len(error.metric):
+    if outer is None or not len(outer.errors[which].metric):
         return dict.fromkeys(keys)
-    values = (error.rms, error.largest, *outer.spread(error))
+    error = outer.errors[which]
+    values = (outer.unseen_rms(which, shipped.residual_rms), error.largest, *outer.spread(error))
     return {key: value / MM if np.isfinite(value) else None for key, value in zip(keys, values, strict=True)}
