@@ -17,6 +17,7 @@ from scalar.data.description import DESCRIPTION
 from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.atomic import atomic_directory
 from scalar.data.sensor_formats import SensorFormat
+from scalar.errors import printable
 
 README = "README.txt"
 _POSES = "poses.csv"
@@ -62,12 +63,12 @@ def _description(
         "# What was measured, and on what. Lengths in metres, angles in radians; a line that begins with # is a comment.",
         "# README.txt says what belongs into the tables. `scalar validate` on this folder says what is still missing.",
         f"format: {DATASET_FORMAT}",
-        f"name: {json.dumps(name, ensure_ascii=False)}",
-        f"source: {json.dumps(about_robot[0] if about_robot else '', ensure_ascii=False)}  # free text: add who measured, when, with what",
+        f"name: {_quoted(name)}",
+        f"source: {_quoted(about_robot[0] if about_robot else '')}  # free text: add who measured, when, with what",
         "",
         "robot:",
-        *(f"  # {line}" for line in about_robot),
-        f"  name: {json.dumps(robot['name'], ensure_ascii=False)}",
+        *(f"  # {printable(line)}" for line in about_robot),
+        f"  name: {_quoted(robot['name'])}",
         f"  convention: {robot['convention']}",
         "  joints:  # base to flange; the angle of joint i is q_i + theta, q_i as the controller shows it",
     ]
@@ -109,6 +110,11 @@ def _description(
     return "\n".join(lines) + "\n"
 
 
+def _quoted(text: str) -> str:
+    """Return text in quotes, as YAML and JSON read it; what cannot be printed becomes an escape that is text."""
+    return json.dumps(printable(text), ensure_ascii=False)
+
+
 def _flow(value: Any) -> str:
     """Return plain data as YAML in one line."""
     if isinstance(value, Mapping):
@@ -116,7 +122,7 @@ def _flow(value: Any) -> str:
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_flow, value)) + "]"
     if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False)
+        return _quoted(value)
     mantissa, e, exponent = repr(float(value)).partition("e")
     return (mantissa if "." in mantissa else f"{mantissa}.0") + e + exponent
 

@@ -9,6 +9,7 @@ from click.testing import CliRunner, Result
 from scalar.cli import cli
 from scalar.data.dataset import read_dataset
 from scalar.data.io.plain_yaml import load_yaml
+from scalar.errors import printable
 from scalar.geometry.robot import Robot
 from scalar.ingest.urdf import robot_from_urdf
 from scalar.robots import arm_names, read_arm
@@ -164,3 +165,18 @@ def test_nothing_is_overwritten(tmp_path):
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     refused(run("init", folder, "--robot", "ur3e", "--sensor", "probe"), "already there")
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+@pytest.mark.parametrize("name", ["a: b # c", "1e5", '"q', "x\ny", "del\x7f", "é😀", "\udcff"])
+def test_any_name_of_a_folder_is_written_so_that_it_is_read(name, tmp_path):
+    """The folder's name becomes the dataset's, what cannot be printed as an escape, and dataset.yaml stays YAML."""
+    begun(tmp_path / name, "--robot", "ur5e")
+    assert load_yaml(tmp_path / name / "dataset.yaml")["name"] == printable(name)
+
+
+def test_a_file_name_does_not_break_out_of_its_comment(tmp_path):
+    """A line end in the name of a table leaves dataset.yaml as it should be."""
+    table = tmp_path / "arm\nsensor: {}.csv"
+    table.write_text("a_mm,alpha_deg,d_mm,theta_deg\n0,0,0,0\n")
+    folder = begun(tmp_path / "cell", "--dh", table, "--convention", "standard-dh")
+    assert load_yaml(folder / "dataset.yaml")["sensor"] == {"kind": "tracker"}
