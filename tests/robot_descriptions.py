@@ -79,7 +79,7 @@ def _rotation(quaternion: tuple[float, float, float, float]) -> np.ndarray:
 
 
 def random_description(rng: np.random.Generator, n: int) -> str:
-    """Return a chain of n joints about any axes, some (nearly) parallel or meeting, with fixed joints between; links l0 to tip."""
+    """Return a chain of n joints about any axes, some (nearly) parallel or meeting, with fixed joints between; links l0 to tip, and aside."""
     lines, k = ['<robot name="random">', '<link name="l0"/>'], 0
 
     def joint(kind: str, xyz: np.ndarray, rpy: np.ndarray, axis: np.ndarray) -> None:
@@ -100,4 +100,8 @@ def random_description(rng: np.random.Generator, n: int) -> str:
         joint(str(rng.choice(["revolute", "continuous"])), xyz, rpy, axes[rng.integers(2)])
         if rng.random() < 0.4:
             joint("fixed", rng.uniform(-0.2, 0.2, 3), rng.uniform(-3, 3, 3), np.array([1.0, 0, 0]))
+    lines.append(
+        '<link name="aside"/><joint name="ja" type="fixed"><parent link="l0"/><child link="aside"/>'
+        '<origin xyz="0.1 0.2 -0.3" rpy="0.5 -0.2 3.1"/></joint>'
+    )
     return "\n".join([*lines, "</robot>"]).replace(f'"l{k}"', '"tip"')

@@ -62,7 +62,7 @@ def put_calibration(
     after = _frames(rigid.robot)
     T_flange = after[-1] @ rigid.robot.T_n_flange
     turning = chain.turning
-    T_parent, i = np.eye(4), 0
+    T_parent, i = chain.T_start, 0
     last_fixed: tuple[ChainJoint, Array] | None = None
     for joint in chain.joints:
         if not joint.turns:
@@ -98,7 +98,7 @@ def _frames(robot: Robot) -> Array:
 
 
 def _links_of_joints(chain: Chain) -> list[Array]:
-    T, found = np.eye(4), []
+    T, found = chain.T_start, []
     for joint in chain.joints:
         T = T @ joint.T_origin
         if joint.turns:
@@ -172,9 +172,9 @@ def _put_sensor(document: UrdfDocument, tip: str, name: str, T_flange_sensor: Ar
             root.append(element)
         return
     chain = chain_between(document, tip, name, may_be_fixed=True) if tip != name else None
-    if chain is None or chain.turning:
+    if chain is None or chain.turning or not chain.joints:
         raise _not_fixed(document, name, shorten(tip))
-    T = np.eye(4)
+    T = chain.T_start
     for joint in chain.joints[:-1]:
         T = T @ joint.T_origin
     _set_origin(chain.joints[-1].element, inverse(T) @ T_flange_sensor)

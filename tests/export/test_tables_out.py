@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from scalar.cli import cli
 from scalar.data.io.plain_yaml import load_yaml
 from scalar.geometry.robot import Robot
+from scalar.ingest.urdf import robot_from_urdf
 from tests.calibrated_arms import calibrated
 from tests.helpers import CONFIGS, rotation, shift
 from tests.robot_descriptions import poses_by_pybullet
@@ -126,3 +127,26 @@ def test_the_table_for_people_has_the_same_numbers_in_millimetres_and_degrees(tm
         cells = [float(cell) for cell in line.strip("| ").split("|")[1:]]
         wanted = [float(row["a_m"]) * 1e3, np.rad2deg(float(row["alpha_rad"])), float(row["d_m"]) * 1e3]
         np.testing.assert_allclose(cells[:3], wanted, atol=1e-5)
+
+
+def test_the_frames_of_ur_description_lead_to_the_table_of_the_controller(tmp_path):
+    """From the link `base`, which stands beside the chain, to `tool0`, the description is the table that kinematics.yaml asks for."""
+    keys = ("x", "y", "z", "roll", "pitch", "yaw")
+    default = {link: dict(zip(keys, map(float, v), strict=True)) for link, v in UR10E_DEFAULT.items()}
+    half_turn = f'<origin xyz="0 0 0" rpy="0 0 {np.pi!r}"/>'
+    frames = '<link name="base_link"/><link name="base_beside"/><link name="tool0"/>' + "".join(
+        f'<joint name="{child}_fixed" type="fixed"><parent link="{parent}"/><child link="{child}"/>{origin}</joint>'
+        for parent, child, origin in (
+            ("base_link", "base", half_turn),
+            ("base_link", "base_beside", half_turn),
+            ("wrist_3_link", "tool0", ""),
+        )
+    )
+    path = tmp_path / "ur.urdf"
+    path.write_text(description(default).replace("</robot>", f"{frames}</robot>"), encoding="utf-8")
+    robot, _ = robot_from_urdf(path, "base_beside", "tool0")
+    np.testing.assert_allclose(robot.geometry, robot_of("ur10e").geometry, atol=1e-9)
+    calibration = calibrated(robot, np.random.default_rng(1))
+    assert "kinematics:" in exported(calibration, tmp_path, "kinematics.yaml")
+    options = ("--urdf", str(path), "--base", "base_beside", "--tip", "tool0")
+    assert "scalar_sensor" in exported(calibration, tmp_path, "out.urdf", *options)

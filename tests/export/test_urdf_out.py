@@ -70,17 +70,18 @@ def test_pybullet_puts_the_sensor_where_the_calibration_predicts_it(name, tmp_pa
 
 @pytest.mark.parametrize("seed", range(10))
 def test_any_description_holds_its_calibration(seed, tmp_path):
-    """Axes in any direction, fixed joints between, a tip that turns or is fixed."""
+    """Axes in any direction, fixed joints between, a tip that turns or is fixed, a base in the chain or beside it."""
     pytest.importorskip("pybullet")
     rng = np.random.default_rng(seed)
     urdf = tmp_path / f"random{seed}.urdf"
     urdf.write_text(random_description(rng, int(rng.integers(2, 8))), encoding="utf-8")
-    robot, _ = robot_from_urdf(urdf)
+    base = "aside" if seed % 2 else "l0"
+    robot, _ = robot_from_urdf(urdf, base, "tip")
     calibration = calibrated(robot, rng)
-    path, said = exported(calibration, urdf, tmp_path)
+    path, said = exported(calibration, urdf, tmp_path, "--base", base, "--tip", "tip")
     assert "holds the whole calibration" in said
     q = rng.uniform(-3, 3, (50, robot.n_joints))
-    T = sensor_by_pybullet(path, "l0", q, tmp_path)
+    T = sensor_by_pybullet(path, base, q, tmp_path)
     np.testing.assert_allclose(T, calibration.predict(q), atol=1e-9, rtol=0)
 
 
@@ -166,10 +167,16 @@ def test_what_a_description_cannot_hold_is_listed_with_its_size(tmp_path):
         (["--urdf", "missing.urdf", "-o", "out.urdf"], "no such file"),
         (["--urdf", "in.urdf", "-o", "in.urdf"], "another name for the output"),
         (["--urdf", "in.urdf", "--tip", "l3", "-o", "out.urdf"], "were calibrated"),
-        (["--urdf", "other.urdf", "-o", "out.urdf"], "differs from the nominal arm"),
+        (["--urdf", "in.urdf", "-o", "out.urdf"], "choose one with --tip"),
+        (["--urdf", "other.urdf", "--tip", "tip", "-o", "out.urdf"], "differs from the nominal arm"),
+        (
+            ["--urdf", "in.urdf", "--base", "aside", "--tip", "tip", "-o", "out.urdf"],
+            "differs from the nominal arm",
+        ),
         (["--at", "temperature", "-o", "out.md"], "write temperature=35"),
         (["-o", "out.yaml"], "kinematics.yaml is for arms of Universal Robots"),
         (["--urdf", "in.urdf", "--sensor-link", "l1", "-o", "out.urdf"], "--sensor-link"),
+        (["--urdf", "in.urdf", "--tip", "tip", "--sensor-link", "aside", "-o", "out.urdf"], "no chain leads"),
     ],
 )
 def test_what_cannot_be_exported_is_refused_in_one_line(options, words, tmp_path, monkeypatch):
@@ -178,7 +185,7 @@ def test_what_cannot_be_exported_is_refused_in_one_line(options, words, tmp_path
     for name, seed in (("in", 1), ("other", 2)):
         text = random_description(np.random.default_rng(seed), 6)
         (tmp_path / f"{name}.urdf").write_text(text, encoding="utf-8")
-    robot, _ = robot_from_urdf("in.urdf")
+    robot, _ = robot_from_urdf("in.urdf", None, "tip")
     calibrated(robot, np.random.default_rng(1)).save("calibration.json")
     before = sorted(tmp_path.iterdir())
     status, said = run("export", "calibration.json", *options)

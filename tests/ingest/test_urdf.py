@@ -41,19 +41,20 @@ def test_arms_that_pybullet_ships_stand_where_pybullet_puts_them(name, tmp_path)
 
 @pytest.mark.parametrize("seed", range(12))
 def test_any_chain_stands_where_pybullet_puts_it(seed, tmp_path):
-    """Axes in any direction, nearly parallel, meeting, of any length: the same poses as pybullet's."""
+    """Axes in any direction, nearly parallel, meeting, of any length, the base beside the chain or in it: the same poses as pybullet's."""
     pytest.importorskip("pybullet")
     rng = np.random.default_rng(seed)
     path = tmp_path / f"random{seed}.urdf"
     path.write_text(random_description(rng, int(rng.integers(1, 9))), encoding="utf-8")
-    robot, T_joint_link = robot_from_urdf(path)
-    chain = chain_between(read_urdf(path))
+    base = "aside" if seed % 2 else None
+    robot, T_joint_link = robot_from_urdf(path, base, "tip")
+    chain = chain_between(read_urdf(path), base, "tip")
     q = rng.uniform(-3, 3, (30, robot.n_joints))
     joints = [joint.name for joint in chain.turning]
     np.testing.assert_allclose(
-        robot.flange(q), poses_by_pybullet(path, "l0", "tip", q, joints), atol=1e-9, rtol=0
+        robot.flange(q), poses_by_pybullet(path, chain.base, "tip", q, joints), atol=1e-9, rtol=0
     )
-    last = poses_by_pybullet(path, "l0", chain.turning[-1].child, q, joints)
+    last = poses_by_pybullet(path, chain.base, chain.turning[-1].child, q, joints)
     np.testing.assert_allclose(robot.frames(q)[:, -1] @ T_joint_link[-1], last, atol=1e-9, rtol=0)
 
 
@@ -63,7 +64,7 @@ def test_a_robot_that_was_read_is_one_that_a_dataset_may_have(seed, tmp_path):
     rng = np.random.default_rng(100 + seed)
     path = tmp_path / "random.urdf"
     path.write_text(random_description(rng, 6), encoding="utf-8")
-    robot, _ = robot_from_urdf(path)
+    robot, _ = robot_from_urdf(path, None, "tip")
     plane = [
         {"name": n, "normal": v, "distance": 0.0} for n, v in zip("xyz", np.eye(3).tolist(), strict=True)
     ]

@@ -16,7 +16,7 @@ from scalar.data.unit_suspicions import MAX_BASE
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.robot import DEFAULT_LIMIT
 from scalar.geometry.roll_pitch_yaw import rotation_from_rpy
-from scalar.geometry.se3 import Array, transform
+from scalar.geometry.se3 import Array, inverse, transform
 from scalar.ingest.urdf.document import UrdfDocument
 
 TURNING = ("revolute", "continuous")
@@ -54,11 +54,13 @@ class Chain:
     Attributes:
         base, tip: Names of the links.
         joints: In order from the base.
+        T_start: ``(4, 4)``, the frame of the first joint's parent in the base's: unity where the base carries the chain itself.
     """
 
     base: str
     tip: str
     joints: tuple[ChainJoint, ...]
+    T_start: Array
 
     @property
     def turning(self) -> list[ChainJoint]:
@@ -93,17 +95,10 @@ def chain_between(
         if tip is not None
         else _only_leaf(document, links, by_child, base)
     )
+    start, T_start = _carrier(document, by_child, base, tip)
     elements: list[Any] = []
     link = tip
-    while link != base:
-        if link not in by_child:
-            hint = (
-                "exchange --base and --tip"
-                if _is_above(by_child, tip, base)
-                else "choose a --tip that the --base carries"
-            )
-            message = f"no chain leads from the link {shorten(base)} to {shorten(tip)}; {hint}"
-            raise InvalidInput(Fault(document.file, message))
+    while link != start:
         elements.append(by_child[link])
         link = _link_of(document, by_child[link], "parent")
     joints = tuple(_joint(document, element) for element in reversed(elements))
@@ -111,7 +106,25 @@ def chain_between(
     if not (0 if may_be_fixed else 1) <= n <= MAX_JOINTS:
         message = f"{n} joints turn between {shorten(base)} and {shorten(tip)}; choose --base and --tip with 1 to {MAX_JOINTS}"
         raise InvalidInput(Fault(document.file, message))
-    return Chain(base, tip, joints)
+    return Chain(base, tip, joints, T_start)
+
+
+def _carrier(document: UrdfDocument, by_child: dict[str, Any], base: str, tip: str) -> tuple[str, Array]:
+    """Return the link from which the tip hangs and to which the base is fixed, and its frame in the base's ``(4, 4)``.
+
+    It is the base itself, unless the base is a frame beside the chain, as the link ``base`` of Universal Robots' arms is.
+    """
+    link, T_link_base = base, np.eye(4)
+    while not _is_above(by_child, link, tip):
+        above = by_child.get(link)
+        if above is None or above.get("type") != "fixed":
+            exchanged = _is_above(by_child, tip, base)
+            hint = "exchange --base and --tip" if exchanged else "choose a --tip that the --base carries"
+            message = f"no chain leads from the link {shorten(base)} to {shorten(tip)}; {hint}"
+            raise InvalidInput(Fault(document.file, message))
+        T_link_base = _joint(document, above).T_origin @ T_link_base
+        link = _link_of(document, above, "parent")
+    return link, inverse(T_link_base)
 
 
 def _tree(document: UrdfDocument, links: dict[str, Any]) -> dict[str, Any]:

@@ -18,7 +18,7 @@ def robot_from_urdf(path: str | Path, base: str | None = None, tip: str | None =
 
     Args:
         path: Of the file.
-        base: Name of the link whose frame is the robot's base; None: the root.
+        base: Name of the link whose frame is the robot's base, which carries the chain or is fixed to what carries it; None: the root.
         tip: Name of the link whose frame is the flange; None: the only link without a child.
 
     Returns:
@@ -39,7 +39,7 @@ def robot_of_chain(name: str, chain: Chain) -> tuple[Robot, Array]:
         name: Of the robot.
         chain: With at least one joint that turns.
     """
-    T = np.eye(4)
+    T = chain.T_start
     links, axes = [], []
     for joint in chain.joints:
         T = T @ joint.T_origin
