@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from scalar.cli.group import cli
-from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, load_effects
+from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, advice_on_units, load_effects
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
 from scalar.units import DEG, MM
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 _FRAME = ("x", "y", "z", "rx", "ry", "rz")
 _MOST_SHOWN = 10
+_FAR = 20.0  # times all links together: a hand's breadth in millimetres is farther
 _REMEDY = "; move the pose, or leave it out with --leave-out"
 
 
@@ -77,16 +78,18 @@ def correct(
     named = {base_name(column) for column in columns_of(targets)}
     frames_wanted = bool(named & set(_FRAME))
     with_joints = "q1" in named or not frames_wanted
-    table = read_pose_table(
-        targets,
-        robot.n_joints,
-        _FRAME if frames_wanted else (),
-        robot.limits,
-        units=in_units,
-        joints_needed=with_joints,
-    )
+    with advice_on_units():
+        table = read_pose_table(
+            targets,
+            robot.n_joints,
+            _FRAME if frames_wanted else (),
+            robot.limits,
+            units=in_units,
+            joints_needed=with_joints,
+        )
     if frames_wanted:
         T = _frames(table)
+        _check_reach(robot, T, targets.name)
         if not with_joints:
             table = _with_postures(model, table, T, str(targets), leave_out)
             T = _frames(table)
@@ -111,6 +114,20 @@ def _frames(table: pd.DataFrame) -> Array:
 
     values = table[list(_FRAME)].to_numpy(dtype=float)
     return transform_from_rotation_vector(values[:, :3], values[:, 3:])
+
+
+def _check_reach(robot: Robot, T: Array, file: str) -> None:
+    """Refuse places that are all so far away that another unit must be meant."""
+    import numpy as np
+
+    links = float(np.abs(robot.geometry[[0, 2]]).sum() + np.linalg.norm(robot.T_base_0[:3, 3]))
+    nearest = float(np.min(np.linalg.norm(T[:, :3, 3], axis=1), initial=np.inf))
+    if nearest > _FAR * links:
+        message = (
+            f"every place is {nearest:.4g} m from the base or more, and all links together are {links:.3g} m; "
+            "are these millimetres? say --units mm, or write metres"
+        )
+        raise InvalidInput(Fault(file, message))
 
 
 def _with_postures(model: Model, table: pd.DataFrame, T: Array, file: str, leave_out: bool) -> pd.DataFrame:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -34,6 +36,16 @@ EFFECTS_MODULE = click.option(
     metavar="FILE.py",
     help="Python file with effects of your own (CONTRIBUTING.md says how); may be given again.",
 )
+
+
+@contextmanager
+def advice_on_units() -> Iterator[None]:
+    """Let what is said of suspicious angles inside name the option that reads degrees."""
+    try:
+        yield
+    except InvalidInput as error:
+        said, say = "are these degrees? write radians", "are these degrees? say --units deg, or write radians"
+        raise InvalidInput([replace(f, message=f.message.replace(said, say)) for f in error.faults]) from None
 
 
 def load_effects(files: Sequence[Path]) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from scalar.cli.group import cli
-from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, load_effects
+from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, advice_on_units, load_effects
 from scalar.cli.terminal import say
 
 
@@ -56,7 +56,8 @@ def predict(
     load_effects(effects_modules)
     model = load_calibration(calibration)
     robot = model.model.robot
-    table = read_pose_table(joints, robot.n_joints, limits=robot.limits, units=in_units)
+    with advice_on_units():
+        table = read_pose_table(joints, robot.n_joints, limits=robot.limits, units=in_units)
     covariance = model.predict_covariance(table) if with_std else None
     write_frames(
         output,

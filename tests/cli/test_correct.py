@@ -189,6 +189,8 @@ def test_limits_and_singular_poses_are_said(cell):
         (lambda t: t.assign(x=0.1), [], "column y: the column is missing"),
         (lambda t: t.assign(q1=np.nan), [], "column q1"),
         (lambda t: t.drop(columns=JOINTS), [], "column q1: the column is missing"),
+        (lambda t: t.assign(**{q: np.rad2deg(t[q]) for q in JOINTS}), [], "say --units deg"),
+        (lambda t: t.assign(**(dict.fromkeys(FRAME, 0.0) | {"x": 400.0})), [], "say --units mm"),
         (lambda t: t, ["--units", "grad"], "write deg,mm"),
         (lambda t: t, ["--units", "deg,rad"], "write deg,mm"),
     ],
