@@ -1,12 +1,12 @@
 """Gaussian priors from the data sheet, for parameters that the data determine no better than it does.
 
-Maximum a posteriori: with whitened rows r, their real size s and prior standard deviations t, ``minimise |r|^2 / s^2 + |(x - mean) / t|^2``
-(MacKay, Neural Computation 4, 1992). What the data do not see stays near the data sheet, with a standard error that says so. What they
-determine hardly feels the priors: where the data determine every direction so well that no prior could move it visibly, there are none,
-and the estimate is that of least squares to the last digit.
+The estimate is the maximum a posteriori: with whitened rows r, the ratio s of their residual to the noise, and prior standard deviations t,
+``minimise |r|^2 / s^2 + |(x - mean) / t|^2`` (MacKay, Neural Computation 4, 1992). Directions that the data do not determine stay near the data
+sheet, with a standard error that shows it. Directions that they determine are hardly changed by the priors; if this holds for every direction,
+no priors are used, and the estimate is that of least squares to the last digit.
 
-A tool on the axis of the last joint needs no case of its own. At t metres off the axis the direction that turns the axis about the tool
-shows through wrist rotations with t times that turn: wherever t is small against the noise, the priors take the direction over.
+A tool on the axis of the last joint is no special case. If the tool is t metres off the axis, a turn of the axis about the tool moves it by t times
+that turn when the wrist rotates. Where this is small compared with the noise, the priors determine the direction.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ def fit_near_data_sheet(
     *,
     effects_follow: bool = False,
 ) -> Model:
-    """Return a coarse fit of everything, with the priors on its parameters where they make a difference.
+    """Return a coarse fit of all parameters, with priors if they make a difference.
 
-    Where the priors matter is seen at the fit, not at the initial estimate: the tool may be near an axis at one and off it at the other.
+    Whether they do is judged at the fit and not at the initial estimate, where the tool may be nearer to an axis or farther from it.
 
     Args:
         residuals: Of the dataset.
@@ -125,7 +125,7 @@ def _change(before: Model, after: Model) -> float:
 def misfit_ratio(
     residuals: Residuals, model: Model, free: Array, settings: EstimationSettings = DEFAULTS
 ) -> float:
-    """Return the residual's real size in units of the noise: 1 where the noise explains it, or where too few rows are left to judge.
+    """Return the ratio of the residual to the noise: 1 if the noise explains it, or if too few rows are left to judge.
 
     Args:
         residuals: Of the dataset.
@@ -173,7 +173,7 @@ def with_reasons(
 
 
 def prior_std(model: Model, settings: IdentifiabilitySettings = DEFAULTS.identifiability) -> Array:
-    """Return how far each coordinate may be from where it is said to be, ``(P,)`` [m or rad]: by the maker's tolerance where it is stated."""
+    """Return the prior standard deviation of each coordinate ``(P,)`` [m or rad]; the maker's tolerance where it is stated."""
     blocks = model.blocks
     stated = model.nominal.tolerance
     length, angle = (

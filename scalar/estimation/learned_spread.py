@@ -1,10 +1,10 @@
-"""How far an arm is from its data sheet, learned from the arm itself: one spread for lengths, one for angles, one for joint zeros.
+"""Estimate from the arm itself how far it is from its data sheet: one prior standard deviation for lengths, one for angles, one for joint zeros.
 
 Corrections of lengths are draws from one normal distribution, those of angles and of joint zeros from two others. The marginal likelihood
 gives their variances (MacKay, Neural Computation 4, 1992): with g_i the share of a correction m_i that the data determine,
-``t^2 = sum(m_i^2) / sum(g_i)``. A few corrections do not determine a spread, and a grid of poses may determine none: so many corrections
-of the size that arms have are counted with them, which is a scaled inverse chi-squared prior on the variance (Gelman et al., Bayesian
-Data Analysis, 2013, 2.6).
+``t^2 = sum(m_i^2) / sum(g_i)``. A few corrections do not determine a standard deviation, and a grid of poses may determine none. A stated
+number of corrections of the size that is usual for arms is therefore counted with them, which is a scaled inverse chi-squared prior on the
+variance (Gelman et al., Bayesian Data Analysis, 2013, 2.6).
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ from scalar.geometry.se3 import Array
 
 _ROUNDS = 200
 _SETTLED = 1e-3  # of the logarithm of a spread
-_RIDGE = 1e-14  # of unit columns: keeps the inverse finite where neither data nor priors see a direction
+_RIDGE = (
+    1e-14  # of unit columns: keeps the inverse finite where neither data nor priors determine a direction
+)
 
 
 def group_of(name: str) -> str:
