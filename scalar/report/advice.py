@@ -10,8 +10,9 @@ import numpy as np
 from scalar.effects import registry
 from scalar.effects.wording import KNOWN_LENGTH_ADVICE
 from scalar.report.noise_card import noise_advice
-from scalar.report.opening import by_importance
+from scalar.report.opening import by_importance, caution
 from scalar.report.words import angle, length, listed
+from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
@@ -38,7 +39,16 @@ def advice(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
 
 
 def _about_findings(diagnosis: Diagnosis) -> list[str]:
-    found = [sentence for finding in by_importance(diagnosis.findings) for sentence in finding.effect.advice]
+    found = []
+    for finding in by_importance(diagnosis.findings):
+        if warning := caution(diagnosis, finding):
+            found.append(warning)
+            found += [
+                f"If it is {finding.effect.title}: {text[:1].lower()}{text[1:]}"
+                for text in finding.effect.advice
+            ]
+        else:
+            found += finding.effect.advice
     if diagnosis.confirmed_noise and not diagnosis.flexible_terms:
         found += noise_advice(diagnosis)
     return found
@@ -46,9 +56,9 @@ def _about_findings(diagnosis: Diagnosis) -> list[str]:
 
 def _unobservable(diagnosis: Diagnosis) -> list[str]:
     hidden = [entry.effect.remedy_advice for entry in diagnosis.unobservable]
-    if diagnosis.after.residuals.measurement.carries_scale:
+    if not diagnosis.dataset.planes:
         hidden = [sentence for sentence in hidden if sentence != KNOWN_LENGTH_ADVICE]
-    else:
+    elif not kind_of(diagnosis.dataset).carries_scale:
         hidden = [KNOWN_LENGTH_ADVICE, *hidden]
     return [sentence for sentence in hidden if sentence]
 

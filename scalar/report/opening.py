@@ -98,8 +98,9 @@ def _joined(found: Sequence[str], noise: Sequence[str]) -> str:
         else []
     )
     shown = [*found[:_CLAUSES], *counted, *noise]
-    text = "; ".join(shown[:-1]) + ("; and " if len(shown) > 1 else "") + shown[-1]
-    return words.capital(text)
+    if len(shown) < 3:
+        return words.capital(", and ".join(shown))
+    return words.capital("; ".join(shown[:-1]) + "; and " + shown[-1])
 
 
 def _what_to_do(diagnosis: Diagnosis) -> str:
@@ -110,15 +111,26 @@ def _what_to_do(diagnosis: Diagnosis) -> str:
             else "Use the calibration after.json as it is: nothing asks for a repair."
         )
     lead = by_importance(diagnosis.findings)[0]
-    if not lead.effect.flexible:
-        if lead.confounded_with:
-            return _distinguish(diagnosis, lead)
-        if lead.confidence < _SURE:
-            return f"Confirm this cause with a second campaign before anything is repaired: its confidence is {100 * lead.confidence:.0f} % only."
+    if warning := caution(diagnosis, lead):
+        return warning
     return (
         lead.effect.advice[0]
         if lead.effect.advice
         else "Use after.json, which takes this effect into account."
+    )
+
+
+def caution(diagnosis: Diagnosis, finding: Finding) -> str:
+    """Return what to do before a finding is acted on, if its cause is confounded with another or not certain; else nothing."""
+    if finding.effect.flexible:
+        return ""
+    if finding.confounded_with:
+        return _distinguish(diagnosis, finding)
+    if finding.confidence >= _SURE:
+        return ""
+    return (
+        f"Confirm {finding.effect.title} with a second campaign before anything is repaired: its confidence is "
+        f"{100 * finding.confidence:.0f} % only."
     )
 
 

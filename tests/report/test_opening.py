@@ -12,7 +12,7 @@ from scalar.effects.flexible.variable import Variable
 from scalar.effects.joint_backlash import JointBacklash
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_ripple import JointRipple
-from scalar.report.opening import by_importance, clauses
+from scalar.report.opening import by_importance, caution, clauses
 
 
 def found(effect: Any, before: float, after: float) -> Any:
@@ -48,3 +48,15 @@ def test_structure_without_a_name_is_told_once():
     ]
     (text,) = clauses([found(term, 2e-4, 1.9e-4) for term in terms], [])
     assert text.count("structure") == 1 and text.endswith("the angles of joints 1, 4 and 6")
+
+
+def test_an_unsure_cause_is_confirmed_before_anything_is_repaired():
+    """A confidence below 0.8 asks for a second campaign; a sure cause, and structure without a name, do not."""
+    diagnosis: Any = SimpleNamespace(findings=())
+    for sure, asked in ((0.6, True), (0.95, False)):
+        finding = found(JointBacklash(2, "approach"), 3e-4, 1e-4)
+        finding.confidence, finding.confounded_with = sure, ()
+        assert ("Confirm joint 2: backlash" in caution(diagnosis, finding)) is asked
+    term = found(UnattributedJoint(1, (Variable.observed("q1", np.linspace(-1.0, 1.0, 5)),)), 3e-4, 1e-4)
+    term.confidence, term.confounded_with = 0.5, ()
+    assert not caution(diagnosis, term)
