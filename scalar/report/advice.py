@@ -16,7 +16,7 @@ from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
-    from scalar.diagnosis.result import Diagnosis
+    from scalar.diagnosis.result import Diagnosis, Finding
 
 WEAK_LENGTH = 0.2 * MM  # standard error from which more poses are advised
 WEAK_ANGLE = 0.02 * DEG
@@ -39,16 +39,25 @@ def advice(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
 
 
 def _about_findings(diagnosis: Diagnosis) -> list[str]:
-    found = []
+    """Return what to do about each kind of finding, once: other findings of a kind are named after the most important one."""
+    together: dict[str, list[Finding]] = {}
     for finding in by_importance(diagnosis.findings):
-        if warning := caution(diagnosis, finding):
+        together.setdefault(finding.effect.told_with or finding.effect.name, []).append(finding)
+    found: list[str] = []
+    for first, *others in together.values():
+        if warning := caution(diagnosis, first):
             found.append(warning)
             found += [
-                f"If it is {finding.effect.title}: {text[:1].lower()}{text[1:]}"
-                for text in finding.effect.advice
+                f"If it is {first.effect.title}: {text[:1].lower()}{text[1:]}" for text in first.effect.advice
             ]
         else:
-            found += finding.effect.advice
+            found += first.effect.advice
+        if first.effect.flexible:
+            found += [text for finding in others for text in finding.effect.advice]
+        elif others and first.effect.advice:
+            found.append(
+                f"Do the same for {listed(list(dict.fromkeys(finding.effect.title for finding in others)))}."
+            )
     if diagnosis.confirmed_noise and not diagnosis.flexible_terms:
         found += noise_advice(diagnosis)
     return found
