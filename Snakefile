@@ -6,6 +6,7 @@
 #   snakemake measured --cores 2                             measured robots, where their files are to be had
 #   snakemake blind_trials --cores 2                          what a diagnosis makes of injected effects: about an hour
 #   snakemake blind_trials_stratified --cores 2               imperfect scanners, surfaces, many effects crossed: hours
+#   snakemake confidence --cores 2                           how sure answers may be, fitted and reported: about an hour
 #   snakemake sensitivity --cores 2                          what depends on each setting of the diagnosis: about an hour
 #   snakemake processors --cores 2                           which figures of the headline depend on the processor
 #   snakemake --report report.html                           a page with all results, after a run
@@ -33,6 +34,7 @@ include: "workflow/rules/figures.smk"
 include: "workflow/rules/measured.smk"
 include: "workflow/rules/processors.smk"
 include: "workflow/rules/blind_trials.smk"
+include: "workflow/rules/confidence.smk"
 include: "workflow/rules/sensitivity.smk"
 include: "workflow/rules/worked_example.smk"
 include: "workflow/rules/claims.smk"

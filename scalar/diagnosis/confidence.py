@@ -59,4 +59,4 @@ def predicted(values: Mapping[str, float], fitted: Mapping[str, Any]) -> float:
 
 @cache
 def _coefficients() -> dict[str, Any]:
-    return json.loads(resources.files(__package__).joinpath(COEFFICIENTS).read_text("utf-8"))
+    return json.loads(resources.files("scalar.diagnosis").joinpath(COEFFICIENTS).read_text("utf-8"))

@@ -37,7 +37,6 @@ wildcard_constraints:
 localrules:
     blind_trials,
     blind_trials_stratified,
-    confidence,
 
 
 rule run_blind_trials:
@@ -167,54 +166,3 @@ rule summarise_stratified_trials:
 rule blind_trials_stratified:
     input:
         rules.summarise_stratified_trials.output,
-
-
-# The confidence: fitted to the answers of half of the stratified trials, and reported on the other half. About an hour of one core; then
-#   snakemake confidence --cores 2 --config blind_trials_stratified=configs/blind_trials_confidence.yaml
-#   cp results/confidence/coefficients.json scalar/diagnosis/confidence_coefficients.json
-#   cp results/confidence/{answers.csv,reliability.csv,numbers.json} paper/summaries/confidence/
-CONFIDENCE_DIR = f"{RESULTS}/confidence"
-
-
-rule fit_confidence:
-    input:
-        sets=rules.summarise_stratified_trials.input.sets,
-        modules=modules("study.blind_trials.confidence_fit", "study.common.tables"),
-    output:
-        coefficients=f"{CONFIDENCE_DIR}/coefficients.json",
-        answers=f"{CONFIDENCE_DIR}/answers.csv",
-        reliability=f"{CONFIDENCE_DIR}/reliability.csv",
-        numbers=f"{CONFIDENCE_DIR}/numbers.json",
-    log:
-        f"{RESULTS}/logs/confidence/fit.log",
-    threads: 1
-    message:
-        "Fitting the confidence to half of the trials"
-    script:
-        "../scripts/fit_confidence.py"
-
-
-rule draw_confidence:
-    input:
-        reliability=rules.fit_confidence.output.reliability,
-        modules=modules("study.plots.confidence", "study.common.tables"),
-    output:
-        **figure(
-            f"{CONFIDENCE_DIR}/figures/reliability",
-            "figure_confidence",
-            "Blind trials",
-            shows="confidence",
-        ),
-    log:
-        f"{RESULTS}/logs/confidence/draw.log",
-    threads: 1
-    message:
-        "Drawing how sure answers are, and how often they are right"
-    script:
-        "../scripts/draw_confidence.py"
-
-
-rule confidence:
-    input:
-        rules.fit_confidence.output,
-        rules.draw_confidence.output,

@@ -1,4 +1,4 @@
-"""Fit the confidence to the answers of half of the trials, and report it on the other half."""
+"""Fit the confidence to the answers of the trials, and report that of each half by the fit to the other."""
 
 from job import logged
 
@@ -10,9 +10,8 @@ with logged(snakemake.log):
 
     sets = read_tables(snakemake.input.sets)
     answers = answers_of(sets)
-    coefficients = fitted(answers)
-    stated = with_confidence(answers, coefficients)
-    write_json(snakemake.output.coefficients, coefficients)
+    stated = with_confidence(answers)
+    write_json(snakemake.output.coefficients, fitted(answers))
     write_table(snakemake.output.answers, stated)
     write_table(snakemake.output.reliability, reliability(stated))
     write_json(snakemake.output.numbers, {"code": code_version(), "sets": len(sets)} | summary(stated))

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from study.blind_trials.confidence_fit import KINDS, REPORTED
+from study.blind_trials.confidence_fit import KINDS
 from study.plots.style import new_figure, styled
 
 TITLES = {
@@ -20,7 +20,7 @@ _COLOUR = "#0072b2"
 
 
 def draw_confidence(reliability: pd.DataFrame) -> Figure:
-    """Return a reliability diagram for each kind of answer, of the half of the trials to which nothing was fitted.
+    """Return a reliability diagram for each kind of answer, each half of the trials by the fit to the other.
 
     Args:
         reliability: reliability.csv.
@@ -28,8 +28,7 @@ def draw_confidence(reliability: pd.DataFrame) -> Figure:
     with styled():
         figure = new_figure(9.6, 3.7)
         for ax, kind in zip(figure.subplots(1, len(KINDS), sharex=True, sharey=True), KINDS, strict=True):
-            some: Any = reliability[(reliability["half"] == REPORTED) & (reliability["kind"] == kind)]
-            some = some[some["answers"] > 0]
+            some: Any = reliability[(reliability["kind"] == kind) & (reliability["answers"] > 0)]
             x, y = (some[name].to_numpy(dtype=float) for name in ("mean_stated", "share"))
             low, high = (some[name].to_numpy(dtype=float) for name in ("low", "high"))
             ax.plot([0, 1], [0, 1], "--", color="#777777", linewidth=1.2)

@@ -1,0 +1,86 @@
+# The confidence: fitted to the answers of the trials of some designs, each half reported by the fit to the other. A target of its own, about
+# an hour of one core; a run that was stopped goes on where it was. What it fits is a part of the package, and its tables are committed:
+#   snakemake confidence --cores 2
+#   cp results/confidence/coefficients.json scalar/diagnosis/confidence_coefficients.json
+#   cp results/confidence/{answers.csv,reliability.csv,numbers.json} paper/summaries/confidence/
+CONFIDENCE_DIR = f"{RESULTS}/confidence"
+try:
+    CONFIDENCE_CONFIGS = {
+        Path(path).stem: ROOT / path
+        for path in config.get(
+            "confidence", ["configs/blind_trials_confidence.yaml", "configs/blind_trials_components.yaml"]
+        )
+    }
+    CONFIDENCE_DESIGNS = {name: load_design(path) for name, path in CONFIDENCE_CONFIGS.items()}
+except InvalidInput as error:
+    raise WorkflowError(str(error)) from None
+
+
+wildcard_constraints:
+    design="|".join(CONFIDENCE_DESIGNS),
+
+
+localrules:
+    confidence,
+
+
+use rule run_stratified_trials as run_confidence_trials with:
+    output:
+        f"{CONFIDENCE_DIR}/sets/{{design}}/{{numbers}}.csv",
+    log:
+        f"{RESULTS}/logs/confidence/{{design}}/{{numbers}}.log",
+    params:
+        config=lambda w: local(CONFIDENCE_CONFIGS[w.design]),
+        root=local(ROOT),
+        # So that an edit of the design runs again what it changes; more sets leave those that are there.
+        design=lambda w: repr({k: v for k, v in CONFIDENCE_DESIGNS[w.design].content.items() if k != "sets"}),
+    message:
+        "Trials for the confidence, {wildcards.design}: sets {wildcards.numbers}"
+
+
+rule fit_confidence:
+    input:
+        sets=[
+            f"{CONFIDENCE_DIR}/sets/{name}/{job}.csv"
+            for name, design in CONFIDENCE_DESIGNS.items()
+            for job in design.jobs()
+        ],
+        modules=modules("study.blind_trials.confidence_fit", "study.common.tables"),
+    output:
+        coefficients=f"{CONFIDENCE_DIR}/coefficients.json",
+        answers=f"{CONFIDENCE_DIR}/answers.csv",
+        reliability=f"{CONFIDENCE_DIR}/reliability.csv",
+        numbers=f"{CONFIDENCE_DIR}/numbers.json",
+    log:
+        f"{RESULTS}/logs/confidence/fit.log",
+    threads: 1
+    message:
+        "Fitting the confidence to the trials"
+    script:
+        "../scripts/fit_confidence.py"
+
+
+rule draw_confidence:
+    input:
+        reliability=rules.fit_confidence.output.reliability,
+        modules=modules("study.plots.confidence", "study.common.tables"),
+    output:
+        **figure(
+            f"{CONFIDENCE_DIR}/figures/reliability",
+            "figure_confidence",
+            "Blind trials",
+            shows="confidence",
+        ),
+    log:
+        f"{RESULTS}/logs/confidence/draw.log",
+    threads: 1
+    message:
+        "Drawing how sure answers are, and how often they are right"
+    script:
+        "../scripts/draw_confidence.py"
+
+
+rule confidence:
+    input:
+        rules.fit_confidence.output,
+        rules.draw_confidence.output,
