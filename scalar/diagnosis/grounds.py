@@ -14,7 +14,7 @@ from scalar.diagnosis.ranking import Scored
 from scalar.diagnosis.variance_components import VarianceComponent
 
 EFFECT, COMPONENT, STRUCTURE = "effect", "component", "structure"
-_LEAST_CHANCE = 1e-30  # below it a chance is no longer told from none
+_LEAST_CHANCE = 1e-30  # smaller p-values count as this one
 
 
 @dataclass(frozen=True)

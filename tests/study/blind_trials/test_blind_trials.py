@@ -20,6 +20,7 @@ from study.blind_trials.statistics import half_point, half_point_interval, wilso
 
 from scalar.effects.joint_ripple import JointRipple
 from scalar.effects.pose_lag import PoseLag
+from scalar.effects.sensor_map import SensorMap
 from scalar.errors import InvalidInput
 
 ROOT = Path(__file__).parents[3]
@@ -27,9 +28,14 @@ CONFIG = ROOT / "configs/blind_trials.yaml"
 SMOKE = ROOT / "configs/blind_trials_smoke.yaml"
 COMMITTED = ROOT / "paper/summaries/blind_trials"
 SCHEMA = json.loads((ROOT / "tests/diagnosis/diagnosis.schema.json").read_text(encoding="utf-8"))
-NAMES = set(SCHEMA["$defs"]["name"]["enum"]) - {"unattributed", JointRipple.name, PoseLag.name}
-"""All that can be injected alone: a ripple is named only beside all lower orders of its joint (tests/diagnosis/test_spectrum.py). A lag is
-newer than the committed tables (tests/diagnosis/test_moves.py)."""
+NAMES = set(SCHEMA["$defs"]["name"]["enum"]) - {
+    "unattributed",
+    JointRipple.name,
+    PoseLag.name,
+    SensorMap.name,
+}
+"""All that can be injected alone: a ripple is named only beside all lower orders of its joint (tests/diagnosis/test_spectrum.py), a map is what a
+crooked lens makes (tests/effects/test_sensor_map.py). A lag is newer than the committed tables (tests/diagnosis/test_moves.py)."""
 
 
 @pytest.mark.parametrize(("k", "n"), [(0, 200), (3, 10), (19, 20), (20, 20)])
