@@ -11,13 +11,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from scalar.data.description import DESCRIPTION
 from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.atomic import atomic_directory
 from scalar.data.sensor_formats import SensorFormat
 from scalar.errors import printable
+from scalar.units import DEG
 
 README = "README.txt"
 _POSES = "poses.csv"
@@ -75,7 +74,7 @@ def _description(
     for i, joint in enumerate(robot["joints"]):
         comment = f"  # joint {i + 1}"
         if "limits" in joint:
-            low, high = np.rad2deg(joint["limits"])
+            low, high = (limit / DEG for limit in joint["limits"])
             comment += f", {low:.4g} to {high:.4g} degrees"
         lines.append(f"    - {_flow(joint)}{comment}")
     for key in ("base", "flange", "gravity", "tolerance"):

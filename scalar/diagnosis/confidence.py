@@ -16,20 +16,27 @@ from importlib import resources
 from typing import Any
 
 import numpy as np
-from scipy.special import expit, logit
+from scipy.special import expit
 
 from scalar.diagnosis.grounds import Grounds
 
 COEFFICIENTS = "confidence_coefficients.json"  # written by `snakemake confidence`
 _FEW, _LEAST_SHARE = 100, 1e-3
+_NEAR_NATS = 20.0  # within which something else explains nearly as much: chosen among 10, 20, 40 by the likelihood of trials not fitted to
 
 
 def features(grounds: Grounds) -> dict[str, float]:
-    """Return the numbers, by their names, on which the log odds of being right depend linearly."""
-    odds, share = grounds.log_odds, min(max(grounds.share, _LEAST_SHARE), 1 - _LEAST_SHARE)
+    """Return the numbers, by their names, on which the log odds of being right depend linearly.
+
+    The share that an answer explains counts only as far as nothing else explains nearly as much.
+    """
+    odds = grounds.log_odds
+    rivalled = float(np.exp(-max(odds, 0.0) / _NEAR_NATS))
+    explained = -float(np.log1p(-min(max(grounds.share, 0.0), 1 - _LEAST_SHARE)))
     return {
         "log_odds": float(np.sign(odds) * np.log1p(abs(odds))),
-        "share": float(logit(share)),
+        "rivalled": rivalled,
+        "share": (1.0 - rivalled) * explained,
         "poses": float(np.log(grounds.left.poses / _FEW)),
         "misfit": float(np.log(max(grounds.left.misfit, _LEAST_SHARE))),
         "chance": float(np.log(grounds.left.chance)),

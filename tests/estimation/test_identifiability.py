@@ -105,7 +105,7 @@ def test_a_probe_sees_neither_its_rotation_nor_the_scale(robot):
     by_name = {held.name: held for held in found.fixed}
     for axis in "xyz":
         assert "no residual depends on it" in by_name[f"sensor_r{axis}"].reason
-    scale = [held for held in found.fixed if "metric" in held.reason]
+    scale = [held for held in found.fixed if "may be scaled" in held.reason]
     assert [held.name for held in scale] == [helpers.SCALE[robot]]
     assert any(name.startswith("distance_") for name in scale[0].moves_with)
 
@@ -118,7 +118,7 @@ def test_planes_of_known_distance_give_a_probe_the_scale_back(robot):
     known = replace(scene, dataset=replace(scene.dataset, planes=planes))
     found = identify(known)
     assert helpers.SCALE[robot] not in found.fixed_names
-    assert not any("metric" in held.reason for held in found.fixed)
+    assert not any("may be scaled" in held.reason for held in found.fixed)
 
 
 def test_a_tracker_sees_no_rotation_of_its_target():

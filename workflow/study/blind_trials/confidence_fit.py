@@ -28,8 +28,9 @@ from study.blind_trials.trial_summaries import truth_in
 HALVES = ("first", "second")
 KINDS = (EFFECT, COMPONENT, STRUCTURE)
 FEATURES = tuple(features(Grounds(EFFECT, 0.0, 0.5, 0, False, FinalResiduals(1, 1.0, 1.0, False))))
+SIGNS = {"log_odds": (0.0, None), "rivalled": (None, 0.0), "share": (0.0, None)}
 BINS = (0.0, 0.5, 0.7, 0.8, 0.9, 1.0)
-PRIOR = {EFFECT: 0.5, COMPONENT: 0.3, STRUCTURE: 1.0}
+PRIOR = {EFFECT: 1.0, COMPONENT: 0.3, STRUCTURE: 1.0}
 """Standard deviation of a coefficient before any data, of features of unit spread. Chosen among 0.1, 0.2, 0.3, 0.5 and 1 by the likelihood of the
 half that each fit has not seen: the only numbers that have seen all sets."""
 _WITHOUT_SPREAD = 1e-9
@@ -87,7 +88,7 @@ def fitted(answers: pd.DataFrame) -> dict[str, Any]:
 def regression(X: Array, right: Array, prior: float) -> dict[str, Any]:
     """Return a logistic regression with a normal prior on coefficients of standardised features.
 
-    More evidence never makes an answer less sure: its coefficient is not negative. Without answers the chance is one half.
+    More evidence never makes an answer less sure, which bounds the signs of some coefficients. Without answers the chance is one half.
 
     Args:
         X: ``(n, k)``, features in the order of ``FEATURES``. right: ``(n,)``, 0 or 1.
@@ -105,7 +106,7 @@ def regression(X: Array, right: Array, prior: float) -> dict[str, Any]:
         value = float(np.sum(np.logaddexp(0.0, odds) - right * odds) + 0.5 * np.sum(precision * w * w))
         return value, Z.T @ (expit(odds) - right) + precision * w
 
-    bounds = [(-20.0, 20.0)] + [(0.0 if name == "log_odds" else None, None) for name in FEATURES]
+    bounds = [(-20.0, 20.0), *(SIGNS.get(name, (None, None)) for name in FEATURES)]
     result: Any = minimize(cost, np.zeros(k + 1), jac=True, method="L-BFGS-B", bounds=bounds,
                            options={"ftol": 1e-14, "gtol": 1e-9, "maxiter": 10_000})  # fmt: skip
     slopes = result.x[1:] / spread
@@ -156,7 +157,7 @@ def reliability(stated: pd.DataFrame) -> pd.DataFrame:
 def summary(stated: pd.DataFrame) -> dict[str, Any]:
     """Return Brier scores beside those of the plain share of right answers, and how many sure answers are wrong."""
     some: Any = stated
-    content: dict[str, Any] = {}
+    content: dict[str, Any] = {"sure_from": SURE}
     for kind in KINDS:
         mine: Any = some[some["kind"] == kind]
         value, right = mine["confidence"].to_numpy(dtype=float), mine["right"].to_numpy(dtype=float)
