@@ -15,6 +15,7 @@ from scalar.diagnosis.candidate_columns import CandidateSet, named_candidates
 from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.forward_selection import select_forward
 from scalar.diagnosis.harmonic_spectrum import as_whitened, with_spectrum
+from scalar.diagnosis.joint_selection import select_together
 from scalar.diagnosis.measured_rows import rows_given_own_noise
 from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.shipped_fit import BY_COMPONENT, ShippedFit
@@ -129,7 +130,8 @@ def _selected(
     _refuse_misfit(dataset, before)
     tried = named_candidates(cleaned.dataset)
     progress("selecting effects")
-    return Explained(cleaned, prepared, before, select_forward(before, tried), tried)
+    found = select_together(before, select_forward(before, tried), tried)
+    return Explained(cleaned, prepared, before, found, tried)
 
 
 def _final_fit(state: FittedState, whitening: Array | None) -> tuple[Fit, Residuals]:

@@ -111,6 +111,11 @@ class FittedState:
         """Return the residual and what the model explains already, whitened for the state's own variance component as well."""
         return self._background
 
+    @property
+    def is_rounding(self) -> bool:
+        """Return whether what the model leaves is rounding: its structure is the computer's."""
+        return self.background().variance < self.settings.selection.rounding
+
     def background_whitened_by(self, whitening: Array | None) -> Background:
         """Return the same under any whitening ``(N, m, m)``: squared residuals of two states compare only under one."""
         if whitening is None:
@@ -131,6 +136,17 @@ class FittedState:
             effects: Any.
             bases: What effects on joints are of the poses, where it is known already; filled where it is not.
         """
+        return self._columns(effects, bases, self.whitening)
+
+    def columns_within_scans(
+        self, effects: Sequence[Effect], bases: dict[Effect, JointBasis] | None = None
+    ) -> Array:
+        """Return the same columns, whitened for the noise within scans alone."""
+        return self._columns(effects, bases, None)
+
+    def _columns(
+        self, effects: Sequence[Effect], bases: dict[Effect, JointBasis] | None, whitening: Array | None
+    ) -> Array:
         bases = {} if bases is None else bases
         ends = np.cumsum([len(effect.coefficients) for effect in effects], dtype=int)
         places = [
@@ -138,7 +154,7 @@ class FittedState:
         ]
         N, m = self.dataset.n_poses, self.residuals.measurement.rows_per_pose
         columns = np.empty((N * m, int(ends[-1]) if len(ends) else 0))
-        by_angle, poses = self._by_angle()
+        by_angle, poses = self._by_angle(whitening)
         for effect, place in zip(effects, places, strict=True):
             if acts_on_joints(effect):
                 if effect not in bases:
@@ -146,7 +162,7 @@ class FittedState:
                 columns[:, place] = bases[effect].columns(by_angle).reshape(N * m, -1)
         others = [k for k, effect in enumerate(effects) if not acts_on_joints(effect)]
         for batch in _batches(others, places, max(_MOST_NUMBERS // (6 * N), 1)):
-            found = self._columns_elsewhere([effects[k] for k in batch])
+            found = self._columns_elsewhere([effects[k] for k in batch], whitening)
             at = 0
             for k in batch:
                 width = places[k].stop - places[k].start
@@ -154,20 +170,20 @@ class FittedState:
                 at += width
         return columns
 
-    def _by_angle(self) -> tuple[Array, Poses]:
-        """Return the derivatives of the rows by the joint angles ``(N, m, n)``, whitened as the background, and the poses."""
+    def _by_angle(self, whitening: Array | None) -> tuple[Array, Poses]:
+        """Return the whitened derivatives of the rows by the joint angles ``(N, m, n)``, and the poses."""
         n = self.model.robot.n_joints
         # A joint's angle moves the sensor as its theta does.
         rows = self.residuals.linearise_measured(self.model)[1][:, 3 * n : 4 * n]
-        return whitened(self.whitening, rows).reshape(self.dataset.n_poses, -1, n), self.residuals.poses
+        return whitened(whitening, rows).reshape(self.dataset.n_poses, -1, n), self.residuals.poses
 
-    def _columns_elsewhere(self, effects: Sequence[Effect]) -> Array:
+    def _columns_elsewhere(self, effects: Sequence[Effect], whitening: Array | None) -> Array:
         """Return the columns ``(N m, e)`` of effects on anything but joints."""
         model = replace(self.model, effects=(*self.model.effects, *effects))
         names = extra_basis_of(model.effects)
         measurement = profile_measurement(self.rows.keeping(names), self.model, self.residuals)
         residuals = Residuals.of(self.dataset, model, measurement)
-        return whitened(self.whitening, residuals.linearise_measured(model)[1][:, len(self.model.vector) :])
+        return whitened(whitening, residuals.linearise_measured(model)[1][:, len(self.model.vector) :])
 
 
 def _batches(indices: Sequence[int], places: Sequence[slice], most: int) -> Iterator[list[int]]:

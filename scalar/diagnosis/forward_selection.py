@@ -17,7 +17,7 @@ from scalar.diagnosis.ranking import Scored, rank, refined
 
 def select_forward(state: FittedState, candidates: CandidateSet) -> FittedState:
     """Return the state with every effect of a candidate set that the data support."""
-    if state.background().variance < state.settings.selection.rounding:
+    if state.is_rounding:
         return state
     refused: set[str] = set()
     columns = CandidateColumns(state, candidates)

@@ -39,6 +39,8 @@ def with_flexible_terms(state: FittedState, named: CandidateSet) -> FittedState:
         state: Where forward selection among the names ended.
         named: The candidate set of named effects.
     """
+    if state.is_rounding:
+        return state
     pools = _in_parts(flexible(state.dataset))
     for _ in range(state.settings.flexible_terms.max_terms):
         trial = _with_replacement(state, pools) or _with_best(state, pools)

@@ -19,6 +19,7 @@ from scalar.diagnosis.settings.many_terms import FlexibleTermSettings, SpectrumS
 from scalar.diagnosis.settings.noise import AutocorrelationSettings, VarianceComponentSettings
 from scalar.diagnosis.settings.selection import (
     HoldOutSettings,
+    JointSelectionSettings,
     RefitSettings,
     ScoreTestSettings,
     SelectionSettings,
@@ -31,6 +32,7 @@ __all__ = [
     "AutocorrelationSettings",
     "FlexibleTermSettings",
     "HoldOutSettings",
+    "JointSelectionSettings",
     "ObservabilitySettings",
     "OuterSplitSettings",
     "RefitSettings",
@@ -56,6 +58,7 @@ class Settings:
     score_test: ScoreTestSettings = field(default_factory=ScoreTestSettings)
     hold_out: HoldOutSettings = field(default_factory=HoldOutSettings)
     selection: SelectionSettings = field(default_factory=SelectionSettings)
+    joint_selection: JointSelectionSettings = field(default_factory=JointSelectionSettings)
     flexible_terms: FlexibleTermSettings = field(default_factory=FlexibleTermSettings)
     spectrum: SpectrumSettings = field(default_factory=SpectrumSettings)
     variance_components: VarianceComponentSettings = field(default_factory=VarianceComponentSettings)

@@ -146,3 +146,32 @@ class SelectionSettings:
         "of selection and of setting aside what stands out given the effects",
         "chosen: the second seldom finds anything",
     )
+
+
+@dataclass(frozen=True)
+class JointSelectionSettings:
+    """When all candidates are tried in one model with the scatter of the poses."""
+
+    most_poses: int = setting(
+        500,
+        "poses",
+        "with which it is tried",
+        "chosen: with more, every effect stands out beside the scatter",
+    )
+    poses_at_once: int = setting(
+        120, "poses", "in the model, spread evenly over the acquisition",
+        "chosen: the cost grows with the cube, and what is found is tested again on all poses",
+    )  # fmt: skip
+    rows_per_coefficient: float = setting(
+        4.0,
+        "rows",
+        "of these poses for each coefficient that is proposed",
+        "chosen: a fit needs some to spare",
+    )
+    least_row_variance: float = setting(
+        0.25, "of the noise's variance", "least variance of the rows in that model",
+        "chosen: half the noise that was measured; without a bound, many candidates would leave none",
+    )  # fmt: skip
+    max_rounds: int = setting(
+        4, "rounds", "of adding what is significant together", "chosen: the third seldom finds anything"
+    )

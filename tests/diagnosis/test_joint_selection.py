@@ -1,0 +1,73 @@
+"""Several strong effects and few poses: selected in one model, where one after the other they look like scatter."""
+
+import numpy as np
+import pytest
+
+from scalar.diagnosis.candidate_columns import named_candidates
+from scalar.diagnosis.fitted_state import FittedState, refit
+from scalar.diagnosis.forward_selection import select_forward
+from scalar.diagnosis.joint_selection import evidence_of, select_together
+from scalar.estimation.geometry_fit import geometry_fit
+from tests.effects.injected import Flaws, Moment, make_cell
+
+
+def several(at: Moment) -> np.ndarray:
+    """Return the errors of five joints' angles ``(N, n)`` [rad], of about equal consequence."""
+    q, error = at.q, np.zeros_like(at.q)
+    error[:, 0] = 1.2e-3 * np.sin(3 * q[:, 0] + 0.4)
+    error[:, 1] = 1.0e-3 * np.sin(5 * q[:, 1] + 1.1)
+    error[:, 2] = 1.0e-3 * np.sin(4 * q[:, 2] + 2.0)
+    error[:, 3] = 2.0e-3 * q[:, 4]
+    error[:, 4] = 3.0e-3 * q[:, 4]
+    return error
+
+
+TRUE = {
+    ("joint_harmonic", 1),
+    ("joint_harmonic", 2),
+    ("joint_harmonic", 3),
+    ("joint_coupling", 4),
+    ("joint_scale", 5),
+}
+
+
+def selected(dataset) -> tuple[FittedState, FittedState]:
+    """Return the state where forward selection ends, and the one of both selections."""
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    before = refit(dataset, model, prepared.free, ())
+    candidates = named_candidates(dataset)
+    forward = select_forward(before, candidates)
+    return forward, select_together(before, forward, candidates)
+
+
+def named(state: FittedState) -> set[tuple[str, int]]:
+    """Return kind and joint of every effect."""
+    return {(effect.name, effect.target.get("joint")) for effect in state.effects}
+
+
+@pytest.mark.parametrize("seed", [301, 302, 303])
+def test_five_strong_effects_with_54_poses(seed):
+    """All are named, and nothing else; the scatter that remains is no more than the noise."""
+    dataset = make_cell(Flaws(joints=several), seed=seed, poses_per_plane=18).dataset
+    _, together = selected(dataset)
+    assert named(together) == TRUE
+    assert not together.variance_components
+
+
+def test_joints_that_do_not_repeat_stay_a_variance_component():
+    """A scatter of the joints is not explained by effects, however many candidates there are."""
+    wrong = 0
+    for seed in range(311, 317):
+        dataset = make_cell(Flaws(jitter=2e-4), seed=seed, poses_per_plane=18).dataset
+        _, together = selected(dataset)
+        wrong += bool(together.effects)
+        assert any(c.name == "pose_jitter" for c in together.variance_components)
+    assert wrong <= 1
+
+
+def test_evidence_prefers_what_is_there():
+    """Of forward selection's end and that of both, the one that is taken has the larger evidence."""
+    dataset = make_cell(Flaws(joints=several), seed=304, poses_per_plane=18).dataset
+    forward, together = selected(dataset)
+    candidates = named_candidates(dataset)
+    assert evidence_of(together, candidates) >= evidence_of(forward, candidates)
