@@ -15,11 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scalar.diagnosis.elsewhere import displacement_columns, poses_anywhere
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.jackknife import N_POSES, steps_left_out, variance_of
+from scalar.diagnosis.jackknife import Linearised, variance_of
 from scalar.effects import Effect
-from scalar.geometry.se3 import Array
 from scalar.units import MM
 
 
@@ -86,39 +84,21 @@ class _Wide:
 
     def __init__(self, state: FittedState):
         """Linearise."""
-        residual, J = state.linearised()
+        self.linear = Linearised(state, None)
         self.beyond_chance = state.settings.shipped_fit.beyond_chance
-        self.N, self.m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
-        self.scale = np.linalg.norm(J, axis=0)
-        self.scale[self.scale == 0] = 1.0
-        self.residual, self.J = residual, J / self.scale
-        self.gram, self.projection = self.J.T @ self.J, self.J.T @ residual
-        anywhere = poses_anywhere(state, N_POSES)
-        self.columns = displacement_columns(state, anywhere)[:, state.free] / self.scale
-        self.coefficients = state.model.vector[state.free] * self.scale
         # The effect that each free coordinate belongs to, -1 for the geometry.
         sizes = [len(effect.coefficients) for effect in state.effects]
         owner = np.r_[np.full(len(state.geometry_free), -1), np.repeat(np.arange(len(sizes)), sizes)]
         self.owner = owner[state.free]
-        self.optimum = self._fitted(np.ones(len(self.owner), dtype=bool))
+        self.optimum = self.linear.fitted(np.ones(len(self.owner), dtype=bool))
 
     def error(self, kept: tuple[int, ...]) -> float:
         """Return the expected error [m] of a predicted position with some of the effects, root mean square over the random poses."""
-        step, left_out = self._fitted((self.owner < 0) | np.isin(self.owner, kept))
+        columns = self.linear.columns
+        step, left_out = self.linear.fitted((self.owner < 0) | np.isin(self.owner, kept))
         wide_step, wide_left_out = self.optimum
-        apart = self.columns @ (step - wide_step)
+        apart = columns @ (step - wide_step)
         bias = float(apart @ apart) / (len(apart) / 3)
-        by_chance = variance_of(left_out - wide_left_out, self.columns)
+        by_chance = variance_of(left_out - wide_left_out, columns)
         beyond = max(bias - self.beyond_chance**2 * by_chance, 0.0)
-        return float(np.sqrt(variance_of(left_out, self.columns) + beyond))
-
-    def _fitted(self, free: Array) -> tuple[Array, Array]:
-        """Return the step ``(F,)`` from the optimum to that of a model, and the steps ``(N, F)`` when each pose is left out of its fit."""
-        J, N, m = self.J[:, free], self.N, self.m
-        step = np.where(free, 0.0, -self.coefficients)
-        inverse = np.linalg.pinv(self.gram[np.ix_(free, free)], rcond=1e-12, hermitian=True)
-        step[free] = -inverse @ (self.projection[free] + self.gram[np.ix_(free, ~free)] @ step[~free])
-        rest = (self.residual + self.J @ step)[: N * m].reshape(N, m)
-        left_out = np.zeros((N, len(free)))
-        left_out[:, free] = steps_left_out(J[: N * m].reshape(N, m, -1), rest, inverse)
-        return step, left_out
+        return float(np.sqrt(variance_of(left_out, columns) + beyond))

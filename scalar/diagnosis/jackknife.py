@@ -43,25 +43,57 @@ class Moves:
         return _length(difference), _spread(self.left_out - other.left_out)
 
 
+class Linearised:
+    """A state, linearised at its optimum: fits with some of its coordinates free, and of all poses but one.
+
+    Attributes:
+        columns: ``(3 K, F)``, derivatives of positions at random poses [m] by its free coordinates, each divided by ``scale``.
+        coefficients: ``(F,)``, the free coordinates, times ``scale``.
+        scale: ``(F,)``, the lengths of the Jacobian's columns.
+    """
+
+    def __init__(self, state: FittedState, whitening: Array | None):
+        """Linearise.
+
+        Args:
+            state: Near the optimum.
+            whitening: ``(N, m, m)``, the weights of the poses; None for those of the noise within scans alone.
+        """
+        residual, J = (whitened(whitening, rows) for rows in state.linearised())
+        self._poses = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
+        self.scale = np.linalg.norm(J, axis=0)
+        self.scale[self.scale == 0] = 1.0
+        self._residual, self._J = residual, J / self.scale
+        self._gram, self._projection = self._J.T @ self._J, self._J.T @ residual
+        self.columns = displacement_columns(state, poses_anywhere(state, N_POSES))[:, state.free] / self.scale
+        self.coefficients = state.model.vector[state.free] * self.scale
+
+    def fitted(self, free: Array) -> tuple[Array, Array]:
+        """Return the step ``(F,)`` to the optimum with the coordinates ``free`` ``(F,)`` bool, and the steps ``(N, F)`` when each pose is left out.
+
+        The other coordinates become zero. Steps are in units of ``scale``.
+        """
+        N, m = self._poses
+        J = self._J[:, free]
+        step = np.where(free, 0.0, -self.coefficients)
+        inverse = np.linalg.pinv(self._gram[np.ix_(free, free)], rcond=1e-12, hermitian=True)
+        step[free] = -inverse @ (self._projection[free] + self._gram[np.ix_(free, ~free)] @ step[~free])
+        rest = (self._residual + self._J @ step)[: N * m].reshape(N, m)
+        left_out = np.zeros((N, len(free)))
+        left_out[:, free] = steps_left_out(J[: N * m].reshape(N, m, -1), rest, inverse)
+        return step, left_out
+
+
 def moves(state: FittedState, whitening: Array | None) -> Moves:
     """Return the moves of a fit of a state's poses.
 
     Args:
         state: Near the optimum.
-        whitening: ``(N, m, m)``, the weights of the poses; None for those of the noise within scans alone.
+        whitening: As for ``Linearised``.
     """
-    state = state if whitening is None else as_whitened(state)
-    residual, J = (whitened(whitening, rows) for rows in state.linearised())
-    N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
-    scale = np.linalg.norm(J, axis=0)
-    scale[scale == 0] = 1.0
-    J = J / scale
-    inverse = np.linalg.pinv(J.T @ J, rcond=1e-12, hermitian=True)
-    step = -inverse @ (J.T @ residual)
-    rest = (residual + J @ step)[: N * m].reshape(N, m)
-    steps = steps_left_out(J[: N * m].reshape(N, m, -1), rest, inverse)
-    columns = displacement_columns(state, poses_anywhere(state, N_POSES))[:, state.free] / scale
-    return Moves(columns @ step, steps @ columns.T)
+    linear = Linearised(state if whitening is None else as_whitened(state), whitening)
+    step, left_out = linear.fitted(np.ones(len(linear.scale), dtype=bool))
+    return Moves(linear.columns @ step, left_out @ linear.columns.T)
 
 
 def steps_left_out(rows: Array, rest: Array, inverse: Array) -> Array:

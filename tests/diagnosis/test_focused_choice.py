@@ -42,9 +42,9 @@ def test_a_model_within_the_wide_one_is_a_fit_without_the_other_columns(scaled):
     out = wide.owner == 0
     coefficients = scaled.model.vector[scaled.free][out]
     step = np.linalg.lstsq(J[:, ~out], -(residual - J[:, out] @ coefficients), rcond=None)[0]
-    found, _ = wide._fitted(~out)
-    np.testing.assert_allclose(found[~out] / wide.scale[~out], step, rtol=1e-6, atol=1e-9)
-    np.testing.assert_allclose(found[out] / wide.scale[out], -coefficients)
+    found, _ = wide.linear.fitted(~out)
+    np.testing.assert_allclose(found[~out] / wide.linear.scale[~out], step, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(found[out] / wide.linear.scale[out], -coefficients)
 
 
 def test_an_effect_that_is_there_is_shipped_and_one_that_is_not_does_not_decide(scaled):

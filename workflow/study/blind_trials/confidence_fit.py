@@ -40,12 +40,12 @@ def answers_of(sets: pd.DataFrame) -> pd.DataFrame:
     """Return a row an answer of all sets: its half, kind, name, whether it is right, and the features of its grounds."""
     rows = []
     for row in sets.to_dict("records"):
-        truth = truth_in(row)
-        for entry in json.loads(row["found"]):
+        truth, found = truth_in(row), json.loads(row["found"])
+        for entry in found:
             kind = kind_of(entry)
             rows.append(
                 {"number": row["number"], "seed": row["seed"], "half": half_of(row, truth), "row": row["row"], "poses": row["poses"]}
-                | {"kind": kind, "name": entry["name"], "right": is_right(entry, truth, json.loads(row["found"]))}
+                | {"kind": kind, "name": entry["name"], "right": is_right(entry, truth, found)}
                 | features(grounds_from(kind, entry["grounds"]))
             )  # fmt: skip
     return pd.DataFrame(rows)
