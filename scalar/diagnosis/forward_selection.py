@@ -7,12 +7,15 @@ explains the same better. So the order in which effects are found does not decid
 
 from __future__ import annotations
 
+import numpy as np
+
 from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
 from scalar.diagnosis.conditional_scores import rivals
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import Scored, rank, refined
+from scalar.effects import Effect
 
 
 def select_forward(state: FittedState, candidates: CandidateSet) -> FittedState:
@@ -59,24 +62,54 @@ def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedSt
     columns, settings = CandidateColumns(state, candidates), state.settings.selection
     for _ in range(4 + len(state.effects)):
         changed = False
-        for i, effect in enumerate(state.effects):
+        for i in range(len(state.effects)):
             others = tuple(e for k, e in enumerate(state.effects) if k != i)
             own, ranking = rivals(state, i, columns)
             if own.evidence <= 0 or own.p_value > settings.alpha_named_effect:
                 state, changed = state.refitted(others), True
                 break
-            best = ranking[0]
-            if best.effect.label != effect.label and best.evidence > own.evidence + settings.swap_margin:
-                trial = state.refitted(merged(others, best.effect))
-                # Both fits are compared under one whitening: a worse fit has a larger variance component of its own, which would hide that.
-                left = trial.background_whitened_by(state.whitening).squared
-                better = left < state.background().squared + 1e-9
-                if (better or best.dof < own.dof) and no_worse(
-                    held_out_errors(state), held_out_errors(trial)
-                ):
-                    state, changed = trial, True
-                    break
+            trial = _replaced(state, others, own, ranking)
+            if trial is not None:
+                state, changed = trial, True
+                break
         if not changed:
             break
         columns = CandidateColumns(state, candidates)
     return state, columns
+
+
+def _replaced(
+    state: FittedState, others: tuple[Effect, ...], own: Scored, ranking: list[Scored]
+) -> FittedState | None:
+    """Return the state in which another candidate takes an effect's place, or None.
+
+    It has to explain the same clearly better; or about as well, if it is a further term of an effect that the state has: what needs one cause
+    less is likelier.
+
+    Args:
+        state: With the effect.
+        others: Its other effects.
+        own: The score of the effect, given the others.
+        ranking: Of all candidates in its place, best first.
+    """
+    margin, best = state.settings.selection.swap_margin, ranking[0]
+    joining = next(
+        (
+            r
+            for r in ranking
+            if r.evidence > own.evidence - margin and len(merged(others, r.effect)) == len(others)
+        ),
+        None,
+    )
+    better = best.effect.label != own.effect.label and best.evidence > own.evidence + margin
+    for entry, allowance in ((best if better else None, 0.0), (joining, margin)):
+        if entry is None:
+            continue
+        trial = state.refitted(merged(others, entry.effect))
+        # Both fits are compared under one whitening: a worse fit has a larger variance component of its own, which would hide that.
+        left, now = trial.background_whitened_by(state.whitening), state.background()
+        lost = 0.5 * now.freedom * np.log(left.squared / now.squared)
+        explains = lost <= allowance + 1e-9 or (entry is best and better and entry.dof < own.dof)
+        if explains and no_worse(held_out_errors(state), held_out_errors(trial)):
+            return trial
+    return None
