@@ -11,7 +11,7 @@ from scalar.diagnosis.fitted_state import refit
 from scalar.diagnosis.forward_selection import reconsidered
 from scalar.effects.command_line import parse_effects
 from scalar.estimation.geometry_fit import geometry_fit
-from tests.effects.injected import Flaws, make_cell, on_joint
+from tests.effects.injected import Flaws, make_cell, on_joint, sag
 
 SMALL = 4e-5  # rad: micrometres, which add less than a hundredth to the root mean square of points held out
 
@@ -37,3 +37,17 @@ def test_a_rival_is_not_excused_by_the_scatter_that_it_leaves(seed, monkeypatch)
     monkeypatch.setattr(forward_selection, "rivals", overstated)
     kept, _ = reconsidered(state, named_candidates(dataset))
     assert [effect.target for effect in kept.effects] == [right[0].target]
+
+
+@pytest.mark.parametrize("seed", [11, 12])
+def test_what_a_further_term_explains_as_well_is_no_further_cause(seed):
+    """Joints 2 and 3 give under the arm's weight. A tilting base explains what joint 2 does nearly as well; it is no cause of its own."""
+    truth = make_cell(seed=seed, poses_per_plane=3).scene.truth
+    compliance = np.array([0.0, 1e-5, 1e-5, 0.0, 0.0, 0.0])
+    flaws = Flaws(joints=sag(truth, compliance, np.random.default_rng(seed)))
+    dataset = make_cell(flaws, seed=seed, poses_per_plane=25).dataset
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    both = [e for name in ("base_compliance", "joint_compliance:3") for e in parse_effects(name, dataset)]
+    state = refit(dataset, model, prepared.free, both)
+    kept, _ = reconsidered(state, named_candidates(dataset))
+    assert [effect.name for effect in kept.effects] == ["joint_compliance"]
