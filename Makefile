@@ -2,7 +2,7 @@
 # make test       set up .venv, then run the tests, a file at a time on each core
 # make test-kernels   the tests four times, with the arithmetic of four processors
 # make env        set up .venv alone; nothing is done if it is up to date
-# make lint       ruff, pyright, snakefmt, the order of imports        make format   let ruff and snakefmt rewrite
+# make lint       ruff, pyright, snakefmt, snakemake --lint, the order of imports        make format   let ruff and snakefmt rewrite
 # make bench      the side-by-side figures       make lock     resolve the requirements again
 # make readme-figures   copies of the figures that the README shows, from results/
 # make clean      remove .venv and the caches; results/ stays (snakemake --delete-all-output removes that)
@@ -88,6 +88,7 @@ lint: env
 	$(RUN) ruff format --check .
 	$(RUN) pyright
 	$(RUN) snakefmt --check $(wildcard Snakefile workflow)
+	$(RUN) snakemake --lint
 	$(RUN) lint-imports
 
 format: env
@@ -108,6 +109,7 @@ COMPILE = UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile --quiet --
 lock:
 	$(COMPILE) $(LOCK_ARGS) pyproject.toml --all-extras -o requirements/lock.txt
 	$(COMPILE) requirements/bootstrap.in -c requirements/lock.txt -o requirements/bootstrap.txt
+	$(BIN)/python workflow/envs/write_environment.py
 
 clean:
 	rm -rf .venv .pytest_cache .ruff_cache .hypothesis .import_linter_cache .snakemake build dist

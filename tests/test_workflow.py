@@ -33,7 +33,8 @@ def copy_checkout(to: Path) -> Path:
     """Return a folder with what the workflow needs, and nothing that it built."""
     for name in ("scalar", "workflow", "configs", "paper"):
         shutil.copytree(ROOT / name, to / name, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(ROOT / "Snakefile", to)
+    for name in ("Snakefile", "CITATION.cff"):
+        shutil.copy(ROOT / name, to)
     return to
 
 
@@ -103,7 +104,8 @@ def rules() -> set[str]:
     paths = [
         path
         for path in (ROOT / "workflow/rules").glob("*.smk")
-        if path.stem not in ("measured", "blind_trials", "processors", "sensitivity", "confidence", "aliases")
+        if path.stem
+        not in ("measured", "blind_trials", "processors", "sensitivity", "confidence", "aliases", "crate")
     ]
     text = "".join(path.read_text(encoding="utf-8") for path in paths)
     # From committed summaries, though it stands with the target of its own.

@@ -5,9 +5,9 @@ from study.blind_trials.cases import load_study
 from study.blind_trials.stratified import load_design
 
 try:
-    TRIALS_CONFIG = ROOT / config.get("blind_trials", "configs/blind_trials.yaml")
+    TRIALS_CONFIG = named(config.get("blind_trials", "configs/blind_trials.yaml"))
     TRIALS = load_study(TRIALS_CONFIG)
-    STRATIFIED_CONFIG = ROOT / config.get("blind_trials_stratified", "configs/blind_trials_stratified.yaml")
+    STRATIFIED_CONFIG = named(config.get("blind_trials_stratified", "configs/blind_trials_stratified.yaml"))
     STRATIFIED = load_design(STRATIFIED_CONFIG)
 except InvalidInput as error:
     raise WorkflowError(str(error)) from None
@@ -47,6 +47,8 @@ rule run_blind_trials:
         f"{TRIALS_DIR}/sets/{{case}}/{{workcell}}/{{repetitions}}.csv",
     log:
         f"{RESULTS}/logs/blind_trials/{{case}}/{{workcell}}/{{repetitions}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         config=local(TRIALS_CONFIG),
@@ -79,6 +81,8 @@ rule summarise_blind_trials:
         numbers=f"{TRIALS_DIR}/summaries/numbers.json",
     log:
         f"{RESULTS}/logs/blind_trials/summarise.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         config=local(TRIALS_CONFIG),
@@ -102,6 +106,8 @@ rule draw_blind_trials:
         },
     log:
         f"{RESULTS}/logs/blind_trials/draw.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         figures=TRIALS_FIGURES,
@@ -135,6 +141,8 @@ rule run_stratified_trials:
         f"{STRATIFIED_DIR}/sets/{{numbers}}.csv",
     log:
         f"{RESULTS}/logs/blind_trials_stratified/{{numbers}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         config=local(STRATIFIED_CONFIG),
@@ -156,6 +164,8 @@ rule summarise_stratified_trials:
         numbers=f"{STRATIFIED_DIR}/summaries/numbers.json",
     log:
         f"{RESULTS}/logs/blind_trials_stratified/summarise.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Scoring the stratified blind trials"

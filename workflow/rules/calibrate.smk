@@ -8,6 +8,8 @@ rule calibrate:
         f"{RESULTS}/logs/calibrate/{{study}}/{{case}}/{{method}}/{{batch}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/calibrate/{{study}}/{{case}}/{{method}}/{{batch}}.tsv"
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         method=lambda w: w.method,
@@ -31,6 +33,8 @@ rule observe:
         ),
     log:
         f"{RESULTS}/logs/observe/{{study}}/{{case}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Finding what the poses of {wildcards.study} {wildcards.case} can show"

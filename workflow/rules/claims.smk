@@ -23,8 +23,11 @@ rule judge_claims:
         numbers=f"{CLAIMS_DIR}/claims.json",
     log:
         f"{RESULTS}/logs/judge_claims.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
+        case=FIRST_CASE.name,
         sweeps=CLAIMED_SWEEPS,
         benchmarks={
             method: expand(

@@ -1,11 +1,31 @@
 # Checks of the config, and what the rules look up: cases, batches of seeds, the modules a step depends on.
 import sys
+import tempfile
 from pathlib import Path
 
+from git import Repo
 from snakemake.exceptions import WorkflowError
+from snakemake.sourcecache import HostingProviderFile
 from snakemake.utils import validate
 
-ROOT = Path(workflow.basedir)
+
+def checkout(rules):
+    """Return the root of the checkout that a folder of rules belongs to; rules from afar (`github(...)`) get one below .snakemake."""
+    if not isinstance(rules, HostingProviderFile):
+        return Path(rules.get_path_or_uri(secret_free=True)).parents[1]
+    repository = rules.hosted_repo.repo
+    commit = repository.commit(rules.ref).hexsha
+    folder = Path(".snakemake/scalar", commit).resolve()
+    if not folder.exists():
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        unfinished = tempfile.mkdtemp(dir=folder.parent)
+        Repo.clone_from(repository.git_dir, unfinished, no_checkout=True).git.checkout(commit)
+        Path(unfinished).rename(folder)
+    return folder
+
+
+ROOT = checkout(workflow.current_basedir)
+ENVIRONMENT = str(ROOT / "workflow/envs/scalar.yaml")  # of every job, with --sdm conda
 HOMES = {"scalar": ROOT, "study": ROOT / "workflow"}  # {package of ours: folder it lies in}
 sys.path[:0] = map(str, HOMES.values())
 
@@ -24,11 +44,16 @@ from study.common.yaml_numbers import with_numbers
 os.environ.update(job_environment(list(HOMES.values()), os.environ))
 
 
+def named(path):
+    """Return a file that the config names: of the working directory if it is there, else of the checkout."""
+    return Path(path).resolve() if Path(path).exists() else ROOT / path
+
+
 def checked_grids(studies):
     """Return {study: {case: Case}}; a misspelt column or a bad cell stops the workflow, named."""
     try:
         return {
-            name: {case.name: case for case in read_grid(ROOT / study["grid"])}
+            name: {case.name: case for case in read_grid(named(study["grid"]))}
             for name, study in studies.items()
         }
     except InvalidInput as error:
@@ -37,12 +62,17 @@ def checked_grids(studies):
 
 def scene_path(wildcards):
     """Return the scene that a case starts from."""
-    return ROOT / (CASES[wildcards.study][wildcards.case].scene or STUDIES[wildcards.study]["scene"])
+    return named(CASES[wildcards.study][wildcards.case].scene or STUDIES[wildcards.study]["scene"])
 
 
 def batches(study):
     """Return the names of the batches of seeds of a study."""
     return batch_names(config["first_seed"], STUDIES[study]["seeds"], config["seeds_per_job"])
+
+
+def case_of_figure(wildcards):
+    """Return the case that a figure of the headline shows."""
+    return CASE_OF_FIGURE[wildcards.of]
 
 
 def evaluations(table):
@@ -80,6 +110,9 @@ RESULTS = config["results"]
 STUDIES = config["studies"]
 CASES = checked_grids(STUDIES)
 HEADLINE = f"{RESULTS}/headline"
+FIRST_CASE = next(iter(CASES["headline"].values()))  # what the paper, its numbers and its claims are about
+FURTHER_CASES = {f"_{name}": name for name in CASES["headline"] if name != FIRST_CASE.name}
+CASE_OF_FIGURE = {"": FIRST_CASE.name, **FURTHER_CASES}  # {end of a figure's name: the case it shows}
 
 
 wildcard_constraints:
@@ -88,3 +121,4 @@ wildcard_constraints:
     case=r"[A-Za-z0-9][A-Za-z0-9_.-]*",
     method="|".join(METHODS),
     batch=r"seeds-\d+-\d+",
+    of=f"({'|'.join(CASE_OF_FIGURE)})",

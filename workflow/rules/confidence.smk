@@ -6,7 +6,7 @@
 CONFIDENCE_DIR = f"{RESULTS}/confidence"
 try:
     CONFIDENCE_CONFIGS = {
-        Path(path).stem: ROOT / path
+        Path(path).stem: named(path)
         for path in config.get(
             "confidence", ["configs/blind_trials_confidence.yaml", "configs/blind_trials_components.yaml"]
         )
@@ -53,6 +53,8 @@ rule fit_confidence:
         numbers=f"{CONFIDENCE_DIR}/numbers.json",
     log:
         f"{RESULTS}/logs/confidence/fit.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Fitting the confidence to the trials"
@@ -73,6 +75,8 @@ rule draw_confidence:
         ),
     log:
         f"{RESULTS}/logs/confidence/draw.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Drawing how sure answers are, and how often they are right"

@@ -14,6 +14,8 @@ rule evaluate:
         f"{RESULTS}/logs/evaluate/{{study}}/{{case}}/{{batch}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/evaluate/{{study}}/{{case}}/{{batch}}.tsv"
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         case=lambda w: w.case,
@@ -55,6 +57,8 @@ rule collect:
         ),
     log:
         f"{RESULTS}/logs/collect/{{study}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Collecting {wildcards.study}"
@@ -68,8 +72,8 @@ rule summarise_headline:
         summary=f"{HEADLINE}/summary.csv",
         plane_summary=f"{HEADLINE}/plane_summary.csv",
         parameter_summary=f"{HEADLINE}/parameter_summary.csv",
-        values=f"{HEADLINE}/identifiability/{next(iter(CASES['headline']))}/singular_values.csv",
-        directions=f"{HEADLINE}/identifiability/{next(iter(CASES['headline']))}/null_directions.csv",
+        values=f"{HEADLINE}/identifiability/{FIRST_CASE.name}/singular_values.csv",
+        directions=f"{HEADLINE}/identifiability/{FIRST_CASE.name}/null_directions.csv",
         published=resource("published_headline.csv"),
         modules=modules("study.headline.summary", "study.common.tables"),
     output:
@@ -82,7 +86,11 @@ rule summarise_headline:
         ),
     log:
         f"{RESULTS}/logs/summarise_headline.log",
+    conda:
+        ENVIRONMENT
     threads: 1
+    params:
+        case=FIRST_CASE.name,
     message:
         "Writing the headline's numbers"
     script:

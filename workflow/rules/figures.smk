@@ -7,10 +7,20 @@ rule draw_errors:
         published=resource("published_headline.csv"),
         modules=modules("study.plots.errors", "study.common.tables"),
     output:
-        **figure(f"{HEADLINE}/figures/errors", "figure_errors", "Headline", shows="errors before and after"),
+        **figure(
+            f"{HEADLINE}/figures/errors{{of}}",
+            "figure_errors",
+            "Headline",
+            case=case_of_figure,
+            shows="errors before and after",
+        ),
     log:
-        f"{RESULTS}/logs/draw_errors.log",
+        f"{RESULTS}/logs/draw_errors{{of}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
+    params:
+        case=case_of_figure,
     script:
         "../scripts/draw_errors.py"
 
@@ -24,7 +34,11 @@ rule draw_initial:
         **figure(f"{HEADLINE}/figures/initial", "figure_initial", "Headline", shows="initial models"),
     log:
         f"{RESULTS}/logs/draw_initial.log",
+    conda:
+        ENVIRONMENT
     threads: 1
+    params:
+        case=FIRST_CASE.name,
     script:
         "../scripts/draw_initial.py"
 
@@ -35,10 +49,20 @@ rule draw_planes:
         published=resource("published_plane_errors.csv"),
         modules=modules("study.plots.planes", "study.common.tables"),
     output:
-        **figure(f"{HEADLINE}/figures/planes", "figure_planes", "Headline", shows="planes against the truth"),
+        **figure(
+            f"{HEADLINE}/figures/planes{{of}}",
+            "figure_planes",
+            "Headline",
+            case=case_of_figure,
+            shows="planes against the truth",
+        ),
     log:
-        f"{RESULTS}/logs/draw_planes.log",
+        f"{RESULTS}/logs/draw_planes{{of}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
+    params:
+        case=case_of_figure,
     script:
         "../scripts/draw_planes.py"
 
@@ -50,15 +74,19 @@ rule draw_parameters:
         modules=modules("study.plots.parameters", "study.common.tables"),
     output:
         **figure(
-            f"{HEADLINE}/figures/parameters_{{method}}",
+            f"{HEADLINE}/figures/parameters_{{method}}{{of}}",
             "figure_parameters",
             "Headline",
+            case=case_of_figure,
             shows="parameters with standard errors, {method}",
         ),
     log:
-        f"{RESULTS}/logs/draw_parameters_{{method}}.log",
+        f"{RESULTS}/logs/draw_parameters_{{method}}{{of}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
+        case=case_of_figure,
         method=lambda w: w.method,
     script:
         "../scripts/draw_parameters.py"
@@ -80,6 +108,8 @@ rule draw_singular_values:
         ),
     log:
         f"{RESULTS}/logs/draw_singular_values_{{study}}_{{case}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     script:
         "../scripts/draw_singular_values.py"
@@ -101,6 +131,8 @@ rule draw_sweep:
         ),
     log:
         f"{RESULTS}/logs/draw_sweep/{{sweep}}_{{walls}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         axis=lambda w: {
@@ -116,10 +148,13 @@ rule figures:
         expand(
             f"{HEADLINE}/figures/{{name}}.{{suffix}}",
             name=[
-                "errors",
                 "initial",
-                "planes",
-                *(f"parameters_{method}" for method in STUDIES["headline"]["methods"]),
+                *(f"{name}{of}" for of in CASE_OF_FIGURE for name in ("errors", "planes")),
+                *(
+                    f"parameters_{method}{of}"
+                    for of in CASE_OF_FIGURE
+                    for method in STUDIES["headline"]["methods"]
+                ),
                 *(f"singular_values_{case}" for case in CASES["headline"]),
             ],
             suffix=["png", "svg"],

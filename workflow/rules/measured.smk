@@ -26,6 +26,8 @@ rule get_originals:
         directory(f"{MEASURED}/originals/{{set}}"),
     log:
         f"{RESULTS}/logs/measured/get_originals/{{set}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     resources:  # and not params: files known by their checksums are the same wherever they came from
         folder=FOLDER,
@@ -47,6 +49,8 @@ rule import_measured:
         directory(f"{MEASURED}/{{set}}/dataset"),
     log:
         f"{RESULTS}/logs/measured/import/{{set}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Importing {wildcards.set}"
@@ -72,6 +76,8 @@ rule diagnose_measured:
         f"{RESULTS}/logs/measured/diagnose/{{set}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/measured/diagnose/{{set}}.tsv"
+    conda:
+        ENVIRONMENT
     threads: workflow.cores  # the runs of the outer split take all that the job may use
     message:
         "Diagnosing {wildcards.set}"
@@ -87,6 +93,8 @@ rule compare_measured:
         f"{MEASURED}/{{set}}/models.json",
     log:
         f"{RESULTS}/logs/measured/compare/{{set}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Holding out poses of {wildcards.set}: base and tool, geometry"
@@ -104,6 +112,8 @@ rule transfer_measured:
         errors=f"{MEASURED}/{{set}}/transferred/models.json",
     log:
         f"{RESULTS}/logs/measured/transfer/{{set}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         source=lambda w: TRANSFERS[w.set],
@@ -123,6 +133,8 @@ rule check_measured:
         gears=f"{MEASURED}/{{set}}/gears.csv",
     log:
         f"{RESULTS}/logs/measured/check/{{set}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Checking what was found in {wildcards.set}: a fresh split, shuffled angles"
@@ -150,6 +162,8 @@ rule summarise_measured:
         gears=f"{MEASURED}/summaries/gears.csv",
     log:
         f"{RESULTS}/logs/measured/summarise.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         sets=lambda w: AT_HAND.names,
@@ -179,6 +193,8 @@ rule draw_measured:
         },
     log:
         f"{RESULTS}/logs/measured/draw.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Drawing the measured robots"

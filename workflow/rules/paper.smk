@@ -5,7 +5,7 @@ PAPER_NUMBERS = {"headline": f"{HEADLINE}/numbers.json"}  # {part: file whose le
 PAPER_FIGURES = {  # {as the text calls it: file}
     "headline/errors.svg": f"{HEADLINE}/figures/errors.svg",
     "headline/parameters.svg": f"{HEADLINE}/figures/parameters_proposed.svg",
-    "headline/singular_values.svg": f"{HEADLINE}/figures/singular_values_{next(iter(CASES['headline']))}.svg",
+    "headline/singular_values.svg": f"{HEADLINE}/figures/singular_values_{FIRST_CASE.name}.svg",
     "headline/scene.svg": f"{HEADLINE}/figures/scene.svg",
 }
 if f"{HEADLINE}/figures/workspace.svg" in SCENE_FIGURES:
@@ -128,6 +128,8 @@ rule draw_sweep_overview:
         ),
     log:
         f"{RESULTS}/logs/draw_sweep_overview/{{walls}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         axes={
@@ -144,7 +146,7 @@ rule draw_sweep_overview:
 rule gather_numbers:
     input:
         parts=list(PAPER_NUMBERS.values()),
-        scene=local(ROOT / STUDIES["headline"]["scene"]),
+        scene=local(named(STUDIES["headline"]["scene"])),
         tilted=local(ROOT / "configs/scenes/paper_tilted.yaml"),
         headline=resource("published_headline.csv"),
         planes=resource("published_plane_errors.csv"),
@@ -155,6 +157,8 @@ rule gather_numbers:
         f"{RESULTS}/paper/numbers.json",
     log:
         f"{RESULTS}/logs/paper/gather_numbers.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         parts=PAPER_NUMBERS,
@@ -181,6 +185,8 @@ rule paper:
         ),
     log:
         f"{RESULTS}/logs/paper/paper.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         text=lambda w, input: os.path.commonpath(input.text),

@@ -4,7 +4,7 @@
 from study.processors.kernels import KERNELS
 
 PROCESSORS_DIR = f"{RESULTS}/processors"
-PROCESSORS_CASE = next(iter(CASES["headline"]))
+PROCESSORS_CASE = FIRST_CASE.name
 # The headline's own, and the reading whose end depends on the last bit most.
 PROCESSORS_METHODS = list(dict.fromkeys([*STUDIES["headline"]["methods"], "baseline-abs-2018"]))
 
@@ -25,6 +25,8 @@ rule calibrate_on_processor:
         f"{PROCESSORS_DIR}/errors/{{kernels}}.csv",
     log:
         f"{RESULTS}/logs/processors/{{kernels}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         case=PROCESSORS_CASE,
@@ -49,6 +51,8 @@ rule compare_processors:
         numbers=f"{PROCESSORS_DIR}/summaries/numbers.json",
     log:
         f"{RESULTS}/logs/processors/compare.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         names=list(KERNELS),

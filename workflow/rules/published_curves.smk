@@ -3,7 +3,7 @@ PUBLISHED_CURVES = config.get("published_curves") or {}
 PUBLISHED_CURVES_OPTIONS = {"first_seed": config["first_seed"], **PUBLISHED_CURVES}
 PUBLISHED_CURVES_SWEEPS = {axis["published"]: name for name, axis in AXES.items() if "published" in axis}
 PUBLISHED_CURVES_DIR = f"{RESULTS}/published_curves"
-PUBLISHED_CURVES_SCENE = ROOT / (PUBLISHED_CURVES.get("scene") or STUDIES["headline"]["scene"])
+PUBLISHED_CURVES_SCENE = named(PUBLISHED_CURVES.get("scene") or STUDIES["headline"]["scene"])
 PUBLISHED_CURVES_TABLES = expand(
     f"{PUBLISHED_CURVES_DIR}/{{name}}",
     name=["candidates.csv", "predictions.csv", "recovery.csv", "coverage.csv", "numbers.json"],
@@ -30,6 +30,8 @@ rule predict_published_curves:
         f"{RESULTS}/logs/predict_published_curves.log",
     benchmark:
         f"{RESULTS}/benchmarks/predict_published_curves.tsv"
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         options=PUBLISHED_CURVES_OPTIONS,
@@ -62,6 +64,8 @@ rule explain_published_curves:
         f"{RESULTS}/logs/explain_published_curves.log",
     benchmark:
         f"{RESULTS}/benchmarks/explain_published_curves.tsv"
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         options=PUBLISHED_CURVES_OPTIONS,
@@ -91,6 +95,8 @@ rule draw_published_curves:
         },
     log:
         f"{RESULTS}/logs/draw_published_curves.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Drawing what made the published curves go flat"

@@ -1,7 +1,6 @@
 # The headline in pictures beyond its error: the workcell, what can be distinguished how well, and where in the workspace errors lie.
 from types import SimpleNamespace
 
-FIRST_CASE = next(iter(CASES["headline"].values()))
 FIRST_BATCH = batches("headline")[0]
 OF_FIRST_CASE = SimpleNamespace(study="headline", case=FIRST_CASE.name)
 SCENE_FIGURES = expand(
@@ -21,6 +20,8 @@ rule render_scene:
         places=f"{HEADLINE}/scene/places.json",
     log:
         f"{RESULTS}/logs/render_scene.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         overrides=FIRST_CASE.overrides,
@@ -44,6 +45,8 @@ rule correlate:
         ),
     log:
         f"{RESULTS}/logs/correlate.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Writing the correlations of the first seed's parameters"
@@ -63,6 +66,8 @@ rule map_workspace:
         seeds=f"{HEADLINE}/workspace.json",
     log:
         f"{RESULTS}/logs/map_workspace.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Mapping the errors over the workspace"
@@ -79,6 +84,8 @@ rule draw_scene:
         **figure(f"{HEADLINE}/figures/scene", "figure_scene", "Headline", shows="the workcell"),
     log:
         f"{RESULTS}/logs/draw_scene.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     script:
         "../scripts/draw_scene.py"
@@ -97,6 +104,8 @@ rule draw_correlation:
         ),
     log:
         f"{RESULTS}/logs/draw_correlation.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     script:
         "../scripts/draw_correlation.py"
@@ -116,6 +125,8 @@ rule draw_workspace:
         ),
     log:
         f"{RESULTS}/logs/draw_workspace.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     script:
         "../scripts/draw_workspace.py"

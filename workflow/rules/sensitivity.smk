@@ -4,7 +4,7 @@
 from study.sensitivity.sets import load_sets
 
 try:
-    SENSITIVITY_CONFIG = ROOT / config.get("sensitivity", "configs/sensitivity.yaml")
+    SENSITIVITY_CONFIG = named(config.get("sensitivity", "configs/sensitivity.yaml"))
     SENSITIVITY = load_sets(SENSITIVITY_CONFIG)
 except InvalidInput as error:
     raise WorkflowError(str(error)) from None
@@ -28,6 +28,8 @@ rule screen_settings:
         f"{SENSITIVITY_DIR}/screened.json",
     log:
         f"{RESULTS}/logs/sensitivity/screen.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Choosing the settings that are varied on the other blind sets"
@@ -52,6 +54,8 @@ rule vary_settings:
         SENSITIVITY_SET,
     log:
         f"{RESULTS}/logs/sensitivity/{{blind_set}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         config=local(SENSITIVITY_CONFIG),
@@ -85,6 +89,8 @@ rule summarise_sensitivity:
         numbers=f"{SENSITIVITY_DIR}/summaries/numbers.json",
     log:
         f"{RESULTS}/logs/sensitivity/summarise.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Tabulating what depends on each setting"
@@ -102,6 +108,8 @@ rule draw_sensitivity:
         ),
     log:
         f"{RESULTS}/logs/sensitivity/draw.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Drawing what depends on each setting"

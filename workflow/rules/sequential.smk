@@ -14,8 +14,8 @@ for name in SEQUENTIAL["alternate"]:
 
 rule compare_sequential:
     input:
-        scene=local(ROOT / SEQUENTIAL["scene"]),
-        robot=lambda w: robot_of_scene(ROOT / SEQUENTIAL["scene"]),
+        scene=local(named(SEQUENTIAL["scene"])),
+        robot=lambda w: robot_of_scene(named(SEQUENTIAL["scene"])),
         modules=modules("study.sequential.compare", "study.common.tables"),
     output:
         f"{SEQUENTIAL_DIR}/batches/{{batch}}.csv",
@@ -23,6 +23,8 @@ rule compare_sequential:
         f"{RESULTS}/logs/compare_sequential/{{batch}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/compare_sequential/{{batch}}.tsv"
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         cases={name: case.overrides for name, case in SEQUENTIAL_CASES.items()},
@@ -52,6 +54,8 @@ rule collect_sequential:
         numbers=f"{SEQUENTIAL_DIR}/numbers.json",
     log:
         f"{RESULTS}/logs/collect_sequential.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Collecting the comparison of orders"
@@ -73,6 +77,8 @@ rule draw_sequential:
         ),
     log:
         f"{RESULTS}/logs/draw_sequential.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     script:
         "../scripts/draw_sequential.py"

@@ -9,6 +9,8 @@ rule simulate:
         f"{RESULTS}/logs/simulate/{{study}}/{{case}}/{{batch}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/simulate/{{study}}/{{case}}/{{batch}}.tsv"
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         overrides=lambda w: CASES[w.study][w.case].overrides,

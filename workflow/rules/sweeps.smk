@@ -3,7 +3,7 @@ from study.sweeps.cases import most_poses, refuse_cases_off_the_axis, values_on_
 
 SWEEPS = config.get("sweeps") or {"axes": {}, "walls": {}, "methods": [], "seeds": 1, "seeds_per_job": 1}
 AXES = SWEEPS["axes"]
-WALLS = {walls: ROOT / scene for walls, scene in SWEEPS["walls"].items()}  # {kind of walls: its scene}
+WALLS = {walls: named(scene) for walls, scene in SWEEPS["walls"].items()}  # {kind of walls: its scene}
 SWEEP_CASES = checked_grids(AXES)
 SWEEP_BATCHES = batch_names(config["first_seed"], SWEEPS["seeds"], SWEEPS["seeds_per_job"])
 SWEEP_DIR = f"{RESULTS}/sweeps"
@@ -33,6 +33,8 @@ rule plan_sweeps:
         f"{SWEEP_DIR}/plans/{{walls}}/{{batch}}.npz",
     log:
         f"{RESULTS}/logs/plan_sweeps/{{walls}}/{{batch}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         poses=most_poses(SWEEP_CASES),
@@ -55,6 +57,8 @@ rule sweep:
         f"{RESULTS}/logs/sweep/{{sweep}}/{{case}}/{{batch}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/sweep/{{sweep}}/{{case}}/{{batch}}.tsv"
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         case=lambda w: w.case,
@@ -86,6 +90,8 @@ rule collect_sweep:
         placed=f"{SWEEP_DIR}/{{sweep}}/published_among_simulated.csv",
     log:
         f"{RESULTS}/logs/collect_sweep/{{sweep}}.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         values=lambda w: values_on_axis(AXES[w.sweep], SWEEP_CASES[w.sweep]),
@@ -116,6 +122,8 @@ rule summarise_sweeps:
         ),
     log:
         f"{RESULTS}/logs/summarise_sweeps.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         labels={name: axis["label"] for name, axis in AXES.items()},

@@ -1,7 +1,8 @@
 # One diagnosis from scratch, by the command line: a workcell with a gear error of which its dataset tells nothing.
 EXAMPLE = f"{RESULTS}/worked_example"
 EXAMPLE_SCENE = "configs/scenes/worked_example.yaml"
-SCALAR = f"{sys.executable} -m scalar.cli"
+OF_CONDA = workflow.deployment_settings.deployment_method
+SCALAR = f"{'python' if OF_CONDA else sys.executable} -m scalar.cli"
 
 
 rule simulate_example:
@@ -13,6 +14,8 @@ rule simulate_example:
         directory(f"{EXAMPLE}/workcell"),
     log:
         f"{RESULTS}/logs/worked_example/simulate.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         scalar=SCALAR,
@@ -36,6 +39,8 @@ rule diagnose_example:
         ),
     log:
         f"{RESULTS}/logs/worked_example/diagnose.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     params:
         scalar=SCALAR,
@@ -54,6 +59,8 @@ rule example_control:
         calibration=f"{EXAMPLE}/control.json",
     log:
         f"{RESULTS}/logs/worked_example/control.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     script:
         "../scripts/example_control.py"
@@ -76,6 +83,8 @@ rule tell_example:
         numbers=f"{EXAMPLE}/numbers.json",
     log:
         f"{RESULTS}/logs/worked_example/tell.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     message:
         "Telling the worked example"
@@ -100,6 +109,8 @@ rule draw_example:
         ),
     log:
         f"{RESULTS}/logs/worked_example/draw.log",
+    conda:
+        ENVIRONMENT
     threads: 1
     script:
         "../scripts/draw_example.py"

@@ -3,10 +3,13 @@
 from job import logged
 
 with logged(snakemake.log):
-    from study.common.tables import read_table
+    from study.common.tables import of_case, read_table
     from study.plots.errors import draw_errors
-    from study.plots.style import save_figure
+    from study.plots.style import name_case, save_figure
 
-    given = snakemake.input
-    figure = draw_errors(read_table(given.errors), read_table(given.summary), read_table(given.published))
+    given, case = snakemake.input, snakemake.params.case
+    errors, summary = (of_case(read_table(path), case) for path in (given.errors, given.summary))
+    figure = draw_errors(errors, summary, read_table(given.published))
+    if snakemake.wildcards.of:
+        name_case(figure, case)
     save_figure(figure, [snakemake.output.png, snakemake.output.svg])

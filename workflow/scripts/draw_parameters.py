@@ -3,10 +3,15 @@
 from job import logged
 
 with logged(snakemake.log):
-    from study.common.tables import read_table
+    from study.common.tables import of_case, read_table
     from study.plots.parameters import draw_parameters
-    from study.plots.style import save_figure
+    from study.plots.style import name_case, save_figure
 
-    given = snakemake.input
-    figure = draw_parameters(read_table(given.parameters), read_table(given.summary), snakemake.params.method)
+    given, params = snakemake.input, snakemake.params
+    parameters, summary = (
+        of_case(read_table(path), params.case) for path in (given.parameters, given.summary)
+    )
+    figure = draw_parameters(parameters, summary, params.method)
+    if snakemake.wildcards.of:
+        name_case(figure, params.case)
     save_figure(figure, [snakemake.output.png, snakemake.output.svg])

@@ -3,10 +3,12 @@
 from job import logged
 
 with logged(snakemake.log):
-    from study.common.tables import read_table
+    from study.common.tables import of_case, read_table
     from study.plots.planes import draw_planes
-    from study.plots.style import save_figure
+    from study.plots.style import name_case, save_figure
 
-    given = snakemake.input
-    figure = draw_planes(read_table(given.planes), read_table(given.published))
+    given, case = snakemake.input, snakemake.params.case
+    figure = draw_planes(of_case(read_table(given.planes), case), read_table(given.published))
+    if snakemake.wildcards.of:
+        name_case(figure, case)
     save_figure(figure, [snakemake.output.png, snakemake.output.svg])

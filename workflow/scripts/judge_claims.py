@@ -8,7 +8,7 @@ with logged(snakemake.log):
     import pandas as pd
     from scalar.data.io.atomic import write_json
     from study.claims.judge import Results, claim_numbers, judge_claims
-    from study.common.tables import read_table, write_table
+    from study.common.tables import of_case, read_table, write_table
 
     given, wanted, params = snakemake.input, snakemake.output, snakemake.params
     seconds = {  # a job's whole time, imports and all, over its seeds: more than a fit takes
@@ -17,8 +17,8 @@ with logged(snakemake.log):
         if all(Path(path).exists() for path in paths)
     }
     results = Results(
-        headline=read_table(given.headline),
-        planes=read_table(given.planes),
+        headline=of_case(read_table(given.headline), params.case),
+        planes=of_case(read_table(given.planes), params.case),
         singular_values=read_table(given.singular_values),
         sequential=read_table(given.sequential) if given.sequential else None,
         sweeps={name: read_table(path) for name, path in zip(params.sweeps, given.sweeps, strict=True)},

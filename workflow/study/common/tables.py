@@ -23,6 +23,11 @@ def read_table(path: str | Path) -> pd.DataFrame:
     return pd.read_csv(path)
 
 
+def of_case(table: pd.DataFrame, case: str) -> pd.DataFrame:
+    """Return the rows of one case of a study, in their order."""
+    return table.loc[table["case"].astype(str) == case]
+
+
 def read_tables(paths: Sequence[str | Path]) -> pd.DataFrame:
     """Return tables of the same columns below one another, in the order given; an empty cell is missing, the word null is a word."""
     tables = [pd.read_csv(path, keep_default_na=False, na_values=["", "nan"]) for path in paths]

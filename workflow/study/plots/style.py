@@ -84,6 +84,11 @@ def new_figure(width_in: float, height_in: float) -> Figure:
     return figure
 
 
+def name_case(figure: Figure, case: str) -> None:
+    """Write below a figure which case of the study it shows."""
+    figure.supxlabel(f"case {case}", fontsize="medium", fontweight="bold")
+
+
 def save_figure(figure: Figure, paths: Sequence[str | Path]) -> None:
     """Write a figure to each path, in the format of its suffix: .png, .svg or .pdf; whole or not at all."""
     with mpl.rc_context(_RC):
