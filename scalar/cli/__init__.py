@@ -14,6 +14,7 @@ for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 from scalar.cli import (  # noqa: E402, F401
     calibrate,
+    compare,
     correct,
     demo,
     diagnose,

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from scalar.data.poses import Poses
+from scalar.data.poses import Poses, is_joint
 from scalar.effects.consequence import unnoticed
 from scalar.effects.picture import Map, Profile, View, largest
 from scalar.effects.title import titled
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 
 PRIOR_STD = {"rad": 3e-3, "m": 0.02, "rad/rad": 0.02, "m/m": 0.02, "1/m": 0.1, "1/K": 1e-3, "1": 1.0}
 """Prior standard deviation of a coefficient by its unit: at least ten times the size in real arms and workcells. Unlisted units have no prior."""
+
+GRAVITY = "gravity"
+"""What a flexible effect is said to depend on where it varies with the direction of gravity."""
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """The head and the rows of a table of coefficients."""
@@ -57,6 +60,9 @@ class Effect(ABC):
 
     flexible: ClassVar[bool] = False  # whether it describes a residual without naming a cause
     frees: ClassVar[str] = ""  # a kind of geometric parameter that is fixed at its nominal value without it
+    acts_on_arm: ClassVar[bool] = (
+        False  # whether it is the arm's own, its pedestal included, and not the sensor's or the target's
+    )
     acts_by_joint_angles: ClassVar[bool] = True  # whether nothing but joint angles decides its predictions
     most_words: ClassVar[int] = 1  # most words that may follow the name on a command line
 
@@ -240,6 +246,12 @@ class Effect(ABC):
     def is_change_in_time(self) -> bool:
         """Return whether the effect is a change in the course of the acquisition."""
         return False
+
+    @property
+    def stays_with_arm(self) -> bool:
+        """Return whether the effect is expected in every campaign with the same arm, whatever its sensor, clock and surroundings are."""
+        varies_with = {name for name in self.depends_on if not is_joint(name)}
+        return self.acts_on_arm and not self.is_change_in_time and varies_with <= {GRAVITY}
 
     def not_transferable(self, dataset: Dataset) -> str | None:
         """Return why the effect, found in another campaign, does not hold for a dataset of the same arm; None where it does."""

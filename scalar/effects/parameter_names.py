@@ -38,3 +38,9 @@ def parameter_names(effects: Sequence[Effect], taken: Iterable[str] = ()) -> lis
         used.update(names)
         result.append(names)
     return result
+
+
+def effect_of(name: str) -> str:
+    """Return the key of the effect whose coefficient a parameter of a model is, or the name itself for a parameter of the geometry."""
+    key, dot, _ = name.rpartition(".")
+    return key if dot else name

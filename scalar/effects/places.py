@@ -50,6 +50,8 @@ class OneJoint(Effect):
 class JointEffect(Effect):
     """An error of the joint angles, ``dq = B c``: the arm stands at ``q + dq`` where the encoders read q."""
 
+    acts_on_arm: ClassVar[bool] = True
+
     @abstractmethod
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return B ``(N, n, k)`` [rad per unit]; ``robot`` is the nominal one."""
@@ -69,6 +71,8 @@ class JointEffect(Effect):
 class LinkEffect(Effect):
     """A change of the geometric parameters, pose by pose."""
 
+    acts_on_arm: ClassVar[bool] = True
+
     @abstractmethod
     def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the change ``(N, 5, n, k)`` of ``Robot.geometry`` [m or rad per unit]."""
@@ -76,6 +80,8 @@ class LinkEffect(Effect):
 
 class BaseEffect(Effect):
     """A motion of the whole arm, left of everything."""
+
+    acts_on_arm: ClassVar[bool] = True
 
     @abstractmethod
     def base_screws(self, robot: Robot, poses: Poses) -> Array:

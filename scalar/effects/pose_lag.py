@@ -43,6 +43,7 @@ class PoseLag(OneJoint, JointEffect):
     natural_source: ClassVar[str] = (
         "assumed: an exponential approach that is logged after seven of its time constants; no data sheet states it"
     )
+    acts_on_arm: ClassVar[bool] = False  # it belongs to when a campaign logged its angles
     acts_by_joint_angles: ClassVar[bool] = False
 
     @property

@@ -9,6 +9,9 @@ import numpy as np
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array
 
+NO_LENGTH_KNOWN = "no length is known in these data, so the whole workcell may be scaled: every length is relative to this one"
+"""The reason of a parameter that is fixed because nothing shows the scale."""
+
 _WORTH_NAMING = 0.02  # of the largest component: below it a parameter is not named in a direction
 _SHORTEST_LENGTH = 0.01  # m: shorter lengths do not show whether a direction stretches them in proportion
 _SAME_RATIO = 0.05  # of the largest: ratios that differ by less are taken as equal
@@ -61,7 +64,7 @@ def explain(
     joint = int(name.rsplit("_", 1)[1]) if name.rsplit("_", 1)[-1].isdigit() else 0
     in_target = any(not _is_robot(other) and not other.startswith("sensor_") for other in moves_with)
     if _is_scale(names, direction, values):
-        reason = "no length is known in these data, so the whole workcell may be scaled: every length is relative to this one"
+        reason = NO_LENGTH_KNOWN
     elif cause == "still":
         which = " and ".join(str(i) for i in still)
         one = f"it acts as one with {_listed(moves_with)}" if others else "no residual depends on it"

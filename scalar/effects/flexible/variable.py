@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from scalar.data.poses import Poses, is_joint
+from scalar.effects.effect import GRAVITY as GRAVITY
 from scalar.geometry.se3 import Array
-
-GRAVITY = "gravity"
 
 
 @dataclass(frozen=True)

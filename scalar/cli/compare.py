@@ -1,0 +1,141 @@
+"""``scalar compare``: what changed in the arm between two calibrations, beyond chance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from scalar.cli.group import cli
+from scalar.cli.options import EFFECTS_MODULE, PATH, load_effects
+from scalar.cli.terminal import say
+from scalar.units import DEG, MM
+
+if TYPE_CHECKING:
+    from scalar.comparison import Comparison
+    from scalar.comparison.changes import Change
+
+_KINDS = {"a": "length", "alpha": "twist", "d": "offset", "theta": "zero", "beta": "tilt about y"}
+_RIVALS_SHOWN, _NOT_COMPARED_SHOWN = 4, 8
+_MISFIT = 1e-3  # probability by chance below which a fit is said not to explain its data
+
+
+@cli.command()
+@click.argument("a", type=PATH)
+@click.argument("b", type=PATH)
+@click.option("-o", "--output", type=PATH, metavar="FILE.json", help="Also write the comparison as JSON.")
+@click.option(
+    "--alpha",
+    type=click.FloatRange(0.0, 0.5, min_open=True),
+    default=0.01,
+    show_default=True,
+    help="Probability that a change is named where nothing changed, over all parameters together.",
+)
+@EFFECTS_MODULE
+def compare(a: Path, b: Path, output: Path | None, alpha: float, effects_modules: Sequence[Path]) -> None:
+    """Say what changed in the arm between two calibrations.
+
+    A and B are calibration.json (or after.json) of two campaigns with the same arm, the earlier one first: the yearly
+    check, before and after a crash, a motor that was changed. The standard errors of both tell a change from chance. A motion
+    of the base, of the sensor on its flange or of the planes between the campaigns is no change of the arm. For each
+    change it says by how far it moves predicted positions.
+
+    Calibrate both with the same effects (--effects, or --effects-from): an effect that only one of them has is not compared.
+
+    \b
+    Example:
+      scalar compare 2025/calibration.json 2026/calibration.json -o changes.json
+    """
+    from scalar.comparison import compare
+    from scalar.data.io.atomic import write_json
+    from scalar.estimation.result import load_calibration
+
+    load_effects(effects_modules)
+    found = compare(load_calibration(a), load_calibration(b), alpha)
+    say(f"A: {a}\nB: {b}")
+    say("\n".join(describe_comparison(found)))
+    if output is not None:
+        write_json(output, found.to_mapping())
+        say(f"written: {output}")
+
+
+def describe_comparison(comparison: Comparison) -> list[str]:
+    """Return what changed, as lines for a person."""
+    lines: list[str] = []
+    for letter, (ratio, p) in zip("AB", comparison.misfits, strict=True):
+        if p < _MISFIT:
+            lines.append(
+                f"note: the model of {letter} leaves {ratio:.1f} times its noise; what it lacks may look like a change "
+                "(`scalar diagnose` looks for it)"
+            )
+    if "names" in comparison.campaign:
+        one, other = comparison.campaign["names"]
+        lines.append(f"note: A calls the arm '{one}' and B '{other}'; the nominal geometry is the same")
+    n = len(comparison.changes)
+    if n:
+        lines.append(f"the arm changed: {n} change{'s' if n > 1 else ''} beyond chance")
+    elif comparison.changed:
+        lines.append(
+            "the arm changed: the calibrations differ beyond chance, but no single parameter explains it"
+        )
+    else:
+        lines.append("no change of the arm beyond chance")
+    for change, moved in zip(comparison.changes, comparison.moved, strict=True):
+        lines += _said(comparison, change)
+        lines.append(
+            f"    moves predicted positions by {moved.rms / MM:.3f} mm RMS, at most {moved.largest / MM:.3f} mm"
+        )
+    if n and comparison.rest_p_value < comparison.alpha:
+        lines.append(f"  and more, which no single parameter explains (p = {comparison.rest_p_value:.1g})")
+    together = comparison.together
+    lines.append(
+        f"predicted positions differ by {together.rms / MM:.3f} mm RMS, at most {together.largest / MM:.3f} mm, after the best "
+        f"fit of base and sensor; chance alone would make {comparison.by_chance / MM:.3f} mm"
+    )
+    shift, turn = comparison.campaign["sensor_shift_mm"], comparison.campaign.get("sensor_turn_deg")
+    turned = "" if turn is None else f" and {turn:.3f} deg"
+    lines.append(
+        f"the sensor's place on the flange differs by {shift:.3f} mm{turned}: of the campaigns, not of the arm"
+    )
+    return lines + _not_compared(comparison.not_compared)
+
+
+def _said(comparison: Comparison, change: Change) -> list[str]:
+    """Return a change with its sizes, and what it cannot be distinguished from."""
+    sizes = [
+        _sized(comparison.arm.names[i], comparison.arm.units[i], value, std)
+        for i, value, std in zip(change.candidate.columns, change.value, change.std, strict=True)
+    ]
+    lines = [f"  {_title(change.candidate.name)}: {', '.join(sizes)} (p = {change.p_value:.1g})"]
+    if change.rivals:
+        names = [_title(rival.name) for rival in change.rivals[:_RIVALS_SHOWN]]
+        more = len(change.rivals) - len(names)
+        shown = ", ".join(names) + (f" and {more} more" if more > 0 else "")
+        lines.append(f"    not distinguished from: {shown}")
+    return lines
+
+
+def _title(name: str) -> str:
+    kind, _, joint = name.rpartition("_")
+    return f"joint {joint}, {_KINDS[kind]} {name}" if kind in _KINDS else name
+
+
+def _sized(name: str, unit: str, value: float, std: float) -> str:
+    size, shown = {"m": (MM, "mm"), "rad": (DEG, "deg")}.get(unit, (1.0, unit))
+    which = f"{name.rpartition('.')[2]} " if "." in name else ""
+    return f"{which}{value / size:+.4g} +- {std / size:.2g} {shown}"
+
+
+def _not_compared(reasons: dict[str, str]) -> list[str]:
+    """Return what was not compared, a line for each reason."""
+    by_reason: dict[str, list[str]] = {}
+    for name, reason in reasons.items():
+        by_reason.setdefault(reason, []).append(name)
+    lines = []
+    for reason, names in by_reason.items():
+        more = len(names) - _NOT_COMPARED_SHOWN
+        shown = ", ".join(names[:_NOT_COMPARED_SHOWN]) + (f" and {more} more" if more > 0 else "")
+        lines.append(f"not compared: {shown}: {reason}")
+    return lines

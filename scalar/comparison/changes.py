@@ -1,0 +1,144 @@
+"""Which single changes explain the difference of two calibrations: forward selection at a level that holds for all candidates together.
+
+A candidate is one geometric parameter, or all terms of one effect. With y the whitened difference and H_k the response to candidate k,
+``y = sum of H_k c_k + noise of unit variance``. In each step the candidate is added that explains most, if the probability that chance makes
+any of the m candidates explain as much is below alpha (Bonferroni: m times the chi-squared probability of the reduction). What was chosen
+early and is not needed any more is removed. What remains is tested as a whole.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+
+from scalar.comparison.invariants import Invariants
+from scalar.geometry.se3 import Array
+
+ALPHA = 0.01
+"""Probability that two calibrations of an unchanged arm show any change."""
+_SAME = 0.9999  # cosine above which two candidates are one
+_RIVAL = 2.0 * np.log(20.0)  # of the chi-squared: a rival that explains this little less is not ruled out
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """What may have changed: the columns of some parameters.
+
+    Attributes:
+        name: Of the parameter or of the effect.
+        columns: Indices of its parameters.
+    """
+
+    name: str
+    columns: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """A change beyond chance.
+
+    Attributes:
+        candidate: What changed.
+        value, std: ``(k,)``, of each of its parameters, in their units.
+        p_value: Probability that chance alone makes one of the candidates explain as much.
+        rivals: Candidates that explain nearly as much in its place.
+    """
+
+    candidate: Candidate
+    value: Array
+    std: Array
+    p_value: float
+    rivals: tuple[Candidate, ...]
+
+
+def find_changes(
+    compared: Invariants, candidates: list[Candidate], alpha: float = ALPHA
+) -> tuple[list[Change], float]:
+    """Return the changes beyond chance, the surest first, and the probability that chance alone leaves what they leave unexplained.
+
+    Args:
+        compared: The whitened difference and responses.
+        candidates: What may have changed.
+        alpha: Probability of any change being found where there is none.
+    """
+    y, H = compared.difference, compared.response
+    seen = [c for c in candidates if np.linalg.norm(H[:, list(c.columns)]) > 0]
+    distinct = _distinct(H, seen)
+    n_tests = len(distinct)
+    chosen: list[Candidate] = []
+    while len(chosen) < len(y):
+        left = [c for c in distinct if c not in chosen]
+        found = [(_p_value(y, H, chosen, c), c) for c in left]
+        p, best = min(found, key=lambda f: f[0], default=(1.0, None))
+        if best is None or p * n_tests > alpha:
+            break
+        chosen.append(best)
+        kept = [c for c in chosen if _p_value(y, H, [o for o in chosen if o is not c], c) * n_tests <= alpha]
+        if best not in kept:
+            chosen.remove(best)
+            break
+        chosen = kept
+    changes = [_change(y, H, chosen, c, seen, n_tests) for c in chosen]
+    left_over, rank = _left_over(y, H, chosen)
+    rest = float(chi2.sf(left_over, len(y) - rank)) if len(y) > rank else 1.0
+    return sorted(changes, key=lambda change: change.p_value), rest
+
+
+def _columns(H: Array, chosen: list[Candidate]) -> Array:
+    index = [i for candidate in chosen for i in candidate.columns]
+    columns = H[:, index]
+    lengths = np.linalg.norm(columns, axis=0)
+    return columns / np.where(lengths > 0, lengths, 1.0)
+
+
+def _left_over(y: Array, H: Array, chosen: list[Candidate]) -> tuple[float, int]:
+    """Return the squared length of what some candidates leave of the difference, and the rank of their responses."""
+    if not chosen:
+        return float(y @ y), 0
+    basis, values, _ = np.linalg.svd(_columns(H, chosen), full_matrices=False)
+    basis = basis[:, values > 1e-6 * values[0]]
+    along = basis.T @ y
+    return max(float(y @ y - along @ along), 0.0), basis.shape[1]
+
+
+def _p_value(y: Array, H: Array, given: list[Candidate], candidate: Candidate) -> float:
+    """Return the chi-squared probability of what a candidate explains beyond others."""
+    before, rank_before = _left_over(y, H, given)
+    after, rank = _left_over(y, H, [*given, candidate])
+    return float(chi2.sf(before - after, rank - rank_before)) if rank > rank_before else 1.0
+
+
+def _distinct(H: Array, candidates: list[Candidate]) -> list[Candidate]:
+    """Return the candidates without those that respond as an earlier one does."""
+    kept: list[Candidate] = []
+    for candidate in candidates:
+        if not any(_cosine(H, candidate, other) > _SAME for other in kept):
+            kept.append(candidate)
+    return kept
+
+
+def _cosine(H: Array, one: Candidate, other: Candidate) -> float:
+    """Return the smallest cosine between the spaces of two candidates, 0 if they have other dimensions."""
+    if len(one.columns) != len(other.columns):
+        return 0.0
+    bases = [np.linalg.qr(_columns(H, [candidate]))[0] for candidate in (one, other)]
+    return float(np.linalg.svd(bases[0].T @ bases[1], compute_uv=False)[-1])
+
+
+def _change(
+    y: Array, H: Array, chosen: list[Candidate], candidate: Candidate, seen: list[Candidate], n_tests: int
+) -> Change:
+    index = [i for c in chosen for i in c.columns]
+    lengths = np.linalg.norm(H[:, index], axis=0)
+    lengths = np.where(lengths > 0, lengths, 1.0)
+    inverse = np.linalg.pinv(H[:, index] / lengths)
+    values = (inverse @ y) / lengths
+    std = np.sqrt(np.sum(inverse**2, axis=1)) / lengths
+    own = [index.index(i) for i in candidate.columns]
+    others = [c for c in chosen if c is not candidate]
+    explained = _left_over(y, H, chosen)[0]
+    rivals = [c for c in seen if c not in chosen and _left_over(y, H, [*others, c])[0] < explained + _RIVAL]
+    p = min(_p_value(y, H, others, candidate) * n_tests, 1.0)
+    return Change(candidate, values[own], std[own], p, tuple(rivals))

@@ -1,0 +1,190 @@
+"""Compare two calibrations of one arm: the yearly check, before and after a crash, a motor that was changed, a payload."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scalar.comparison.arm_parameters import ArmParameters, arm_parameters
+from scalar.comparison.changes import ALPHA, Candidate, Change, find_changes
+from scalar.comparison.invariants import displacement_columns, displacements, invariants
+from scalar.effects.parameter_names import effect_of
+from scalar.errors import Fault, InvalidInput
+from scalar.estimation.result import Calibration
+from scalar.geometry.robot import GEOMETRY, LENGTHS
+from scalar.geometry.se3 import Array, rotation_angle
+from scalar.units import DEG, MM
+
+FORMAT = "scalar-comparison/1"
+_SAME_LENGTH, _SAME_ANGLE = 1e-6, 1e-6  # m, rad: nominal geometries that differ by more are of two arms
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """By how far predicted positions move [m], over random poses, after the best fit of base and sensor.
+
+    Attributes:
+        rms: Root mean square.
+        largest: Of all poses.
+    """
+
+    rms: float
+    largest: float
+
+    @classmethod
+    def of(cls, moved: Array) -> Moved:
+        """Return the size of displacements ``(K, 3)`` [m]."""
+        lengths = np.linalg.norm(moved.reshape(-1, 3), axis=1)
+        return cls(float(np.sqrt(np.mean(lengths**2))), float(lengths.max()))
+
+    def to_mapping(self) -> dict[str, float]:
+        """Return both in millimetres."""
+        return {"rms_mm": self.rms / MM, "largest_mm": self.largest / MM}
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """What changed between two calibrations A and B.
+
+    Attributes:
+        arm: Its parameters in both.
+        changes: Beyond chance, the surest first.
+        moved: By how far each change alone moves predicted positions.
+        rest_p_value: Probability that chance alone leaves what the changes leave unexplained.
+        alpha: Probability that any change is found where there is none.
+        together: By how far the two calibrations predict different positions.
+        by_chance: The same for an arm that did not change, by both covariances [m], root mean square.
+        not_compared: ``{name: reason}``.
+        campaign: What differs besides: the sensor's place on the flange [m, rad], names of the arms.
+        misfits: For A and B, the ratio of residual and noise, and its probability by chance.
+    """
+
+    arm: ArmParameters
+    changes: list[Change]
+    moved: list[Moved]
+    rest_p_value: float
+    alpha: float
+    together: Moved
+    by_chance: float
+    not_compared: dict[str, str]
+    campaign: dict[str, Any]
+    misfits: tuple[tuple[float, float], ...]
+
+    @property
+    def changed(self) -> bool:
+        """Return whether anything in the arm differs beyond chance."""
+        return bool(self.changes) or self.rest_p_value < self.alpha
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the content of ``comparison.json``."""
+        changes = []
+        for change, moved in zip(self.changes, self.moved, strict=True):
+            parameters = {
+                self.arm.names[i]: {"value": float(v), "std": float(s), "unit": self.arm.units[i]}
+                for i, v, s in zip(change.candidate.columns, change.value, change.std, strict=True)
+            }
+            changes.append(
+                {
+                    "name": change.candidate.name,
+                    "parameters": parameters,
+                    "p_value": change.p_value,
+                    "moves_positions": moved.to_mapping(),
+                    "not_distinguished_from": [rival.name for rival in change.rivals],
+                }
+            )
+        return {
+            "format": FORMAT,
+            "changed": self.changed,
+            "changes": changes,
+            "rest_p_value": self.rest_p_value,
+            "alpha": self.alpha,
+            "positions_differ": {**self.together.to_mapping(), "by_chance_rms_mm": self.by_chance / MM},
+            "not_compared": self.not_compared,
+            "campaign": self.campaign,
+        }
+
+
+def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
+    """Return what changed in an arm from calibration A to calibration B.
+
+    Args:
+        a: The earlier one.
+        b: The later one, of a campaign of its own: its errors are independent of those of A.
+        alpha: Probability that any change is found where there is none.
+
+    Raises:
+        InvalidInput: They are of different arms, or one of them states no covariance.
+    """
+    _check_comparable(a, b)
+    arm = arm_parameters(a, b)
+    compared = invariants(arm)
+    changes, rest = find_changes(compared, _candidates(arm), alpha)
+    columns = displacement_columns(arm)
+    moved = [Moved.of(columns[:, list(c.candidate.columns)] @ c.value) for c in changes]
+    variance = np.sum((columns @ arm.covariance) * columns) / (len(columns) / 3)
+    not_compared = dict(arm.unknown)
+    for i, name in enumerate(arm.names):
+        if arm.fixed_in_both[i]:
+            not_compared.setdefault(name, "it was fixed in both")
+        elif not compared.response[:, i].any():
+            not_compared.setdefault(
+                name, "a motion of base or sensor between the campaigns would look the same"
+            )
+    return Comparison(
+        arm=arm,
+        changes=changes,
+        moved=moved,
+        rest_p_value=rest,
+        alpha=alpha,
+        together=Moved.of(displacements(a.model, b.model)),
+        by_chance=float(np.sqrt(variance)),
+        not_compared=not_compared,
+        campaign=_campaign(a, b),
+        misfits=tuple(
+            (float(c.summary.get("misfit", 1.0)), float(c.summary.get("misfit_p_value", 1.0))) for c in (a, b)
+        ),
+    )
+
+
+def _candidates(arm: ArmParameters) -> list[Candidate]:
+    """Return every geometric parameter, and every effect with all of its terms."""
+    together: dict[str, list[int]] = defaultdict(list)
+    for i, name in enumerate(arm.names):
+        together[effect_of(name)].append(i)
+    return [Candidate(name, tuple(columns)) for name, columns in together.items()]
+
+
+def _campaign(a: Calibration, b: Calibration) -> dict[str, Any]:
+    """Return how the sensor's place on the flange differs, and the names of the arms where they differ."""
+    T = np.linalg.inv(a.model.T_flange_sensor) @ b.model.T_flange_sensor
+    campaign: dict[str, Any] = {"sensor_shift_mm": float(np.linalg.norm(T[:3, 3]) / MM)}
+    if a.observes_orientation and b.observes_orientation:
+        campaign["sensor_turn_deg"] = float(rotation_angle(T[None, :3, :3])[0] / DEG)
+    if a.model.nominal.name != b.model.nominal.name:
+        campaign["names"] = [a.model.nominal.name, b.model.nominal.name]
+    return campaign
+
+
+def _check_comparable(a: Calibration, b: Calibration) -> None:
+    one, other = a.model.nominal, b.model.nominal
+    if one.n_joints != other.n_joints:
+        message = f"it calibrates an arm of {other.n_joints} joints, and A one of {one.n_joints}; give two calibrations of one arm"
+        raise InvalidInput(Fault("B", message))
+    for k, kind in enumerate(GEOMETRY):
+        bound = _SAME_LENGTH if kind in LENGTHS else _SAME_ANGLE
+        off = np.abs(one.geometry[k] - other.geometry[k])
+        if off.max() > bound:
+            i = int(np.argmax(off))
+            values = f"{other.geometry[k, i]:.6g} where A has {one.geometry[k, i]:.6g}"
+            message = (
+                f"it calibrates another arm: nominal {kind}_{i + 1} is {values}; "
+                "give two calibrations that began with one data sheet"
+            )
+            raise InvalidInput(Fault("B", message))
+    for letter, calibration in zip("AB", (a, b), strict=True):
+        if not calibration.free or not np.all(np.isfinite(calibration.covariance)):
+            message = "it states no standard errors, so that chance cannot be judged; give what `scalar calibrate` writes"
+            raise InvalidInput(Fault(letter, message))

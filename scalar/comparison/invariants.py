@@ -1,0 +1,131 @@
+"""What of a difference of two calibrations is of the arm, whatever base, sensor and convention the two campaigns had.
+
+The screws of the predicted poses by the arm's parameters are freed of every motion of the base (left of the arm) and of the sensor (right of
+it). Parameters whose combination then moves nothing, such as d of two successive parallel axes, are null directions G: two fits may differ
+along them by the choice of what was fixed. Only linear functions Q of the parameters with ``Q G = 0`` can be compared. Their covariance is
+``Q C Q'``, and functions that nobody has estimated are left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scalar.comparison.arm_parameters import ArmParameters, effects_of_the_arm, scale_direction
+from scalar.data.poses import Poses
+from scalar.estimation.anywhere import random_poses
+from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.kinematics import Kinematics
+from scalar.estimation.model import Model
+from scalar.geometry.parallel_axes import with_parallel_axes
+from scalar.geometry.screws import change_frame
+from scalar.geometry.se3 import Array, skew
+
+N_POSES = 300
+_NULL = 1e-7  # of the largest singular value: below it a combination moves nothing
+_NOT_ESTIMATED = 1e-12  # of the largest variance: below it nobody has estimated a function
+_INVISIBLE = 1e-6  # of a parameter's length: less of it can be compared
+
+
+@dataclass(frozen=True, eq=False)
+class Invariants:
+    """What can be compared, whitened: R numbers of unit variance.
+
+    Attributes:
+        difference: ``(R,)``.
+        response: ``(R, P)``: how a change of each parameter of the arm shows; a column is zero where it cannot be compared.
+    """
+
+    difference: Array
+    response: Array
+
+
+def invariants(arm: ArmParameters) -> Invariants:
+    """Return what can be compared of two calibrations."""
+    poses = random_poses(arm.model, N_POSES)
+    columns = _pose_columns(arm.model, poses)[:, arm.columns]
+    scale = np.linalg.norm(columns, axis=0) / np.sqrt(len(poses))
+    moves = scale > _NULL * scale.max()
+    scale[~moves] = 1.0
+    _, s, Vt = np.linalg.svd(np.linalg.qr(columns * (moves / scale), mode="r"))
+    hidden = [*Vt[s < _NULL * s[0]]]
+    if arm.scale_unknown:
+        along = np.zeros(len(arm.names))
+        geometry = scale_direction(arm.model)
+        along[: len(geometry)] = geometry
+        hidden.append(along * scale)
+    hidden += [
+        row for row, name in zip(np.eye(len(arm.names)), arm.names, strict=True) if name in arm.unknown
+    ]
+    Q = _orthogonal_complement(np.array(hidden).reshape(-1, len(arm.names)))
+    variance = Q @ (arm.covariance * np.outer(scale, scale)) @ Q.T
+    values, vectors = np.linalg.eigh(variance)
+    estimated = values > _NOT_ESTIMATED * values.max(initial=0.0)
+    whiten = (vectors[:, estimated] / np.sqrt(values[estimated])).T
+    response = whiten @ Q
+    visible = np.linalg.norm(Q, axis=0) > _INVISIBLE
+    visible &= ~arm.fixed_in_both
+    return Invariants(response @ (arm.difference * scale), response * (visible * scale))
+
+
+def displacement_columns(arm: ArmParameters) -> Array:
+    """Return the derivatives ``(3 K, P)`` [m per unit] of the predicted positions at random poses by the arm's parameters.
+
+    The best motion of the base and the best shift of the sensor on the flange are removed from each.
+    """
+    poses = random_poses(arm.model, N_POSES)
+    kinematics, nuisance = _positions(arm.model, poses)
+    return _without(nuisance, _shift(kinematics, kinematics.screws()[:, :, arm.columns]))
+
+
+def displacements(a: Model, b: Model) -> Array:
+    """Return by how far the positions that two models of an arm predict differ ``(K, 3)`` [m], best base and sensor shift removed.
+
+    Effects that do not stay with the arm are left out.
+    """
+    poses = random_poses(a, N_POSES)
+    frames, nuisance = _positions(replace(a, effects=effects_of_the_arm(a)), poses)
+    other = _positions(replace(b, nominal=a.nominal, effects=effects_of_the_arm(b)), poses)[0]
+    moved = (other.T_base_sensor[:, :3, 3] - frames.T_base_sensor[:, :3, 3]).reshape(-1, 1)
+    return _without(nuisance, moved).reshape(-1, 3)
+
+
+def _positions(model: Model, poses: Poses) -> tuple[Kinematics, Array]:
+    """Return the kinematics, and the derivatives of the positions by a motion of the base and a shift of the sensor ``(3 K, 9)``."""
+    bases = EffectBases.of(model.nominal, poses, model.effects)
+    kinematics = Kinematics.of(model, poses, bases)
+    T = kinematics.T_base_sensor
+    turn = np.broadcast_to(np.eye(3), T[:, :3, :3].shape)
+    nuisance = np.concatenate([turn, -skew(T[:, :3, 3]), T[:, :3, :3]], axis=2).reshape(-1, 9)
+    return kinematics, nuisance
+
+
+def _shift(kinematics: Kinematics, screws: Array) -> Array:
+    o = kinematics.T_base_sensor[:, :3, 3]
+    return (screws[:, 3:] - skew(o) @ screws[:, :3]).reshape(3 * len(o), -1)
+
+
+def _pose_columns(model: Model, poses: Poses) -> Array:
+    """Return the derivatives of whole poses by the parameters ``(6 K, P)``, base and sensor removed; a radian counts as a metre."""
+    kinematics, _ = _positions(replace(model, robot=with_parallel_axes(model.robot)), poses)
+    T = kinematics.T_base_sensor
+    eye = np.broadcast_to(np.eye(6), (len(T), 6, 6))
+    nuisance = np.concatenate([eye, change_frame(T, eye)], axis=2).reshape(-1, 12)
+    return _without(nuisance, kinematics.screws().reshape(6 * len(T), -1))
+
+
+def _without(nuisance: Array, columns: Array) -> Array:
+    basis, values, _ = np.linalg.svd(nuisance, full_matrices=False)
+    basis = basis[:, values > _NULL * values[0]]
+    return columns - basis @ (basis.T @ columns)
+
+
+def _orthogonal_complement(rows: Array) -> Array:
+    """Return orthonormal rows ``(P - r, P)`` orthogonal to all given rows ``(k, P)`` of rank r."""
+    if not len(rows):
+        return np.eye(rows.shape[1])
+    lengths = np.linalg.norm(rows, axis=1, keepdims=True)
+    _, s, Vt = np.linalg.svd(rows / np.where(lengths > 0, lengths, 1.0))
+    rank = int(np.sum(s > _NULL * s[0]))
+    return Vt[rank:]

@@ -1,0 +1,81 @@
+"""``scalar compare``: what it says and writes, and what it refuses."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from scalar.cli import cli
+from scalar.geometry.robot import Robot
+from tests.calibrated_arms import calibrated
+from tests.helpers import robot_mapping
+
+
+def run(*arguments):
+    """Run ``scalar`` in this process."""
+    return CliRunner().invoke(cli, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Return a folder with two calibrations of one arm, between which a zero changed by a milliradian, and one of another arm."""
+
+    def save(name, robot, **by):
+        made = calibrated(Robot.from_mapping(robot_mapping(robot)), np.random.default_rng(1))
+        vector = made.model.vector.copy()
+        for parameter, step in by.items():
+            vector[made.model.names.index(parameter)] += step
+        free = ("a_3", "theta_3", "alpha_4", "sensor_x")
+        made = replace(made, model=made.model.with_vector(vector), free=free, covariance=np.eye(4) * 1e-10)
+        made.save(tmp_path / name)
+
+    save("a.json", "vs060")
+    save("b.json", "vs060", theta_3=1e-3)
+    save("puma.json", "puma560")
+    save("panda.json", "panda")
+    return tmp_path
+
+
+def test_a_changed_zero_is_said_and_written(folder):
+    """The terminal names the joint, its size in degrees and the move; the JSON has the same in SI, and says what was compared."""
+    result = run("compare", folder / "a.json", folder / "b.json", "-o", folder / "c.json")
+    assert result.exit_code == 0, result.output
+    assert "1 change beyond chance" in result.output
+    assert "joint 3, zero theta_3: +0.0573" in result.output
+    content = json.loads((folder / "c.json").read_text(encoding="utf-8"))
+    assert content["changed"] is True
+    parameter = content["changes"][0]["parameters"]["theta_3"]
+    assert parameter["value"] == pytest.approx(1e-3)
+    assert parameter["unit"] == "rad"
+    assert content["changes"][0]["moves_positions"]["rms_mm"] > 0
+
+
+def test_an_arm_that_stayed_is_said_to_have_stayed(folder):
+    """The same file twice: exit 0, no change."""
+    result = run("compare", folder / "a.json", folder / "a.json")
+    assert result.exit_code == 0
+    assert "no change of the arm beyond chance" in result.output
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [("puma.json", "another arm"), ("panda.json", "7 joints"), ("none.json", "no such file")],
+)
+def test_what_cannot_be_compared_is_refused(other, words, folder):
+    """Another arm, or no file: exit 2, one line, nothing written."""
+    result = run("compare", folder / "a.json", folder / other, "-o", folder / "c.json")
+    assert result.exit_code == 2
+    assert words in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+    assert not (folder / "c.json").exists()
+
+
+def test_a_calibration_without_standard_errors_is_refused(folder):
+    """What was never fitted gives no chance to judge by."""
+    made = calibrated(Robot.from_mapping(robot_mapping("vs060")), np.random.default_rng(1))
+    made.save(folder / "nominal.json")
+    result = run("compare", folder / "a.json", folder / "nominal.json")
+    assert result.exit_code == 2
+    assert "no standard errors" in result.stderr

@@ -1,0 +1,158 @@
+"""What changed between two calibrations: nothing by chance or by a convention, and what was changed, by its name."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from scalar.comparison import compare
+from scalar.comparison.changes import Candidate, find_changes
+from scalar.comparison.invariants import Invariants
+from scalar.data.io.plain_yaml import load_yaml
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.pose_lag import PoseLag
+from scalar.geometry.robot import GEOMETRY, Robot
+from tests.calibrated_arms import calibrated
+from tests.helpers import CONFIGS
+
+ANGLE, LENGTH = 2e-5, 2e-5  # standard errors [rad, m]
+FRAMES = ("a_1", "alpha_1", "d_1", "theta_1", "d_6", "theta_6", "d_2")  # fixed, as a choice of frames
+
+
+def ur10e() -> Robot:
+    """Return an arm with three parallel axes."""
+    return Robot.from_mapping(load_yaml(CONFIGS / "ur10e.yaml"))
+
+
+def with_errors(calibration, fixed=FRAMES, cause="structural"):
+    """Return a calibration with independent standard errors of all that is neither beta nor fixed."""
+    geometry = [name for name in calibration.model.robot.parameter_names if not name.startswith("beta")]
+    effects = [name for names in calibration.model.effect_names for name in names]
+    free = tuple(name for name in (*geometry, "sensor_x", *effects) if name not in fixed)
+    sizes = [LENGTH if name[0] in "ads" and not name.startswith("alpha") else ANGLE for name in free]
+    gauge = tuple({"held": name, "reason": "", "moves_with": [], "cause": cause} for name in fixed)
+    return replace(calibration, free=free, covariance=np.diag(sizes) ** 2, gauge=gauge)
+
+
+@pytest.fixture(scope="module")
+def before():
+    """Return a calibration of an arm whose axes are off by little, so that parallel ones stay as good as parallel."""
+    return with_errors(calibrated(ur10e(), np.random.default_rng(3), size=1e-3))
+
+
+def changed(calibration, **by):
+    """Return a calibration with some parameters larger."""
+    model = calibration.model
+    vector = model.vector.copy()
+    for name, step in by.items():
+        vector[model.names.index(name)] += step
+    return replace(calibration, model=model.with_vector(vector))
+
+
+def by_chance(calibration, rng):
+    """Return a calibration whose estimates differ as its covariance says."""
+    steps = np.sqrt(np.diag(calibration.covariance)) * rng.standard_normal(len(calibration.free))
+    return changed(calibration, **dict(zip(calibration.free, steps, strict=True)))
+
+
+def test_a_calibration_has_not_changed_from_itself(before):
+    """The same calibration twice: no change, and positions agree."""
+    found = compare(before, before)
+    assert not found.changed
+    assert found.together.largest < 1e-12
+
+
+@pytest.mark.parametrize(
+    "moved",
+    [{"theta_1": 1e-3}, {"d_1": 0.01}, {"theta_6": 1e-3, "d_6": -0.01}, {"sensor_x": 0.02, "sensor_ry": 0.1}],
+    ids=str,
+)
+def test_motions_of_base_and_sensor_are_no_change(moved, before):
+    """What a base that was moved or a sensor that was mounted anew would look like is not taken for the arm."""
+    found = compare(before, changed(before, **moved))
+    assert not found.changed
+    assert found.together.rms < 1e-6  # of second order in a milliradian
+
+
+def test_an_exchange_between_parallel_axes_is_no_change(before):
+    """d of one parallel joint for d of the next moves nothing; with another sign, it does."""
+    robot = before.model.robot
+    geometry = robot.geometry.copy()
+    geometry[GEOMETRY.index("alpha"), 2:4], geometry[GEOMETRY.index("beta"), 2:4] = 0.0, 0.0
+    straight = replace(before, model=replace(before.model, robot=robot.with_geometry(geometry)))
+    assert not compare(straight, changed(straight, d_2=5e-3, d_3=-5e-3)).changed
+    assert compare(straight, changed(straight, d_3=5e-3, d_5=5e-3)).changed
+
+
+@pytest.mark.parametrize(("name", "step"), [("theta_3", 1e-3), ("a_3", -1e-3), ("alpha_5", 1e-3)])
+def test_one_parameter_that_changed_is_named(name, step, before):
+    """The change is found alone, its value within four standard errors, and the move it makes is that of the two predictions."""
+    rng = np.random.default_rng(5)
+    found = compare(before, changed(by_chance(before, rng), **{name: step}))
+    first = found.changes[0]
+    assert first.candidate.name == name
+    assert len(found.changes) == 1
+    assert abs(first.value[0] - step) < 4 * first.std[0]
+    assert found.moved[0].rms == pytest.approx(found.together.rms, rel=0.1)
+
+
+def test_what_one_campaign_does_not_determine_is_not_compared(before):
+    """A joint that never moved in A leaves its zero and what moves with it open; no change of them is claimed."""
+    still = {"held": "theta_4", "reason": "", "moves_with": ["alpha_4"], "cause": "still"}
+    free = [name for name in before.free if name != "theta_4"]
+    index = [before.free.index(name) for name in free]
+    blind = replace(
+        before,
+        free=tuple(free),
+        covariance=before.covariance[np.ix_(index, index)],
+        gauge=(*before.gauge, still),
+    )
+    found = compare(blind, changed(before, theta_4=0.01, alpha_4=0.01))
+    assert not found.changed
+    assert {"theta_4", "alpha_4"} <= set(found.not_compared)
+    assert compare(blind, changed(before, theta_3=0.01)).changes[0].candidate.name == "theta_3"
+
+
+def test_an_effect_is_compared_where_both_have_it(before):
+    """The same gear in both is compared by all of its terms; the order of the list of orders does not matter."""
+    one = replace(
+        before, model=replace(before.model, effects=(JointHarmonic(4, (2,), coefficients=np.zeros(2)),))
+    )
+    gear = np.array([0.0, 0.0, 5e-4, 0.0])
+    two = replace(before, model=replace(before.model, effects=(JointHarmonic(4, (1, 2), coefficients=gear),)))
+    one, two = with_errors(one), with_errors(two)
+    found = compare(one, two)
+    assert [change.candidate.name for change in found.changes] == ["joint_harmonic_4_2"]
+    assert all("sin2" not in name or "4_2" not in name for name in found.not_compared)
+    assert any(reason.startswith("A was calibrated without") for reason in found.not_compared.values())
+
+
+def test_an_effect_of_one_campaign_is_left_out(before):
+    """A lag belongs to when a campaign logged its angles: it is no change of the arm."""
+    lag = replace(before.model, effects=(PoseLag(3, coefficients=np.array([0.01])),))
+    assert not compare(before, with_errors(replace(before, model=lag))).changed
+
+
+def test_no_change_is_named_by_chance_more_often_than_stated():
+    """Over 400 draws of pure noise: at most the stated share of false alarms, four standard deviations allowed."""
+    rng, alpha, draws = np.random.default_rng(7), 0.1, 400
+    candidates = [Candidate(str(i), (i,)) for i in range(12)]
+    alarms = 0
+    for _ in range(draws):
+        H = rng.standard_normal((10, 12)) + 2.0 * rng.standard_normal((10, 1))
+        changes, _ = find_changes(Invariants(rng.standard_normal(10), H), candidates, alpha)
+        alarms += bool(changes)
+    assert binom.sf(alarms - 1, draws, alpha) > 1e-4
+    assert alarms > 0
+
+
+def test_candidates_that_respond_alike_are_named_together():
+    """Two columns in one direction: one is named, the other is said to be as good."""
+    H = np.eye(6, 4)
+    H[:, 3] = -2.0 * H[:, 1]
+    y = 20.0 * H[:, 1]
+    changes, rest = find_changes(Invariants(y, H), [Candidate(str(i), (i,)) for i in range(4)])
+    assert [change.candidate.name for change in changes] == ["1"]
+    assert [rival.name for rival in changes[0].rivals] == ["3"]
+    assert rest == pytest.approx(1.0)
