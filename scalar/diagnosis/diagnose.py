@@ -62,6 +62,8 @@ def diagnose(
     outer = outer_split(dataset, run.cleaned, answer_without, settings, outer_folds, on_fold)
     run, found, refused = _confirmed(run, found, outer)
     before, after = run.before, run.after
+    if refused:
+        left = FinalResiduals.of(after)
     ranking = rank(before, before.background(), CandidateColumns(before, tried))
     noise = identified_components(after)
     unseen = None if outer is None else outer.errors

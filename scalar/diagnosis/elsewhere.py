@@ -26,14 +26,23 @@ _UNBOUNDED = 4 * np.pi  # rad: a joint whose limit lies beyond two turns counts 
 def joint_limits(state: FittedState) -> Array:
     """Return the joints' limits ``(n, 2)`` [rad], or the range that was seen where there are none."""
     limits = np.array(state.model.nominal.limits, dtype=float)
-    q = state.residuals.poses.q
     bounded = np.isfinite(limits) & (np.abs(limits) < _UNBOUNDED)
-    return np.where(bounded, limits, np.column_stack([q.min(axis=0), q.max(axis=0)]))
+    return np.where(bounded, limits, measured_ranges(state))
+
+
+def measured_ranges(state: FittedState) -> Array:
+    """Return the ranges of the joints ``(n, 2)`` [rad] that were measured."""
+    q = state.residuals.poses.q
+    return np.column_stack([q.min(axis=0), q.max(axis=0)])
 
 
 def poses_anywhere(state: FittedState, count: int = N_POSES) -> Poses:
     """Return random poses within the joint limits, the same for every call; other columns take values that were seen."""
-    limits = joint_limits(state)
+    return poses_within(joint_limits(state), state, count)
+
+
+def poses_within(limits: Array, state: FittedState, count: int) -> Poses:
+    """Return random poses within ranges of the joints ``(n, 2)`` [rad], the same for every call; other columns take values that were seen."""
     rng = np.random.default_rng(_SEED)
     q = rng.uniform(limits[:, 0], limits[:, 1], size=(count, len(limits)))
     seen = state.residuals.poses

@@ -96,10 +96,9 @@ class FittedState:
 
     @cached_property
     def whitening(self) -> Array | None:
-        """Return ``(N, m, m)``, the whitening of the likeliest variance component of whole poses, beyond the noise of their points, or None.
+        """Return ``(N, m, m)``, the whitening of the likeliest variance component of whole poses, or None.
 
-        Whatever a model lacks looks like such a component at first. To test with it costs little power where an effect is there; where none is,
-        it keeps a few poses of large residuals from being taken for one.
+        Whatever a model lacks looks like such a component at first. With it, tests do not take a few poses of large residuals for an effect.
         """
         return whitening_for(self.variance_components[0]) if self.variance_components else None
 

@@ -18,6 +18,7 @@ import numpy as np
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.jackknife import Linearised, variance_of
 from scalar.effects import Effect
+from scalar.geometry.se3 import Array
 from scalar.units import MM
 
 
@@ -48,7 +49,9 @@ def focused_choice(after: FittedState) -> FocusedChoice:
     """Return the effects with which predictions are expected to err least, of those that were found.
 
     Effects are left out one after the other, that one first without which the expected error is least, as long as it falls; all of them at once
-    are tried as well. What is chosen has to be clearly better than the model with all effects (``settings.shipped_fit.nearer``).
+    are tried as well. What is chosen has to be clearly better than the model with all effects within the joint limits
+    (``settings.shipped_fit.nearer``), and not worse within the ranges of the joints that were measured: a correction that is only uncertain
+    where nobody has measured still serves where somebody has.
 
     Args:
         after: With all that was found.
@@ -60,14 +63,18 @@ def focused_choice(after: FittedState) -> FocusedChoice:
     beside = [e for e in general if e is not None and not any(e.same_place(other) for other in effects)]
     wide = _Wide(after.refitted((*effects, *beside[:1]), after.model) if beside else after)
     every = tuple(range(len(effects)))
-    with_all = wide.error(every)
+    with_all, measured_with_all = wide.errors(every)
     kept, least = every, with_all
     while kept:
-        error, fewer = min((wide.error(_without(kept, i)), _without(kept, i)) for i in kept)
-        if error >= least:
+        fewer = [_without(kept, i) for i in kept]
+        errors = [wide.errors(model) for model in fewer]
+        allowed = [e[0] if e[1] <= measured_with_all else np.inf for e in errors]
+        best = int(np.argmin(allowed))
+        if allowed[best] >= least:
             break
-        kept, least = fewer, error
-    if (error := wide.error(())) < least:
+        kept, least = fewer[best], allowed[best]
+    error, measured = wide.errors(())
+    if error < least and measured <= measured_with_all:
         kept, least = (), error
     if kept == every or least > after.settings.shipped_fit.nearer * with_all:
         return FocusedChoice(after, (), with_all, with_all)
@@ -92,10 +99,19 @@ class _Wide:
         self.owner = owner[state.free]
         self.optimum = self.linear.fitted(np.ones(len(self.owner), dtype=bool))
 
-    def error(self, kept: tuple[int, ...]) -> float:
-        """Return the expected error [m] of a predicted position with some of the effects, root mean square over the random poses."""
-        columns = self.linear.columns
+    def errors(self, kept: tuple[int, ...]) -> tuple[float, float]:
+        """Return the expected error [m] of a predicted position with some of the effects, root mean square over random poses.
+
+        The first is that within the joint limits, the second within the measured ranges.
+        """
         step, left_out = self.linear.fitted((self.owner < 0) | np.isin(self.owner, kept))
+        anywhere, measured = (
+            self._error(step, left_out, columns)
+            for columns in (self.linear.columns, self.linear.columns_measured)
+        )
+        return anywhere, measured
+
+    def _error(self, step: Array, left_out: Array, columns: Array) -> float:
         wide_step, wide_left_out = self.optimum
         apart = columns @ (step - wide_step)
         bias = float(apart @ apart) / (len(apart) / 3)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scalar.diagnosis.elsewhere import displacement_columns, poses_anywhere
+from scalar.diagnosis.elsewhere import displacement_columns, joint_limits, measured_ranges, poses_within
 from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.diagnosis.harmonic_spectrum import as_whitened
 from scalar.geometry.se3 import Array
@@ -47,7 +47,9 @@ class Linearised:
     """A state, linearised at its optimum: fits with some of its coordinates free, and of all poses but one.
 
     Attributes:
-        columns: ``(3 K, F)``, derivatives of positions at random poses [m] by its free coordinates, each divided by ``scale``.
+        columns: ``(3 K, F)``, derivatives of positions [m] by its free coordinates, each divided by ``scale``, at random poses within the
+            joint limits.
+        columns_measured: The same within the ranges of the joints that were measured.
         coefficients: ``(F,)``, the free coordinates, times ``scale``.
         scale: ``(F,)``, the lengths of the Jacobian's columns.
     """
@@ -65,7 +67,10 @@ class Linearised:
         self.scale[self.scale == 0] = 1.0
         self._residual, self._J = residual, J / self.scale
         self._gram, self._projection = self._J.T @ self._J, self._J.T @ residual
-        self.columns = displacement_columns(state, poses_anywhere(state, N_POSES))[:, state.free] / self.scale
+        self.columns, self.columns_measured = (
+            displacement_columns(state, poses_within(ranges, state, N_POSES))[:, state.free] / self.scale
+            for ranges in (joint_limits(state), measured_ranges(state))
+        )
         self.coefficients = state.model.vector[state.free] * self.scale
 
     def fitted(self, free: Array) -> tuple[Array, Array]:

@@ -32,7 +32,7 @@ def scaled():
 
 def test_with_all_effects_the_expected_error_is_the_standard_error(scaled):
     """The wide model has no distance to itself: what is left is what the jackknife says of it."""
-    assert _Wide(scaled).error((0, 1)) == pytest.approx(moves(scaled, None).std, rel=1e-6)
+    assert _Wide(scaled).errors((0, 1))[0] == pytest.approx(moves(scaled, None).std, rel=1e-6)
 
 
 def test_a_model_within_the_wide_one_is_a_fit_without_the_other_columns(scaled):
@@ -53,7 +53,7 @@ def test_an_effect_that_is_there_is_shipped_and_one_that_is_not_does_not_decide(
     assert JointScale(3) not in [e.with_coefficients(np.zeros(1)) for e in choice.left_out]
     assert not any(effect.name == "joint_scale" for effect in choice.left_out)
     wide = _Wide(scaled)
-    assert wide.error((1,)) > 10 * wide.error((0, 1)) >= 0.9 * wide.error((0,)) * 0.9
+    assert wide.errors((1,))[0] > 10 * wide.errors((0, 1))[0] >= 0.9 * wide.errors((0,))[0] * 0.9
 
 
 def test_nothing_found_is_nothing_to_choose():

@@ -172,6 +172,10 @@ class JointSelectionSettings:
         0.25, "of the noise's variance", "least variance of the rows in that model",
         "chosen: half the noise that was measured; without a bound, many candidates would leave none",
     )  # fmt: skip
+    stable: float = setting(
+        0.6, "of the parts", "of the poses without which an effect has to be significant as well",
+        "the usual threshold of stability selection",
+    )  # fmt: skip
     max_rounds: int = setting(
-        4, "rounds", "of adding what is significant together", "chosen: the third seldom finds anything"
+        3, "rounds", "of adding what is significant together", "chosen: the third seldom finds anything"
     )
