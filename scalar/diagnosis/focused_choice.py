@@ -29,19 +29,26 @@ class FocusedChoice:
     Attributes:
         state: The model with them.
         left_out: Effects that were found and are not in it.
-        error_with, error_without: Expected error of a predicted position [m], root mean square, with all effects found and as chosen.
+        error_with, error_without: Expected error of a predicted position [m], root mean square within the joint limits, with all effects found
+            and as chosen.
+        error_measured: The latter within the ranges of the joints that were measured.
     """
 
     state: FittedState
     left_out: tuple[Effect, ...]
     error_with: float
     error_without: float
+    error_measured: float
 
     def to_mapping(self) -> dict[str, object]:
         """Return what ``diagnosis.json`` says of it."""
         return {
             "left_out": [{"name": effect.name, "target": effect.target} for effect in self.left_out],
-            "expected_error_mm": {"with_all": self.error_with / MM, "as_shipped": self.error_without / MM},
+            "expected_error_mm": {
+                "with_all": self.error_with / MM,
+                "as_shipped": self.error_without / MM,
+                "as_shipped_within_measured_ranges": self.error_measured / MM,
+            },
         }
 
 
@@ -58,7 +65,7 @@ def focused_choice(after: FittedState) -> FocusedChoice:
     """
     effects = after.effects
     if not effects:
-        return FocusedChoice(after, (), 0.0, 0.0)
+        return FocusedChoice(after, (), 0.0, 0.0, 0.0)
     general = [e.generalised(after.dataset) for e in effects]
     beside = [e for e in general if e is not None and not any(e.same_place(other) for other in effects)]
     wide = _Wide(after.refitted((*effects, *beside[:1]), after.model) if beside else after)
@@ -77,9 +84,10 @@ def focused_choice(after: FittedState) -> FocusedChoice:
     if error < least and measured <= measured_with_all:
         kept, least = (), error
     if kept == every or least > after.settings.shipped_fit.nearer * with_all:
-        return FocusedChoice(after, (), with_all, with_all)
+        return FocusedChoice(after, (), with_all, with_all, measured_with_all)
     state = after.refitted([effects[i] for i in kept])
-    return FocusedChoice(state, tuple(effects[i] for i in every if i not in kept), with_all, least)
+    left_out = tuple(effects[i] for i in every if i not in kept)
+    return FocusedChoice(state, left_out, with_all, least, wide.errors(kept)[1])
 
 
 def _without(kept: tuple[int, ...], i: int) -> tuple[int, ...]:

@@ -12,9 +12,17 @@ if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
 
 
+MUCH_FARTHER = 3.0  # times the expected error within the measured ranges: chosen
+
+
 def shipped_sentences(diagnosis: Diagnosis) -> list[str]:
     """Return whole sentences on the fit in ``after.json``; none if there was no choice."""
-    return [*_without_effects(diagnosis), *_left_out(diagnosis), *_weights(diagnosis)]
+    return [
+        *_without_effects(diagnosis),
+        *_left_out(diagnosis),
+        *_weights(diagnosis),
+        *_beyond_measured_ranges(diagnosis),
+    ]
 
 
 def _left_out(diagnosis: Diagnosis) -> list[str]:
@@ -26,6 +34,16 @@ def _left_out(diagnosis: Diagnosis) -> list[str]:
     return [
         f"after.json does not correct for {names}, because these data do not determine {them} well enough: predictions at other poses are "
         f"expected to err by {length(choice.error_with)} with this correction, and by {length(choice.error_without)} without it."
+    ]
+
+
+def _beyond_measured_ranges(diagnosis: Diagnosis) -> list[str]:
+    choice = diagnosis.shipped.choice
+    if diagnosis.shipped.without_effects or choice.error_without <= MUCH_FARTHER * choice.error_measured:
+        return []
+    return [
+        "Use after.json within the ranges of the joints that were measured: there, predictions are expected to err by "
+        f"{length(choice.error_measured)}, but by {length(choice.error_without)} over the whole of the joint limits."
     ]
 
 

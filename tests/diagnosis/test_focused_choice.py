@@ -74,6 +74,17 @@ def test_many_effects_that_are_not_there_are_left_out():
     assert choice.error_without < choice.error_with
 
 
+def test_what_serves_where_it_was_measured_is_not_left_out_for_what_it_does_elsewhere():
+    """Orders fitted on a part of joint 2's range are anything beyond it, yet they are the correction of the poses within."""
+    flaws = Flaws(joints=on_joint(2, lambda at: 6e-4 * np.sin(9 * at.q[:, 1] + 0.3)))
+    dataset = make_cell(flaws, seed=85, poses_per_plane=60).dataset
+    q = dataset.q[:, 1]
+    part = dataset.subset(np.flatnonzero(q < np.quantile(q, 0.4)))
+    choice = focused_choice(fitted(part, JointHarmonic(2, (7, 8, 9, 10, 11))))
+    assert choice.left_out == ()
+    assert choice.error_without > 3 * choice.error_measured
+
+
 def test_a_wrong_form_of_the_scanner_error_does_little_harm():
     """A parabola over the range in the place of a crooked lens may move the arm's lengths: where it does, it is not shipped."""
     harm, shipped = [], []
