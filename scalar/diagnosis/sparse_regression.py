@@ -68,7 +68,10 @@ def sparse_regression(
     r = rows.ravel()
     X, owner, largest = _orthonormal(Q, groups, np.sqrt(unobservable_share))
     scale = np.array([1.0 / max(float(np.mean(np.sum(D * D, axis=(1, 2)))) / m, 1e-300) for D in common])
-    kernels = [linalg.block_diag(*(a * D @ np.swapaxes(D, 1, 2))) for a, D in zip(scale, common, strict=True)]
+    kernels: list[Array] = [
+        np.asarray(linalg.block_diag(*(a * D @ np.swapaxes(D, 1, 2))))
+        for a, D in zip(scale, common, strict=True)
+    ]
     power = float(r @ r) / len(r)
     s, v = max(0.5 * power, least_variance), np.full(len(kernels), 0.25 * power)
     g = np.minimum(power * len(r) / max(len(groups), 1), largest)
@@ -79,13 +82,15 @@ def sparse_regression(
             np.bincount(owner, values, len(groups)) for values in ((X.T @ Pr) ** 2, np.sum(X * PX, axis=0))
         )
         g = np.minimum(g * squares / np.maximum(traces, 1e-300), largest)
-        v = np.array([a * np.sqrt((Pr @ K @ Pr) / np.sum(P * K)) for a, K in zip(v, kernels, strict=True)])
+        v = np.array(
+            [a * np.sqrt((Pr @ K @ Pr) / max(np.sum(P * K), 1e-300)) for a, K in zip(v, kernels, strict=True)]
+        )
         s = max(s * np.sqrt((Pr @ Pr) / np.trace(P)), least_variance)
         left = g[owner] > _NOTHING * len(r) * s
         X, owner = X[:, left], owner[left]
     P = _inverse(s, v, kernels, X * np.sqrt(g[owner]), Q)
     kept, widths = np.unique(owner, return_counts=True)
-    significance = np.array([_significance(X[:, owner == k], P, r, g[k]) for k in kept])
+    significance = np.array([_significance(X[:, owner == k], P, r, float(g[k])) for k in kept])
     return SparseRegression(s, scale * v, kept, significance, widths)
 
 

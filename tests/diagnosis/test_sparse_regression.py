@@ -77,6 +77,14 @@ def test_a_group_that_cannot_be_as_large_is_not_taken():
     assert len(sparse_regression(rows, Q, tiny, common, 0.25).kept) == 0
 
 
+def test_a_direction_in_which_no_pose_can_err_is_no_noise():
+    """Where a common direction is zero (an axis that the sensor does not see), everything else is found as without it."""
+    rows, Q, groups, common, planted = drawn(7, planted=3)
+    found = sparse_regression(rows, Q, groups, [*common, np.zeros_like(common[0])], 0.25)
+    assert surest(found, 3) == planted
+    assert found.pose_variances[1] == 0.0
+
+
 def test_the_inverse_given_what_the_model_explains_is_that_of_restricted_likelihood():
     """With flat priors, P is Z (Z' C Z)^-1 Z', Z being a basis of what Q leaves (Patterson and Thompson 1971)."""
     from scalar.diagnosis.sparse_regression import _inverse
