@@ -59,7 +59,7 @@ $(LOCKED): requirements/bootstrap.txt requirements/lock.txt
 		--no-build-isolation -r requirements/lock.txt; }
 	@touch $@
 
-$(INSTALLED): $(LOCKED) pyproject.toml scalar/__init__.py
+$(INSTALLED): $(LOCKED) pyproject.toml scalar/__init__.py hatch_build.py $(wildcard scalar/kernels/*.[ch])
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-index --no-deps --no-build-isolation \
 		--editable .
 	@touch $@

@@ -7,19 +7,40 @@ the published one, which has its own parameters and weights all points alike.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 
 import lmfit
 import numpy as np
 
+from scalar import kernels
 from scalar.baseline.fit import calibrate_baseline
 from scalar.data.dataset import Dataset
+from scalar.estimation import residuals as residuals_module
+from scalar.estimation.calibrate import calibrate
 from scalar.estimation.least_squares import Fit, fit
+from scalar.estimation.lmfit_fit import fit_with_lmfit
 from scalar.estimation.lmfit_parameters import from_lmfit, to_lmfit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared, prepare
 from scalar.estimation.residuals import Residuals
+from scalar.estimation.result import Calibration
 from scalar.sensors.profile import contact
+
+
+@contextmanager
+def numpy_alone() -> Iterator[None]:
+    """Leave the compiled kernels out, as where the set-up found no C compiler."""
+    modules = (kernels, residuals_module)
+    library = kernels.LIBRARY
+    try:
+        for module in modules:
+            module.LIBRARY = None
+        yield
+    finally:
+        for module in modules:
+            module.LIBRARY = library
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +86,22 @@ class Contest:
     def ours(self) -> Result:
         """Return the same, the compression included."""
         return self.fit_ours(self.compressed_residuals())
+
+    def ours_in_numpy(self) -> Result:
+        """Return the same without the compiled kernels."""
+        with numpy_alone():
+            return self.ours()
+
+    def calibrate_in_numpy(self) -> Calibration:
+        """Return the whole calibration without the compiled kernels."""
+        with numpy_alone():
+            return calibrate(replace(self.dataset))
+
+    def ours_through_lmfit(self) -> Result:
+        """Compressed rows and analytic Jacobian handed to lmfit, its report written."""
+        found, result = fit_with_lmfit(self.compressed_residuals(), self.model, self.prepared.free)
+        lmfit.fit_report(result)
+        return self._result(found.model.vector, found.covariance, found.evaluations)
 
     def all_points_finite_differences(self) -> Result:
         """Every point a residual, lmfit as it comes."""

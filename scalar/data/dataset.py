@@ -25,6 +25,7 @@ from scalar.data.declared import PlaneGuess, Sensor, description, optional_float
 from scalar.data.folder import Content, examine_folder, read_folder
 from scalar.data.located_table import Table
 from scalar.data.moves import move_columns, moves
+from scalar.data.poses import Poses
 from scalar.data.sensor_formats import SensorFormat, sensor_formats
 from scalar.errors import Fault
 from scalar.geometry.robot import Robot
@@ -148,6 +149,11 @@ class Dataset:
     def q(self) -> np.ndarray:
         """Return the joint angles as the encoders read them, ``(N, n)`` [rad]."""
         return _values(self.poses, [f"q{i + 1}" for i in range(self.robot.n_joints)], np.float64)
+
+    @cached_property
+    def known_poses(self) -> Poses:
+        """Return what is known of each pose, the moves that led to it included."""
+        return Poses.from_frame(self.poses, self.robot.n_joints, order_is_row=True)
 
     @cached_property
     def pose_ids(self) -> np.ndarray:

@@ -37,6 +37,15 @@ def move_columns(n_joints: int) -> list[str]:
     return [*map(step_column, joints), *map(side_column, joints)]
 
 
+def joint_angles(frame: pd.DataFrame, n_joints: int) -> Array:
+    """Return the joint angles q1..qn of a table ``(N, n)`` [rad]."""
+    table = cast(Any, frame)
+    q = np.empty((len(table), n_joints))
+    for i in range(n_joints):
+        q[:, i] = table[f"q{i + 1}"].to_numpy(dtype=float)
+    return q
+
+
 def moves(frame: pd.DataFrame, n_joints: int) -> dict[str, Array]:
     """Return the columns of the moves to the poses of a table, ``(N,)`` each.
 
@@ -50,7 +59,7 @@ def moves(frame: pd.DataFrame, n_joints: int) -> dict[str, Array]:
     table = cast(Any, frame)
     if all(name in table.columns for name in names):
         return {name: table[name].to_numpy(dtype=float) for name in names}
-    q = table[[f"q{i + 1}" for i in range(n_joints)]].to_numpy(dtype=float)
+    q = joint_angles(frame, n_joints)
     order = table["order"].to_numpy(dtype=float) if "order" in table.columns else np.arange(float(len(q)))
     rows = np.argsort(order, kind="stable")
     known = ~_gaps(order[rows])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from scalar.data.moves import moves
+from scalar.data.moves import joint_angles, moves
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.se3 import Array
 
@@ -61,11 +61,12 @@ class Poses:
         else:
             order = np.arange(len(frame), dtype=float) if order_is_row else np.full(len(frame), np.inf)
         joints = [f"q{i + 1}" for i in range(n_joints)]
-        numeric = frame.select_dtypes("number").columns
+        # Column by column: ``select_dtypes`` and a selection of several columns build tables, at many times the cost.
+        numeric = [c for c, kind in zip(frame.columns, frame.dtypes, strict=True) if kind.kind in "iuf"]
         columns = {c: frame[c].to_numpy(dtype=float) for c in numeric if c not in (*joints, "pose", "order")}
         if "order" in frame or order_is_row:
             columns |= moves(frame, n_joints)
-        return cls(frame[joints].to_numpy(dtype=float), order, columns)
+        return cls(joint_angles(frame, n_joints), order, columns)
 
     @classmethod
     def from_arrays(cls, q: ArrayLike, columns: Mapping[str, ArrayLike], n_joints: int) -> Poses:

@@ -9,7 +9,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.effects import registry
 from scalar.errors import Undetermined
-from scalar.estimation.least_squares import RANK_TOLERANCE, Fit, covariance_and_step
+from scalar.estimation.least_squares import Decomposed, Fit
 from scalar.estimation.misfit import misfit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared
@@ -48,8 +48,10 @@ def conclude(
     guess = residuals.measurement.initial_target(dataset)
     model = reporting(found.model, guess)
     residual, jacobian = residuals.linearise(model)
-    _check_rank(model, jacobian[:, found.free], found.free)
-    covariance, _ = covariance_and_step(jacobian[:, found.free], residual)
+    decomposed = Decomposed.of(jacobian[:, found.free], residual)
+    assert decomposed is not None  # the fit has converged, so all numbers are finite
+    _check_rank(model, decomposed, found.free)
+    covariance = decomposed.covariance
     spread = misfit(residuals, model, found.free, settings.misfit_p_value)
     names = model.names
     fixed = {h.name: h.reason for h in prepared.identifiability.fixed}
@@ -100,18 +102,16 @@ def conclude(
     )
 
 
-def _check_rank(model: Model, J: Array, free: Array) -> None:
+def _check_rank(model: Model, decomposed: Decomposed, free: Array) -> None:
     """Refuse to state standard errors if the data do not determine the free parameters.
 
     Raises:
         Undetermined: Naming the parameters that cannot be distinguished.
     """
-    scale = np.linalg.norm(J, axis=0)
-    _, s, Vt = np.linalg.svd(np.linalg.qr(J / np.where(scale > 0, scale, 1.0), mode="r"))
-    if s[-1] > RANK_TOLERANCE * s[0]:
+    if decomposed.full_rank:
         return
     names = np.array(model.names)[free]
-    largest = names[np.argsort(-np.abs(Vt[-1]))[:4]]
+    largest = names[np.argsort(-np.abs(decomposed.Vt[-1]))[:4]]
     raise Undetermined(
         [
             f"the data do not distinguish {', '.join(largest)}: measure more poses that differ in all joints, or fix one of them (--hold)"

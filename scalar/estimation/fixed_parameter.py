@@ -95,14 +95,16 @@ def _is_scale(names: tuple[str, ...], direction: Array, values: dict[str, float]
 
     ``values`` leaves out the other fixed parameters, which stay where they are in every direction but their own.
     """
-    ratios = []
+    ratios, moved = [], 0.0
     for i, name in enumerate(names):
         kind, _, number = name.rpartition("_")
         is_length = kind in ("a", "d") and number.isdigit() and int(number) > 1
         if is_length and abs(values.get(name, 0.0)) > _SHORTEST_LENGTH:
             ratios.append(direction[i] / values[name])
+            moved = max(moved, float(abs(direction[i])))
     return (
         len(ratios) >= 2
+        and moved > _WORTH_NAMING * float(np.abs(direction).max())  # else these are ratios of rounding errors
         and min(np.abs(ratios)) > 0
         and float(np.ptp(ratios)) < _SAME_RATIO * float(np.max(np.abs(ratios)))
     )

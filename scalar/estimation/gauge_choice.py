@@ -69,14 +69,15 @@ def choose_fixed(
             if len(chosen) == r:
                 break
     revealing = [int(i) for i in np.asarray(qr(null.T, mode="r", pivoting=True)[-1])[:r]]
-    if (
-        len(chosen) < r
-        or _smallest_kept(J_scaled, chosen) < _smallest_kept(J_scaled, revealing) / settings.condition_slack
-    ):
+    if len(chosen) < r:
         return revealing
-    return chosen
+    if set(chosen) == set(revealing):
+        return chosen
+    triangular = np.asarray(np.linalg.qr(J_scaled, mode="r"))  # its columns have the same lengths and angles
+    least, best = (_smallest_kept(triangular, fixed) for fixed in (chosen, revealing))
+    return revealing if least < best / settings.condition_slack else chosen
 
 
-def _smallest_kept(J_scaled: Array, fixed: list[int]) -> float:
-    kept = np.delete(J_scaled, fixed, axis=1)
-    return float(np.linalg.svd(np.linalg.qr(kept, mode="r"), compute_uv=False)[-1])
+def _smallest_kept(columns: Array, fixed: list[int]) -> float:
+    kept = np.delete(columns, fixed, axis=1)
+    return float(np.linalg.svd(kept, compute_uv=False)[-1])

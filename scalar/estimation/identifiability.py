@@ -99,9 +99,11 @@ def analyse(
     q_any, index_any = _any_poses(ideal.robot, int(measurement.target_index.max()) + 1)
     J_any = perfect_jacobian(residuals, measurement, ideal, q_any, index_any)[:, candidates]
     structural = _null_space_of_scaled(J_any / scale, tolerance)[1]
-    q_any[:, still] = q[:1, still]
-    J_still = perfect_jacobian(residuals, measurement, ideal, q_any, index_any)[:, candidates]
-    hidden_by_still = _null_space_of_scaled(J_still / scale, tolerance)[1]
+    J_still, hidden_by_still = J_any, structural
+    if still.any():
+        q_any[:, still] = q[:1, still]
+        J_still = perfect_jacobian(residuals, measurement, ideal, q_any, index_any)[:, candidates]
+        hidden_by_still = _null_space_of_scaled(J_still / scale, tolerance)[1]
     rows = J / scale
     if gauge_alone and hidden_by_still.shape[1] < null.shape[1]:
         null, rows = hidden_by_still, J_still / scale

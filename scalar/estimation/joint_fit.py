@@ -76,10 +76,13 @@ def fit_from(
     if residuals is None:
         residuals = Residuals.of(dataset, model)
     found: Fit | None = None
-    settled = False
+    settled, again = False, residuals
     for _ in range(settings.fit.max_reweightings):
-        model = (model if found is None else found.model).rebased()
-        residuals = residuals.reweighted(model)
+        if found is None:
+            model = model.rebased()
+            residuals = residuals.reweighted(model)
+        else:
+            model, residuals = found.model.rebased(), again
         if model.priors:
             model = replace(model, misfit_ratio=misfit_ratio(residuals, model, free, settings))
         found = fit(residuals, model, free)

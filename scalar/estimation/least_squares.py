@@ -1,18 +1,18 @@
-"""One Levenberg-Marquardt run through lmfit: free coordinates of a model, analytic Jacobian, covariance by our own algebra.
+"""One Levenberg-Marquardt run: free coordinates of a model, analytic Jacobian, covariance by our own algebra.
 
-``minimise |r(x)|^2`` over the free coordinates; r is whitened, so ``(J' J)^-1`` at the optimum is the covariance. lmfit is
-given the free coordinates alone, and its own covariance is not used: on a rank-deficient problem it claims error bars all the same.
+``minimise |r(x)|^2`` over the free coordinates; r is whitened, so ``(J' J)^-1`` at the optimum is the covariance. The steps are those of
+MINPACK (More, 1978), which SciPy and lmfit call as well; ``scalar.estimation.lmfit_fit`` is the same fit through lmfit, with its report.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
-import lmfit
 import numpy as np
 
-from scalar.estimation.lmfit_parameters import from_lmfit, to_lmfit
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
@@ -33,54 +33,69 @@ class Fit:
     Attributes:
         model: At the optimum.
         free: ``(P,)`` bool, which coordinates were free.
-        covariance: ``(F, F)`` of the free coordinates, residuals taken as whitened.
         chi_squared: Sum of squared whitened residuals.
         evaluations: Calls of the residual.
-        converged: Whether the remaining step is negligible.
-        message: lmfit's own words.
+        message: The solver's own words.
+        linearised: Returns the residual ``(R,)`` at the optimum and its Jacobian ``(R, F)`` by the free coordinates.
     """
 
     model: Model
     free: Array
-    covariance: Array
     chi_squared: float
     evaluations: int
-    converged: bool
     message: str
+    linearised: Callable[[], tuple[Array, Array]]
+
+    @cached_property
+    def _covariance_and_step(self) -> tuple[Array, float]:
+        residual, J = self.linearised()
+        return covariance_and_step(J, residual)
+
+    @property
+    def covariance(self) -> Array:
+        """Return the covariance ``(F, F)`` of the free coordinates, residuals taken as whitened; most fits are steps to others, and need none."""
+        return self._covariance_and_step[0]
+
+    @property
+    def converged(self) -> bool:
+        """Return whether the remaining step is negligible."""
+        step = self._covariance_and_step[1]
+        return bool(np.isfinite(step) and step < NEGLIGIBLE_STEP)
 
 
-class _Minimizer(lmfit.Minimizer):
-    """lmfit's own, without its error bars: they cost more than the residuals, and ours replace them."""
+class Objective:
+    """Residual and Jacobian as functions of the free coordinates, each state computed once.
 
-    def _calculate_uncertainties_correlations(self) -> None:
-        pass
-
-
-class _Objective:
-    """Residual and Jacobian as functions of the free coordinates, each state computed once."""
+    Attributes:
+        free: ``(F,)``, indices of the free coordinates.
+        start: ``(P,)``, all coordinates where the fit starts.
+        evaluations: Calls of the residual so far.
+    """
 
     def __init__(self, residuals: Residuals, model: Model, free: Array) -> None:
         self.residuals, self.model = residuals, model
         self.free = np.flatnonzero(free)
         self.start = model.vector
         self.evaluations = 0
-        self.latest, self.x_latest = model, self.start[self.free]
+        self._latest, self._x_latest = model, self.start[self.free]
         self._linearised: tuple[Model, Array, Array] | None = None
 
     def at(self, x: Array) -> Model:
         """Return the model at free coordinates; the same object as last time where they have not changed."""
-        if not np.array_equal(x, self.x_latest):
+        if not np.array_equal(x, self._x_latest):
             vector = self.start.copy()
             vector[self.free] = x
-            self.latest, self.x_latest = self.model.with_vector(vector), x
-        return self.latest
+            self._latest, self._x_latest = self.model.with_vector(vector), np.array(x)
+        return self._latest
 
-    def residual(self, parameters: lmfit.Parameters) -> Array:
+    def residual(self, x: Array) -> Array:
+        """Return the residual ``(R,)`` at free coordinates ``(F,)``."""
         self.evaluations += 1
-        return self.residuals.residual(self.at(from_lmfit(parameters)))
+        return self.residuals.residual(self.at(x))
 
-    def jacobian(self, parameters: lmfit.Parameters) -> Array:
-        return self.linearised(self.at(from_lmfit(parameters)))[1]
+    def jacobian(self, x: Array) -> Array:
+        """Return the Jacobian ``(R, F)`` at free coordinates ``(F,)``."""
+        return self.linearised(self.at(x))[1]
 
     def linearised(self, model: Model) -> tuple[Array, Array]:
         """Return residual and Jacobian by the free coordinates; SciPy asks twice at the start."""
@@ -88,6 +103,19 @@ class _Objective:
             residual, jacobian = self.residuals.linearise(model)
             self._linearised = model, residual, jacobian[:, self.free]
         return self._linearised[1], self._linearised[2]
+
+    def ended(self, x: Array, free: Array, message: str) -> Fit:
+        """Return what a solver found that ended at free coordinates ``(F,)``."""
+        optimum = self.at(x)
+        residual = self.residuals.residual(optimum)
+        return Fit(
+            model=optimum,
+            free=free,
+            chi_squared=float(residual @ residual),
+            evaluations=self.evaluations,
+            message=message,
+            linearised=lambda: self.linearised(optimum),
+        )
 
 
 def fit(residuals: Residuals, model: Model, free: Array, *, tolerance: float = TOLERANCE) -> Fit:
@@ -99,32 +127,110 @@ def fit(residuals: Residuals, model: Model, free: Array, *, tolerance: float = T
         free: ``(P,)`` bool.
         tolerance: Relative, on cost and coordinates.
     """
-    objective = _Objective(residuals, model, free)
+    from scipy.optimize import leastsq  # slow to import
+
+    objective = Objective(residuals, model, free)
     x = objective.start[objective.free]
-    names = model.names
-    minimiser = _Minimizer(
-        objective.residual,
-        to_lmfit([names[i] for i in objective.free], x),
-        scale_covar=False,
-        calc_covar=False,
-        nan_policy="propagate",
-        max_nfev=MAX_EVALUATIONS,
+    if not len(x):
+        return objective.ended(x, free, "nothing is free")
+    compiled = _compiled(objective, tolerance)
+    if compiled is not None:
+        return objective.ended(compiled, free, "compiled")
+    with np.errstate(all="ignore"):  # a step too far may overflow; the solver takes it back
+        found: Any = leastsq(
+            objective.residual,
+            x,
+            Dfun=objective.jacobian,
+            full_output=True,  # else it warns where it says no more than that it stopped
+            ftol=tolerance,
+            xtol=tolerance,
+            gtol=0.0,
+            maxfev=MAX_EVALUATIONS,
+            factor=FIRST_STEP,
+        )
+        return objective.ended(found[0], free, " ".join(str(found[3]).split()))
+
+
+def _compiled(objective: Objective, tolerance: float) -> Array | None:
+    """Return the optimum ``(F,)`` by the compiled library, which takes MINPACK's steps; None for what it does not know, or has too few digits for."""
+    residuals, model = objective.residuals, objective.model
+    problem = None if residuals.known is not None else residuals.plane_problem(model)
+    if problem is None:
+        return None
+    P = len(objective.start)
+    mean, weight = np.zeros(P), np.zeros(P)
+    if model.priors:
+        _, index, slope = model.prior_rows()
+        mean[index], weight[index] = [prior.mean for prior in model.priors], slope
+        if np.any(weight[np.setdiff1d(index, objective.free)]):
+            return None
+    found = problem.fit(
+        objective.start,
+        objective.free,
+        mean[objective.free],
+        weight[objective.free],
+        tolerance=tolerance,
+        first_step=FIRST_STEP,
+        most=MAX_EVALUATIONS,
     )
-    result: Any = minimiser.leastsq(
-        Dfun=objective.jacobian, col_deriv=0, ftol=tolerance, xtol=tolerance, gtol=0.0, factor=FIRST_STEP
-    )
-    optimum = objective.at(from_lmfit(result.params))
-    residual, J = objective.linearised(optimum)
-    covariance, step_in_sigmas = covariance_and_step(J, residual)
-    return Fit(
-        model=optimum,
-        free=free,
-        covariance=covariance,
-        chi_squared=float(residual @ residual),
-        evaluations=objective.evaluations,
-        converged=bool(np.isfinite(step_in_sigmas) and step_in_sigmas < NEGLIGIBLE_STEP),
-        message=str(result.message).strip(),
-    )
+    if found is None:
+        return None
+    objective.evaluations = found.evaluations
+    return found.vector[objective.free]
+
+
+@dataclass(frozen=True, eq=False)
+class Decomposed:
+    """A Jacobian with unit columns, ``J / scale = Q U diag(s) Vt``, and the residual along its columns.
+
+    Attributes:
+        scale: ``(F,)``, lengths of the columns; 1 where a column is zero.
+        s: ``(F,)``, singular values, the largest first.
+        Vt: ``(F, F)``.
+        along: ``(F,)``, the residual along each of the left singular vectors.
+        rms: Of the residual.
+    """
+
+    scale: Array
+    s: Array
+    Vt: Array
+    along: Array
+    rms: float
+
+    @classmethod
+    def of(cls, J: Array, residual: Array) -> Decomposed | None:
+        """Return the decomposition of a Jacobian ``(R, F)``, or None where it or the residual ``(R,)`` is not finite."""
+        scale = np.linalg.norm(J, axis=0)
+        scale[scale == 0] = 1.0
+        squared = float(residual @ residual)
+        if not (np.all(np.isfinite(scale)) and np.isfinite(squared)):
+            return None
+        # The triangular factor of [J r] has the same singular values and projections, at a quarter of the cost.
+        factor = np.asarray(np.linalg.qr(np.column_stack([J / scale, residual]), mode="r"))
+        U, s, Vt = np.linalg.svd(factor[: len(scale), :-1], full_matrices=False)
+        return cls(
+            scale, s, Vt, U.T @ factor[: len(scale), -1], float(np.sqrt(squared / max(len(residual), 1)))
+        )
+
+    @property
+    def _live(self) -> Array:
+        return self.s > RANK_TOLERANCE * self.s[0] if len(self.s) else self.s > 0
+
+    @property
+    def full_rank(self) -> bool:
+        """Return whether the data distinguish all columns."""
+        return len(self.s) == len(self.scale) and bool(np.all(self._live))
+
+    @property
+    def covariance(self) -> Array:
+        """Return ``(J' J)^-1``, ``(F, F)``, of the directions that are seen."""
+        inverse = (self.Vt[self._live].T / self.s[self._live]) / self.scale[:, None]
+        return inverse @ inverse.T
+
+    @property
+    def step(self) -> float:
+        """Return the length of the remaining Gauss-Newton step in standard deviations, as ``covariance_and_step`` counts it."""
+        return float(np.linalg.norm(self.along[self._live])) / max(1.0, self.rms)
 
 
 def covariance_and_step(J: Array, residual: Array) -> tuple[Array, float]:
@@ -134,17 +240,7 @@ def covariance_and_step(J: Array, residual: Array) -> tuple[Array, float]:
     that a coarse model with many sigmas of misfit is not asked for more digits than it has. Where J or the residual is not finite
     there is no covariance, and the step is infinite.
     """
-    scale = np.linalg.norm(J, axis=0)
-    scale[scale == 0] = 1.0
-    if not (np.all(np.isfinite(scale)) and np.isfinite(residual @ residual)):
-        return np.full((len(scale), len(scale)), np.nan), np.inf
-    # The triangular factor of [J r] has the same singular values and projections, at a quarter of the cost.
-    factor = np.asarray(np.linalg.qr(np.column_stack([J / scale, residual]), mode="r"))
-    U, s, Vt = np.linalg.svd(factor[: len(scale), :-1], full_matrices=False)
-    if s.size == 0:
-        return np.zeros((0, 0)), 0.0
-    live = s > RANK_TOLERANCE * s[0]
-    inverse = (Vt[live].T / s[live]) / scale[:, None]
-    step = float(np.linalg.norm(U[:, live].T @ factor[: len(scale), -1]))
-    rms = float(np.sqrt(residual @ residual / max(len(residual), 1)))
-    return inverse @ inverse.T, step / max(1.0, rms)
+    found = Decomposed.of(J, residual)
+    if found is None:
+        return np.full((J.shape[1], J.shape[1]), np.nan), np.inf
+    return found.covariance, found.step

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc  # what scipy.stats.chi2.sf calls, without its checks of arrays
 
 from scalar.estimation.least_squares import covariance_and_step
 from scalar.estimation.model import Model
@@ -45,7 +45,7 @@ def misfit(
         least_p_value: With a smaller p-value the model counts as incomplete.
     """
     measurement = residuals.measurement
-    squared = float(np.sum(residuals.residual(model) ** 2)) - float(np.sum(_prior_rows(model) ** 2))
+    squared = float(np.sum(residuals.residual(model) ** 2)) - float(np.sum(model.prior_rows()[0] ** 2))
     T = residuals.kinematics(model).T_base_sensor
     within, _ = measurement.scatter(T, model.target, residuals.point_effects(model))
     squared -= float(within.sum())
@@ -57,7 +57,7 @@ def misfit(
         return Misfit(1.0, None, 1.0)
     ratio = squared / freedom
     if measurement.sigma_known:
-        p_value = float(chi2.sf(squared, freedom))
+        p_value = float(chdtrc(freedom, max(squared, 0.0)))
         return Misfit(float(np.sqrt(ratio)), p_value, ratio if p_value < least_p_value else 1.0)
     return Misfit(float(np.sqrt(ratio)), None, ratio)
 
@@ -77,13 +77,5 @@ def determined_by_data(residuals: Residuals, model: Model, free: Array) -> float
     covariance, _ = covariance_and_step(jacobian[:, free], residual)
     variance = np.full(len(free), np.nan)
     variance[free] = np.diag(covariance)
-    for prior in model.priors:
-        count -= float(variance[model.names.index(prior.name)]) * (model.misfit_ratio / prior.std) ** 2
-    return count
-
-
-def _prior_rows(model: Model) -> Array:
-    """Return the rows of the priors on parameters."""
-    at = dict(zip(model.names, model.vector, strict=True))
-    rows = [(at[prior.name] - prior.mean) * model.misfit_ratio / prior.std for prior in model.priors]
-    return np.array(rows, dtype=float)
+    _, index, slope = model.prior_rows()
+    return count - float(variance[index] @ slope**2)

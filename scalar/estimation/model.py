@@ -20,6 +20,7 @@ from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.geometry.se3 import Array, exp_so3, log_so3, transform
 from scalar.sensors import Target
 
+_COMMON = frozenset({"names", "_geometry_names", "effect_names", "units", "blocks", "_prior_places"})
 SENSOR_PARAMETERS = ("sensor_x", "sensor_y", "sensor_z", "sensor_rx", "sensor_ry", "sensor_rz")
 
 
@@ -73,10 +74,12 @@ class Model:
         sensor = np.r_[T_flange_sensor[:3, 3], 0.0, 0.0, 0.0]
         return cls(nominal, nominal, T_flange_sensor[:3, :3].copy(), sensor, target, tuple(effects))
 
-    @property
+    @cached_property
     def T_flange_sensor(self) -> Array:
-        """Return the sensor's pose on the flange ``(4, 4)``."""
-        return transform(exp_so3(self.sensor[3:]) @ self.reference_rotation, self.sensor[:3])
+        """Return the sensor's pose on the flange ``(4, 4)``; computed once, and read-only therefore."""
+        T = transform(exp_so3(self.sensor[3:]) @ self.reference_rotation, self.sensor[:3])
+        T.setflags(write=False)
+        return T
 
     @cached_property
     def names(self) -> list[str]:
@@ -113,6 +116,19 @@ class Model:
         ends = accumulate(sizes.values())
         return {name: slice(end - sizes[name], end) for name, end in zip(sizes, ends, strict=True)}
 
+    @cached_property
+    def _prior_places(self) -> tuple[Array, Array, Array]:
+        places = {name: i for i, name in enumerate(self.names)}
+        index = np.array([places[prior.name] for prior in self.priors], dtype=int)
+        means, stds = ([getattr(prior, key) for prior in self.priors] for key in ("mean", "std"))
+        return index, np.array(means, dtype=float), np.array(stds, dtype=float)
+
+    def prior_rows(self) -> tuple[Array, Array, Array]:
+        """Return the rows ``(k,)`` of the priors on parameters, which coordinates they are on, and their derivatives by these ``(k,)``."""
+        index, means, stds = self._prior_places
+        slope = self.misfit_ratio / stds
+        return (self.vector[index] - means) * self.misfit_ratio / stds, index, slope
+
     @property
     def vector(self) -> Array:
         """Return the coordinates ``(P,)``, in the order of the names."""
@@ -128,19 +144,26 @@ class Model:
             k = len(effect.coefficients)
             effects.append(effect.with_coefficients(rest[:k]))
             rest = rest[k:]
-        return replace(
+        model = replace(
             self,
             robot=self.robot.with_geometry(vector[blocks["geometry"]].reshape(len(GEOMETRY), -1)),
             sensor=np.array(vector[blocks["sensor"]]),
             target=self.target.with_vector(vector[blocks["target"]]),
             effects=tuple(effects),
         )
+        return model._named_like(self)
+
+    def _named_like(self, other: Model) -> Model:
+        """Return this model, told what it has in common with one that differs in numbers alone: names, units, places in the vector."""
+        vars(self).update({key: value for key, value in vars(other).items() if key in _COMMON})
+        return self
 
     def rebased(self) -> Model:
         """Return the same model with its current rotation and normals as references."""
         T = self.T_flange_sensor
         sensor = np.r_[self.sensor[:3], 0.0, 0.0, 0.0]
-        return replace(self, reference_rotation=T[:3, :3], sensor=sensor, target=self.target.rebased())
+        model = replace(self, reference_rotation=T[:3, :3], sensor=sensor, target=self.target.rebased())
+        return model._named_like(self)
 
     def sensor_rotation_vector(self) -> Array:
         """Return the absolute rotation vector ``(3,)`` [rad] of the sensor on the flange."""

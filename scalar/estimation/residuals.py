@@ -20,7 +20,10 @@ from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
 from scalar.estimation.reference_planes import ReferencePlanes
+from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
+from scalar.kernels import LIBRARY
+from scalar.kernels.plane_problem import PlaneProblem
 from scalar.sensors import Measurement, Rows, measure
 
 
@@ -72,7 +75,7 @@ class Residuals:
             model: Gives the nominal robot, the target's names and the effects.
             measurement: The dataset already reduced to rows, or None.
         """
-        poses = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
+        poses = dataset.known_poses
         if measurement is None:
             measurement = measure(dataset, extra_basis_of(model.effects))
         bases = EffectBases.of(model.nominal, poses, model.effects)
@@ -80,6 +83,8 @@ class Residuals:
 
     def kinematics(self, model: Model) -> Kinematics:
         """Return where the sensor is at every pose."""
+        if self._latest is not None and self._latest[0] is model:
+            return self._latest[1]
         return Kinematics.of(model, self.poses, self.bases)
 
     def point_effects(self, model: Model) -> list[BoundPointEffect]:
@@ -98,13 +103,31 @@ class Residuals:
             self._latest = model, kinematics, rows
         return self._latest[1], self._latest[2]
 
+    def plane_problem(self, model: Model) -> PlaneProblem | None:
+        """Return the measured rows of models about the same references in the compiled library, which knows planes and no effects; else None."""
+        factors = self.measurement.contact_factors
+        if LIBRARY is None or factors is None or model.effects or not isinstance(model.target, Planes):
+            return None
+        return PlaneProblem(
+            self.poses.q,
+            self.measurement.target_index,
+            factors,
+            model.robot.T_base_0,
+            model.robot.T_n_flange,
+            model.reference_rotation,
+            model.target.reference_normals,
+            model.target.tangents,
+        )
+
     def wrench(self, model: Model) -> Array:
         """Return the derivatives ``(N, m, 6)`` of the measured rows by a motion of the whole arm: a screw in the base frame."""
         return self._at(model)[1].wrench
 
     def residual(self, model: Model) -> Array:
         """Return all rows ``(N m + priors,)``, in standard deviations."""
-        return np.concatenate([self._at(model)[1].residual.ravel(), self._priors(model)[0]])
+        problem = self.plane_problem(model)
+        measured = self._at(model)[1].residual if problem is None else problem.residual(model.vector)
+        return np.concatenate([measured.ravel(), self._priors(model)[0]])
 
     def linearise(self, model: Model) -> tuple[Array, Array]:
         """Return all rows and their Jacobian ``(N m + priors, P)`` by the coordinates of ``Model.names``."""
@@ -116,6 +139,10 @@ class Residuals:
 
     def linearise_measured(self, model: Model) -> tuple[Array, Array]:
         """Return the measured rows alone, ``(N m,)`` and ``(N m, P)``."""
+        problem = self.plane_problem(model)
+        if problem is not None:
+            values, jacobian = problem.linearise(model.vector)
+            return values.ravel(), jacobian.reshape(values.size, -1)
         kinematics, rows = self._at(model)
         N, m = rows.residual.shape
         # Effects on joints multiply the derivatives by the angles, which stand at theta: m columns each instead of six.
@@ -157,11 +184,8 @@ class Residuals:
             below[: len(known), blocks["target"]] = self.known.rows(model.target)[1]  # type: ignore[arg-type]
         columns = blocks["effects"].start + np.flatnonzero(bounded)
         below[np.arange(len(known), n_bounded), columns] = 1.0 / sizes[bounded]
-        off = np.zeros(len(model.priors))
-        for k, prior in enumerate(model.priors):
-            i = model.names.index(prior.name)
-            below[n_bounded + k, i] = model.misfit_ratio / prior.std
-            off[k] = (vector[i] - prior.mean) * model.misfit_ratio / prior.std
+        off, index, slope = model.prior_rows()
+        below[np.arange(n_bounded, len(below)), index] = slope
         return np.concatenate([known, coefficients[bounded] / sizes[bounded], off]), below
 
     def reweighted(self, model: Model) -> Residuals:

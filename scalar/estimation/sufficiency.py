@@ -142,15 +142,18 @@ def _parallel_planes(planes: Planes) -> str:
 def _extents(residuals: Residuals, model: Model) -> tuple[Array, Array]:
     """Return for each of K planes the longest and second-longest extent of its points, ``(K,)`` [m]: standard deviations."""
     measurement = residuals.measurement
-    found, starts = measurement.points_in_base(residuals.kinematics(model).T_base_sensor)
-    index = np.repeat(measurement.target_index, np.diff(starts))
+    counts, means, factors = measurement.spread_in_base(residuals.kinematics(model).T_base_sensor)
     extents = []
     for k in range(len(model.target.normals)):  # type: ignore[attr-defined]
-        points = found[index == k]
-        if len(points) < LEAST_PLANES:
+        mine = measurement.target_index == k
+        weights, points = counts[mine], means[mine]
+        total = weights.sum()
+        if total < LEAST_PLANES:
             extents.append([0.0, -1.0])  # narrower than anything
             continue
-        extents.append(np.sqrt(np.linalg.svd(np.cov(points.T), compute_uv=False)[:2]))
+        off = points - weights @ points / total
+        rows = np.concatenate([np.sqrt(weights)[:, None] * off, factors[mine].reshape(-1, 3)])
+        extents.append(np.linalg.svd(np.linalg.qr(rows, mode="r"), compute_uv=False)[:2] / np.sqrt(total - 1))
     longest, second = np.array(extents).T
     return longest, second
 

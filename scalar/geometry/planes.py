@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from scalar.geometry.se3 import Array
+from scalar.geometry.se3 import Array, cross
 
 PARAMETERS_PER_PLANE = 3
 
@@ -47,11 +48,13 @@ class Planes:
             np.array(distances, dtype=float),
         )
 
-    @property
+    @cached_property
     def normals(self) -> Array:
-        """Return the unit normals ``(K, 3)``."""
+        """Return the unit normals ``(K, 3)``; computed once, and read-only therefore."""
         n = self.reference_normals + np.einsum("kt,ktx->kx", self.tangent_coordinates, self.tangents)
-        return n / np.linalg.norm(n, axis=1, keepdims=True)
+        n /= np.linalg.norm(n, axis=1, keepdims=True)
+        n.setflags(write=False)
+        return n
 
     @property
     def normal_derivatives(self) -> Array:
@@ -108,6 +111,6 @@ def tangent_basis(normals: Array) -> Array:
     """Return two unit vectors ``(K, 2, 3)`` that span the plane across each normal ``(K, 3)``; deterministic."""
     least = np.argmin(np.abs(normals), axis=1)
     axis = np.eye(3)[least]
-    first = np.cross(normals, axis)
+    first = cross(normals, axis)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([first, np.cross(normals, first)], axis=1)
+    return np.stack([first, cross(normals, first)], axis=1)

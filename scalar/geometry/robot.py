@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from scalar import kernels
 from scalar.geometry.se3 import Array, cross, log_so3, transform_from_rotation_vector
 
 GEOMETRY = ("a", "alpha", "d", "theta", "beta")
@@ -148,6 +149,10 @@ class Robot:
         Returns:
             ``(N, n + 1, 4, 4)``, ``T_base_i``; the last is the frame of the last joint, before the flange's transform.
         """
+        if geometry_offsets is None:
+            compiled = kernels.frames(q, self.geometry, self.T_base_0)
+            if compiled is not None:
+                return compiled
         geometry = self.geometry if geometry_offsets is None else self.geometry + geometry_offsets
         T_links = link_transforms(geometry, q)
         frames = np.empty((q.shape[0], self.n_joints + 1, 4, 4))

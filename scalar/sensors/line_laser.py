@@ -15,15 +15,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scalar.data.sensor_formats import MeasuredTable, SensorFormat
-from scalar.geometry.planes import Planes
+from scalar.geometry.planes import Planes, tangent_basis
 from scalar.geometry.se3 import Array
 from scalar.sensors.compression import compress
 from scalar.sensors.linear_guess import guesses
-from scalar.sensors.plane_targets import fit_planes, moments_in_base, plane_targets
+from scalar.sensors.plane_targets import fit_planes, moments_in_base, plane_targets, spread_in_base
 from scalar.sensors.pose_noise import PoseNoise
 from scalar.sensors.profile import (
     LINE_BASIS,
     contact,
+    line_factors,
     point_basis,
     profile_rows,
     robust_variance,
@@ -91,8 +92,11 @@ class LineLaser(NoisyScans):
         stated = dataset.sensor.noise is not None
         sigma = stated_sigma(dataset.sensor.noise)
         names = LINE_BASIS + tuple(name for name in dict.fromkeys(extra_basis) if name not in LINE_BASIS)
-        basis = point_basis(names, dataset.points, dataset.sensor.error_axis)
-        R_metric = compress(basis, dataset.starts)
+        R_metric = (
+            line_factors(dataset.points, dataset.starts)
+            if names == LINE_BASIS
+            else compress(point_basis(names, dataset.points, dataset.sensor.error_axis), dataset.starts)
+        )
         return cls(
             points=dataset.points,
             starts=dataset.starts,
@@ -111,6 +115,11 @@ class LineLaser(NoisyScans):
         """Return the linear guesses of the scanner's pose (``scalar.sensors.linear_guess``)."""
         assert isinstance(target, Planes)
         return guesses(self, T_base_flange, target, gravity, thorough)
+
+    @property
+    def contact_factors(self) -> Array:
+        """Return the factors R of the three functions that a flat plane's residual depends on."""
+        return self.R[:, :, :3]
 
     @property
     def equations_per_pose(self) -> int:
@@ -134,19 +143,24 @@ class LineLaser(NoisyScans):
         points = frames[:, :3, 0] * x[:, None] + frames[:, :3, 2] * z[:, None] + frames[:, :3, 3]
         return points, self.starts
 
+    def spread_in_base(self, T_base_sensor: Array) -> tuple[Array, Array, Array]:
+        """Return number, mean and scatter of the points of each scan, from its triangular factor."""
+        return spread_in_base(self.R_metric[:, :3, :3], T_base_sensor)
+
     def fitted_target(self, T_base_sensor: Array, target: Target) -> Planes:
         """Return the planes of least squared distance to the points, the sensor's poses given."""
         assert isinstance(target, Planes)
-        counts, first, second = moments_in_base(self.points, self.starts, T_base_sensor)
+        counts, first, second = moments_in_base(self.R_metric[:, :3, :3], T_base_sensor)
         return fit_planes(target, self.target_index, counts, first, second)
 
     def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
         """Return the rows of two points on the line in which the scanner's plane cuts the target plane: ``b . c = 0`` for both."""
         assert isinstance(target, Planes)
         c, wrench, by_target = contact(T_base_sensor, target, index)
-        _, _, Vt = np.linalg.svd(c[:, None, :], full_matrices=True)
-        on_line = Vt[:, 1:, :]
-        return on_line @ wrench, on_line @ by_target, np.linalg.norm(c, axis=1) > 0
+        size = np.linalg.norm(c, axis=1, keepdims=True)
+        reached = size > 0
+        on_line = tangent_basis(np.where(reached, c / np.where(reached, size, 1.0), 1.0 / np.sqrt(3.0)))
+        return on_line @ wrench, on_line @ by_target, reached[:, 0]
 
     def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
         """Return ``R c`` and its derivatives; effects on points add their own functions of the points to c."""
@@ -178,9 +192,15 @@ class LineLaser(NoisyScans):
         """Return the scans weighted by the incidence of the estimate; sigma is measured where it was not stated."""
         assert isinstance(target, Planes)
         c, _, _ = contact(T_base_sensor, target, self.target_index)
+        sigma = self.sigma
+        if (
+            self.basis_names == LINE_BASIS
+            and not self.profiled
+            and (self.sigma_stated or self.noise is not None)
+        ):
+            return replace(self, R=line_factors(self.points, self.starts, c, self.error_axis, sigma))
         slant = self._incidence(c)
         basis = point_basis(self.basis_names, self.points, self.error_axis)
-        sigma = self.sigma
         if not self.sigma_stated and self.noise is None:
             unit = compress(basis / slant[:, None], self.starts)
             scatter, freedom = scatter_within(unit, c, np.diff(self.starts))

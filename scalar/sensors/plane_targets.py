@@ -81,7 +81,7 @@ def fit_planes(target: Planes, index: Array, counts: Array, first: Array, second
         index: ``(N,)``, which plane each pose measures.
         counts: ``(N,)``, ``first``: ``(N, 3)``, ``second``: ``(N, 3, 3)``: number, sum and sum of products of the points.
     """
-    normals, distances = target.normals, target.distances.copy()
+    normals, distances = target.normals.copy(), target.distances.copy()
     for k in range(len(normals)):
         mine = index == k
         total = counts[mine].sum()
@@ -94,21 +94,24 @@ def fit_planes(target: Planes, index: Array, counts: Array, first: Array, second
     return Planes.at(target.names, normals, distances)
 
 
-def moments_in_base(points: Array, starts: Array, T_base_sensor: Array) -> tuple[Array, Array, Array]:
+def moments_in_base(R: Array, T_base_sensor: Array) -> tuple[Array, Array, Array]:
     """Return number ``(N,)``, sum ``(N, 3)`` [m] and sum of products ``(N, 3, 3)`` [m^2] of the points of N scans, in the base frame.
 
     Args:
-        points: ``(P, 2)`` [m], x and z in the sensor's frame.
-        starts: ``(N + 1,)``, where each scan's points begin.
+        R: ``(N, 3, 3)``, triangular factors of ``[1, x, z]``, every point with the same weight: ``R'R`` holds all the sums.
         T_base_sensor: ``(N, 4, 4)``.
     """
-    counts = np.diff(starts).astype(float)
-    x, z = points.T
-    sums = np.add.reduceat(np.column_stack([points, x * x, x * z, z * z]), starts[:-1], axis=0)
     A = T_base_sensor[:, :3, [3, 0, 2]]  # origin, X and Z
-    moments = np.empty((len(counts), 3, 3))
-    moments[:, 0, 0] = counts
-    moments[:, 0, 1:] = moments[:, 1:, 0] = sums[:, :2]
-    moments[:, 1, 1], moments[:, 2, 2] = sums[:, 2], sums[:, 4]
-    moments[:, 1, 2] = moments[:, 2, 1] = sums[:, 3]
-    return counts, np.einsum("nij,nj->ni", A, moments[:, :, 0]), A @ moments @ np.swapaxes(A, 1, 2)
+    moments = np.swapaxes(R, 1, 2) @ R
+    return moments[:, 0, 0], np.einsum("nij,nj->ni", A, moments[:, :, 0]), A @ moments @ np.swapaxes(A, 1, 2)
+
+
+def spread_in_base(R: Array, T_base_sensor: Array) -> tuple[Array, Array, Array]:
+    """Return number ``(N,)`` and mean ``(N, 3)`` [m] of the points of N scans in the base frame, and factors ``(N, 2, 3)`` [m] of their scatter.
+
+    Of factors F, ``F'F`` is the sum of products of the points about their mean. Arguments as of ``moments_in_base``.
+    """
+    root = R[:, 0, 0]
+    X, Z, o = (T_base_sensor[:, :3, k] for k in (0, 2, 3))
+    mean = o + (R[:, 0, 1:2] * X + R[:, 0, 2:3] * Z) / root[:, None]
+    return np.rint(root**2), mean, R[:, 1:, 1:] @ np.stack([X, Z], axis=1)

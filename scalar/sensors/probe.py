@@ -47,6 +47,11 @@ class Probe(OnPlanes, PointByPoint):
         index = plane_targets(dataset)[0]
         return cls(np.zeros((len(index), 1)), index, stated_sigma(noise), noise is not None)
 
+    @property
+    def contact_factors(self) -> Array:
+        """Return the factors of ``n . o - d``, one row a contact, in standard deviations."""
+        return np.broadcast_to([1.0 / self.sigma, 0.0, 0.0], (len(self.target_index), 1, 3))
+
     def fitted_target(self, T_base_sensor: Array, target: Target) -> Planes:
         """Return the planes of least squared distance to the contacts."""
         assert isinstance(target, Planes)

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from scalar import kernels
 from scalar.geometry.planes import PARAMETERS_PER_PLANE, Planes
 from scalar.geometry.se3 import Array, skew
-from scalar.sensors.compression import compress_keeping_q
+from scalar.sensors.compression import compress, compress_keeping_q
 
 LINE_BASIS = ("1", "x", "z")
 _LEAST_INCIDENCE = 0.05  # |n . e|, 87 degrees: a grazing ray keeps a finite weight
@@ -48,6 +49,31 @@ def incidence(points: Array, starts: Array, c: Array, error_axis: str) -> Array:
     ux, uz = point_basis(("ux", "uz"), points, error_axis).T
     along = np.repeat(c[:, 1], counts) * ux + np.repeat(c[:, 2], counts) * uz
     return np.maximum(np.abs(along), _LEAST_INCIDENCE)
+
+
+def line_factors(
+    points: Array,
+    starts: Array,
+    c: Array | None = None,
+    error_axis: str = "ray",
+    sigma: float = 1.0,
+) -> Array:
+    """Return the triangular factors ``(N, 3, 3)`` of ``[1, x, z]`` over the points of every scan.
+
+    Args:
+        points: ``(P, 2)`` [m].
+        starts: ``(N + 1,)``, where each scan's points begin.
+        c: ``(N, 3)``, contact vectors, so that each point has the weight ``1 / (sigma |n . e_i|)``; None for weights of 1.
+        error_axis: The direction e_i in which the scanner errs.
+        sigma: [m].
+    """
+    compiled = kernels.compress(points, starts, c, along_z=error_axis != "ray", sigma=sigma)
+    if compiled is not None:
+        return compiled
+    basis = point_basis(LINE_BASIS, points, error_axis)
+    if c is not None:
+        basis /= (sigma * incidence(points, starts, c, error_axis))[:, None]
+    return compress(basis, starts)
 
 
 def contact(T_base_sensor: Array, planes: Planes, index: Array) -> tuple[Array, Array, Array]:

@@ -169,6 +169,11 @@ class Measurement(ABC):
         raise NotImplementedError
 
     @property
+    def contact_factors(self) -> Array | None:
+        """Return F ``(N, m, 3)`` where the rows are ``F c``, c the contact vector ``(n.o - d, n.X, n.Z)`` of a plane, else None."""
+        return None
+
+    @property
     def equations_per_pose(self) -> int:
         """Return how many independent equations a pose gives at most."""
         return self.rows_per_pose
@@ -181,6 +186,10 @@ class Measurement(ABC):
     def points_in_base(self, T_base_sensor: Array) -> tuple[Array, Array]:
         """Return the measured points in the base frame ``(P, 3)`` [m] and where each pose's begin ``(N + 1,)``: here the sensor's origin."""
         return T_base_sensor[:, :3, 3], np.arange(len(T_base_sensor) + 1)
+
+    def spread_in_base(self, T_base_sensor: Array) -> tuple[Array, Array, Array]:
+        """Return number ``(N,)`` and mean ``(N, 3)`` [m] of each pose's points in the base frame, and F ``(N, k, 3)`` [m], ``F'F`` their scatter."""
+        return np.ones(len(T_base_sensor)), T_base_sensor[:, :3, 3], np.zeros((len(T_base_sensor), 0, 3))
 
     # How the rows are weighted, and what the noise is
 

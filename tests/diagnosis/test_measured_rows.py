@@ -17,13 +17,18 @@ REFITS = ("joint_scale:3", "joint_scale:3,joint_harmonic:2:4", "base_compliance"
 def compressed(monkeypatch):
     """Return a list that grows by the number of functions of a point at every compression of all scans."""
     widths = []
-    compress = line_laser.compress
+    compress, line_factors = line_laser.compress, line_laser.line_factors
 
     def counted(basis, starts):
         widths.append(basis.shape[1])
         return compress(basis, starts)
 
+    def counted_lines(points, starts, *weights):
+        widths.append(3)
+        return line_factors(points, starts, *weights)
+
     monkeypatch.setattr(line_laser, "compress", counted)
+    monkeypatch.setattr(line_laser, "line_factors", counted_lines)
     return widths
 
 

@@ -189,8 +189,9 @@ def test_a_plane_scanned_on_one_line_is_refused(width, sigma, name):
     """A strip of a metre by 1.5 mm is a plane; with twice the width or seven of twice the standard deviations asked for, it is a line."""
     rng = np.random.default_rng(0)
     points = rng.standard_normal((500, 3)) * [1.0, width, 0.0]
+    spread = np.ones(500), points, np.zeros((500, 0, 3))
     measurement = SimpleNamespace(
-        points_in_base=lambda T: (points, np.array([0, 500])), target_index=np.array([0]), sigma=sigma
+        spread_in_base=lambda T: spread, target_index=np.zeros(500, dtype=int), sigma=sigma
     )
     residuals: Any = SimpleNamespace(
         measurement=measurement, kinematics=lambda model: SimpleNamespace(T_base_sensor=None)

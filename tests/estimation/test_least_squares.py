@@ -39,6 +39,11 @@ class Misra1a:
         [10.07, 14.73, 17.94, 23.93, 29.61, 35.18, 40.02, 44.82, 50.76, 55.05, 61.01, 66.4, 75.47, 81.78]
     )
 
+    known = None
+
+    def plane_problem(self, model):
+        return None
+
     def residual(self, model):
         b1, b2 = model.vector
         return b1 * (1 - np.exp(-b2 * self.x)) - self.y

@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 def source_files(names: Iterable[str], homes: Mapping[str, Path]) -> set[Path]:
-    """Return the files of modules and of all that they import of our packages, with the schemas beside them.
+    """Return the files of modules and of all that they import of our packages, with the schemas and the C sources beside them.
 
     Args:
         names: Modules with dots. homes: ``{package of ours: folder it lies in}``; imports of other packages are left out.
@@ -45,4 +45,4 @@ def _files_and_imports(name: str, home: Path) -> tuple[tuple[Path, ...], tuple[s
             names.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
             names.update([node.module, *(f"{node.module}.{alias.name}" for alias in node.names)])
-    return (path, *path.parent.glob("schemas/*.json")), tuple(sorted(names))
+    return (path, *path.parent.glob("schemas/*.json"), *path.parent.glob("*.[ch]")), tuple(sorted(names))

@@ -1,0 +1,139 @@
+"""The compiled inner loops, ``kernels.c``, where the set-up had a C compiler to build them; everything runs without them, several times slower.
+
+``hatch_build.py`` builds ``kernels.so`` beside this file. A library that was built from another source than the one that stands here is not
+used. ``SCALAR_KERNELS=off`` in the environment switches to NumPy.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import zlib
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_FOLDER = Path(__file__).parent
+_int, _at, _float = ctypes.c_int64, ctypes.c_void_p, ctypes.c_double
+
+
+class ProblemStruct(ctypes.Structure):
+    """``Problem`` of ``kernels.c``: a model of arm, sensor and planes."""
+
+    _fields_ = (
+        *((name, _int) for name in ("N", "n", "K", "m")),
+        *((name, _at) for name in ("q", "index", "factors", "T_base_0", "T_n_flange")),
+        *((name, _at) for name in ("R_sensor", "normals", "tangents")),
+    )
+
+
+class FreeStruct(ctypes.Structure):
+    """``Free`` of ``kernels.c``: which coordinates are free, with their priors."""
+
+    _fields_ = (("F", _int), *((name, _at) for name in ("free", "mean", "weight")))
+
+
+_ARGUMENTS = {
+    "frames": (_int, _int, _at, _at, _at, _at),
+    "compress": (_int, _at, _at, _at, ctypes.c_int, _float, _at),
+    "linearise": (ctypes.POINTER(ProblemStruct), _at, _at, _at),
+    "fit": (
+        ctypes.POINTER(ProblemStruct), ctypes.POINTER(FreeStruct), _float, _float, _int, _at,
+        ctypes.POINTER(_float), ctypes.POINTER(_int),
+    ),
+}  # fmt: skip
+
+
+def checksum(folder: Path = _FOLDER) -> int:
+    """Return a number that changes with the C source in a folder; ``hatch_build.py`` builds it into the library."""
+    found = 0
+    for path in sorted([*folder.glob("*.h"), *folder.glob("*.c")]):
+        found = zlib.crc32(path.read_bytes(), found)
+    return found
+
+
+def load(library: Path = _FOLDER / "kernels.so", source: Path = _FOLDER) -> ctypes.CDLL | None:
+    """Return a library, or None where there is none, or one that was built from another source than stands in a folder."""
+    if os.environ.get("SCALAR_KERNELS") == "off":
+        return None
+    try:
+        found = ctypes.CDLL(str(library))
+        found.source_checksum.restype = ctypes.c_uint32
+        if found.source_checksum() != checksum(source):
+            return None
+        for name, arguments in _ARGUMENTS.items():
+            getattr(found, name).argtypes = arguments
+    except (OSError, AttributeError):
+        return None
+    return found
+
+
+LIBRARY = load()
+
+
+def contiguous(values: NDArray[np.generic]) -> Array:
+    """Return an array as the library reads it: float64, row by row."""
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def checked(status: int) -> None:
+    """Raise what a function of the library reports.
+
+    Raises:
+        MemoryError: It got no memory.
+    """
+    if status < 0:
+        raise MemoryError
+
+
+def frames(q: Array, geometry: Array, T_base_0: Array) -> Array | None:
+    """Return ``T_base_i`` of every joint's frame ``(N, n + 1, 4, 4)``, or None without the library.
+
+    Args:
+        q: ``(N, n)`` [rad].
+        geometry: ``(5, n)``, rows a [m], alpha [rad], d [m], theta [rad], beta [rad].
+        T_base_0: ``(4, 4)``.
+    """
+    if LIBRARY is None:
+        return None
+    N, n = q.shape
+    q, geometry, T_base_0 = contiguous(q), contiguous(geometry), contiguous(T_base_0)
+    found = np.empty((N, n + 1, 4, 4))
+    checked(
+        LIBRARY.frames(N, n, q.ctypes.data, geometry.ctypes.data, T_base_0.ctypes.data, found.ctypes.data)
+    )
+    return found
+
+
+def compress(
+    points: Array,
+    starts: NDArray[np.int64],
+    contact: Array | None = None,
+    *,
+    along_z: bool = False,
+    sigma: float = 1.0,
+) -> Array | None:
+    """Return the triangular factors ``(N, 3, 3)`` of ``[1, x, z]``, each point with its weight; None without the library, or for an empty scan.
+
+    Args:
+        points: ``(P, 2)`` [m].
+        starts: ``(N + 1,)``.
+        contact: ``(N, 3)``, or None for weights of 1. The weight is ``1 / (sigma |n . e|)``, e the direction in which a point errs.
+        along_z: Whether that is z instead of the ray.
+        sigma: [m].
+    """
+    if LIBRARY is None:
+        return None
+    points = contiguous(points)
+    starts = np.ascontiguousarray(starts, dtype=np.int64)
+    place = None if contact is None else contiguous(contact)
+    N = len(starts) - 1
+    found = np.empty((N, 3, 3))
+    at = None if place is None else place.ctypes.data
+    checked(
+        LIBRARY.compress(N, points.ctypes.data, starts.ctypes.data, at, along_z, sigma, found.ctypes.data)
+    )
+    return found

@@ -1,0 +1,65 @@
+/* Frames of a chain of modified Denavit-Hartenberg parameters. */
+
+#pragma once
+
+#include "vectors.h"
+
+typedef struct {
+    double ca, sa, cb, sb, a, d, theta;
+} Link;
+
+static void link_of(const double *geometry, int64_t n, int64_t i, Link *link) {
+    link->a = geometry[i];
+    link->ca = cos(geometry[n + i]), link->sa = sin(geometry[n + i]);
+    link->d = geometry[2 * n + i], link->theta = geometry[3 * n + i];
+    link->cb = cos(geometry[4 * n + i]), link->sb = sin(geometry[4 * n + i]);
+}
+
+/* R (3 x 3) and o (3) become those of the next frame: Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d). */
+static inline void step(const Link *k, double q, double *R, double *o) {
+    double c = cos(q + k->theta), s = sin(q + k->theta), next[9];
+    double L[9] = {k->cb * c, -k->cb * s, k->sb,
+                   k->sa * k->sb * c + k->ca * s, k->ca * c - k->sa * k->sb * s, -k->sa * k->cb,
+                   k->sa * s - k->ca * k->sb * c, k->ca * k->sb * s + k->sa * c, k->ca * k->cb};
+    double t[3] = {k->a + L[2] * k->d, L[5] * k->d, L[8] * k->d};
+    for (int r = 0; r < 3; r++) {
+        o[r] += R[3 * r] * t[0] + R[3 * r + 1] * t[1] + R[3 * r + 2] * t[2];
+        for (int j = 0; j < 3; j++)
+            next[3 * r + j] = R[3 * r] * L[j] + R[3 * r + 1] * L[3 + j] + R[3 * r + 2] * L[6 + j];
+    }
+    memcpy(R, next, sizeof next);
+}
+
+static void write_frame(const double *R, const double *o, double *T) {
+    for (int r = 0; r < 3; r++) {
+        memcpy(T + 4 * r, R + 3 * r, 3 * sizeof(double));
+        T[4 * r + 3] = o[r];
+    }
+    T[12] = T[13] = T[14] = 0.0, T[15] = 1.0;
+}
+
+static void read_frame(const double *T, double *R, double *o) {
+    for (int r = 0; r < 3; r++) {
+        memcpy(R + 3 * r, T + 4 * r, 3 * sizeof(double));
+        o[r] = T[4 * r + 3];
+    }
+}
+
+/* frames (N, n + 1, 4, 4) from q (N, n), geometry (5, n), T_base_0 (4, 4). */
+int frames(int64_t N, int64_t n, const double *q, const double *geometry, const double *T_base_0, double *out) {
+    Link *links = malloc((size_t)(n + 1) * sizeof(Link));
+    if (!links) return -1;
+    for (int64_t i = 0; i < n; i++) link_of(geometry, n, i, links + i);
+    for (int64_t p = 0; p < N; p++) {
+        double R[9], o[3];
+        read_frame(T_base_0, R, o);
+        write_frame(R, o, out);
+        out += 16;
+        for (int64_t i = 0; i < n; i++, out += 16) {
+            step(links + i, q[p * n + i], R, o);
+            write_frame(R, o, out);
+        }
+    }
+    free(links);
+    return 0;
+}

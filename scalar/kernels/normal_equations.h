@@ -1,0 +1,94 @@
+/* Cost, J'J and J'r of a model on planes by its free coordinates. */
+
+#pragma once
+
+#include "plane_model.h"
+
+#define BLOCK 96 /* rows that are multiplied at once: a multiple of LANES and of 3 */
+
+typedef struct {
+    int64_t F;
+    const int64_t *free;   /* (F,), indices of the free coordinates */
+    const double *mean;    /* (F,), of priors */
+    const double *weight;  /* (F,), of priors; 0 where there is none */
+} Free;
+
+static double prior_cost(const Free *v, const double *x) {
+    double sum = 0.0;
+    for (int64_t f = 0; f < v->F; f++) {
+        double r = v->weight[f] != 0.0 ? v->weight[f] * (x[v->free[f]] - v->mean[f]) : 0.0;
+        sum += r * r;
+    }
+    return sum;
+}
+
+static double cost_at(const Problem *p, const Free *v, State *s, const double *x) {
+    double sum = prior_cost(v, x), c[3];
+    state_at(p, x, s);
+    for (int64_t at = 0; at < p->N; at++) {
+        pose(p, s, at, c, NULL, NULL, NULL);
+        double part = 0.0;
+        for (int64_t r = 0; r < p->m; r++) {
+            double f = dot3(p->factors + 3 * (at * p->m + r), c);
+            part += f * f;
+        }
+        sum += part;
+    }
+    return sum;
+}
+
+/* Adds the products of a block of columns (F, BLOCK) to the lower triangle of H (F, F). */
+static inline void add_products(const double *G, int64_t F, double *H) {
+    for (int64_t i = 0; i < F; i += 2)
+        for (int64_t j = 0; j <= i; j += 2) {
+            const double *a0 = G + i * BLOCK, *a1 = a0 + BLOCK, *b0 = G + j * BLOCK, *b1 = b0 + BLOCK;
+            double s00[4] = {0}, s01[4] = {0}, s10[4] = {0}, s11[4] = {0};
+            for (int r = 0; r < BLOCK; r += 4)
+                for (int l = 0; l < 4; l++) {
+                    s00[l] += a0[r + l] * b0[r + l], s01[l] += a0[r + l] * b1[r + l];
+                    s10[l] += a1[r + l] * b0[r + l], s11[l] += a1[r + l] * b1[r + l];
+                }
+            H[i * F + j] += (s00[0] + s00[1]) + (s00[2] + s00[3]);
+            if (i + 1 < F) H[(i + 1) * F + j] += (s10[0] + s10[1]) + (s10[2] + s10[3]);
+            if (j + 1 < F && j + 1 <= i) H[i * F + j + 1] += (s01[0] + s01[1]) + (s01[2] + s01[3]);
+            if (i + 1 < F && j + 1 < F) H[(i + 1) * F + j + 1] += (s11[0] + s11[1]) + (s11[2] + s11[3]);
+        }
+}
+
+/* H = J'J (lower triangle) and g = J'r by the free coordinates, priors included. */
+static inline void normal_equations(const Problem *p, const Free *v, State *s, const double *x, double *H, double *g, double *G, double *work) {
+    int64_t A = 5 * p->n + 6, F = v->F, row = 0;
+    double c[3], by_plane[9], r[BLOCK], *by = work + 15 * p->n;
+    memset(H, 0, (size_t)(F * F) * sizeof(double));
+    memset(g, 0, (size_t)F * sizeof(double));
+    state_at(p, x, s);
+    for (int64_t at = 0; at <= p->N; at++) {
+        if (row + p->m > BLOCK || at == p->N) {
+            for (int64_t f = 0; f < F; f++) memset(G + f * BLOCK + row, 0, (size_t)(BLOCK - row) * sizeof(double));
+            for (int64_t k = row; k < BLOCK; k++) r[k] = 0.0;
+            add_products(G, F, H);
+            for (int64_t f = 0; f < F; f++) g[f] += dot(G + f * BLOCK, r, BLOCK);
+            row = 0;
+        }
+        if (at == p->N) break;
+        pose(p, s, at, c, by, by_plane, work);
+        for (int64_t k = 0; k < p->m; k++, row++) {
+            const double *w = p->factors + 3 * (at * p->m + k);
+            r[row] = dot3(w, c);
+            for (int64_t f = 0; f < F; f++) {
+                int64_t j = v->free[f], own = j - A - 3 * p->index[at];
+                double d = 0.0;
+                if (j < A)
+                    d = w[0] * by[j] + w[1] * by[A + j] + w[2] * by[2 * A + j];
+                else if (own >= 0 && own < 3)
+                    d = w[0] * by_plane[own] + w[1] * by_plane[3 + own] + w[2] * by_plane[6 + own];
+                G[f * BLOCK + row] = d;
+            }
+        }
+    }
+    for (int64_t f = 0; f < F; f++)
+        if (v->weight[f] != 0.0) {
+            H[f * F + f] += v->weight[f] * v->weight[f];
+            g[f] += v->weight[f] * v->weight[f] * (x[v->free[f]] - v->mean[f]);
+        }
+}

@@ -1,0 +1,29 @@
+"""The fit through lmfit: the same optimum and standard errors as the fit that a calibration makes, and lmfit's report of it."""
+
+import lmfit
+import numpy as np
+import pytest
+
+from scalar.estimation.least_squares import fit
+from scalar.estimation.lmfit_fit import fit_with_lmfit
+from scalar.estimation.prepare import prepare
+from tests import helpers
+
+
+@pytest.mark.parametrize("kind", ["line-laser", "tracker"])
+def test_lmfit_ends_at_the_same_optimum(kind):
+    """Same cost to 1e-10, values within 1e-6 standard errors, standard errors to 1e-6 by lmfit's own algebra; the report names every parameter."""
+    prepared = prepare(helpers.make_scene(kind=kind, seed=5, poses_per_plane=30).dataset)
+    model = prepared.initial.model
+    ours = fit(prepared.residuals, model, prepared.free)
+    theirs, result = fit_with_lmfit(prepared.residuals, model, prepared.free)
+    std = np.sqrt(np.diag(ours.covariance))
+    off = (theirs.model.vector - ours.model.vector)[prepared.free]
+    assert ours.converged and theirs.converged
+    assert theirs.chi_squared == pytest.approx(ours.chi_squared, rel=1e-10)
+    assert np.max(np.abs(off) / std) < 1e-6
+    errors = [parameter.stderr for parameter in result.params.values()]
+    np.testing.assert_allclose(np.array(errors, dtype=float), std, rtol=1e-6)
+    report = lmfit.fit_report(result)
+    names = [name for name, is_free in zip(model.names, prepared.free, strict=True) if is_free]
+    assert all(f"{name}:" in report for name in names)

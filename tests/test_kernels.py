@@ -1,0 +1,148 @@
+"""The compiled inner loops against their twins in NumPy: the same numbers, and the same refusal to use what is out of date."""
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from scalar import kernels
+from scalar.estimation import residuals
+from scalar.estimation.calibrate import calibrate
+from scalar.estimation.data_sheet_priors import data_sheet_priors
+from scalar.estimation.least_squares import fit
+from scalar.estimation.prepare import prepare
+from scalar.geometry.robot import link_transforms
+from scalar.sensors import profile
+from tests import helpers
+
+needs_library = pytest.mark.skipif(kernels.LIBRARY is None, reason="no compiled kernels here: no C compiler")
+
+
+def without(monkeypatch):
+    """Let NumPy serve alone."""
+    for module in (kernels, residuals):
+        monkeypatch.setattr(module, "LIBRARY", None)
+
+
+@needs_library
+@given(st.integers(1, 8), st.integers(1, 5), st.integers(0, 2**32 - 1))
+@settings(max_examples=20)
+def test_frames_are_the_products_of_link_transforms(n, N, seed):
+    """For any chain: ``T_base_i`` is the product of the links before, to rounding."""
+    rng = np.random.default_rng(seed)
+    geometry, q, T = rng.normal(size=(5, n)), rng.normal(size=(N, n)), np.eye(4)
+    T[:3, 3] = rng.normal(size=3)
+    found = kernels.frames(q, geometry, T)
+    assert found is not None
+    links, expected = link_transforms(geometry, q), np.broadcast_to(T, (N, 4, 4))
+    np.testing.assert_array_equal(found[:, 0], expected)
+    for i in range(n):
+        expected = expected @ links[:, i]
+        np.testing.assert_allclose(found[:, i + 1], expected, atol=1e-12)
+
+
+@needs_library
+@pytest.mark.parametrize("axis", ["ray", "z"])
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+def test_scans_are_compressed_alike(axis, noise, monkeypatch):
+    """Weighted or not, with and without noise, scans of one, two and many points: ``R'R`` and the rank are those of NumPy's factors."""
+    rng = np.random.default_rng(3)
+    starts = np.array([0, 1, 3, 40, 300])
+    x = rng.uniform(-0.1, 0.1, 300)
+    points = np.column_stack([x, 0.4 + 0.2 * x + noise * rng.normal(size=300)])
+    c = rng.normal(size=(4, 3))
+    for contact in (None, c):
+        compiled = profile.line_factors(points, starts, contact, axis, 2e-4)
+        with monkeypatch.context() as patch:
+            patch.setattr(kernels, "LIBRARY", None)
+            expected = profile.line_factors(points, starts, contact, axis, 2e-4)
+        np.testing.assert_allclose(compiled, expected, rtol=1e-11, atol=1e-11 * np.abs(expected).max())
+        np.testing.assert_array_equal(compiled == 0, expected == 0)
+
+
+@needs_library
+@pytest.mark.parametrize("kind", ["line-laser", "probe"])
+def test_rows_and_jacobian_are_those_of_numpy(kind, monkeypatch):
+    """At a model away from its references: rows and every column agree to rounding."""
+    prepared = prepare(helpers.make_scene(kind=kind, seed=2, poses_per_plane=20).dataset)
+    of, vector = prepared.residuals, prepared.coarse.vector
+    model = prepared.coarse.with_vector(vector + 1e-2 * np.random.default_rng(0).normal(size=len(vector)))
+    assert of.plane_problem(model) is not None
+    compiled = of.linearise(model)
+    assert np.array_equal(of.residual(model), compiled[0])
+    without(monkeypatch)
+    expected = of.linearise(model)
+    for one, other in zip(compiled, expected, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12 * np.abs(other).max())
+
+
+@needs_library
+@pytest.mark.parametrize("kind", ["line-laser", "probe"])
+def test_fits_end_at_the_optimum_of_minpack(kind, monkeypatch):
+    """From the initial estimate, with and without priors: same cost to 1e-10, values within 1e-6 standard errors of SciPy's."""
+    prepared = prepare(helpers.make_scene(kind=kind, seed=7, poses_per_plane=30).dataset)
+    for start in (prepared.initial.model, with_priors(prepared)):
+        ours = fit(prepared.residuals, start, prepared.free)
+        assert ours.message == "compiled" and ours.converged
+        with monkeypatch.context() as patch:
+            without(patch)
+            theirs = fit(prepared.residuals, start, prepared.free)
+        assert theirs.message != "compiled"
+        assert ours.chi_squared == pytest.approx(theirs.chi_squared, rel=1e-10)
+        off = (ours.model.vector - theirs.model.vector)[prepared.free]
+        assert np.max(np.abs(off) / np.sqrt(np.diag(theirs.covariance))) < 1e-6
+        np.testing.assert_allclose(
+            ours.covariance, theirs.covariance, rtol=1e-6, atol=1e-9 * theirs.covariance.max()
+        )
+
+
+def with_priors(prepared):
+    """Return the initial model with priors from the data sheet."""
+    model = prepared.initial.model
+    return replace(model, priors=data_sheet_priors(model, prepared.free), misfit_ratio=1.7)
+
+
+@needs_library
+def test_what_the_normal_equations_cannot_carry_goes_to_minpack():
+    """Two columns that differ in the ninth digit: the library gives up, and SciPy's orthogonal factors end the fit."""
+    prepared = prepare(helpers.make_scene(seed=2, poses_per_plane=20).dataset)
+    everything = np.ones(len(prepared.free), dtype=bool)  # the gauge as well
+    found = fit(prepared.residuals, prepared.initial.model, everything)
+    assert found.message != "compiled"
+    assert (
+        found.chi_squared
+        <= fit(prepared.residuals, prepared.initial.model, prepared.free).chi_squared * 1.001
+    )
+
+
+@needs_library
+def test_a_calibration_without_the_library_is_the_same(monkeypatch):
+    """All of ``calibrate``: what is free, values within 1e-4 standard errors (coarse fits end within their tolerance), and their errors."""
+    dataset = helpers.make_scene(seed=4, poses_per_plane=30).dataset
+    ours = calibrate(dataset)
+    without(monkeypatch)
+    theirs = calibrate(dataset)
+    assert ours.free == theirs.free and ours.fixed == theirs.fixed
+    std = np.sqrt(np.diag(theirs.covariance))
+    free = np.isin(ours.model.names, ours.free)
+    assert np.max(np.abs(ours.model.vector - theirs.model.vector)[free] / std) < 1e-4
+    np.testing.assert_allclose(np.sqrt(np.diag(ours.covariance)), std, rtol=1e-6)
+
+
+@needs_library
+def test_a_library_of_another_source_is_not_used(tmp_path, monkeypatch):
+    """After an update of the source alone, NumPy serves until the set-up has built anew; so it does where SCALAR_KERNELS is off."""
+    folder = Path(kernels.__file__).parent
+    library = shutil.copy(folder / "kernels.so", tmp_path / "kernels.so")
+    assert kernels.load(library, folder) is not None
+    shutil.copytree(folder, tmp_path / "source")
+    assert kernels.load(library, tmp_path / "source") is not None
+    with (tmp_path / "source" / "scans.h").open("a") as file:
+        file.write("\n")
+    assert kernels.load(library, tmp_path / "source") is None
+    monkeypatch.setenv("SCALAR_KERNELS", "off")
+    assert kernels.load(library, folder) is None
