@@ -11,6 +11,7 @@ would remain: an F test, and an evidence (half the drop of the Bayesian informat
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -236,9 +237,12 @@ def p_value(background: Background, gain: float, dof: int) -> float:
 
 
 def evidence(background: Background, gain: float, dof: int, tried: int) -> float:
-    """Return the log evidence for a candidate, in nats: fit less complexity less the log of how many of its kind were tried."""
+    """Return the log evidence for a candidate, in nats: fit less complexity less the log of how many of its kind were tried.
+
+    Of several effects together the choices multiply, beyond what a machine's integer holds.
+    """
     if dof == 0:
         return -np.inf
     rest, _ = remainder(background, gain, dof)
     n = background.freedom
-    return 0.5 * (n * np.log((rest + gain) / rest) - dof * np.log(n)) - np.log(max(tried, 1))
+    return 0.5 * (n * np.log((rest + gain) / rest) - dof * np.log(n)) - math.log(max(tried, 1))

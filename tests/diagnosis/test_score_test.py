@@ -161,6 +161,14 @@ def test_evidence_pays_for_complexity_and_for_trying():
     assert evidence(background, 30.0, 1, 1) > evidence(background, 20.0, 1, 1)
 
 
+def test_choices_beyond_the_integers_of_a_machine():
+    """A dozen effects together, each picked from some hundreds, are more choices than 64 bits hold: their logarithms add up."""
+    background = problem(7)[3]
+    apart = evidence(background, 20.0, 1, 1) - evidence(background, 20.0, 1, 500)
+    together = evidence(background, 20.0, 1, 1) - evidence(background, 20.0, 1, 500**12)
+    assert together == pytest.approx(12 * apart)
+
+
 def test_rows_without_content_are_no_degrees_of_freedom():
     """Rows that are zero for every model (a scan of two points has no curvature) are not counted as noise."""
     r, J, _, _ = problem(8)
