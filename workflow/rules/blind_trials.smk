@@ -17,6 +17,7 @@ TRIALS_TABLES = [
     "power",
     "thresholds",
     "by_workcell",
+    "by_scene",
     "nulls",
     "pairs",
     "unknown",

@@ -1,5 +1,7 @@
 # The paper: its numbers and figures from the results, its text from paper/. A part of the results that a config does
 # not ask for is left out, section and all, and the title says that it is a draft.
+from study.paper.trials import TABLES as REPORTED_TABLES
+
 PAPER = ROOT / "paper"
 PAPER_NUMBERS = {"headline": f"{HEADLINE}/numbers.json"}  # {part: file whose leaves the text quotes}
 PAPER_FIGURES = {  # {as the text calls it: file}
@@ -34,11 +36,23 @@ if (TRIALS_SUMMARIES / "numbers.json").exists():
     for name in TRIALS_FIGURES:
         PAPER_FIGURES[f"blind_trials/{name}.svg"] = f"{RESULTS}/paper/blind_trials/{name}.svg"
 
+TRIALS_REPORTED = [TRIALS_SUMMARIES / f"{name}.csv" for name in REPORTED_TABLES]
+TRIALS_REPORTED = TRIALS_REPORTED if "blind_trials" in PAPER_NUMBERS else []
+
+STRATIFIED_SUMMARIES = PAPER / "summaries/stratified"
+STRATIFIED_REPORTED = []
+if (STRATIFIED_SUMMARIES / "numbers.json").exists():
+    PAPER_NUMBERS["stratified"] = local(STRATIFIED_SUMMARIES / "numbers.json")
+    STRATIFIED_REPORTED = [STRATIFIED_SUMMARIES / "table.csv"]
+
 MEASURED_SUMMARIES = PAPER / "summaries/measured"
 if (MEASURED_SUMMARIES / "numbers.json").exists():
     PAPER_NUMBERS["measured"] = local(MEASURED_SUMMARIES / "numbers.json")
     for name in MEASURED_FIGURES:
         PAPER_FIGURES[f"measured/{name}.svg"] = f"{RESULTS}/paper/measured/{name}.svg"
+
+if (MEASURED_SUMMARIES / "unseen.json").exists():
+    PAPER_NUMBERS["measured_later"] = local(MEASURED_SUMMARIES / "unseen.json")
 
 SENSITIVITY_SUMMARIES = PAPER / "summaries/sensitivity"
 if (SENSITIVITY_SUMMARIES / "numbers.json").exists():
@@ -152,7 +166,10 @@ rule gather_numbers:
         planes=resource("published_plane_errors.csv"),
         curves=resource("published_curves.csv"),
         claims=resource("published_claims.csv"),
-        modules=modules("study.paper.numbers", "study.paper.parts", "study.common.tables"),
+        judged=resource("judged_claims.csv"),
+        trials=[local(path) for path in TRIALS_REPORTED],
+        stratified=[local(path) for path in STRATIFIED_REPORTED],
+        modules=modules("study.paper.numbers", "study.paper.parts", "study.paper.trials", "study.common.tables"),
     output:
         f"{RESULTS}/paper/numbers.json",
     log:
@@ -162,6 +179,7 @@ rule gather_numbers:
     threads: 1
     params:
         parts=PAPER_NUMBERS,
+        trials=[path.stem for path in TRIALS_REPORTED],
         seeds=STUDIES["headline"]["seeds"],
         draft=config.get("paper", {}).get("draft", False),
     message:

@@ -9,7 +9,8 @@ with logged(snakemake.log):
     from scalar.data.io.atomic import write_json
     from study.common.tables import read_table
     from study.paper.numbers import gather
-    from study.paper.parts import compared, settings, setup, stated
+    from study.paper.parts import compared, conventions, settings, setup, stated
+    from study.paper.trials import reported_stratified, reported_trials
 
     given = snakemake.input
     parts = {
@@ -18,6 +19,14 @@ with logged(snakemake.log):
     }
     parts["setup"] = setup(Path(given.scene), Path(given.tilted), snakemake.params.seeds)
     parts["settings"] = settings()
-    parts["published"] = stated(*map(read_table, (given.headline, given.planes, given.curves, given.claims)))
+    parts["conventions"] = conventions()
+    parts["published"] = stated(
+        *map(read_table, (given.headline, given.planes, given.curves, given.claims, given.judged))
+    )
+    if given.trials:
+        names = snakemake.params.trials
+        parts["trials"] = reported_trials(dict(zip(names, map(read_table, given.trials), strict=True)))
+    if given.stratified:
+        parts["stratified"] |= reported_stratified(read_table(given.stratified[0]))
     parts["compared"] = compared(parts)
     write_json(snakemake.output[0], {"draft": snakemake.params.draft} | gather(parts))

@@ -70,6 +70,15 @@ def banded(value, low, high, least=None, most=None, **rest):
         ("count", 7.0, Found("", 8.0), FAILS),
         ("duration", 15.0, Found("proposed", 15.0 - STEP), CONFIRMED),
         ("duration", 15.0, Found("proposed", 15.0), FAILS),
+        ("duration", 15.0, Found("proposed", np.nan), ABSENT),
+        ("duration", 15.0, Found("proposed", 0.0), ABSENT),
+        ("reached", 1.0, banded(1.0, 0.9, 1.0, succeeded=MOST - STEP), DIFFERS),
+        ("reached", 1.0, banded(1.0, 0.9, 1.0, succeeded=MOST), CONFIRMED),
+        ("enough", 1.0, banded(1.0, 1, 1, succeeded=MOST - STEP), DIFFERS),
+        ("enough", 1.0, banded(CHANGED, 1, 1, succeeded=MOST - STEP), FAILS),
+        ("value", 1.0, banded(1.0, 0.9, 1.1, succeeded=0.5), DIFFERS),
+        ("fails", 1.0, banded(1.0, 1, 1), CONFIRMED),
+        ("fails", 1.0, banded(1.0, 1, 1, succeeded=0.0), DIFFERS),
     ],
 )
 def test_each_rule_on_both_sides_of_its_threshold(rule, published, found, verdict):
@@ -123,7 +132,7 @@ def test_verdicts_come_from_the_tables(published):
     )
     flat = Results(
         sweeps={
-            "poses": sweep({15: 9.0, 18: 197.0, 60: 1.0, 120: 1.0}, failed=6, lost=4),
+            "poses": pd.concat([sweep({15: 9.0}, failed=6, lost=4), sweep({18: 197.0, 60: 1.0, 120: 1.0})]),
             "plane_tilt": sweep({1: 1.0, 30: 1.0}),
         },
         singular_values=pd.DataFrame({"null": [False] * 32 + [True] * 7}),
@@ -170,6 +179,33 @@ def test_at_once_is_judged_by_the_case_that_suits_it_least(published):
     assert verdict(1.0, 1.0) == CONFIRMED
     assert verdict(1.0, 0.3) == DIFFERS
     assert verdict(0.4, 1.0) == FAILS
+
+
+def test_a_seed_without_a_calibration_has_no_plane_within_its_limits(published):
+    """Seeds are counted, and not the calibrations that happened to end."""
+    planes = pd.DataFrame(
+        {
+            "method": ["initial", "initial", "proposed"],
+            "seed": [1, 2, 1],
+            "distance_error_mm": [9.0, 9.0, 0.01],
+            "normal_error_deg": [9.0, 9.0, 0.001],
+        }
+    )
+    rows = judge_claims(published, Results(planes=planes)).set_index("claim")
+    assert rows.loc["plane_distance", ["found", "seeds", "verdict"]].tolist() == [0.5, 2, DIFFERS]
+
+
+def test_a_way_that_always_fails_confirms_nothing(published):
+    """That few poses do not suffice is shown by a way that succeeds with many."""
+
+    def verdict(failed_with_many):
+        few = sweep({15: 9.0}, failed=10)
+        many = sweep({120: 1.0}, failed=failed_with_many)
+        results = Results(sweeps={"poses": pd.concat([few, many])})
+        return judge_claims(published, results).set_index("claim").loc["poses_15", "verdict"]
+
+    assert verdict(0) == CONFIRMED
+    assert verdict(10) == DIFFERS
 
 
 def test_no_time_is_told(published):

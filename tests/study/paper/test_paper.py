@@ -1,4 +1,4 @@
-"""The paper: no number in it is typed, none that it quotes may be missing, and the same inputs give the same bytes."""
+"""The paper: each number in it has its key, none that it quotes may be missing, and the same inputs give the same bytes."""
 
 import hashlib
 import os
@@ -21,13 +21,13 @@ from tests.typst_text import pictures, quoted_keys, typed_numbers
 ROOT = Path(__file__).parents[3]
 PAPER = ROOT / "paper"
 TEXTS = [path for path in sorted(PAPER.rglob("*.typ")) if path.name != "style.typ"]
-LINE = '<svg xmlns="http://www.w3.org/2000/svg" width="40" height="20"><path d="M0 0 40 20" stroke="black"/></svg>'
+LINE = '<svg xmlns="http://www.w3.org/2000/svg" width="400" height="{height}"><path d="M0 0 40 20" stroke="black"/></svg>'
 PARTS = re.compile(r"#section\(\"(\w+)\", \"([^\"]+)\"")
 
 
 @pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
-def test_no_number_in_the_text_is_typed(path):
-    """A result is read from the results: what is typed there is no number, whatever it is written with."""
+def test_every_number_in_the_text_has_its_key(path):
+    """A number is read from the results, or written beside its key and checked by the compiler; none stands alone."""
     assert typed_numbers(path.read_text(encoding="utf-8")) == []
 
 
@@ -46,6 +46,7 @@ def test_no_semicolon_is_swallowed(path):
         '#figure(image("a.svg"), caption: [below 0.1 mm])',
         '#picture("a.svg", [Errors of 30 seeds.]) <fig-a>',
         "*strong 17*",
+        'the #says("conventions.interval", "95 %") interval, and 7 more',
         "in thirty workcells",
         "leaning by three degrees",
         '#if has("x") [ of 96 % ]',
@@ -73,6 +74,7 @@ def test_a_typed_number_is_found(text):
         '#picture("figure-3.svg", width: 60%, [What to see.]) <fig-3>',
         "#set text(size: 9.6pt)\nthree planes",
         '`theta_6` and #name("held.7").',
+        'An interval of #says("conventions.interval", "95 %") holds #says("setup.seeds", "30") seeds.',
     ],
 )
 def test_what_is_no_number_is_left_alone(text):
@@ -154,6 +156,24 @@ def test_a_missing_number_is_named(tmp_path):
         typeset(written(tmp_path / "bad", '#n("headline.no_such_mm")'), numbers, {})
 
 
+@pytest.mark.parametrize(
+    ("key", "right", "wrong"),
+    [
+        ("a.error_mm", "0.5 mm", "0.6 mm"),
+        ("a.error_mm", "0.50", "0.5 m"),
+        ("a.share", "95 %", "94 %"),
+        ("a.share", "94.7 %", "95.0 %"),
+        ("a.seeds", "30", "31"),
+    ],
+)
+def test_a_written_number_is_checked_against_its_key(tmp_path, key, right, wrong):
+    """Text and results say the same, in some rounding, or the text is not typeset and the message has both."""
+    numbers = gather({"a": {"error_mm": 0.5, "share": 0.947, "seeds": 30}})
+    typeset(written(tmp_path / "good", f'#says("{key}", "{right}")'), numbers, {})
+    with pytest.raises(InvalidInput, match=rf"'{wrong}' where the results have '{re.escape(key)}'"):
+        typeset(written(tmp_path / "bad", f'#says("{key}", "{wrong}")'), numbers, {})
+
+
 def test_a_missing_figure_is_named(tmp_path):
     """A figure that is not among the results stops the paper, by name."""
     with pytest.raises(InvalidInput, match=r"no_such\.svg"):
@@ -172,7 +192,7 @@ def test_a_letter_that_no_font_has_is_refused(tmp_path):
         )
 
 
-def invented(tmp_path: Path) -> tuple[dict[str, Any], dict[str, Path]]:
+def invented(tmp_path: Path, height: int = 200) -> tuple[dict[str, Any], dict[str, Path]]:
     """Return a number for every key that the text quotes, and a picture for every figure: enough to typeset all of it."""
     text = "\n".join(path.read_text(encoding="utf-8") for path in TEXTS)
     numbers = {key: entry("word" if how == "name" else 0.25, "") for key, how in quoted_keys(text).items()}
@@ -180,7 +200,7 @@ def invented(tmp_path: Path) -> tuple[dict[str, Any], dict[str, Path]]:
         numbers |= {f"{key}.count": entry(2, ""), f"{key}.1": entry("one", ""), f"{key}.2": entry("two", "")}
     numbers["setup.seeds"] = entry(30, "")
     line = tmp_path / "line.svg"
-    line.write_text(LINE, encoding="utf-8")
+    line.write_text(LINE.format(height=height), encoding="utf-8")
     parts = [part for part, file in PARTS.findall(text) if (PAPER / file).exists()]
     return {"draft": True, "parts": parts, "numbers": numbers}, {name: line for name in pictures(text)}
 

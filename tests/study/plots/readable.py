@@ -17,6 +17,8 @@ from matplotlib.text import Text
 
 LEAST_SIZE = 6.0
 """Size of the smallest text [pt]."""
+ROUNDING = 0.05
+"""Of a size that follows from two widths [pt]."""
 SLACK = 1.0
 """How far boxes of text may reach into one another or over the edge [pt]: a box is larger than its letters."""
 
@@ -101,9 +103,11 @@ def overlap(a: np.ndarray, b: np.ndarray) -> float:
     return float(min(depths))
 
 
-def small_texts(figure: Figure) -> list[str]:
-    """Return what is written smaller than LEAST_SIZE."""
-    return [t.get_text() for t in texts(figure) if t.get_fontsize() < LEAST_SIZE]
+def small_texts(figure: Figure, printed_in: float | None = None) -> list[str]:
+    """Return what is written smaller than LEAST_SIZE, at the width at which the figure is printed [in]; None: at its own."""
+    own = float(figure.get_size_inches()[0])
+    scale = 1.0 if printed_in is None else printed_in / own
+    return [t.get_text() for t in texts(figure) if t.get_fontsize() * scale < LEAST_SIZE - ROUNDING]
 
 
 def overlapping_texts(figure: Figure) -> list[tuple[str, str]]:
@@ -167,14 +171,15 @@ def _values(axes: Any) -> list[tuple[str, np.ndarray]]:
     return found
 
 
-def assert_readable(figure: Figure, cut_off: float = 0.0) -> None:
+def assert_readable(figure: Figure, cut_off: float = 0.0, printed_in: float | None = None) -> None:
     """Fail with the words concerned if text is too small, stands on other text, is cut off by the edge, or data are cut off.
 
     Args:
         figure: What is judged.
         cut_off: Share of the values of one artist that the axes may cut off, where a figure says that it does so.
+        printed_in: Width at which it stands in the paper [in]; None: it does not.
     """
-    assert small_texts(figure) == []
+    assert small_texts(figure, printed_in) == []
     assert overlapping_texts(figure) == []
     assert texts_outside(figure) == []
     assert [entry for entry in data_outside(figure) if entry[1] > cut_off] == []

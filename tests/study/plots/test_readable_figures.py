@@ -13,10 +13,12 @@ from study.common.methods import BOUND, METHODS
 from study.common.tables import read_table
 from study.headline.summary import QUANTITIES
 from study.plots import blind_trials, measured
+from study.plots.confidence import draw_confidence
 from study.plots.correlation import draw_correlation
 from study.plots.published_curves import draw_curves, draw_recovery, draw_support
+from study.plots.sensitivity import draw_sensitivity
 from study.plots.sequential import draw_sequential
-from study.plots.style import new_figure, styled
+from study.plots.style import PAGE_IN, new_figure, styled
 from study.plots.sweep import draw_sweep
 from study.plots.sweep_overview import draw_overview
 from study.plots.worked_example import draw_worked_example
@@ -197,6 +199,8 @@ DRAWN = {
         "errors": blind_trials.draw_errors_after(summary("blind_trials", "errors")),
         "reliability": blind_trials.draw_reliability(summary("blind_trials", "reliability")),
     },
+    "confidence": lambda: {"": draw_confidence(summary("confidence", "reliability"))},
+    "sensitivity": lambda: {"": draw_sensitivity(summary("sensitivity", "settings"))},
     "measured": lambda: {
         "errors": measured.draw_errors(summary("measured", "errors")),
         "gears": measured.draw_gears(summary("measured", "gears")),
@@ -204,12 +208,27 @@ DRAWN = {
 }
 
 
+PRINTED = {
+    **{("headline", part): PAGE_IN for part in ("errors", "parameters")},
+    ("headline", "singular_values"): 0.72 * PAGE_IN,
+    **{
+        (name, ""): PAGE_IN for name in ("correlation", "workspace", "sequential", "sweeps", "worked example")
+    },
+    **{("blind trials", part): PAGE_IN for part in ("confusion", "power", "errors")},
+    ("published curves", "curves"): PAGE_IN,
+    ("measured", "gears"): PAGE_IN,
+    ("confidence", ""): PAGE_IN,
+    ("sensitivity", ""): PAGE_IN,
+}
+"""Width of the figures that the paper shows [in]; the others are looked at on a screen."""
+
+
 @pytest.mark.parametrize("name", DRAWN)
 def test_a_figure_can_be_read(name):
     """Every text and every value is there to be seen."""
     for part, figure in DRAWN[name]().items():
         try:
-            readable.assert_readable(figure)
+            readable.assert_readable(figure, printed_in=PRINTED.get((name, part)))
         except AssertionError as error:
             raise AssertionError(f"{name} {part}: {error}") from None
 

@@ -30,6 +30,7 @@ def summarise(sets: Frame, study: Study) -> tuple[dict[str, Any], dict[str, Fram
         "power": summaries.power(every, study),
         "thresholds": summaries.thresholds(every, study),
         "by_workcell": summaries.by_workcell(every),
+        "by_scene": summaries.by_scene(every),
         "nulls": summaries.nulls(every),
         "pairs": summaries.pairs(every),
         "unknown": summaries.unknown(every),

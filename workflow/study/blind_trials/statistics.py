@@ -12,6 +12,7 @@ from scalar.geometry.se3 import Array
 
 LEVEL = 0.95  # of all intervals
 DRAWS = 400  # of the bootstrap
+CLUSTER_DRAWS = 4000  # of the bootstrap of shares, which costs little
 _SEED = 20_261_121
 
 
@@ -25,6 +26,27 @@ def wilson(successes: int, trials: int, level: float = LEVEL) -> tuple[float, fl
     half = z * np.sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials))
     scale = 1 + z * z / trials
     return max(0.0, float((centre - half) / scale)), min(1.0, float((centre + half) / scale))
+
+
+def clustered(hits: Array, groups: Sequence[object], level: float = LEVEL) -> tuple[float, float]:
+    """Return the interval of a share of sets that share scenes, by drawing whole scenes anew (bootstrap of clusters).
+
+    Sets of one scene have poses and noise in common and are no independent trials, so that Wilson's interval is too narrow or, where
+    the scenes differ less than chance would have it, too wide. Where all are alike the draws cannot differ, and the interval is Wilson's
+    for one trial a scene.
+
+    Args:
+        hits: ``(n,)`` of 0 and 1. groups: ``(n,)``, the scene of each.
+    """
+    names, member = np.unique(np.array([str(group) for group in groups]), return_inverse=True)
+    hits = np.asarray(hits, dtype=float)
+    if len(names) == 0 or hits.min() == hits.max():
+        return wilson(int(len(names) * hits[:1].sum()), len(names), level)
+    right, tried = np.bincount(member, weights=hits), np.bincount(member).astype(float)
+    chosen = np.random.default_rng(_SEED).integers(len(names), size=(CLUSTER_DRAWS, len(names)))
+    shares = right[chosen].sum(axis=1) / tried[chosen].sum(axis=1)
+    low, high = np.quantile(shares, [0.5 - level / 2, 0.5 + level / 2])
+    return float(low), float(high)
 
 
 def half_point(x: Array, found: Array) -> float:

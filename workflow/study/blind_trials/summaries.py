@@ -193,6 +193,17 @@ def by_workcell(judged: Frame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["case", "workcell", "sets", "right"])
 
 
+def by_scene(judged: Frame) -> pd.DataFrame:
+    """Return a row a set of one effect of the natural size: its scene (workcell and seed) and whether it was named right.
+
+    Sets of one scene share poses and noise: intervals of shares draw whole scenes (``statistics.clustered``).
+    """
+    natural = of_kind(judged, "single")
+    natural = natural[natural["size"] == NATURAL]
+    table = natural[["case", "workcell", "seed"]].reset_index(drop=True)
+    return table.assign(right=(natural["outcome"] == "right").to_numpy(dtype=int))
+
+
 def median(values: Any) -> float | None:
     """Return the median of what is finite, or None."""
     return quantile(values, 0.5)

@@ -10,7 +10,10 @@ values are medians over the seeds with 5 and 95 % quantiles, raw errors, walls u
 - ``unaffected``: as ``enough``, either way, and every fit succeeds; does not hold where fewer than ``MOST`` do.
 - ``within``, ``fails``, ``at_once``: a share of the seeds. Confirmed from ``MOST`` on, does not hold below one half, differs between; ``at_once``
   also differs where it fails in another case than the headline.
-- ``count``: confirmed where equal, else it does not hold. ``duration``: confirmed where a fit takes less.
+- ``count``: confirmed where equal, else it does not hold. ``duration``: confirmed where a fit takes less; without a time, open.
+
+A fit that failed confirms nothing: where fewer than ``MOST`` of the fits succeed, ``reached``, ``value`` and ``enough`` differ at best; a seed
+without a calibration has no plane within its limits; and ``fails`` needs a way that succeeds where there are enough data.
 """
 
 from __future__ import annotations
@@ -79,10 +82,20 @@ class Found:
 
 
 def judge(rule: str, published: float, found: Found) -> tuple[str, str]:
-    """Return the verdict of a rule on what one way found, and why."""
+    """Return the verdict of a rule on what one way found, and why; failed fits confirm nothing."""
+    verdict, why = _judge(rule, published, found)
+    if verdict == CONFIRMED and rule in ("reached", "value", "enough", "fails") and found.succeeded < MOST:
+        where = "with enough data " if rule == "fails" else ""
+        return DIFFERS, f"{why}, but {where}only {_percent(found.succeeded)} of the fits succeed"
+    return verdict, why
+
+
+def _judge(rule: str, published: float, found: Found) -> tuple[str, str]:
     if rule == "count":
         same = found.value == published
         return (CONFIRMED, "the same count") if same else (FAILS, f"we count {found.value:g}")
+    if rule == "duration" and not 0 < found.value < np.inf:
+        return ABSENT, "no time was measured"
     if rule == "duration":  # no seconds are told: the table is the same on any machine that is fast enough
         return (CONFIRMED, "a fit takes less") if found.value < published else (FAILS, "a fit takes longer")
     if rule in ("within", "fails", "at_once"):
@@ -141,17 +154,8 @@ def judge_claims(published: pd.DataFrame, results: Results) -> pd.DataFrame:
             if claim["rule"] == "at_once" and verdict == CONFIRMED and found.low < MOST:
                 verdict, why = DIFFERS, f"{why}, but {_percent(found.low)} in the case that suits it least"
             value = np.nan if claim["rule"] == "duration" else found.value
-            rows.append(
-                stem
-                | {
-                    "way": found.way,
-                    "found": value,
-                    "low": found.low,
-                    "high": found.high,
-                    "seeds": found.seeds,
-                }
-                | {"verdict": verdict, "why": why}
-            )
+            band = {"found": value, "low": found.low, "high": found.high, "seeds": found.seeds}
+            rows.append(stem | {"way": found.way} | band | {"verdict": verdict, "why": why})
         if not answers:
             rows.append(
                 stem | {"way": "", "seeds": 0, "verdict": ABSENT, "why": "no table of this run answers it"}
@@ -186,16 +190,19 @@ def _of_headline(claim: Mapping[str, Any], summary: Any) -> list[Found]:
 
 
 def _spread(way: str, row: Mapping[str, Any]) -> Found:
-    return Found(way, row["median"], row["p05"], row["p95"], row["min"], row["max"], int(row["seeds"]))
+    failed = row.get("not_converged", row.get("failed", 0) + row.get("lost", 0))
+    band = (row[name] for name in ("median", "p05", "p95", "min", "max"))
+    return Found(way, *band, int(row["seeds"]), 1 - failed / row["seeds"])
 
 
 def _of_planes(claim: Mapping[str, Any], planes: Any) -> list[Found]:
-    """Return the share of seeds in which every plane lies within the claim."""
+    """Return the share of seeds in which every plane lies within the claim; in a seed without a calibration none does."""
     rows = planes[planes["method"] != INITIAL]
+    seeds = planes["seed"].unique()
     inside = rows[claim["quantity"]].abs() <= float(claim["published"])
     found = []
     for way, of_way in inside.groupby(rows["method"], sort=False):
-        whole = of_way.groupby(rows["seed"]).all()
+        whole = of_way.groupby(rows["seed"]).all().reindex(seeds, fill_value=False)
         found.append(Found(str(way), float(whole.mean()), seeds=len(whole)))
     return found
 
@@ -215,7 +222,8 @@ def _of_sweep(claim: Mapping[str, Any], summary: Any) -> list[Found]:
             continue
         bad = (here["failed"] + here["lost"]) / here["seeds"]
         if claim["rule"] == "fails":
-            found.append(Found(str(way), bad, seeds=int(here["seeds"])))
+            enough = 1.0 if there is None else 1 - (there["failed"] + there["lost"]) / there["seeds"]
+            found.append(Found(str(way), bad, seeds=int(here["seeds"]), succeeded=enough))
         elif there is not None:
             ratio = here["median"] / there["median"]
             found.append(Found(str(way), ratio, seeds=int(here["seeds"]), succeeded=1 - bad))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import asin, hypot
+from math import asin, exp, hypot, log
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +12,25 @@ import pandas as pd
 from scalar.baseline import fit as baseline
 from scalar.baseline.parameterisation import DH_KINDS, SENSOR
 from scalar.diagnosis.settings import DEFAULTS
+from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.flexible.unattributed import Unattributed
 from scalar.effects.joint_harmonic import MAX_ORDER, MAX_RIPPLE_ORDER
 from scalar.effects.registry import known
 from scalar.geometry import parallel_axes
-from scalar.units import DEG, MM
+from scalar.units import DEG, MM, MRAD
+from study.blind_trials.statistics import LEVEL
+from study.blind_trials.trial_score import MUCH_WORSE, WORSE
 from study.common.methods import INITIAL, PROPOSED
 from study.common.statistics import BAND, QUANTITIES
+from study.published_curves.curves import LEFT_OUT
+from study.sweeps.numbers import NEAR_BOUND
 
 EQUATIONS_PER_POSE = 2
 """A scan of a plane is a straight line: an offset and a slope, however many points it has."""
+CLIPPED = "baseline-clip"
+"""The reading of the root that needs no more than a root that is defined: what the manifold adds is judged beside it."""
+FEW_POSES = 60
+"""Poses of the row of the stratified trials that is named after them."""
 VARIANCE_COMPONENTS = 2
 """Effects that are variance components: jitter of the poses, and an error common to a scan."""
 
@@ -99,14 +108,34 @@ def settings() -> dict[str, Any]:
     }
 
 
+def conventions() -> dict[str, Any]:
+    """Return the numbers that belong to no result: levels of intervals, widths of bands."""
+    return {
+        "interval": LEVEL,
+        "standard_errors": 2,
+        "band_low": BAND[0],
+        "band_high": BAND[1],
+        "near_bound": NEAR_BOUND,
+        "worse": WORSE - 1,
+        "much_worse": MUCH_WORSE - 1,
+        "few_poses": FEW_POSES,
+    }
+
+
 def stated(
-    headline: pd.DataFrame, planes: pd.DataFrame, curves: pd.DataFrame, claims: pd.DataFrame
+    headline: pd.DataFrame,
+    planes: pd.DataFrame,
+    curves: pd.DataFrame,
+    claims: pd.DataFrame,
+    judged: pd.DataFrame,
 ) -> dict[str, Any]:
     """Return what the original paper states: ``headline.initial``, ``planes``, ``curves.noise.0.01``, the columns below.
 
+    ``headline`` and ``curves`` are its plot data; ``text`` holds the rounded numbers of its text, as printed.
+
     Args:
         headline: published_headline.csv. planes: published_plane_errors.csv. curves: published_curves.csv.
-        claims: published_claims.csv.
+        claims: published_claims.csv. judged: judged_claims.csv.
     """
     columns = list(QUANTITIES)
     states: Any = headline.set_index("state")[columns]
@@ -122,6 +151,11 @@ def stated(
         },
         "curves": by_sweep,
         "claims": {row["claim"]: int(row["value"]) for row in claims.to_dict("records")},
+        "text": {
+            row["quantity"]: float(row["published"])
+            for row in judged.to_dict("records")
+            if row["source"] == "headline" and row["rule"] == "reached"
+        },
         "points": len(curves),
     }
 
@@ -143,6 +177,16 @@ def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
             _unitless(name): initial["raw"][name]["mean"] / ours["raw"][name]["mean"] for name in QUANTITIES
         },
     }
+    clip = methods.get(CLIPPED)
+    if clip is not None:
+        found["clip_over_proposed"] = {
+            _unitless(name): clip["raw"][name]["mean"] / ours["raw"][name]["mean"] for name in QUANTITIES
+        }
+    if "published_curves" in parts:
+        chosen = [e for e in parts["published_curves"]["left_out"] if e["reason"] == LEFT_OUT]
+        found["left_out"] = {e["sweep"]: int(e["value"]) for e in chosen}
+        found["workcells"] = _workcells(parts["published_curves"], found["published_over_proposed"])
+    found["nonparallel"] = _nonparallel(parts.get("measured", {}).get("sets", {}))
     curve = sorted(map(float, parts["published"]["curves"]["noise"]))
     setup = parts["setup"]
     held = parts["headline"]["identifiability"]["zero_singular_values"]
@@ -157,6 +201,36 @@ def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
         worse = case["ways"]["robot_first"]["one_pass"]["worse_than_at_once"]["position_mean"]
         found["sequential"] = {"one_pass_wins": 1.0 - worse}
     return found
+
+
+def _nonparallel(sets: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the axis that each measured set finds out of parallel: its joint and by how much."""
+    return {
+        name: {
+            "joint": effect["target"]["joint"],
+            "angle_mrad": effect["coefficients"]["beta_rad"]["value"] / MRAD,
+        }
+        for name, content in sets.items()
+        for effect in content["effects"]
+        if effect["name"] == AxisNonparallel.name
+    }
+
+
+def _workcells(curves: Mapping[str, Any], times: Mapping[str, float]) -> dict[str, Any]:
+    """Return by what factor errors differ from workcell to workcell, and how many such factors lie between the published error and ours.
+
+    Args:
+        curves: The numbers of the published curves. times: The published errors over ours.
+    """
+    spread = {_unitless(name): std for name, std in curves["offset_std"]["point"].items()}
+    shifts = [offsets[QUANTITIES[0]] for offsets in curves["other_workcells"].values()]
+    return {
+        "count": len(shifts),
+        "factor": {name: exp(std) for name, std in spread.items()},
+        "published_in_std": {name: log(times[name]) / std for name, std in spread.items()},
+        "least_factor": exp(min(shifts)) if shifts else None,
+        "greatest_factor": exp(max(shifts)) if shifts else None,
+    }
 
 
 def _unitless(quantity: str) -> str:

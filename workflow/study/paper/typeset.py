@@ -8,15 +8,18 @@ the network.
 from __future__ import annotations
 
 import datetime
+import json
 import shutil
 import tempfile
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal
 
 from scalar.data.io.atomic import atomic_write, write_json
 from scalar.errors import Fault, InvalidInput
+from study.paper.layout import layout_faults
 
 MAIN = "paper/paper.typ"
 NUMBERS = "results/numbers.json"
@@ -46,6 +49,32 @@ def typeset(
     Raises:
         InvalidInput: The text does not compile; the first line says why, as for a number that is not there.
     """
+    with _compiler(text, numbers, figures) as compiler:
+        made = compiler.compile(
+            format=output_format,
+            ppi=points_per_inch,
+            timestamp=CREATED,
+            pdf_standards=ARCHIVE if output_format == "pdf" else [],
+        )
+    assert made is not None
+    return made if isinstance(made, list) else [made]
+
+
+def placed(text: Path, numbers: Mapping[str, Any], figures: Mapping[str, Path]) -> list[dict[str, Any]]:
+    """Return what the typesetter says of the places of figures, captions, tables and formulas: the metadata ``<placed>`` of style.typ.
+
+    Arguments and errors as for ``typeset``.
+    """
+    with _compiler(text, numbers, figures) as compiler:
+        try:
+            return json.loads(compiler.query("<placed>", field="value"))
+        except RuntimeError as error:  # what a query raises where a compilation raises a TypstError
+            raise InvalidInput(Fault(str(text), f"cannot be typeset: {error}")) from None
+
+
+@contextmanager
+def _compiler(text: Path, numbers: Mapping[str, Any], figures: Mapping[str, Path]) -> Iterator[Any]:
+    """Lay out text and results under one root; what the compiler cannot do is a fault of the text."""
     import typst  # of the workflow's extra: calibrating one's own data does not need it
 
     with tempfile.TemporaryDirectory(prefix="paper-") as folder:
@@ -57,27 +86,27 @@ def typeset(
             shutil.copyfile(source, target)
         write_json(root / NUMBERS, numbers)
         write_json(root / FILES, sorted(figures))
-        compiler = typst.Compiler(root / MAIN, root=root, ignore_system_fonts=True)
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("error")  # a font that is missing is no paper
-                made = compiler.compile(
-                    format=output_format,
-                    ppi=points_per_inch,
-                    timestamp=CREATED,
-                    pdf_standards=ARCHIVE if output_format == "pdf" else [],
-                )
+                yield typst.Compiler(root / MAIN, root=root, ignore_system_fonts=True)
         except (typst.TypstError, typst.TypstWarning) as error:
             reason = str(error).replace(str(root), "").replace("\n", " ")
             raise InvalidInput(Fault(str(text), f"cannot be typeset: {reason}")) from None
-    assert made is not None
-    return made if isinstance(made, list) else [made]
 
 
 def write_paper(
     output: str | Path, text: Path, numbers: Mapping[str, Any], figures: Mapping[str, Path]
 ) -> None:
-    """Write the paper to a PDF, whole or not at all; arguments as for ``typeset``."""
+    """Write the paper to a PDF, whole or not at all; arguments as for ``typeset``.
+
+    Raises:
+        InvalidInput: As for ``typeset``, or something hides something else or reaches over the edge of a page. A draft may.
+    """
     (document,) = typeset(text, numbers, figures)
+    if faults := layout_faults(placed(text, numbers, figures)):
+        if not numbers.get("draft"):
+            raise InvalidInput([Fault(str(text), fault) for fault in faults])
+        print("\n".join(faults))
     with atomic_write(output) as temporary:
         temporary.write_bytes(document)

@@ -54,12 +54,12 @@ def draw_confusion(confusion: pd.DataFrame, least_size: float = 1.0) -> Figure:
         counts[cases.index(row["case"]), names.index(row["named"])] += row["count"]
     share = counts / counts.sum(axis=1, keepdims=True)
     with styled():
-        figure = new_figure(10.2, 1.9 + 0.31 * len(cases))
+        figure = new_figure(9.2, 1.9 + 0.23 * len(cases))
         ax = figure.subplots()
         ax.imshow(share, cmap=_GREYS, vmin=0, vmax=1, aspect="auto")
         for i, j in np.argwhere(counts > 0):
             colour = "white" if share[i, j] > _DARK else "black"
-            ax.text(j, i, f"{counts[i, j]:.0f}", ha="center", va="center", fontsize=7.5, color=colour)
+            ax.text(j, i, f"{counts[i, j]:.0f}", ha="center", va="center", fontsize=8, color=colour)
         for i, case in enumerate(cases):
             wanted = "unattributed" if case.startswith("unknown") else case.split("-")[0]
             if wanted in names:
@@ -97,7 +97,7 @@ def draw_power(power: pd.DataFrame, thresholds: pd.DataFrame) -> Figure:
     columns = 4
     rows = -(-len(cases) // columns)
     with styled():
-        figure = new_figure(10.4, 0.9 + 1.75 * rows)
+        figure = new_figure(9.2, 0.9 + 2.0 * rows)
         axes = np.atleast_2d(figure.subplots(rows, columns, sharey=True))
         for ax in axes.ravel()[len(cases) :]:
             ax.set_axis_off()
@@ -138,7 +138,7 @@ def _power_panel(ax: Axes, rows: Any, half: Any) -> None:
     labels = []
     for size, signal in zip(sizes, rows["signal_over_noise"], strict=True):
         labels.append(f"{numeral(size, 1)}\n{numeral(float(signal), 1) if np.isfinite(signal) else '–'}")
-    ax.set_xticks(place, labels, fontsize=6.5)
+    ax.set_xticks(place, labels, fontsize=8)
     ax.set_ylim(0, 1.13)
     ax.set_yticks([0, 0.5, 1])
     ax.grid(visible=False, axis="x")
@@ -155,7 +155,7 @@ def draw_errors_after(errors: pd.DataFrame, size: float = 1.0) -> Figure:
     rows = rows[~rows["case"].str.startswith("null")]
     place = -np.arange(len(rows))
     with styled():
-        figure = new_figure(8.6, 1.2 + 0.29 * len(rows))
+        figure = new_figure(8.6, 1.2 + 0.22 * len(rows))
         ax = figure.subplots()
         columns = [rows[f"mean_{when}_mm"].to_numpy(dtype=float) for when in ("before", "after", "control")]
         before, after, control = columns

@@ -26,7 +26,7 @@ def draw_confidence(reliability: pd.DataFrame) -> Figure:
         reliability: reliability.csv.
     """
     with styled():
-        figure = new_figure(9.6, 3.7)
+        figure = new_figure(8.6, 3.5)
         for ax, kind in zip(figure.subplots(1, len(KINDS), sharex=True, sharey=True), KINDS, strict=True):
             some: Any = reliability[(reliability["kind"] == kind) & (reliability["answers"] > 0)]
             x, y = (some[name].to_numpy(dtype=float) for name in ("mean_stated", "share"))

@@ -64,5 +64,5 @@ def draw_correlation(correlation: pd.DataFrame) -> Figure:
                 ax.axvline(edge - 0.5, color="black", linewidth=1.0)
         for i, j in zip(*np.nonzero(np.abs(np.tril(matrix, -1)) > _SHOWN), strict=True):
             text = f"{matrix[i, j]:.2f}".replace("0.", ".").replace("-", "−")
-            ax.text(float(j), float(i), text, ha="center", va="center", fontsize=6, color="white")
+            ax.text(float(j), float(i), text, ha="center", va="center", fontsize=7.5, color="white")
     return figure

@@ -27,7 +27,7 @@ def draw_errors(errors: pd.DataFrame, summary: pd.DataFrame, published: pd.DataF
     methods = list(dict.fromkeys(errors["method"]))
     stated: Any = published.set_index("state")
     with styled():
-        figure = new_figure(10.4, 7.2)
+        figure = new_figure(8.6, 7.0)
         axes = figure.subplots(2, 2, sharex=True)
         for row, names in zip(axes, _PANELS, strict=True):
             for ax, quantity in zip(row, names, strict=True):

@@ -24,7 +24,7 @@ def draw_parameters(parameters: pd.DataFrame, summary: pd.DataFrame, method: str
     rows: Any = summary[summary["method"] == method]
     every: Any = parameters[(parameters["method"] == method) & parameters["std"].notna()]
     with styled():
-        figure = new_figure(9.6, 6.2)
+        figure = new_figure(8.6, 6.2)
         if rows.empty:
             figure.text(0.5, 0.5, f"{look.label}: no fit gave standard errors", ha="center")
             return figure

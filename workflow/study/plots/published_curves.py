@@ -42,7 +42,7 @@ def draw_curves(candidates: pd.DataFrame, predictions: pd.DataFrame) -> Figure:
     sweeps = [name for name in _SWEEPS if name in set(table["sweep"])]
     looks: Any = _LOOKS
     with styled():
-        figure = new_figure(2.5 * max(len(sweeps), 2), 9.6)
+        figure = new_figure(1.84 * max(len(sweeps), 3), 8.6)
         axes = np.atleast_2d(figure.subplots(len(QUANTITY_LABELS), len(sweeps), sharey="row", squeeze=False))
         for row, quantity in zip(axes, QUANTITY_LABELS, strict=True):
             for ax, sweep in zip(row, sweeps, strict=True):

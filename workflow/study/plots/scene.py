@@ -13,7 +13,7 @@ from matplotlib.patheffects import withStroke
 
 from study.plots.style import new_figure, styled
 
-_WIDTH = 7.2  # in
+_WIDTH = 5.0  # in: text of 9 pt is 6 pt in a column of the paper
 _MARGIN = 12  # pixels that stay around what is not background
 _BACKGROUND = 0.995
 

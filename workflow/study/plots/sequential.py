@@ -32,7 +32,7 @@ def draw_sequential(errors: pd.DataFrame, summary: pd.DataFrame) -> Figure:
     """
     raw: Any = errors[(errors["alignment"] == "raw") & errors[_QUANTITY].notna()]
     with styled():
-        figure = new_figure(10.4, 4.6)
+        figure = new_figure(9.2, 4.6)
         left, right = figure.subplots(1, 2, width_ratios=[1, 1.15])
         alternating: Any = summary[summary["stage"] == "alternating"]
         case = alternating["case"].iloc[0] if len(alternating) else raw["case"].iloc[0]

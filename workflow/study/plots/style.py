@@ -34,6 +34,9 @@ LOOKS = {
 }
 """The argument of the root in the baseline may become negative; the name says what is done then."""
 
+PAGE_IN, COLUMN_IN = 6.93, 3.33
+"""Width of a figure of the paper over the page, and in one of its columns."""
+
 PUBLISHED_COLOUR = "#000000"
 
 QUANTITY_LABELS = {

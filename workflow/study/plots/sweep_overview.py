@@ -37,7 +37,7 @@ def draw_overview(
     columns = min(COLUMNS, len(summaries))
     seeds, methods = 0, []
     with styled():
-        figure = new_figure(3.6 * columns, 0.7 + 3.5 * rows)
+        figure = new_figure(2.75 * columns, 0.9 + 3.2 * rows)
         grid = figure.subplots(2 * rows, columns, squeeze=False, height_ratios=[3.0, 0.75] * rows)
         for ax in grid.ravel()[2 * columns * (rows - 1) :]:
             ax.set_axis_off()

@@ -33,7 +33,7 @@ def draw_worked_example(
     """
     joint = numbers["found"]["joint"]
     with styled():
-        figure = new_figure(10.4, 6.6)
+        figure = new_figure(8.6, 6.6)
         grid = figure.add_gridspec(2, 6)
         top = [figure.add_subplot(grid[0, 2 * k : 2 * k + 2]) for k in range(3)]
         candidates, bars = figure.add_subplot(grid[1, :3]), figure.add_subplot(grid[1, 3:])
@@ -42,7 +42,7 @@ def draw_worked_example(
             _residuals(ax, poses, when, limit)
             ax.set_xlabel(f"angle of joint {joint} [°]")
         top[0].set_title("1. the residual without an effect")
-        top[0].legend(loc="lower left", fontsize=7, ncols=3, columnspacing=0.8, handletextpad=0.2)
+        top[0].legend(loc="lower left", fontsize=7.5, ncols=3, columnspacing=0.8, handletextpad=0.2)
         _asked(top[1], poses, curve)
         top[1].set_xlabel(f"angle of joint {joint} [°]")
         top[1].set_ylabel(f"error of joint {joint} [°]")

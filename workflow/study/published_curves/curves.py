@@ -49,6 +49,9 @@ class Curves:
     log_errors: Array
 
 
+LEFT_OUT = "left out by the config"
+"""The reason of a run that could be weighed and is not."""
+
 # Column of Setting that each published sweep varies, and what its unit is in SI (degrees stay).
 _VARIED: dict[str, tuple[str, float]] = {
     "noise": ("sigma", MM),
@@ -81,7 +84,7 @@ def read_curves(
         if setting.poses < least_poses:
             reason = "fewer equations than unknowns"
         elif float(row["value"]) in map(float, leave_out.get(str(row["sweep"]), ())):
-            reason = "left out by the config"
+            reason = LEFT_OUT
         elif errors in seen:
             reason = "the same run as in another sweep"
         else:

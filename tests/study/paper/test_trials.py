@@ -1,0 +1,87 @@
+"""What the paper quotes of the blind trials: intervals by second opinion, counts that add up, bad cases not left out."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from study.blind_trials.statistics import clustered, wilson
+from study.common.tables import read_table
+from study.paper.trials import TABLES, reported_stratified, reported_trials
+
+SUMMARIES = Path(__file__).parents[3] / "paper/summaries"
+
+
+@pytest.fixture(scope="module")
+def reported():
+    """Return what is quoted of the committed tables."""
+    return reported_trials({name: read_table(SUMMARIES / "blind_trials" / f"{name}.csv") for name in TABLES})
+
+
+@given(st.lists(st.booleans(), min_size=2, max_size=12), st.integers(1, 5))
+def test_copies_within_a_scene_add_nothing(hits, copies):
+    """A scene that is diagnosed several times with the same end is one trial: the interval stays as it is."""
+    scenes = list(range(len(hits)))
+    once = clustered(np.array(hits, float), scenes)
+    assert clustered(np.repeat(np.array(hits, float), copies), np.repeat(scenes, copies).tolist()) == once
+    low, high = once
+    assert 0.0 <= low <= np.mean(hits) <= high <= 1.0
+
+
+def test_where_all_scenes_are_alike_the_interval_is_wilsons():
+    """Draws that cannot differ would give no interval at all."""
+    assert clustered(np.ones(40), [k % 8 for k in range(40)]) == wilson(8, 8)
+    assert clustered(np.zeros(40), [k % 8 for k in range(40)]) == wilson(0, 8)
+
+
+def test_independent_scenes_have_the_interval_of_independent_trials():
+    """With one set a scene the bootstrap agrees with Wilson's interval to its own accuracy."""
+    hits = np.arange(200) % 10 > 0
+    assert clustered(hits.astype(float), list(range(200))) == pytest.approx(wilson(180, 200), abs=0.012)
+
+
+def test_every_set_is_counted_once(reported):
+    """Shares are of all sets; the gain that leaves no residual is in one of them and not in the other."""
+    natural = reported["natural"]
+    assert natural["all"]["sets"] == natural["observable"]["sets"] + natural["unobservable"]["sets"]
+    assert natural["all"]["count"] == natural["observable"]["count"] + natural["unobservable"]["named"]
+    assert (
+        natural["observable"]["sets"] - natural["observable"]["count"] == natural["observable"]["not_right"]
+    )
+    smaller = reported["smaller"]
+    assert (
+        smaller["named"] + smaller["missed"] + smaller["unattributed"] + smaller["unobservable"]
+        == smaller["sets"]
+    )
+    unknown = read_table(SUMMARIES / "blind_trials/unknown.csv")
+    groups = [reported["unknown"][group] for group in ("same_formula", "imitated", "other")]
+    for size in ("natural", "smaller"):
+        assert sum(group[size]["sets"] for group in groups) == unknown["unattributed_sets"].sum() / 2
+    assert sum(group["kinds"] for group in groups) == unknown["case"].nunique()
+
+
+def test_the_committed_scenes_agree_with_the_committed_workcells():
+    """The same sets, counted by scene and by workcell."""
+    scenes = read_table(SUMMARIES / "blind_trials/by_scene.csv").groupby(["case", "workcell"])["right"]
+    cells = read_table(SUMMARIES / "blind_trials/by_workcell.csv").set_index(["case", "workcell"])
+    assert scenes.sum().to_dict() == cells["right"].to_dict()
+    assert scenes.size().to_dict() == cells["sets"].to_dict()
+
+
+def test_the_worst_correction_comes_first(reported):
+    """No effect whose correction is farther from the control is left out before one that is nearer."""
+    worst = [row["median"] for row in reported["after_over_control"]["worst"]]
+    errors = read_table(SUMMARIES / "blind_trials/errors.csv")
+    named = errors[(errors["size"] == 1) & ~errors["case"].str.startswith(("null", "pairs", "unknown"))]
+    assert worst == sorted(worst, reverse=True)
+    assert worst[0] == named["after_over_control"].max()
+
+
+def test_stratified_rates_add_up():
+    """The row of all is the sum of the rows; what was not recorded stays open."""
+    reported = reported_stratified(read_table(SUMMARIES / "stratified/table.csv"))
+    for rate in ("clean", "worse", "much_worse"):
+        assert reported["all"][rate]["count"] == sum(row[rate]["count"] for row in reported["rows"])
+    assert reported["all"]["sets"] == sum(row["sets"] for row in reported["rows"])
+    assert reported["all"]["missed"]["count"] is None

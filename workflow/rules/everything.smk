@@ -1,0 +1,76 @@
+# Everything by one version of the code: the default target, the studies that have targets of their own, and a second paper from their fresh
+# summaries instead of the committed ones. Many hours on two cores, and the files of the measured robots.
+#   snakemake everything --cores 2
+FRESH_SUMMARIES = {
+    "blind_trials": f"{TRIALS_DIR}/summaries",
+    "confidence": CONFIDENCE_DIR,
+    "measured": f"{MEASURED}/summaries",
+    "sensitivity": f"{SENSITIVITY_DIR}/summaries",
+    "processors": f"{PROCESSORS_DIR}/summaries",
+}
+FRESH_NUMBERS = PAPER_NUMBERS | {
+    part: f"{folder}/numbers.json" for part, folder in FRESH_SUMMARIES.items() if part in PAPER_NUMBERS
+}
+FRESH_FIGURES = {
+    name: f"{RESULTS}/{name.replace('/', '/figures/')}" if name.split("/")[0] in FRESH_SUMMARIES else path
+    for name, path in PAPER_FIGURES.items()
+}
+
+
+localrules:
+    everything,
+
+
+use rule gather_numbers as gather_fresh_numbers with:
+    input:
+        parts=list(FRESH_NUMBERS.values()),
+        scene=local(ROOT / STUDIES["headline"]["scene"]),
+        tilted=local(ROOT / "configs/scenes/paper_tilted.yaml"),
+        headline=resource("published_headline.csv"),
+        planes=resource("published_plane_errors.csv"),
+        curves=resource("published_curves.csv"),
+        claims=resource("published_claims.csv"),
+        judged=resource("judged_claims.csv"),
+        trials=[f"{TRIALS_DIR}/summaries/{path.name}" for path in TRIALS_REPORTED],
+        stratified=[local(path) for path in STRATIFIED_REPORTED],
+        modules=modules("study.paper.numbers", "study.paper.parts", "study.paper.trials", "study.common.tables"),
+    output:
+        f"{RESULTS}/everything/numbers.json",
+    log:
+        f"{RESULTS}/logs/everything/gather_numbers.log",
+    params:
+        parts=FRESH_NUMBERS,
+        trials=[path.stem for path in TRIALS_REPORTED],
+        seeds=STUDIES["headline"]["seeds"],
+        draft=config.get("paper", {}).get("draft", False),
+    message:
+        "Gathering the numbers of everything"
+
+
+use rule paper as fresh_paper with:
+    input:
+        numbers=rules.gather_fresh_numbers.output[0],
+        text=[local(path) for path in sorted(PAPER.rglob("*")) if path.suffix in (".typ", ".bib")],
+        figures=list(FRESH_FIGURES.values()),
+        modules=modules("study.paper.typeset"),
+    output:
+        f"{RESULTS}/everything/paper.pdf",
+    log:
+        f"{RESULTS}/logs/everything/paper.log",
+    params:
+        text=lambda w, input: os.path.commonpath(input.text),
+        figures=FRESH_FIGURES,
+    message:
+        "Typesetting the paper from summaries of one version"
+
+
+rule everything:
+    input:
+        rules.all.input,
+        rules.blind_trials.input,
+        rules.blind_trials_stratified.input,
+        rules.confidence.input,
+        rules.measured.input,
+        rules.sensitivity.input,
+        rules.processors.input,
+        rules.fresh_paper.output,

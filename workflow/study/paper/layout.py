@@ -1,0 +1,77 @@
+"""Whether every figure, caption, table and formula of the paper has a place of its own: by the typesetter's own boxes, not by pixels.
+
+``style.typ`` marks the upper left and the lower right corner of each, and the natural width of formulas and tables. No two boxes of a
+page may overlap, none may reach over the margins, and nothing may be wider than its column.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+SLACK = 0.5  # [pt] by which boxes may reach into one another: rounding
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box on a page: what it is, and its edges from the upper left corner of the page [pt]."""
+
+    what: str
+    page: int
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+
+def layout_faults(marks: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return a sentence for each fault of the layout; none if there is none.
+
+    Args:
+        marks: As ``typeset.placed`` returns them: corners, ``{what, corner, page, x, y}``; widths, ``{what, page, width, room}``;
+            and one ``{left, top, right, bottom}``, the edges of what the margins leave of a page; lengths in pt.
+    """
+    page = next(mark for mark in marks if "left" in mark)
+    found = boxes([mark for mark in marks if "corner" in mark])
+    faults = [
+        f"page {a.page}: {a.what} and {b.what} overlap"
+        for a, b in itertools.combinations(found, 2)
+        if a.page == b.page and _overlap(a, b) > SLACK
+    ]
+    for box in found:
+        over = max(
+            page["left"] - box.left,
+            page["top"] - box.top,
+            box.right - page["right"],
+            box.bottom - page["bottom"],
+        )
+        if over > SLACK:
+            faults.append(f"page {box.page}: {box.what} reaches {over:.0f} pt over the margin")
+    for mark in marks:
+        if "width" in mark and mark["width"] > mark["room"] + SLACK:
+            over = mark["width"] - mark["room"]
+            faults.append(f"page {mark['page']}: {mark['what']} is {over:.0f} pt wider than its column")
+    return faults
+
+
+def boxes(corners: Sequence[Mapping[str, Any]]) -> list[Box]:
+    """Return the boxes of pairs of corners; one that lies on two pages reaches over the edge of the first."""
+    started: dict[str, list[Mapping[str, Any]]] = {}
+    found = []
+    for mark in corners:
+        if mark["corner"] == "start":
+            started.setdefault(mark["what"], []).append(mark)
+            continue
+        first = started[mark["what"]].pop()
+        bottom = mark["y"] if mark["page"] == first["page"] else float("inf")
+        found.append(Box(mark["what"], first["page"], first["x"], first["y"], mark["x"], bottom))
+    return found
+
+
+def _overlap(a: Box, b: Box) -> float:
+    """Return how far two boxes of one page reach into one another, the lesser of both directions; <= 0: apart."""
+    across = min(a.right, b.right) - max(a.left, b.left)
+    down = min(a.bottom, b.bottom) - max(a.top, b.top)
+    return min(across, down)
