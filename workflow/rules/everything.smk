@@ -33,7 +33,9 @@ use rule gather_numbers as gather_fresh_numbers with:
         judged=resource("judged_claims.csv"),
         trials=[f"{TRIALS_DIR}/summaries/{path.name}" for path in TRIALS_REPORTED],
         stratified=[local(path) for path in STRATIFIED_REPORTED],
-        modules=modules("study.paper.numbers", "study.paper.parts", "study.paper.trials", "study.common.tables"),
+        modules=modules(
+            "study.paper.numbers", "study.paper.parts", "study.paper.trials", "study.common.tables"
+        ),
     output:
         f"{RESULTS}/everything/numbers.json",
     log:

@@ -169,7 +169,9 @@ rule gather_numbers:
         judged=resource("judged_claims.csv"),
         trials=[local(path) for path in TRIALS_REPORTED],
         stratified=[local(path) for path in STRATIFIED_REPORTED],
-        modules=modules("study.paper.numbers", "study.paper.parts", "study.paper.trials", "study.common.tables"),
+        modules=modules(
+            "study.paper.numbers", "study.paper.parts", "study.paper.trials", "study.common.tables"
+        ),
     output:
         f"{RESULTS}/paper/numbers.json",
     log:
