@@ -12,7 +12,7 @@ from typing import Any
 import pandas as pd
 
 from study.blind_trials.numbers import UNOBSERVABLE
-from study.blind_trials.score import NOISES
+from study.blind_trials.score import NOISES, SLACK_POSES
 from study.blind_trials.statistics import LEVEL, clustered, wilson
 from study.blind_trials.summaries import NATURAL
 
@@ -42,6 +42,7 @@ def reported_trials(tables: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     errors: Any = tables["errors"]
     return {
         "interval": LEVEL,
+        "slack_poses": SLACK_POSES,
         "natural": _natural(tables["by_scene"], tables["power"]),
         "smaller": _smaller(tables["power"]),
         "unknown": _unknown(tables["unknown"]),

@@ -1,0 +1,102 @@
+"""First rivals of the diagnosis: textbook selection on the same candidate columns, at the same fitted model without effects.
+
+``stepwise`` is orthogonal least squares (Chen, Billings and Luo, 1989): the candidate of greatest evidence is added and all is refitted, until
+no candidate lowers the Bayesian information criterion. ``lasso`` (Tibshirani, 1996) shrinks the coefficients of all columns together; the
+penalty is the one of least BIC, nonzero coefficients being counted. Neither holds poses out, lists what is confounded, or can say that it
+does not know. The lasso has no columns for changes at a moment: there are as many as poses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from scalar.diagnosis.candidate_columns import CandidateColumns, named_candidates
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.merging import merged
+from scalar.diagnosis.ranking import rank
+from scalar.effects import Effect
+from scalar.geometry.se3 import Array
+
+MOST_EFFECTS = 10
+LEAST_SHARE = (
+    1e-3  # of a column's squared length that the model does not explain: below it, the column is rounding
+)
+PENALTIES, LEAST_PENALTY = (
+    60,
+    1e-3,
+)  # on the path; the last as a share of the one at which the first column enters
+SWEEPS, TOLERANCE = 1000, 1e-7  # of coordinate descent; the tolerance in units of the largest correlation
+
+
+def stepwise(before: FittedState) -> list[dict[str, Any]]:
+    """Return the effects that forward selection by BIC adds to a state without effects, as entries of ``diagnosis.json``."""
+    tried, state = named_candidates(before.dataset), before
+    for _ in range(MOST_EFFECTS):
+        best = rank(state, state.background(), CandidateColumns(state, tried))[0]
+        if best.evidence <= 0:
+            break
+        state = state.refitted(merged(state.effects, best.effect))
+    return entries(state.effects)
+
+
+def lasso(before: FittedState) -> list[dict[str, Any]]:
+    """Return the effects whose columns the lasso selects, those of the largest coefficient first, as entries of ``diagnosis.json``."""
+    columns = CandidateColumns(before, named_candidates(before.dataset))
+    elements = columns.candidates.elements
+    owner = np.concatenate([np.full(len(e.coefficients), i) for i, e in enumerate(elements)])
+    k = len(owner)
+    own = np.diag(columns.gram)[:k]
+    seen = own > LEAST_SHARE * columns.squared[:k]
+    scale = np.sqrt(own[seen])
+    gram = columns.gram[:k, :k][np.ix_(seen, seen)] / np.outer(scale, scale)
+    correlation = (columns.E.T @ columns.full.residual.ravel())[:k][seen] / scale
+    weights = least_bic(gram, correlation, columns.full.squared, columns.full.freedom)
+    size = np.zeros(len(elements))
+    np.maximum.at(size, owner[seen], np.abs(weights))
+    chosen: tuple[Effect, ...] = ()
+    for i in np.argsort(-size, kind="stable")[: np.count_nonzero(size)]:
+        chosen = merged(chosen, elements[i])
+    return entries(chosen)
+
+
+def least_bic(gram: Array, correlation: Array, squared: float, freedom: int) -> Array:
+    """Return the lasso's coefficients ``(k,)`` of least BIC on a path of penalties.
+
+    Args:
+        gram: ``(k, k)`` of columns of unit length. correlation: ``(k,)``, their products with the residual.
+        squared: Sum of squares of the residual. freedom: Its degrees of freedom.
+    """
+    w = np.zeros(len(correlation))
+    if not len(w):
+        return w
+    top = float(np.abs(correlation).max())
+    best, least = w, freedom * np.log(squared)
+    for penalty in top * np.geomspace(1.0, LEAST_PENALTY, PENALTIES):
+        w = descended(gram, correlation, w, penalty, TOLERANCE * top)
+        left = squared - 2.0 * w @ correlation + w @ gram @ w
+        criterion = freedom * np.log(max(left, 1e-300)) + np.count_nonzero(w) * np.log(freedom)
+        if criterion < least:
+            best, least = w, criterion
+    return best
+
+
+def descended(gram: Array, correlation: Array, start: Array, penalty: float, tolerance: float) -> Array:
+    """Return the minimum of ``w G w / 2 - c w + penalty |w|_1`` by coordinate descent."""
+    w = start.copy()
+    for _ in range(SWEEPS):
+        moved = 0.0
+        for j in range(len(w)):
+            z = correlation[j] - gram[j] @ w + gram[j, j] * w[j]
+            new = np.sign(z) * max(abs(z) - penalty, 0.0) / gram[j, j]
+            moved, w[j] = max(moved, abs(new - w[j])), new
+        if moved <= tolerance:
+            break
+    return w
+
+
+def entries(effects: Sequence[Effect]) -> list[dict[str, Any]]:
+    """Return effects as entries of ``diagnosis.json``, in their order; nothing is confounded with them, for nobody looked."""
+    return [{"name": e.name, "target": e.target, "confounded_with": []} for e in effects]
