@@ -36,7 +36,8 @@ def select_together(before: FittedState, forward: FittedState, candidates: Candi
         candidates: The candidate set of both.
     """
     settings = before.settings.joint_selection
-    if not forward.variance_components or before.dataset.n_poses > settings.most_poses:
+    few = before.dataset.n_poses <= settings.most_poses
+    if not (few and forward.variance_components and candidates.elements):
         return forward
     anew = _with_significant(before, candidates)
     state = forward if anew is None else _better(forward, anew, candidates)
@@ -123,7 +124,7 @@ class _Rows:
         elements = candidates.elements
         columns = state.columns_within_scans(elements, candidates.bases)
         ends = np.cumsum([len(effect.coefficients) for effect in elements])
-        prior_std = np.concatenate([effect.prior_std for effect in elements])
+        prior_std = np.concatenate([np.zeros(0), *(effect.prior_std for effect in elements)])
         common = [D for _, D in directions(state.residuals, state.model)]
         return cls(state, columns, ends, prior_std, common)
 

@@ -24,6 +24,7 @@ from scipy import linalg
 from scalar.geometry.se3 import Array
 
 _STEPS = 40  # further steps only sharpen variances, and the groups are tested again
+_ROUNDING = 1e-10  # least variance of the rows over their mean square, and of a coefficient over its variance before: below, digits run out
 _NOTHING = 1e-6  # of the variance of the rows: a group that adds less to a row on average is left out
 
 
@@ -73,7 +74,8 @@ def sparse_regression(
         for a, D in zip(scale, common, strict=True)
     ]
     power = float(r @ r) / len(r)
-    s, v = max(0.5 * power, least_variance), np.full(len(kernels), 0.25 * power)
+    least = max(least_variance, _ROUNDING * power)
+    s, v = max(0.5 * power, least), np.full(len(kernels), 0.25 * power)
     g = np.minimum(power * len(r) / max(len(groups), 1), largest)
     for _ in range(_STEPS):
         P = _inverse(s, v, kernels, X * np.sqrt(g[owner]), Q)
@@ -85,7 +87,7 @@ def sparse_regression(
         v = np.array(
             [a * np.sqrt((Pr @ K @ Pr) / max(np.sum(P * K), 1e-300)) for a, K in zip(v, kernels, strict=True)]
         )
-        s = max(s * np.sqrt((Pr @ Pr) / np.trace(P)), least_variance)
+        s = max(s * np.sqrt((Pr @ Pr) / np.trace(P)), least)
         left = g[owner] > _NOTHING * len(r) * s
         X, owner = X[:, left], owner[left]
     P = _inverse(s, v, kernels, X * np.sqrt(g[owner]), Q)
@@ -109,9 +111,10 @@ def _inverse(s: float, v: Array, kernels: Sequence[Array], X: Array, Q: Array) -
 
 
 def _significance(X: Array, P: Array, r: Array, g: float) -> float:
-    mean = g * (X.T @ (P @ r))
-    covariance = g * np.eye(X.shape[1]) - g * g * (X.T @ P @ X)
-    return float(mean @ np.linalg.solve(covariance, mean))
+    """Return ``c' S^-1 c`` with ``c = g X' P r`` and ``S = g I - g^2 X' P X``, whose eigenvalues may vanish by rounding."""
+    values, vectors = np.linalg.eigh(X.T @ P @ X)
+    left = np.maximum(1.0 - g * values, _ROUNDING)
+    return float(g * np.sum((vectors.T @ (X.T @ (P @ r))) ** 2 / left))
 
 
 def _orthonormal(Q: Array, groups: Sequence[Array], seen: float) -> tuple[Array, Array, Array]:

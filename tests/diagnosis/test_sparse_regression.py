@@ -85,6 +85,15 @@ def test_a_direction_in_which_no_pose_can_err_is_no_noise():
     assert found.pose_variances[1] == 0.0
 
 
+def test_hardly_any_noise():
+    """A group whose coefficients the data determine to twelve digits is found, and nothing is lost to rounding."""
+    rows, Q, groups, common, _ = drawn(8, planted=0)
+    r = 1e-7 * rows.ravel() + 1e4 * groups[5] @ (1.0, 1.0)
+    found = sparse_regression((r - Q @ (Q.T @ r)).reshape(N, M), Q, [1e6 * g for g in groups], common, 1e-20)
+    assert surest(found, 1) == {5}
+    assert np.all(np.isfinite(found.significance))
+
+
 def test_the_inverse_given_what_the_model_explains_is_that_of_restricted_likelihood():
     """With flat priors, P is Z (Z' C Z)^-1 Z', Z being a basis of what Q leaves (Patterson and Thompson 1971)."""
     from scalar.diagnosis.sparse_regression import _inverse
