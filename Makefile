@@ -3,6 +3,8 @@
 # make test-kernels   the tests four times, with the arithmetic of four processors
 # make env        set up .venv alone; nothing is done if it is up to date
 # make lint       ruff, pyright, snakefmt, snakemake --lint, the order of imports        make format   let ruff and snakefmt rewrite
+# make docs       the documentation as a site, results/docs/index.html
+# make docs-pictures  the pictures of effects that it shows, from simulated data (docs/pictures)
 # make bench      the side-by-side figures       make lock     resolve the requirements again
 # make readme-figures   copies of the figures that the README shows, from results/
 # make clean      remove .venv and the caches; results/ stays (snakemake --delete-all-output removes that)
@@ -11,7 +13,7 @@
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all env test test-kernels lint format bench lock clean readme-figures
+.PHONY: all env test test-kernels lint format bench lock clean docs docs-pictures readme-figures
 
 SHELL := /bin/sh
 CORES ?= 2
@@ -95,6 +97,13 @@ format: env
 	$(RUN) ruff check --fix .
 	$(RUN) ruff format .
 	$(RUN) snakefmt $(wildcard Snakefile workflow)
+
+# The site, in results/docs: open results/docs/index.html. Warnings are errors; tests/docs checks its links.
+docs: env
+	$(RUN) python -m sphinx -W --keep-going -q docs results/docs
+
+docs-pictures: env
+	$(RUN) PYTHONPATH=workflow python -m docs.draw_effects
 
 readme-figures: env
 	$(RUN) python paper/refresh_figures.py

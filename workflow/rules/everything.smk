@@ -12,7 +12,11 @@ FRESH_NUMBERS = PAPER_NUMBERS | {
     part: f"{folder}/numbers.json" for part, folder in FRESH_SUMMARIES.items() if part in PAPER_NUMBERS
 }
 FRESH_FIGURES = {
-    name: f"{RESULTS}/{name.replace('/', '/figures/')}" if name.split("/")[0] in FRESH_SUMMARIES else path
+    name: (
+        f"{RESULTS}/{Path(name).parent}/figures/{Path(name).name}"
+        if Path(name).parts[0] in FRESH_SUMMARIES
+        else path
+    )
     for name, path in PAPER_FIGURES.items()
 }
 
@@ -24,7 +28,7 @@ localrules:
 use rule gather_numbers as gather_fresh_numbers with:
     input:
         parts=list(FRESH_NUMBERS.values()),
-        scene=local(ROOT / STUDIES["headline"]["scene"]),
+        scene=local(named(STUDIES["headline"]["scene"])),
         tilted=local(ROOT / "configs/scenes/paper_tilted.yaml"),
         headline=resource("published_headline.csv"),
         planes=resource("published_plane_errors.csv"),

@@ -100,10 +100,29 @@ def test_the_figures_show_every_set_and_joint(one):
     assert len(draw_gears(gears).axes) == 2
 
 
+def test_readme_and_documentation_say_what_the_verdicts_are():
+    """The verdict is `unattributed` in every set, and the two campaigns of one arm name different axes as non-parallel."""
+    sets = json.loads((ROOT / "paper/summaries/measured/numbers.json").read_text(encoding="utf-8"))["sets"]
+    assert {found["verdict"] for found in sets.values()} == {"unattributed"}
+    axes = [
+        {e["target"]["joint"] for e in found["effects"] if e["name"] == "axis_nonparallel"}
+        for name, found in sets.items()
+        if name.startswith("ur10")
+    ]
+    assert axes == [{4}, {3}]
+    readme, page = (
+        " ".join((ROOT / name).read_text(encoding="utf-8").split())
+        for name in ("README.md", "docs/results.md")
+    )
+    assert "the verdict is `unattributed` in all three sets" in readme
+    assert "The verdict on all three sets is `unattributed`" in page
+    assert "joint 4 in one campaign and of joint 3 in the other" in page
+
+
 def test_the_readme_says_what_the_summaries_say():
-    """Every error in the README's table of measured robots is that of the committed summaries, to two places."""
+    """Every error in the table of measured robots is that of the committed summaries, to two places, in README and documentation alike."""
     numbers = json.loads((ROOT / "paper/summaries/measured/numbers.json").read_text(encoding="utf-8"))
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    readme, page = ((ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "docs/results.md"))
     models = ("base_and_tool", "geometry", "geometry_and_effects")
     for found in numbers["sets"].values():
         held_out = [found["models"][model]["held_out_rms_mm"] for model in models]
@@ -111,6 +130,7 @@ def test_the_readme_says_what_the_summaries_say():
         (row,) = [
             line for line in readme.splitlines() if f", {found['models']['geometry']['poses']} " in line
         ]
+        assert row in page
         workcells = [workcell.split("(")[0].strip() for workcell in row.split("|")[2:6]]
         assert workcells == [f"{error:.2f}" for error in held_out]
         (transferred,) = [v for k, v in found["models"].items() if k.startswith("effects_of")] or [None]

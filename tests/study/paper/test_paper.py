@@ -258,8 +258,10 @@ def test_every_reference_is_cited():
 
 
 def test_the_readme_shows_what_is_committed():
-    """Every figure in the README is a small copy that `make readme-figures` refreshes."""
-    shown = re.findall(r"\(paper/figures/([^)]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    """Every figure in README and documentation is a small copy that `make readme-figures` refreshes."""
+    pages = (ROOT / "README.md", ROOT / "docs/results.md")
+    text = "".join(page.read_text(encoding="utf-8") for page in pages)
+    shown = re.findall(r"\((?:\.\./)?paper/figures/([^)]+)\)", text)
     copied = re.findall(r'"([\w.]+)": "', (PAPER / "refresh_figures.py").read_text(encoding="utf-8"))
     assert shown and set(shown) == set(copied) == {path.name for path in (PAPER / "figures").iterdir()}
     assert all((PAPER / "figures" / name).stat().st_size < 200_000 for name in shown)

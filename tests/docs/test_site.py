@@ -1,0 +1,90 @@
+"""The documentation: it builds without a warning, every link leads somewhere, and every effect has a page with its picture."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+from lxml import html
+
+from docs.site.catalogue import CATALOGUE, ROOT, SCENE
+from scalar.data.io.plain_yaml import load_yaml
+from scalar.effects.registry import OURS
+from scalar.simulation.config import complete_config
+
+EXAMPLES = sorted(path.stem for path in (ROOT / "docs/examples").glob("*.py"))
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory) -> Path:
+    """Return the site, built with warnings as errors; the examples have run."""
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-d", str(folder / "trees")]
+    ran = subprocess.run(
+        [*command, str(ROOT / "docs"), str(folder / "html")],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+    )
+    assert ran.returncode == 0, ran.stderr + ran.stdout
+    return folder / "html"
+
+
+def links(page: Path) -> set[str]:
+    """Return what a page refers to: links, pictures, styles, scripts."""
+    tree = html.parse(str(page))
+    return {str(value) for value in tree.xpath("//@href | //@src")}
+
+
+def test_no_link_leads_nowhere(site: Path):
+    """Each local file that a page refers to is there, with the place in it; nothing is loaded from the network."""
+    places: dict[Path, set[str]] = {}
+    pages = sorted(site.rglob("*.html"))
+    assert len(pages) > len(OURS) + 8
+    for page in pages:
+        for link in links(page):
+            parts = urlsplit(link)
+            if parts.scheme or not (parts.path or parts.fragment):
+                assert parts.scheme in ("", "https", "data"), (page, link)
+                continue
+            target = (page.parent / unquote(parts.path)).resolve() if parts.path else page
+            assert target.exists(), f"{page}: {link}"
+            if parts.fragment and target.suffix == ".html":
+                if target not in places:
+                    places[target] = set(map(str, html.parse(str(target)).xpath("//@id")))
+                assert unquote(parts.fragment) in places[target], f"{page}: {link}"
+        tree = html.parse(str(page))
+        loaded = tree.xpath("//script/@src | //img/@src | //link[@rel='stylesheet']/@href")
+        assert not [link for link in loaded if urlsplit(str(link)).netloc], page
+
+
+@pytest.mark.parametrize("name", [kind.name for kind in OURS])
+def test_each_effect_has_a_page(site: Path, name: str):
+    """It shows the picture of the effect, what to do about it, and how to inject it."""
+    tree = html.parse(str(site / f"generated/effects/{name}.html"))
+    assert any(f"{name}.png" in str(source) for source in tree.xpath("//img/@src"))
+    headings = " ".join(str(text) for text in tree.xpath("//h2/text()"))
+    assert "What to do about it" in headings and "How to inject it" in headings
+    assert "None" not in "".join(map(str, tree.xpath("//article//p/text()")))
+
+
+def test_each_example_has_run(site: Path):
+    """Its page shows what it printed and drew, and it can be downloaded as a notebook."""
+    assert EXAMPLES
+    for name in EXAMPLES:
+        page = site / f"generated/examples/{name}.html"
+        tree = html.parse(str(page))
+        assert tree.xpath("//div[contains(@class, 'sphx-glr-script-out')]"), name
+        assert any(f"sphx_glr_{name}" in str(source) for source in tree.xpath("//img/@src")), name
+        assert any(link.endswith(f"{name}.ipynb") for link in links(page)), name
+
+
+def test_the_catalogue_shows_what_the_registry_holds():
+    """One entry for each effect, each a scene that the simulator takes."""
+    assert list(CATALOGUE) == [kind.name for kind in OURS]
+    path = ROOT / SCENE
+    for shown in CATALOGUE.values():
+        complete_config({**load_yaml(path), **shown.changes}, base_dir=path.parent)
