@@ -13,6 +13,7 @@ import numpy as np  # noqa: E402
 
 from benchmarks.contestants import Contest, Result  # noqa: E402
 from benchmarks.correction import correction  # noqa: E402
+from benchmarks.growth import growth  # noqa: E402
 from benchmarks.large import large  # noqa: E402
 from benchmarks.scenes import paper_scene, repeated  # noqa: E402
 from benchmarks.start_up import start_up  # noqa: E402
@@ -50,6 +51,8 @@ def headline(rounds: int) -> None:
         YARDSTICK: contest.all_points_finite_differences,
         "the same, shared products taken once": contest.factored_finite_differences,
         "the same, compressed": contest.compressed_finite_differences,
+        "SciPy, finite differences, all points": contest.scipy_all_points,
+        "SciPy, analytic, compressed": contest.scipy_compressed_analytic,
         "published, 43 parameters, clip, all points": contest.published,
         THROUGH_LMFIT: contest.ours_through_lmfit,
         "scalar: the same without a C compiler": contest.ours_in_numpy,
@@ -107,7 +110,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--rounds", type=int, default=15, help="how often each is timed (15)")
     parser.add_argument(
-        "--all", action="store_true", help="time the yardstick at 12,000 poses as well (a minute)"
+        "--all",
+        action="store_true",
+        help="time the yardstick at 12,000 poses (a minute), and calibrate at 100,000, as well",
     )
     arguments = parser.parse_args()
     print("processor time; other work on this machine moves the times, and the ratios little\n")
@@ -116,6 +121,7 @@ def main() -> None:
     headline(arguments.rounds)
     points_a_scan(arguments.rounds)
     many_poses(arguments.all)
+    growth(arguments.all)
     large()
 
 

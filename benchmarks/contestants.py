@@ -13,13 +13,14 @@ from dataclasses import dataclass, replace
 
 import lmfit
 import numpy as np
+from scipy.optimize import least_squares
 
 from scalar import kernels
 from scalar.baseline.fit import calibrate_baseline
 from scalar.data.dataset import Dataset
 from scalar.estimation import residuals as residuals_module
 from scalar.estimation.calibrate import calibrate
-from scalar.estimation.least_squares import Fit, fit
+from scalar.estimation.least_squares import TOLERANCE, Fit, covariance_and_step, fit
 from scalar.estimation.lmfit_fit import fit_with_lmfit
 from scalar.estimation.lmfit_parameters import from_lmfit, to_lmfit
 from scalar.estimation.model import Model
@@ -115,6 +116,15 @@ class Contest:
         """Three rows a scan, lmfit as it comes; the compression included."""
         return self._lmfit(self.compressed_residuals().residual)
 
+    def scipy_all_points(self) -> Result:
+        """Every point a residual, SciPy's trust region with finite differences."""
+        return self._scipy(self._all_points, "2-point")
+
+    def scipy_compressed_analytic(self) -> Result:
+        """Three rows a scan, our Jacobian, SciPy's trust region; the compression included."""
+        residuals = self.compressed_residuals()
+        return self._scipy(residuals.residual, lambda model: residuals.linearise(model)[1][:, self.free])
+
     def published(self) -> Result:
         """As printed: 43 parameters, every point, finite differences, ``clip``; from the paper's start."""
         held = self.prepared.identifiability.fixed_names
@@ -150,6 +160,26 @@ class Contest:
         vector = start.copy()
         vector[self.free] = from_lmfit(found.params)
         return self._result(vector, found.covar, int(found.nfev))
+
+    def _scipy(self, residual, jacobian) -> Result:
+        start = self.model.vector
+
+        def at(x: np.ndarray) -> Model:
+            vector = start.copy()
+            vector[self.free] = x
+            return self.model.with_vector(vector)
+
+        found = least_squares(
+            lambda x: residual(at(x)),
+            start[self.free],
+            jac=jacobian if isinstance(jacobian, str) else lambda x: jacobian(at(x)),
+            x_scale="jac",
+            ftol=TOLERANCE,
+            xtol=TOLERANCE,
+            gtol=None,
+        )
+        covariance, _ = covariance_and_step(found.jac, found.fun)
+        return self._result(at(found.x).vector, covariance, int(found.nfev))
 
     def _result(self, vector: np.ndarray, covariance: np.ndarray, evaluations: int) -> Result:
         return Result(vector[self.arm], np.sqrt(np.diag(covariance))[: len(self.arm)], evaluations)

@@ -90,23 +90,25 @@ def most_likely_spreads(
         groups: Which of the F corrections belong to each group.
         typical: Spread and count of each group.
     """
-    spreads = {g: spread for g, (spread, _) in typical.items()}
+    belongs = np.array([groups[g] for g in groups], dtype=float)  # (groups, F)
+    prior, count = np.array([typical[g] for g in groups]).T
+    spreads, in_none = prior, ~belongs.any(axis=0)
+    weight_elsewhere = np.where(in_none, 1.0 / stds**2, 0.0)
+    diagonal = np.arange(len(gram))
     for _ in range(_ROUNDS):
-        for g, mine in groups.items():
-            stds = np.where(mine, spreads[g], stds)
-        weight = 1.0 / stds**2
-        H = gram + np.diag(weight)
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300))
-        inverse = np.linalg.inv(H * np.outer(scale, scale) + _RIDGE * np.eye(len(H))) * np.outer(scale, scale)
+        weight = weight_elsewhere + (1.0 / spreads**2) @ belongs
+        H = gram.copy()
+        H[diagonal, diagonal] += weight
+        scale = 1.0 / np.sqrt(np.maximum(H[diagonal, diagonal], 1e-300))
+        both = scale[:, None] * scale
+        H *= both
+        H[diagonal, diagonal] += _RIDGE
+        inverse = np.linalg.inv(H) * both
         m = off - inverse @ (gradient + weight * off)
-        determined = 1.0 - weight * np.diag(inverse)
-        new = {}
-        for g, mine in groups.items():
-            spread, count = typical[g]
-            total = float(np.sum(m[mine] ** 2)) + count * spread**2
-            new[g] = float(np.sqrt(total / (max(float(determined[mine].sum()), 0.0) + count)))
-        change = max(abs(np.log(new[g] / spreads[g])) for g in groups)
+        determined = belongs @ (1.0 - weight * inverse[diagonal, diagonal])
+        new = np.sqrt((belongs @ m**2 + count * prior**2) / (np.maximum(determined, 0.0) + count))
+        change = np.max(np.abs(np.log(new / spreads)))
         spreads = new
         if change < _SETTLED:
             break
-    return spreads
+    return dict(zip(groups, spreads.tolist(), strict=True))

@@ -12,9 +12,10 @@ from scalar.data.poses import Poses
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
-from scalar.estimation.residuals import Residuals
+from scalar.estimation.residuals import Residuals, plane_problem
 from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement
+from scalar.sensors.scans import as_scans
 
 
 def perfect_jacobian(
@@ -29,6 +30,32 @@ def perfect_jacobian(
         q: ``(N, n)`` [rad], joint angles near which the contacts are made.
         index: ``(N,)``, the target that each pose measures.
     """
+    J = _of_scans(measurement, model, q, index)
+    if J is None:
+        J = _of_any_kind(measurement, model, q, index)
+    where = model.blocks["target"]
+    if residuals.known is None:
+        return J
+    known = residuals.known.rows(model.target)[1]  # type: ignore[arg-type]
+    below = np.zeros((len(known), J.shape[1]))
+    below[:, where] = known / np.abs(known).max()
+    return np.vstack([J, below])
+
+
+def _of_scans(measurement: Measurement, model: Model, q: Array, index: Array) -> Array | None:
+    """Return the measured rows for scans of planes, by the compiled library; None for other kinds, and without the library."""
+    if not measurement.scans or measurement.contact_factors is None:
+        return None
+    problem = plane_problem(model, q, index, np.broadcast_to(np.eye(3), (len(q), 3, 3)))
+    if problem is None:
+        return None
+    c, by = problem.linearise(model.vector)
+    factors, usable = as_scans(measurement).perfect_factors(c)
+    return (factors @ by)[usable].reshape(-1, by.shape[2])
+
+
+def _of_any_kind(measurement: Measurement, model: Model, q: Array, index: Array) -> Array:
+    """Return the measured rows for any kind, brought to a perfect measurement first where not every pose is one."""
     none = EffectBases([], [], [], [])
 
     def kinematics(q: Array) -> Kinematics:
@@ -49,10 +76,4 @@ def perfect_jacobian(
         items = np.zeros((N, m, (where.stop - where.start) // t, t))
         items[np.arange(N), :, index] = by_target
         J[:, :, where] = items.reshape(N, m, -1)
-    J = J[usable].reshape(-1, J.shape[2])
-    if residuals.known is None:
-        return J
-    known = residuals.known.rows(model.target)[1]  # type: ignore[arg-type]
-    below = np.zeros((len(known), J.shape[1]))
-    below[:, where] = known / np.abs(known).max()
-    return np.vstack([J, below])
+    return J[usable].reshape(-1, J.shape[2])

@@ -65,6 +65,7 @@ class Residuals:
     bases: EffectBases
     known: ReferencePlanes | None
     _latest: tuple[Model, Kinematics, Rows] | None = field(default=None, init=False, repr=False)
+    _placed: Kinematics | None = field(default=None, init=False, repr=False)
 
     @classmethod
     def of(cls, dataset: Dataset, model: Model, measurement: Measurement | None = None) -> Residuals:
@@ -83,9 +84,9 @@ class Residuals:
 
     def kinematics(self, model: Model) -> Kinematics:
         """Return where the sensor is at every pose."""
-        if self._latest is not None and self._latest[0] is model:
-            return self._latest[1]
-        return Kinematics.of(model, self.poses, self.bases)
+        if self._placed is None or self._placed.model is not model:
+            self._placed = Kinematics.of(model, self.poses, self.bases)
+        return self._placed
 
     def point_effects(self, model: Model) -> list[BoundPointEffect]:
         """Return the model's effects on points and surfaces, bound to the poses."""
@@ -105,19 +106,8 @@ class Residuals:
 
     def plane_problem(self, model: Model) -> PlaneProblem | None:
         """Return the measured rows of models about the same references in the compiled library, which knows planes and no effects; else None."""
-        factors = self.measurement.contact_factors
-        if LIBRARY is None or factors is None or model.effects or not isinstance(model.target, Planes):
-            return None
-        return PlaneProblem(
-            self.poses.q,
-            self.measurement.target_index,
-            factors,
-            model.robot.T_base_0,
-            model.robot.T_n_flange,
-            model.reference_rotation,
-            model.target.reference_normals,
-            model.target.tangents,
-        )
+        index, factors = self.measurement.target_index, self.measurement.contact_factors
+        return None if factors is None else plane_problem(model, self.poses.q, index, factors)
 
     def wrench(self, model: Model) -> Array:
         """Return the derivatives ``(N, m, 6)`` of the measured rows by a motion of the whole arm: a screw in the base frame."""
@@ -207,6 +197,22 @@ class Residuals:
         """Return the root mean square distance of every pose from its target ``(N,)`` [m], effects applied."""
         squares, counts = self.squared_distances(model)
         return np.sqrt(squares / counts)
+
+
+def plane_problem(model: Model, q: Array, index: Array, factors: Array) -> PlaneProblem | None:
+    """Return rows ``factors @ c``, c the contact vectors, in the compiled library; None without it, with effects, or without planes.
+
+    Args:
+        model: Gives all that stays as it is when coordinates change.
+        q: ``(N, n)`` [rad].
+        index: ``(N,)``, which plane each pose measures.
+        factors: ``(N, m, 3)``.
+    """
+    target = model.target
+    if LIBRARY is None or model.effects or not isinstance(target, Planes):
+        return None
+    fixed = model.robot.T_base_0, model.robot.T_n_flange, model.reference_rotation
+    return PlaneProblem(q, index, factors, *fixed, target.reference_normals, target.tangents)
 
 
 def extra_basis_of(effects: Sequence[Effect]) -> tuple[str, ...]:

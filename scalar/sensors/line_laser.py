@@ -157,10 +157,16 @@ class LineLaser(NoisyScans):
         """Return the rows of two points on the line in which the scanner's plane cuts the target plane: ``b . c = 0`` for both."""
         assert isinstance(target, Planes)
         c, wrench, by_target = contact(T_base_sensor, target, index)
+        on_line, reached = self.perfect_factors(c)
+        return on_line @ wrench, on_line @ by_target, reached
+
+    def perfect_factors(self, c: Array) -> tuple[Array, Array]:
+        """Return factors F ``(N, 2, 3)`` of perfect rows, ``F c = 0`` at contact vectors c ``(N, 3)``, and which scans reach their plane."""
         size = np.linalg.norm(c, axis=1, keepdims=True)
         reached = size > 0
-        on_line = tangent_basis(np.where(reached, c / np.where(reached, size, 1.0), 1.0 / np.sqrt(3.0)))
-        return on_line @ wrench, on_line @ by_target, reached[:, 0]
+        return tangent_basis(
+            np.where(reached, c / np.where(reached, size, 1.0), 1.0 / np.sqrt(3.0))
+        ), reached[:, 0]
 
     def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
         """Return ``R c`` and its derivatives; effects on points add their own functions of the points to c."""

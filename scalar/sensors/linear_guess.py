@@ -65,8 +65,7 @@ def linear_guess(scans: Scans, T_base_flange: Array, planes: Planes, use: Array)
     n_flange = np.einsum("nx,nxy->ny", n, T[:, :3, :3])
     offset = np.einsum("nx,nx->n", n, T[:, :3, 3]) - planes.distances[index]
     R = scans.R[use][:, :, :3]
-    A = np.concatenate([R[:, :, j : j + 1] * n_flange[:, None, :] for j in range(3)], axis=2)
-    A = A.reshape(-1, _UNKNOWNS)
+    A = (R[:, :, :, None] * n_flange[:, None, None, :]).reshape(-1, _UNKNOWNS)
     b = -(R[:, :, 0] * offset[:, None]).ravel()
     # The triangular factor has the same solution and the same singular values as all rows, at a fraction of the cost.
     factor = np.asarray(np.linalg.qr(np.column_stack([A, b]), mode="r"))[: _UNKNOWNS + 1]

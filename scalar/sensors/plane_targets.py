@@ -81,16 +81,18 @@ def fit_planes(target: Planes, index: Array, counts: Array, first: Array, second
         index: ``(N,)``, which plane each pose measures.
         counts: ``(N,)``, ``first``: ``(N, 3)``, ``second``: ``(N, 3, 3)``: number, sum and sum of products of the points.
     """
-    normals, distances = target.normals.copy(), target.distances.copy()
-    for k in range(len(normals)):
-        mine = index == k
-        total = counts[mine].sum()
-        if total < 3:
-            continue
-        mean = first[mine].sum(0) / total
-        _, vectors = np.linalg.eigh(second[mine].sum(0) / total - np.outer(mean, mean))
-        normal = vectors[:, 0] * (1.0 if vectors[:, 0] @ normals[k] >= 0 else -1.0)
-        normals[k], distances[k] = normal, normal @ mean
+    mine = (index == np.arange(len(target.normals))[:, None]).astype(float)  # (K, N)
+    totals = mine @ counts
+    enough = totals >= 3
+    divisor = np.where(enough, totals, 1.0)[:, None]
+    means = mine @ first / divisor
+    spread = (mine @ second.reshape(len(second), 9) / divisor).reshape(-1, 3, 3) - means[:, :, None] * means[
+        :, None, :
+    ]
+    found = np.linalg.eigh(spread)[1][:, :, 0]
+    found *= np.where(np.sum(found * target.normals, axis=1) >= 0, 1.0, -1.0)[:, None]
+    normals = np.where(enough[:, None], found, target.normals)
+    distances = np.where(enough, np.sum(normals * means, axis=1), target.distances)
     return Planes.at(target.names, normals, distances)
 
 
