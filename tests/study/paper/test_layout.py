@@ -13,12 +13,10 @@ NUMBERS = gather({"setup": {"seeds": 30}}) | {"draft": True}
 HEAD = "#show: paper.with(title: [T], authors: [A], abstract: [B])\n"
 
 
-def corners(what, page, left, top, right, bottom, last_page=None):
+def corners(what, page, left, top, right, bottom, last_page=None, height=0.0):
     """Return the marks of a box."""
-    return [
-        {"what": what, "corner": "start", "page": page, "x": left, "y": top},
-        {"what": what, "corner": "end", "page": last_page or page, "x": right, "y": bottom},
-    ]
+    end = {"what": what, "corner": "end", "page": last_page or page, "x": right, "y": bottom}
+    return [{"what": what, "corner": "start", "page": page, "x": left, "y": top}, end | {"height": height}]
 
 
 def test_boxes_side_by_side_are_no_fault():
@@ -35,6 +33,7 @@ def test_boxes_side_by_side_are_no_fault():
         (corners("a", 1, 50, 50, 560, 400), "over the margin"),
         (corners("a", 1, 50, 600, 300, 790), "over the margin"),
         (corners("a", 1, 50, 600, 300, 100, last_page=2), "over the margin"),
+        (corners("a", 1, 50, 600, 300, 700, height=130.0), "30 pt are cut off"),
         ([{"what": "a table", "page": 3, "width": 260.0, "room": 240.0}], "20 pt wider"),
     ],
 )
@@ -88,7 +87,7 @@ def test_a_page_with_a_fault_is_refused(tmp_path):
     from study.paper.typeset import write_paper
 
     text = written(tmp_path / "bad", HEAD + '#boxed("tall", rect(width: 100%, height: 300mm))')
-    with pytest.raises(InvalidInput, match="tall reaches"):
+    with pytest.raises(InvalidInput, match="of tall 214 pt are cut off"):
         write_paper(tmp_path / "paper.pdf", text, NUMBERS | {"draft": False, "parts": []}, {})
     assert not (tmp_path / "paper.pdf").exists()
     write_paper(tmp_path / "paper.pdf", text, NUMBERS, {})

@@ -1,7 +1,7 @@
 """Whether every figure, caption, table and formula of the paper has a place of its own: by the typesetter's own boxes, not by pixels.
 
 ``style.typ`` marks the upper left and the lower right corner of each, and the natural width of formulas and tables. No two boxes of a
-page may overlap, none may reach over the margins, and nothing may be wider than its column.
+page may overlap, none may reach over the margins or be cut off, and nothing may be wider than its column.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ SLACK = 0.5  # [pt] by which boxes may reach into one another: rounding
 
 @dataclass(frozen=True)
 class Box:
-    """A box on a page: what it is, and its edges from the upper left corner of the page [pt]."""
+    """A box on a page: what it is, its edges from the upper left corner of the page, and the height that it would have on an endless one [pt]."""
 
     what: str
     page: int
@@ -24,13 +24,14 @@ class Box:
     top: float
     right: float
     bottom: float
+    height: float
 
 
 def layout_faults(marks: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return a sentence for each fault of the layout; none if there is none.
 
     Args:
-        marks: As ``typeset.placed`` returns them: corners, ``{what, corner, page, x, y}``; widths, ``{what, page, width, room}``;
+        marks: As ``typeset.placed`` returns them: corners, ``{what, corner, page, x, y, height}``; widths, ``{what, page, width, room}``;
             and one ``{left, top, right, bottom}``, the edges of what the margins leave of a page; lengths in pt.
     """
     page = next(mark for mark in marks if "left" in mark)
@@ -49,6 +50,8 @@ def layout_faults(marks: Sequence[Mapping[str, Any]]) -> list[str]:
         )
         if over > SLACK:
             faults.append(f"page {box.page}: {box.what} reaches {over:.0f} pt over the margin")
+        if (lost := box.height - (box.bottom - box.top)) > SLACK:
+            faults.append(f"page {box.page}: of {box.what} {lost:.0f} pt are cut off")
     for mark in marks:
         if "width" in mark and mark["width"] > mark["room"] + SLACK:
             over = mark["width"] - mark["room"]
@@ -66,7 +69,9 @@ def boxes(corners: Sequence[Mapping[str, Any]]) -> list[Box]:
             continue
         first = started[mark["what"]].pop()
         bottom = mark["y"] if mark["page"] == first["page"] else float("inf")
-        found.append(Box(mark["what"], first["page"], first["x"], first["y"], mark["x"], bottom))
+        found.append(
+            Box(mark["what"], first["page"], first["x"], first["y"], mark["x"], bottom, mark["height"])
+        )
     return found
 
 

@@ -27,7 +27,7 @@ def draw_errors(errors: pd.DataFrame, summary: pd.DataFrame, published: pd.DataF
     methods = list(dict.fromkeys(errors["method"]))
     stated: Any = published.set_index("state")
     with styled():
-        figure = new_figure(8.6, 7.0)
+        figure = new_figure(9.2, 7.4)
         axes = figure.subplots(2, 2, sharex=True)
         for row, names in zip(axes, _PANELS, strict=True):
             for ax, quantity in zip(row, names, strict=True):
@@ -41,7 +41,8 @@ def draw_errors(errors: pd.DataFrame, summary: pd.DataFrame, published: pd.DataF
                 ax.tick_params(axis="x", length=0, labelsize=8)
                 ax.grid(visible=False, axis="x")
                 ax.set_xlim(-1.15, len(methods) - 0.4)
-        figure.legend(handles=_legend(len(errors["seed"].unique())), loc="outside upper center", ncols=3)
+        handles = _legend(len(errors["seed"].unique()))
+        figure.legend(handles=handles, loc="outside upper center", ncols=2, fontsize=8)
     return figure
 
 
@@ -78,13 +79,13 @@ def _column(
     middle = [x - width / 2, x + width / 2]
     ax.plot(middle, [band["median"]] * 2, color="black", linewidth=1.4, solid_capstyle="butt")
     if raw:
-        place = {"xytext": (0, 4), "textcoords": "offset points", "ha": "center", "fontsize": 7.5}
+        place = {"xytext": (0, 4), "textcoords": "offset points", "ha": "center", "fontsize": 8}
         ax.annotate(numeral(band["mean"], 2), (x, band["max"]), **place)
 
 
 def _published(ax: Axes, methods: list[str], stated: Any) -> None:
     """Draw what the paper states: a cross beside the initial models, a line across the calibrated ones."""
-    place = {"textcoords": "offset points", "ha": "right", "va": "center", "fontsize": 7.5}
+    place = {"textcoords": "offset points", "ha": "right", "va": "center", "fontsize": 8}
     if "initial" in methods:
         x = methods.index("initial") + _CROSS
         ax.plot([x], [stated["initial"]], "x", color=PUBLISHED_COLOUR, markersize=8, markeredgewidth=2.2)
@@ -102,12 +103,14 @@ def _tick(method: str, summary: pd.DataFrame) -> str:
     row: Any = summary[summary["method"] == method].iloc[0]
     name = (
         LOOKS[method]
-        .label.replace(" model", "\nmodel")
+        .label.replace("baseline, ", "")
+        .replace("lmfit of", "lmfit\nof")
+        .replace(" model", "\nmodel")
         .replace(" method", "\nmethod")
         .replace(" (", "\n(")
-        .replace(", ", "\n")
+        .replace("|, ", "|\n")
     )
-    return f"{name}\n({row['not_converged']} of {row['seeds']} failed)" if row["not_converged"] else name
+    return f"{name}\n({row['not_converged']} of {row['seeds']}\nfailed)" if row["not_converged"] else name
 
 
 def _legend(n_seeds: int) -> list[Line2D | Patch]:

@@ -24,7 +24,7 @@ def draw_parameters(parameters: pd.DataFrame, summary: pd.DataFrame, method: str
     rows: Any = summary[summary["method"] == method]
     every: Any = parameters[(parameters["method"] == method) & parameters["std"].notna()]
     with styled():
-        figure = new_figure(8.6, 6.2)
+        figure = new_figure(8.6, 6.4)
         if rows.empty:
             figure.text(0.5, 0.5, f"{look.label}: no fit gave standard errors", ha="center")
             return figure
@@ -60,11 +60,12 @@ def draw_parameters(parameters: pd.DataFrame, summary: pd.DataFrame, method: str
                 markeredgewidth=2,
                 label=label,
             )
+        ax.set_yticks([-4, -2, 0, 2, 4])
         ax.set_ylim(-_LIMIT - 0.3, _LIMIT + 1.7)  # room for the legend
         ax.set_ylabel("error / standard error")
         _name_columns(ax, names)
         ax.set_title(f"{look.label}: errors over the seeds in standard errors", fontsize=9)
-        ax.legend(loc="upper center", ncols=3)
+        ax.legend(loc="upper center", ncols=3, fontsize=7.5, columnspacing=1.0)
     return figure
 
 
@@ -89,7 +90,7 @@ def _sizes(ax: Axes, rows: pd.DataFrame, unit: str, title: str, colour: str) -> 
     )
     ax.set_ylabel(f"{title} [{'°' if unit == 'deg' else unit}]")
     ax.set_ylim(bottom=0)
-    ax.margins(y=0.25)
+    ax.margins(y=0.4)
     _name_columns(ax, list(rows["parameter"]))
     ax.legend(loc="upper left", fontsize=7.5)
 

@@ -50,7 +50,7 @@ def draw_curves(candidates: pd.DataFrame, predictions: pd.DataFrame) -> Figure:
                 _panel(ax, here, names, sweep)
             row[0].set_ylabel(QUANTITY_LABELS[quantity])
         for ax, sweep in zip(axes[-1], sweeps, strict=True):
-            ax.set_xlabel(_SWEEPS[sweep])
+            ax.set_xlabel(_SWEEPS[sweep].replace(" of ", "\nof ").replace(" on ", "\non "))
         handles: list[Any] = [
             Line2D(
                 [], [], marker="o", linestyle="", color=PUBLISHED_COLOUR, label="published, one run a point"

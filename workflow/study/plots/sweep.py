@@ -138,13 +138,13 @@ def write_failures(ax: Axes, raw: Any, methods: list[str], values: np.ndarray, s
                 "color": "#aaaaaa" if none else LOOKS[method].colour,
                 "fontweight": "normal" if none else "bold",
             }
-            place: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7.2}
+            place: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7.5}
             if near[row["value"]]:
-                place |= {"fontsize": 7.2, "rotation": 90}  # upright numbers would stand on one another
+                place |= {"fontsize": 7.5, "rotation": 90}  # upright numbers would stand on one another
             ax.text(x, -line, "·" if none else text, **place, **look).set_in_layout(False)
     ax.set_ylim(-len(methods) + 0.5, 0.5)
     names = [LOOKS[method].label.replace("baseline, ", "") for method in methods]
-    ax.set_yticks(-np.arange(len(methods)), names, fontsize=7.2)
+    ax.set_yticks(-np.arange(len(methods)), names, fontsize=7.5)
     ax.tick_params(axis="y", length=0)
     ax.grid(visible=False)
     ax.set_ylabel("failed\n+ lost", fontsize=7.5, rotation=0, ha="right", va="center")

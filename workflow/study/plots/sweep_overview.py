@@ -19,7 +19,7 @@ from study.plots.sweep import (
     write_failures,
 )
 
-COLUMNS = 3
+COLUMNS = 2
 QUANTITY = "position_mean_mm"
 
 
@@ -37,8 +37,8 @@ def draw_overview(
     columns = min(COLUMNS, len(summaries))
     seeds, methods = 0, []
     with styled():
-        figure = new_figure(2.75 * columns, 0.9 + 3.2 * rows)
-        grid = figure.subplots(2 * rows, columns, squeeze=False, height_ratios=[3.0, 0.75] * rows)
+        figure = new_figure(4.3 * columns, 0.9 + 3.0 * rows)
+        grid = figure.subplots(2 * rows, columns, squeeze=False, height_ratios=[3.0, 1.15] * rows)
         for ax in grid.ravel()[2 * columns * (rows - 1) :]:
             ax.set_axis_off()
         for k, (name, summary) in enumerate(summaries.items()):
@@ -62,7 +62,7 @@ def draw_overview(
                 below.set_ylabel("")
             seeds = max(seeds, int(raw.loc[raw["method"] != BOUND_ROWS, "seeds"].max()))
         entries = legend_entries(methods, seeds, True)
-        figure.legend(handles=entries, loc="outside upper center", ncols=4 if columns == COLUMNS else columns)
+        figure.legend(handles=entries, loc="outside upper center", ncols=3, fontsize=8)
     return figure
 
 

@@ -33,16 +33,16 @@ def draw_worked_example(
     """
     joint = numbers["found"]["joint"]
     with styled():
-        figure = new_figure(8.6, 6.6)
-        grid = figure.add_gridspec(2, 6)
-        top = [figure.add_subplot(grid[0, 2 * k : 2 * k + 2]) for k in range(3)]
-        candidates, bars = figure.add_subplot(grid[1, :3]), figure.add_subplot(grid[1, 3:])
+        figure = new_figure(8.6, 8.6)
+        grid = figure.add_gridspec(3, 2)
+        first, candidates, asked, last = (figure.add_subplot(grid[k // 2, k % 2]) for k in range(4))
+        top, bars = (first, asked, last), figure.add_subplot(grid[2, :])
         limit = float(np.quantile(np.abs(poses["residual_before_mm"]), _SHOWN))
         for ax, when in ((top[0], "before"), (top[2], "after")):
             _residuals(ax, poses, when, limit)
             ax.set_xlabel(f"angle of joint {joint} [°]")
         top[0].set_title("1. the residual without an effect")
-        top[0].legend(loc="lower left", fontsize=7.5, ncols=3, columnspacing=0.8, handletextpad=0.2)
+        top[0].legend(loc="lower center", fontsize=7.5, ncols=3, columnspacing=0.8, handletextpad=0.2)
         _asked(top[1], poses, curve)
         top[1].set_xlabel(f"angle of joint {joint} [°]")
         top[1].set_ylabel(f"error of joint {joint} [°]")
@@ -97,10 +97,10 @@ def _candidates(ax: Axes, ranking: pd.DataFrame) -> None:
         ax.annotate(f" {value:.0f}  ({100 * share:.0f} %)", (value, y), va="center", fontsize=7.5)
     names = [name[0].upper() + name[1:] for name in ranking["candidate"]]
     ax.set_yticks(place, names, fontsize=7.5)
-    ax.set_xlim(0, 1.22 * max(float(evidence.max()), 1.0))
+    ax.set_xlim(0, 1.5 * max(float(evidence.max()), 1.0))
     ax.grid(visible=False, axis="y")
-    ax.set_xlabel("log evidence (BIC) [nats] (share of the residual that it explains)")
-    ax.set_title("2. every candidate scored on that residual: the best eight")
+    ax.set_xlabel("log evidence (BIC) [nats]\n(share of the residual that it explains)")
+    ax.set_title("2. the best eight candidates")
 
 
 def _errors(ax: Axes, errors: pd.DataFrame, numbers: dict[str, Any]) -> None:
@@ -129,5 +129,5 @@ def _errors(ax: Axes, errors: pd.DataFrame, numbers: dict[str, Any]) -> None:
     top = max(max(values) for _, values in groups)
     ax.set_ylim(0, 1.25 * top)
     ax.grid(visible=False, axis="x")
-    ax.legend(loc="upper left", fontsize=7.5)
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7.5)
     ax.set_title("5. errors on poses that were not fitted")
