@@ -7,13 +7,14 @@
 # make docs-pictures  the pictures of effects that it shows, from simulated data (docs/pictures)
 # make bench      the side-by-side figures       make lock     resolve the requirements again
 # make readme-figures   copies of the figures that the README shows, from results/
+# make release VERSION=0.2.0   set the version everywhere, and close the open section of the changelog
 # make clean      remove .venv and the caches; results/ stays (snakemake --delete-all-output removes that)
 #
 # PYTHON=/path/to/python3.11, CORES=2 and PYTEST_ARGS="-k name" may be given.
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all env test test-kernels lint format bench lock clean docs docs-pictures readme-figures
+.PHONY: all env test test-kernels lint format bench lock clean docs docs-pictures readme-figures release
 
 SHELL := /bin/sh
 CORES ?= 2
@@ -119,6 +120,9 @@ lock:
 	$(COMPILE) $(LOCK_ARGS) pyproject.toml --all-extras -o requirements/lock.txt
 	$(COMPILE) requirements/bootstrap.in -c requirements/lock.txt -o requirements/bootstrap.txt
 	$(BIN)/python workflow/envs/write_environment.py
+
+release: env
+	$(BIN)/python .ci/release.py $(VERSION)
 
 clean:
 	rm -rf .venv .pytest_cache .ruff_cache .hypothesis .import_linter_cache .snakemake build dist

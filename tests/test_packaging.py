@@ -95,6 +95,8 @@ def test_versions_agree() -> None:
     assert str(citation["version"]) == scalar.__version__
     headings = re.findall(r"^## \[(.+?)\]", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
     assert headings[0] in ("Unreleased", scalar.__version__)
+    released = [heading for heading in headings if heading != "Unreleased"]
+    assert not released or released[0] == scalar.__version__
 
 
 def test_installed_metadata_agrees() -> None:
