@@ -12,7 +12,7 @@ import pytest
 
 from scalar.diagnosis import forward_selection, harmonic_spectrum
 from scalar.diagnosis.autocorrelation import _in_order, _near
-from scalar.diagnosis.fitted_state import _optimum, refit
+from scalar.diagnosis.fitted_state import FittedState, _optimum, refit
 from scalar.diagnosis.harmonic_spectrum import _series, _System
 from scalar.diagnosis.hold_out import HeldOutErrors, blocks, first_times, improvement, no_worse
 from scalar.diagnosis.result import Diagnosis
@@ -212,6 +212,7 @@ def test_what_rounding_leaves_is_not_looked_into(monkeypatch):
         state: Any = SimpleNamespace(
             background=lambda: SimpleNamespace(variance=1.5e-4), settings=SimpleNamespace(selection=settings)
         )
+        state.is_rounding = FittedState.is_rounding.fget(state)  # type: ignore[attr-defined]
         assert forward_selection.select_forward(state, None) is state  # type: ignore[arg-type]
         assert len(searched) == times
 

@@ -78,7 +78,10 @@ def test_an_unknown_field_is_refused():
 def test_a_threshold_of_the_selection_decides(dataset):
     """No effect is taken where none may be; the one that is injected is taken by default."""
     assert [f.effect.name for f in diagnose(dataset).findings] == ["joint_scale"]
-    none = changed(DEFAULTS, {"selection.max_effects": 0, "flexible_terms.max_terms": 0})
+    none = changed(
+        DEFAULTS,
+        {"selection.max_effects": 0, "joint_selection.most_poses": 0, "flexible_terms.max_terms": 0},
+    )
     assert not diagnose(dataset, settings=none).findings
 
 
