@@ -18,7 +18,7 @@ CHECKED_HASH = 0b11  # flags in bytecode that is checked against a hash of its s
 def bare_clone(tmp_path: Path) -> Path:
     """Return a folder, with a blank in its path, that holds what `make env` reads."""
     clone = tmp_path / "a clone"
-    for name in ("Makefile", "pyproject.toml", "requirements", "scalar/__init__.py"):
+    for name in ("Makefile", "pyproject.toml", "hatch_build.py", "requirements", "scalar/__init__.py"):
         source, target = ROOT / name, clone / name
         target.parent.mkdir(parents=True, exist_ok=True)
         (shutil.copytree if source.is_dir() else shutil.copy)(source, target)
