@@ -5,7 +5,7 @@
 #include "vectors.h"
 
 typedef struct {
-    double ca, sa, cb, sb, a, d, theta;
+    double ca, sa, cb, sb, a, d, theta, ct, st;
 } Link;
 
 static void link_of(const double *geometry, int64_t n, int64_t i, Link *link) {
@@ -13,11 +13,12 @@ static void link_of(const double *geometry, int64_t n, int64_t i, Link *link) {
     link->ca = cos(geometry[n + i]), link->sa = sin(geometry[n + i]);
     link->d = geometry[2 * n + i], link->theta = geometry[3 * n + i];
     link->cb = cos(geometry[4 * n + i]), link->sb = sin(geometry[4 * n + i]);
+    link->ct = cos(link->theta), link->st = sin(link->theta);
 }
 
-/* R (3 x 3) and o (3) become those of the next frame: Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d). */
-static inline void step(const Link *k, double q, double *R, double *o) {
-    double c = cos(q + k->theta), s = sin(q + k->theta), next[9];
+/* R (3 x 3) and o (3) become those of the next frame: Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d); c and s are of q + theta. */
+static ALWAYS void step(const Link *k, double c, double s, double *R, double *o) {
+    double next[9];
     double L[9] = {k->cb * c, -k->cb * s, k->sb,
                    k->sa * k->sb * c + k->ca * s, k->ca * c - k->sa * k->sb * s, -k->sa * k->cb,
                    k->sa * s - k->ca * k->sb * c, k->ca * k->sb * s + k->sa * c, k->ca * k->cb};
@@ -56,7 +57,8 @@ int frames(int64_t N, int64_t n, const double *q, const double *geometry, const 
         write_frame(R, o, out);
         out += 16;
         for (int64_t i = 0; i < n; i++, out += 16) {
-            step(links + i, q[p * n + i], R, o);
+            double turn = q[p * n + i] + links[i].theta;
+            step(links + i, cos(turn), sin(turn), R, o);
             write_frame(R, o, out);
         }
     }

@@ -13,7 +13,7 @@ typedef struct {
     const double *weight;  /* (F,), of priors; 0 where there is none */
 } Free;
 
-static double prior_cost(const Free *v, const double *x) {
+static ALWAYS double prior_cost(const Free *v, const double *x) {
     double sum = 0.0;
     for (int64_t f = 0; f < v->F; f++) {
         double r = v->weight[f] != 0.0 ? v->weight[f] * (x[v->free[f]] - v->mean[f]) : 0.0;
@@ -22,7 +22,7 @@ static double prior_cost(const Free *v, const double *x) {
     return sum;
 }
 
-static double cost_at(const Problem *p, const Free *v, State *s, const double *x) {
+static ALWAYS double cost_at(const Problem *p, const Free *v, State *s, const double *x) {
     double sum = prior_cost(v, x), c[3];
     state_at(p, x, s);
     for (int64_t at = 0; at < p->N; at++) {
@@ -37,17 +37,19 @@ static double cost_at(const Problem *p, const Free *v, State *s, const double *x
     return sum;
 }
 
+typedef double four __attribute__((vector_size(32))); /* GCC and Clang know such vectors, whatever the processor has */
+
 /* Adds the products of a block of columns (F, BLOCK) to the lower triangle of H (F, F). */
-static inline void add_products(const double *G, int64_t F, double *H) {
+static ALWAYS void add_products(const double *G, int64_t F, double *H) {
     for (int64_t i = 0; i < F; i += 2)
         for (int64_t j = 0; j <= i; j += 2) {
             const double *a0 = G + i * BLOCK, *a1 = a0 + BLOCK, *b0 = G + j * BLOCK, *b1 = b0 + BLOCK;
-            double s00[4] = {0}, s01[4] = {0}, s10[4] = {0}, s11[4] = {0};
-            for (int r = 0; r < BLOCK; r += 4)
-                for (int l = 0; l < 4; l++) {
-                    s00[l] += a0[r + l] * b0[r + l], s01[l] += a0[r + l] * b1[r + l];
-                    s10[l] += a1[r + l] * b0[r + l], s11[l] += a1[r + l] * b1[r + l];
-                }
+            four s00 = {0}, s01 = {0}, s10 = {0}, s11 = {0}, u0, u1, v0, v1;
+            for (int r = 0; r < BLOCK; r += 4) {
+                memcpy(&u0, a0 + r, sizeof u0), memcpy(&u1, a1 + r, sizeof u1);
+                memcpy(&v0, b0 + r, sizeof v0), memcpy(&v1, b1 + r, sizeof v1);
+                s00 += u0 * v0, s01 += u0 * v1, s10 += u1 * v0, s11 += u1 * v1;
+            }
             H[i * F + j] += (s00[0] + s00[1]) + (s00[2] + s00[3]);
             if (i + 1 < F) H[(i + 1) * F + j] += (s10[0] + s10[1]) + (s10[2] + s10[3]);
             if (j + 1 < F && j + 1 <= i) H[i * F + j + 1] += (s01[0] + s01[1]) + (s01[2] + s01[3]);
@@ -56,9 +58,9 @@ static inline void add_products(const double *G, int64_t F, double *H) {
 }
 
 /* H = J'J (lower triangle) and g = J'r by the free coordinates, priors included. */
-static inline void normal_equations(const Problem *p, const Free *v, State *s, const double *x, double *H, double *g, double *G, double *work) {
+static ALWAYS void normal_equations(const Problem *p, const Free *v, State *s, const double *x, double *H, double *g, double *G, double *work) {
     int64_t A = 5 * p->n + 6, F = v->F, row = 0;
-    double c[3], by_plane[9], r[BLOCK], *by = work + 15 * p->n;
+    double c[3], by_plane[9] = {0}, r[BLOCK], *by = work + 15 * p->n;
     memset(H, 0, (size_t)(F * F) * sizeof(double));
     memset(g, 0, (size_t)F * sizeof(double));
     state_at(p, x, s);

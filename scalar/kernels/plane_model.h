@@ -23,6 +23,7 @@ typedef struct {
     double R[9], t[3];               /* of the sensor on the flange */
     double turns[9];                 /* left Jacobian of its rotation vector */
     double *planes;                  /* (K, 10): n, d, dn/du, dn/dv */
+    double *turned;                  /* (N, n, 2): cosine and sine of q, which stay as they are */
 } State;
 
 static void rotation(const double *r, double *R, double *left) {
@@ -45,11 +46,14 @@ static void rotation(const double *r, double *R, double *left) {
 static int state_begin(const Problem *p, State *s) {
     s->links = malloc((size_t)(p->n + 1) * sizeof(Link));
     s->planes = malloc((size_t)(p->K + 1) * 10 * sizeof(double));
+    s->turned = malloc((size_t)(p->N * p->n + 1) * 2 * sizeof(double));
+    if (!(s->links && s->planes && s->turned)) return -1;
     read_frame(p->T_n_flange, s->flange_R, s->flange_o);
-    return s->links && s->planes ? 0 : -1;
+    for (int64_t i = 0; i < p->N * p->n; i++) s->turned[2 * i] = cos(p->q[i]), s->turned[2 * i + 1] = sin(p->q[i]);
+    return 0;
 }
 
-static void state_end(State *s) { free(s->links), free(s->planes); }
+static void state_end(State *s) { free(s->links), free(s->planes), free(s->turned); }
 
 static void state_at(const Problem *p, const double *x, State *s) {
     double turned[9];
@@ -74,7 +78,7 @@ static void state_at(const Problem *p, const double *x, State *s) {
 }
 
 /* One pose: contact c (3), and its derivatives (3, 5 n + 6) by the arm and the sensor and (3, 3) by its plane, where `by` is given. */
-static inline void pose(const Problem *p, const State *s, int64_t at, double *c, double *by, double *by_plane, double *work) {
+static ALWAYS void pose(const Problem *p, const State *s, int64_t at, double *c, double *by, double *by_plane, double *work) {
     int64_t n = p->n, A = 5 * n + 6;
     double R[9], o[3], *x_before = work, *y_tilted = x_before + 3 * n, *z_after = y_tilted + 3 * n, *o_before = z_after + 3 * n,
                        *o_after = o_before + 3 * n;
@@ -86,7 +90,8 @@ static inline void pose(const Problem *p, const State *s, int64_t at, double *c,
                 x_before[3 * i + r] = R[3 * r], o_before[3 * i + r] = o[r];
                 y_tilted[3 * i + r] = link->ca * R[3 * r + 1] + link->sa * R[3 * r + 2];
             }
-        step(link, p->q[at * n + i], R, o);
+        const double *turned = s->turned + 2 * (at * n + i);
+        step(link, turned[0] * link->ct - turned[1] * link->st, turned[1] * link->ct + turned[0] * link->st, R, o);
         if (by)
             for (int r = 0; r < 3; r++) z_after[3 * i + r] = R[3 * r + 2], o_after[3 * i + r] = o[r];
     }
@@ -145,7 +150,7 @@ WIDE int linearise(const Problem *p, const double *x, double *residual, double *
         return -1;
     }
     state_at(p, x, &s);
-    double c[3], by_plane[9], *by = jacobian ? work + 15 * p->n : NULL;
+    double c[3], by_plane[9] = {0}, *by = jacobian ? work + 15 * p->n : NULL;
     if (jacobian) memset(jacobian, 0, (size_t)(p->N * p->m * P) * sizeof(double));
     for (int64_t at = 0; at < p->N; at++) {
         pose(p, &s, at, c, by, by_plane, work);

@@ -7,13 +7,13 @@
 #define LEAST_INCIDENCE 0.05 /* |n . e|, as in scalar/sensors/profile.py */
 #define RANK_TOLERANCE 1e-13 /* of a column's own norm, as in scalar/sensors/compression.py */
 
-static inline void orthogonalised(double *column, const double *other, int64_t n, double *sum) {
+static ALWAYS void orthogonalised(double *column, const double *other, int64_t n, double *sum) {
     double along = dot(other, column, n);
     *sum += along;
     for (int64_t i = 0; i < n; i++) column[i] -= along * other[i];
 }
 
-static inline double normalised(double *column, double size, int64_t n) {
+static ALWAYS double normalised(double *column, double size, int64_t n) {
     double norm = sqrt(dot(column, column, n));
     if (!(norm > RANK_TOLERANCE * size)) {
         memset(column, 0, (size_t)n * sizeof(double));

@@ -14,17 +14,24 @@
 #define WIDE
 #endif
 
+/* So that what a WIDE function calls is compiled as it is. */
+#if defined(__GNUC__)
+#define ALWAYS inline __attribute__((always_inline))
+#else
+#define ALWAYS inline
+#endif
+
 #define LANES 8
 
-static inline double dot3(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+static ALWAYS double dot3(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-static inline void cross3(const double *a, const double *b, double *out) {
+static ALWAYS void cross3(const double *a, const double *b, double *out) {
     out[0] = a[1] * b[2] - a[2] * b[1];
     out[1] = a[2] * b[0] - a[0] * b[2];
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-static inline double dot(const double *a, const double *b, int64_t n) {
+static ALWAYS double dot(const double *a, const double *b, int64_t n) {
     double part[LANES] = {0}, rest = 0.0;
     int64_t whole = n - n % LANES;
     for (int64_t i = 0; i < whole; i += LANES)
