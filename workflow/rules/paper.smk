@@ -43,7 +43,7 @@ STRATIFIED_SUMMARIES = PAPER / "summaries/stratified"
 STRATIFIED_REPORTED = []
 if (STRATIFIED_SUMMARIES / "numbers.json").exists():
     PAPER_NUMBERS["stratified"] = local(STRATIFIED_SUMMARIES / "numbers.json")
-    STRATIFIED_REPORTED = [STRATIFIED_SUMMARIES / "table.csv"]
+    STRATIFIED_REPORTED = [STRATIFIED_SUMMARIES / "table.csv", STRATIFIED_SUMMARIES / "first.csv"]
 
 MEASURED_SUMMARIES = PAPER / "summaries/measured"
 if (MEASURED_SUMMARIES / "numbers.json").exists():

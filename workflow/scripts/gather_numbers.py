@@ -27,6 +27,8 @@ with logged(snakemake.log):
         names = snakemake.params.trials
         parts["trials"] = reported_trials(dict(zip(names, map(read_table, given.trials), strict=True)))
     if given.stratified:
-        parts["stratified"] |= reported_stratified(read_table(given.stratified[0]))
+        now, first = map(read_table, given.stratified)
+        parts["stratified"] |= reported_stratified(now)
+        parts["stratified"]["first"] |= reported_stratified(first)
     parts["compared"] = compared(parts)
     write_json(snakemake.output[0], {"draft": snakemake.params.draft} | gather(parts))

@@ -163,8 +163,8 @@ def reported_stratified(table: pd.DataFrame) -> dict[str, Any]:
         table: ``row, sets, clean, missed, worse, much_worse``, counts; an empty cell was not recorded.
     """
     rows = [_rates(str(row["row"]), row) for row in table.to_dict("records")]
-    summed = {name: float(table[name].sum()) for name in ("sets", "clean", "worse", "much_worse")}
-    return {"rows": rows, "all": _rates("all", summed | {"missed": float("nan")})}
+    columns = ("sets", "clean", "missed", "worse", "much_worse")
+    return {"rows": rows, "all": _rates("all", {name: table[name].sum(skipna=False) for name in columns})}
 
 
 def _rates(name: str, row: Mapping[Any, Any]) -> dict[str, Any]:
