@@ -25,7 +25,10 @@ def wilson(successes: int, trials: int, level: float = LEVEL) -> tuple[float, fl
     centre = share + z * z / (2 * trials)
     half = z * np.sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials))
     scale = 1 + z * z / trials
-    return max(0.0, float((centre - half) / scale)), min(1.0, float((centre + half) / scale))
+    # Without successes, or failures, the end is exactly there, and rounding would miss it.
+    low = float((centre - half) / scale) if successes > 0 else 0.0
+    high = float((centre + half) / scale) if successes < trials else 1.0
+    return low, high
 
 
 def clustered(hits: Array, groups: Sequence[object], level: float = LEVEL) -> tuple[float, float]:
