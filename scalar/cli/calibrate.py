@@ -18,8 +18,6 @@ from scalar.units import DEG, MM
 if TYPE_CHECKING:
     from scalar.estimation.result import Calibration
 
-_MISFIT_WORTH_SAYING = 1.15
-
 
 @cli.command()
 @click.argument("dataset", type=PATH)
@@ -40,6 +38,12 @@ _MISFIT_WORTH_SAYING = 1.15
 @click.option(
     "--hold", metavar="NAME,...", help="Fix these parameters at their nominal values, e.g. a_2,d_4."
 )
+@click.option(
+    "--report",
+    "with_report",
+    is_flag=True,
+    help="Write DIR/report.html too: the error over the workspace by the data sheet and as calibrated, and every parameter.",
+)
 def calibrate(
     dataset: Path,
     output: Path,
@@ -47,14 +51,15 @@ def calibrate(
     effects_modules: Sequence[Path],
     effects_from: Path | None,
     hold: str | None,
+    with_report: bool,
 ) -> None:
     """Calibrate robot, sensor and target together.
 
-    Writes DIR/calibration.json and prints a summary.
+    Writes DIR/calibration.json and prints a summary; with --report, writes DIR/report.html, which opens offline.
 
     \b
     Examples:
-      scalar calibrate my-cell -o out
+      scalar calibrate my-cell -o out --report
       scalar calibrate my-cell -o out --effects joint_compliance,joint_scale:2
       scalar calibrate my-cell -o out --effects-module my_effects.py --effects my_effect
       scalar calibrate later -o out2 --effects-from out/calibration.json
@@ -76,14 +81,20 @@ def calibrate(
         )
     if given:
         result = replace(result, summary={**result.summary, "effects_from": given.to_mapping()})
-    result.save(made(output) / "calibration.json")
+    if with_report:
+        from scalar.report.output import write_calibration
+
+        write_calibration(result, data, made(output))
+    else:
+        result.save(made(output) / "calibration.json")
     say(describe_calibration(result))
-    say(f"written: {output / 'calibration.json'}")
+    say(f"written: {output / 'calibration.json'}{', report.html' if with_report else ''}")
 
 
 def describe_calibration(calibration: Calibration) -> str:
     """Return a summary of a calibration: parameters, standard errors, and what the data do not determine."""
     from scalar.estimation import transfer
+    from scalar.estimation.misfit import lacks_something
 
     summary = calibration.summary
     model = calibration.model
@@ -92,9 +103,9 @@ def describe_calibration(calibration: Calibration) -> str:
         f"residual {calibration.residual_rms / MM:.4g} mm RMS",
     ]
     lines += [f"  check the set-up: {suspicion['sentence']}" for suspicion in summary.get("setup", [])]
-    misfit, p_value = summary.get("misfit"), summary.get("misfit_p_value")
-    if misfit is not None and p_value is not None:
-        if misfit > _MISFIT_WORTH_SAYING and p_value < 1e-3:
+    misfit = summary.get("misfit")
+    if misfit is not None and summary.get("misfit_p_value") is not None:
+        if lacks_something(summary):
             lines.append(
                 f"  the residual is {misfit:.1f} times what the noise explains: the model lacks something; "
                 "try 'scalar diagnose'"

@@ -14,20 +14,18 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.effects import Effect
+from scalar.estimation.anywhere import limits_or_seen, poses_within_limits
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.geometry.se3 import Array, skew
 
 N_POSES = 1500
 _SEED = 20240
-_UNBOUNDED = 4 * np.pi  # rad: a joint whose limit lies beyond two turns counts as unlimited
 
 
 def joint_limits(state: FittedState) -> Array:
     """Return the joints' limits ``(n, 2)`` [rad], or the range that was seen where there are none."""
-    limits = np.array(state.model.nominal.limits, dtype=float)
-    bounded = np.isfinite(limits) & (np.abs(limits) < _UNBOUNDED)
-    return np.where(bounded, limits, measured_ranges(state))
+    return limits_or_seen(state.model.nominal.limits, state.residuals.poses.q)
 
 
 def measured_ranges(state: FittedState) -> Array:
@@ -43,11 +41,7 @@ def poses_anywhere(state: FittedState, count: int = N_POSES) -> Poses:
 
 def poses_within(limits: Array, state: FittedState, count: int) -> Poses:
     """Return random poses within ranges of the joints ``(n, 2)`` [rad], the same for every call; other columns take values that were seen."""
-    rng = np.random.default_rng(_SEED)
-    q = rng.uniform(limits[:, 0], limits[:, 1], size=(count, len(limits)))
-    seen = state.residuals.poses
-    columns = {name: rng.choice(values, count) for name, values in seen.columns.items()}
-    return Poses(q, np.full(count, float(np.median(seen.order))), columns)
+    return poses_within_limits(limits, state.residuals.poses, count, _SEED)
 
 
 def displacements(state: FittedState, more: Sequence[Effect], steps: Array, poses: Poses) -> Array:

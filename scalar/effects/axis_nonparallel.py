@@ -85,6 +85,22 @@ class AxisNonparallel(OneJoint, LinkEffect):
             "Correct poses with the calibration, or use a robot model that has Hayati's beta: plain DH parameters cannot describe this tilt."
         ]
 
+    @property
+    def how_to_measure(self) -> str:
+        """Return how to see it directly."""
+        return (
+            f"To see it directly, turn joint {self.joint - 1} alone and then joint {self.joint} alone, each with a tracker's target far "
+            "from its axis: the tilt is an angle between the two circles."
+        )
+
+    @property
+    def in_controller(self) -> str:
+        """Return what changes in the controller."""
+        return (
+            "A controller with plain DH parameters cannot hold this tilt: 'scalar export' writes it to a URDF, and 'scalar correct' applies it to "
+            "programs."
+        )
+
     def size(self, pictures: Sequence[Profile | Map]) -> str:
         """Return the angle itself."""
         return angle(abs(float(self.coefficients[0])))

@@ -133,6 +133,19 @@ class BaseCompliance(BaseEffect):
         """Return what to do about it."""
         return ["Tighten the bolts of the base, stiffen its pedestal, and measure again."]
 
+    @property
+    def how_to_measure(self) -> str:
+        """Return how to see it directly."""
+        return (
+            "To see it directly, put an inclinometer on the base and move the arm from a folded to a stretched pose: "
+            "the reading should not change."
+        )
+
+    @property
+    def in_controller(self) -> str:
+        """Return what changes in the controller."""
+        return "No parameter of a controller holds a base that gives way: until it is stiff, correct programs with 'scalar correct'."
+
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the tilt over the overturning moment."""
         w = self.base_screws(view.nominal, view.poses) @ self.coefficients

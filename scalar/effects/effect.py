@@ -296,6 +296,16 @@ class Effect(ABC):
         """Return what to do about the effect if it was found, whole sentences; the first one is what to do first."""
         return []
 
+    @property
+    def how_to_measure(self) -> str:
+        """Return how to see the effect directly, apart from all others, a sentence; may be empty."""
+        return ""
+
+    @property
+    def in_controller(self) -> str:
+        """Return what changes in the robot's controller if the effect was found, a sentence; may be empty."""
+        return ""
+
     @classmethod
     def advice_on_data(cls, dataset: Dataset) -> list[str]:
         """Return what to record so that effects of this kind could be looked for better, whole sentences."""

@@ -18,6 +18,7 @@ from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View, angle_axis
 from scalar.effects.places import JointEffect, OneJoint
 from scalar.effects.title import joints_in_words
+from scalar.effects.wording import angle, length
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -27,6 +28,13 @@ if TYPE_CHECKING:
 LEAST_TORQUE = (
     0.01  # of the most loaded joint's: the sign of a smaller torque does not tell on which side a joint rests
 )
+
+_NEEDS = {
+    "approach": ", which needs the direction of approach of each pose (column approach{})",
+    "moves": ", which needs the poses in their order",
+    "torque": "",
+}
+"""What a correction needs to know of a pose, by what tells the side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,6 +168,27 @@ class JointBacklash(OneJoint, JointEffect):
         return [
             f"Let joint {self.joint} arrive from the same side at every pose, and have the play of its gear adjusted."
         ]
+
+    @property
+    def how_to_measure(self) -> str:
+        """Return how to see it directly."""
+        return (
+            f"To see it directly, bring joint {self.joint} to the same angle from either side, with a dial gauge at the flange: the two readings "
+            f"differ by {length(self._play)} for each metre between the gauge and the joint's axis."
+        )
+
+    @property
+    def in_controller(self) -> str:
+        """Return what changes in the controller."""
+        return (
+            f"Where the controller compensates backlash, set that of joint {self.joint} to {angle(self._play)}, the whole play; else "
+            f"correct programs with 'scalar correct'{_NEEDS[self.by].format(self.joint)}."
+        )
+
+    @property
+    def _play(self) -> float:
+        """The whole play [rad], or [m] at a metre from the axis."""
+        return 2.0 * abs(float(self.coefficients[0]))
 
     @classmethod
     def advice_on_data(cls, dataset: Dataset) -> list[str]:

@@ -127,6 +127,22 @@ class JointCompliance(JointEffect):
             "Give the controller the true payload, and keep it as it was in this campaign: under a heavier load the joints give way by more."
         ]
 
+    @property
+    def how_to_measure(self) -> str:
+        """Return how to see it directly."""
+        return (
+            "To see it directly, hang a known weight on the flange of the stretched arm, with a dial gauge beside it, and compare the readings with "
+            "and without the weight."
+        )
+
+    @property
+    def in_controller(self) -> str:
+        """Return what changes in the controller."""
+        return (
+            "Where the controller compensates for gravity or for the stiffness of its gears, use that with the true payload and calibrate again; "
+            "else correct programs with 'scalar correct'."
+        )
+
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the deflection of every joint over the torque on it."""
         return [self._over_torque(view, joint) for joint in self.target["joints"]]

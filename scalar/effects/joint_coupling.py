@@ -15,6 +15,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.joint_pictures import along_joint
 from scalar.effects.picture import Map, Profile, View
 from scalar.effects.places import JointEffect
+from scalar.effects.wording import number
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -102,6 +103,22 @@ class JointCoupling(JointEffect):
         return [
             f"Compare the coupling of joint {self.joint} to joint {self.source} in the controller with the arm's data sheet, and correct it there."
         ]
+
+    @property
+    def how_to_measure(self) -> str:
+        """Return how to see it directly."""
+        return (
+            f"To see it directly, turn joint {self.source} alone from one end of its range to the other, and measure by how much the link of joint "
+            f"{self.joint} has turned meanwhile."
+        )
+
+    @property
+    def in_controller(self) -> str:
+        """Return what changes in the controller."""
+        return (
+            f"For each degree of joint {self.source}, joint {self.joint} turns by {number(float(self.coefficients[0]), 2)}° that the "
+            "controller does not count: its factor of coupling is to be changed by that; else correct programs with 'scalar correct'."
+        )
 
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the error of the joint over the angle of its source."""

@@ -15,6 +15,7 @@ from scalar.effects.effect import Effect, Table
 from scalar.effects.flexible.proposals import curves_of, waves_of
 from scalar.effects.joint_pictures import along_joint, at_angle, joint_profile
 from scalar.effects.picture import CURVE_POINTS, Axis, Map, Profile, View
+from scalar.effects.remedies import PERIODIC
 from scalar.effects.series import Series
 from scalar.effects.title import ORDERS_IN_SENTENCE, joints_in_words
 from scalar.effects.wording import UNKNOWN, angle, periods
@@ -30,6 +31,8 @@ MAX_RIPPLE_ORDER = 64
 HIGH_ORDER = (
     5  # from here on a gear's curve is hard to follow along the whole joint, and is shown folded as well
 )
+
+_STEPS_A_PERIOD = 8  # when a joint is turned to see its error
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +129,19 @@ class JointHarmonic(Series):
             f"Compare this error of joint {self.joint} with the accuracy on the data sheet of its gear, and have the gear checked for wear "
             "and eccentricity if the error is larger."
         ]
+
+    @property
+    def how_to_measure(self) -> str:
+        """Return how to see it directly."""
+        return (
+            f"To see it directly, turn joint {self.joint} alone in steps of {angle(2 * np.pi / (_STEPS_A_PERIOD * max(self.orders)), 1)} or "
+            f"less, with a tracker or an angle standard at the flange: the error comes back {max(self.orders)} times in a turn."
+        )
+
+    @property
+    def in_controller(self) -> str:
+        """Return what changes in the controller."""
+        return PERIODIC
 
     def table(self, std: Sequence[float | None]) -> Table | None:
         """Return one row an order: amplitude, its standard error, and where the wave has its first maximum, all in degrees."""

@@ -13,7 +13,7 @@ from scalar.effects.acquisition import moving_joints
 from scalar.effects.effect import Effect
 from scalar.effects.places import JointEffect, OneJoint
 from scalar.effects.title import joints_in_words
-from scalar.effects.wording import KNOWN_LENGTH, KNOWN_LENGTH_ADVICE
+from scalar.effects.wording import KNOWN_LENGTH, KNOWN_LENGTH_ADVICE, angle
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -87,3 +87,20 @@ class JointScale(OneJoint, JointEffect):
         return [
             f"Compare the gear ratio of joint {self.joint} in the controller with the arm's data sheet, and correct it there."
         ]
+
+    @property
+    def how_to_measure(self) -> str:
+        """Return how to see it directly."""
+        return (
+            f"To see it directly, turn joint {self.joint} alone by a large angle that an angle standard or a tracker measures: in every 90° that the "
+            f"controller counts, the arm turns by {angle(abs(float(self.coefficients[0])) * np.pi / 2)} "
+            f"{'more' if self.coefficients[0] > 0 else 'less'}."
+        )
+
+    @property
+    def in_controller(self) -> str:
+        """Return what changes in the controller."""
+        return (
+            f"Divide the gear ratio of joint {self.joint} in the controller, the turns of its motor for one of the joint, by "
+            f"{1.0 + float(self.coefficients[0]):.6f}; or correct programs with 'scalar correct'."
+        )

@@ -15,6 +15,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import PointEffect
 from scalar.effects.plane_axes import carried_coordinates
+from scalar.effects.remedies import NOTHING_IN_CONTROLLER
 from scalar.effects.wording import listed
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
@@ -113,6 +114,19 @@ class PlaneBow(PointEffect):
         return [
             f"Replace target plane {self.plane} by a flatter one, or support it so that it does not bend."
         ]
+
+    @property
+    def how_to_measure(self) -> str:
+        """Return how to see it directly."""
+        return (
+            f"To see it directly, lay a straightedge over target plane {self.plane}, or move a dial gauge over it: "
+            "the middle stands out or lies back."
+        )
+
+    @property
+    def in_controller(self) -> str:
+        """Return what changes in the controller."""
+        return NOTHING_IN_CONTROLLER
 
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the heights over the plane, in the two base axes nearest to it."""

@@ -15,6 +15,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.picture import Axis, Map, Profile, View, variable_axis
 from scalar.effects.places import PointEffect
 from scalar.effects.plane_axes import carried_coordinates
+from scalar.effects.remedies import NOTHING_IN_CONTROLLER
 from scalar.effects.wording import listed
 from scalar.geometry.se3 import Array
 
@@ -214,6 +215,16 @@ class PlaneMoved(PointEffect):
             f"Clamp target plane {self.plane} and measure again, or give the poses from order "
             f"{self.order:.0f} on a session of their own (column session in poses.csv)."
         ]
+
+    @property
+    def how_to_measure(self) -> str:
+        """Return how to see it directly."""
+        return f"To see it directly, measure a few poses on target plane {self.plane} at the beginning and again at the end of each campaign."
+
+    @property
+    def in_controller(self) -> str:
+        """Return what changes in the controller."""
+        return NOTHING_IN_CONTROLLER
 
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the heights of the plane's scans over the plane where it stood first, in order of acquisition."""

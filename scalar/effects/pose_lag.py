@@ -91,6 +91,16 @@ class PoseLag(OneJoint, JointEffect):
             "The lag belongs to this campaign: predictions are made for an arm at rest.",
         ]
 
+    @property
+    def how_to_measure(self) -> str:
+        """Return how to see it directly."""
+        return f"To see it directly, stop joint {self.joint} after a large step, and log its angle and the position of the flange for some seconds."
+
+    @property
+    def in_controller(self) -> str:
+        """Return what changes in the controller."""
+        return "In the controller, let a pose count as reached only when the joints have settled: a narrower window of position, or a wait."
+
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the error of the joint over its last step."""
         axis = Axis(f"last step of joint {self.joint}", "rad")

@@ -135,6 +135,16 @@ class SensorSlip(SensorEffect):
             f"{self.order:.0f} on a session of their own (column session in poses.csv)."
         ]
 
+    @property
+    def how_to_measure(self) -> str:
+        """Return how to see it directly."""
+        return "To see it directly, repeat one pose at the beginning, in the middle and at the end of a campaign: a sensor that slips shows at once."
+
+    @property
+    def in_controller(self) -> str:
+        """Return what changes in the controller."""
+        return "Teach the tool frame of the sensor again when its mount is tight; the parameters of the arm stay as they are."
+
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the shift along the fitted motion in order of acquisition."""
         order = view.poses.order

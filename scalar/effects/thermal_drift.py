@@ -226,6 +226,20 @@ class ThermalDrift(LinkEffect):
             "Let the arm warm up before it is measured and before it is used, and keep the temperature around it even."
         ]
 
+    @property
+    def how_to_measure(self) -> str:
+        """Return how to see it directly."""
+        return "To see it directly, measure one pose far from the base every few minutes, from a cold start until it no longer changes."
+
+    @property
+    def in_controller(self) -> str:
+        """Return what changes in the controller."""
+        return (
+            f"No fixed parameter holds a drift: correct programs with 'scalar correct', which needs the {self.by} of each pose (column {self.by})."
+            if self.by == "temperature"
+            else "The drift is that of this campaign: nothing in the controller corrects it, and programs are best run with a warm arm."
+        )
+
     @classmethod
     def advice_on_data(cls, dataset: Dataset) -> list[str]:
         """Return that time and temperature should be recorded, where they are not."""

@@ -1,4 +1,4 @@
-"""Random poses within the joint limits, at which models of one arm are compared: the same for every calibration of an arm."""
+"""Random poses within the joint limits, at which models of one arm are compared: the same for every call."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.estimation.model import Model
+from scalar.geometry.se3 import Array
 
 _SEED = 0
+_UNBOUNDED = 4 * np.pi  # rad: a joint whose limit lies beyond two turns counts as unlimited
 _TEMPERATURE = (10.0, 30.0)  # deg C: a workshop's
 
 
@@ -23,3 +25,25 @@ def random_poses(model: Model, count: int) -> Poses:
     q = rng.uniform(limits[:, 0], limits[:, 1], (count, len(limits)))
     columns = {"approach": rng.choice([-1.0, 1.0], q.shape), "temperature": rng.uniform(*_TEMPERATURE, count)}
     return Poses.from_arrays(q, columns, q.shape[1])
+
+
+def poses_within_limits(limits: Array, seen: Poses, count: int, seed: int) -> Poses:
+    """Return random poses within joint limits, the same for every call; other columns take values that were seen, the order its median.
+
+    Args:
+        limits: ``(n, 2)`` [rad].
+        seen: Of the dataset.
+        count: How many.
+        seed: Of the draws.
+    """
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(limits[:, 0], limits[:, 1], size=(count, len(limits)))
+    columns = {name: rng.choice(values, count) for name, values in seen.columns.items()}
+    return Poses(q, np.full(count, float(np.median(seen.order))), columns)
+
+
+def limits_or_seen(limits: Array, q: Array) -> Array:
+    """Return joint limits ``(n, 2)`` [rad], or the range of ``q`` ``(N, n)`` where a joint has none."""
+    limits = np.array(limits, dtype=float)
+    bounded = np.isfinite(limits) & (np.abs(limits) < _UNBOUNDED)
+    return np.where(bounded, limits, np.column_stack([q.min(axis=0), q.max(axis=0)]))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.special import chdtrc  # what scipy.stats.chi2.sf calls, without its checks of arrays
@@ -12,6 +14,8 @@ from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS
 from scalar.geometry.se3 import Array
+
+_WORTH_SAYING, _BY_CHANCE = 1.15, 1e-3  # chosen: ratio and p-value from which a user hears of it
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,16 @@ class Misfit:
     ratio: float
     p_value: float | None
     inflation: float
+
+
+def lacks_something(summary: Mapping[str, Any]) -> bool:
+    """Return whether the residual of a calibration clearly exceeds what the noise explains.
+
+    Args:
+        summary: Of the calibration: ``misfit`` and ``misfit_p_value``, None where the noise is not known.
+    """
+    ratio, p_value = summary.get("misfit"), summary.get("misfit_p_value")
+    return ratio is not None and p_value is not None and ratio > _WORTH_SAYING and p_value < _BY_CHANCE
 
 
 def misfit(

@@ -7,6 +7,7 @@ from scalar.evaluate.pose_errors import (
     best_rigid_motion,
     evaluate,
     pose_errors,
+    rotation_vector_near,
     true_frames,
 )
 from scalar.evaluate.truth import read_truth
@@ -19,5 +20,6 @@ __all__ = [
     "evaluate",
     "pose_errors",
     "read_truth",
+    "rotation_vector_near",
     "true_frames",
 ]

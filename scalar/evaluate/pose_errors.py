@@ -167,7 +167,7 @@ def true_parameters(truth: Mapping[str, Any]) -> dict[str, float]:
 _SENSOR_TURN = ("sensor_rx", "sensor_ry", "sensor_rz")
 
 
-def _rotation_vector_near(turn: Array, near: Array) -> Array:
+def rotation_vector_near(turn: Array, near: Array) -> Array:
     """Return the rotation vector ``(3,)`` [rad] of the same rotation that is nearer to another.
 
     At half a turn, where the paper's scanner sits, r and r (1 - 2 pi / |r|) are as short as each other.
@@ -186,7 +186,7 @@ def _parameter_errors(calibration: Calibration, truth: Mapping[str, Any] | None)
     values = dict(zip(calibration.model.names, calibration.model.vector, strict=True))
     if all(name in true for name in _SENSOR_TURN):
         near = np.array([true[name] for name in _SENSOR_TURN])
-        turn = _rotation_vector_near(calibration.model.sensor_rotation_vector(), near)
+        turn = rotation_vector_near(calibration.model.sensor_rotation_vector(), near)
         values.update(zip(_SENSOR_TURN, turn, strict=True))
     rows = []
     for name, entry in calibration.parameters().items():

@@ -51,6 +51,7 @@ class Robot:
         T_n_flange: ``(4, 4)``, fixed transform after the last joint.
         gravity: ``(3,)`` [m/s^2] in the base frame.
         tolerance: The maker's, where it is stated.
+        standard_dh: Whether the table that it was read from is standard DH; ``geometry`` is modified DH all the same.
 
     Example:
         An arm of two links, stretched out:
@@ -71,6 +72,7 @@ class Robot:
     T_n_flange: Array
     gravity: Array
     tolerance: Tolerance | None = None
+    standard_dh: bool = False
 
     @property
     def down(self) -> Array:
@@ -102,7 +104,8 @@ class Robot:
         n = len(joints)
         geometry = np.array([[float(joint.get(kind, 0.0)) for joint in joints] for kind in GEOMETRY])
         flange = _fixed_transform(mapping.get("flange"))
-        if mapping.get("convention", "modified-dh") == "standard-dh":
+        standard = mapping.get("convention", "modified-dh") == "standard-dh"
+        if standard:
             if geometry[4].any():
                 raise ValueError("beta belongs to modified DH; a standard-DH chain has no such parameter")
             a, alpha = geometry[0].copy(), geometry[1].copy()
@@ -120,6 +123,7 @@ class Robot:
             T_n_flange=flange,
             gravity=np.array(mapping.get("gravity", STANDARD_GRAVITY), dtype=float),
             tolerance=_tolerance(mapping.get("tolerance")),
+            standard_dh=standard,
         )
 
     def to_mapping(self) -> dict[str, Any]:

@@ -1,13 +1,16 @@
-"""The report of a diagnosis, one HTML file that opens offline: tables in, pictures out."""
+"""The report of a diagnosis, and the page of a calibration: one HTML file that opens offline, tables in, pictures out."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
     from scalar.diagnosis.result import Diagnosis
+    from scalar.estimation.result import Calibration
 
-TEMPLATE = "report.html.jinja"
+DIAGNOSIS, CALIBRATION = "report.html.jinja", "calibration.html.jinja"
 
 
 def render_report(diagnosis: Diagnosis) -> str:
@@ -17,11 +20,28 @@ def render_report(diagnosis: Diagnosis) -> str:
     names from the dataset are escaped, whatever they hold. The same diagnosis gives the same bytes. The page
     stays under 3 MB: where there are more values than it can hold, pictures draw some of them and say so.
     """
+    from scalar.report.page import page
+
+    return _rendered(DIAGNOSIS, page(diagnosis))
+
+
+def render_calibration(calibration: Calibration, dataset: Dataset) -> str:
+    """Return the page of a calibration as HTML, of the same kind as ``render_report``: the error over the workspace, and every parameter.
+
+    Args:
+        calibration: To tell.
+        dataset: That it was made from.
+    """
+    from scalar.report.calibration_page import calibration_page
+
+    return _rendered(CALIBRATION, calibration_page(calibration, dataset))
+
+
+def _rendered(template: str, content: Mapping[str, Any]) -> str:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     from scalar import __version__
     from scalar.report.inline_svg import COLOURS
-    from scalar.report.page import page
     from scalar.report.visible import visible
 
     environment = Environment(
@@ -31,5 +51,5 @@ def render_report(diagnosis: Diagnosis) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    template = environment.get_template(TEMPLATE)
-    return visible(template.render(page(diagnosis), version=__version__, colours=COLOURS))
+    filled = environment.get_template(template).render(content, version=__version__, colours=COLOURS)
+    return visible(filled)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from scalar.effects import registry
 from scalar.effects.wording import KNOWN_LENGTH_ADVICE
 from scalar.report.noise_card import noise_advice
 from scalar.report.opening import by_importance, caution
-from scalar.report.words import angle, length, listed
+from scalar.report.words import angle, capital, length, listed, quoted
 from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
@@ -23,44 +24,74 @@ WEAK_ANGLE = 0.02 * DEG
 HARDLY_MOVED = 0.5 * DEG
 FEW_POSES_A_PLANE = 30
 _WEAK_SHOWN = 4
+_LIKEWISE = 6  # findings of a kind that are named with the most important one
+GEOMETRY = (
+    "The lengths and angles that were found replace those of the data sheet, if the controller lets them be entered: 'scalar export after.json "
+    "-o parameters.csv' writes them. If it does not, 'scalar correct after.json program.csv -o corrected.csv' writes corrected joint angles of a "
+    "program, for geometry and effects together."
+)
 
 
-def advice(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
-    """Return the advice, the most useful sentence first."""
-    found = [
-        *_about_findings(diagnosis),
+@dataclass(frozen=True)
+class Item:
+    """One thing to do.
+
+    Attributes:
+        about: What it is about, a heading; may be empty.
+        sentences: What to do, the first thing first.
+    """
+
+    about: str
+    sentences: tuple[str, ...]
+
+
+def advice(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[Item]:
+    """Return the advice, the most useful first: what to do about each kind of finding, in the controller, and with the next measurements."""
+    more = [
         *_mislabelled(mapping),
         *_unobservable(diagnosis),
         *_weak(diagnosis),
         *_columns(diagnosis),
         *_poses(diagnosis),
     ]
-    return list(dict.fromkeys(found))
+    return [
+        *_about_findings(diagnosis),
+        *_in_controller(diagnosis),
+        *(Item("", (sentence,)) for sentence in dict.fromkeys(more)),
+    ]
 
 
-def _about_findings(diagnosis: Diagnosis) -> list[str]:
-    """Return what to do about each kind of finding, once: other findings of a kind are named after the most important one."""
+def _about_findings(diagnosis: Diagnosis) -> list[Item]:
+    """Return what to do about each kind of finding, once: told of the most important one, the others of its kind are named with it."""
     together: dict[str, list[Finding]] = {}
     for finding in by_importance(diagnosis.findings):
         together.setdefault(finding.effect.told_with or finding.effect.name, []).append(finding)
-    found: list[str] = []
+    found: list[Item] = []
     for first, *others in together.values():
-        if warning := caution(diagnosis, first):
-            found.append(warning)
-            found += [
-                f"If it is {first.effect.title}: {text[:1].lower()}{text[1:]}" for text in first.effect.advice
+        effect, warning = first.effect, caution(diagnosis, first)
+        texts = [*effect.advice, effect.how_to_measure]
+        if effect.flexible:
+            texts += [text for finding in others for text in finding.effect.advice]
+        elif others and effect.advice:
+            titles = list(dict.fromkeys(finding.effect.title for finding in others))
+            more = [f"{len(titles) - _LIKEWISE} more"] if len(titles) > _LIKEWISE else []
+            texts.append(f"Do the same for {listed([*map(quoted, titles[:_LIKEWISE]), *more])}.")
+        if warning and texts:
+            texts = [
+                warning.replace(quoted(effect.title), "it", 1),
+                f"If it is confirmed: {texts[0][:1].lower()}{texts[0][1:]}",
+                *texts[1:],
             ]
-        else:
-            found += first.effect.advice
-        if first.effect.flexible:
-            found += [text for finding in others for text in finding.effect.advice]
-        elif others and first.effect.advice:
-            found.append(
-                f"Do the same for {listed(list(dict.fromkeys(finding.effect.title for finding in others)))}."
-            )
+        found.append(Item(capital(effect.title), tuple(dict.fromkeys(filter(None, texts)))))
     if diagnosis.confirmed_noise and not diagnosis.flexible_terms:
-        found += noise_advice(diagnosis)
-    return found
+        found.append(Item("Random errors", tuple(noise_advice(diagnosis))))
+    return [item for item in found if item.sentences]
+
+
+def _in_controller(diagnosis: Diagnosis) -> list[Item]:
+    """Return what changes in the controller: the geometry, and what each effect asks for, each sentence once."""
+    asked = [finding.effect.in_controller for finding in by_importance(diagnosis.findings)]
+    return [Item("In the controller", (GEOMETRY, *dict.fromkeys(filter(None, asked))))]
 
 
 def _unobservable(diagnosis: Diagnosis) -> list[str]:

@@ -24,6 +24,15 @@ COLOURS = {
     "purple": ("#6a3d9a", "#b594e0"),
     "dot": ("#2f77ad", "#5fa5d8"),
     "fill": ("#a9c4da", "#3f6583"),
+    "heat0": ("#fdf3e3", "#2b241d"),
+    "heat1": ("#fde4c2", "#413222"),
+    "heat2": ("#fdcf9a", "#5c4226"),
+    "heat3": ("#fcb377", "#7c5228"),
+    "heat4": ("#f58f57", "#a16229"),
+    "heat5": ("#e3683c", "#c8742c"),
+    "heat6": ("#c33f24", "#e79143"),
+    "heat7": ("#962013", "#f6b56f"),
+    "heat8": ("#64100c", "#ffdcae"),
 }
 """The colours of charts and page by name: on a light screen and paper, and on a dark screen."""
 

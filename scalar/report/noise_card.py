@@ -22,6 +22,8 @@ REPEAT_POSES = (
     "do not."
 )
 
+SURE = 0.8  # confidence below which a cause is to be confirmed before anything is repaired
+
 
 def noise_clause(diagnosis: Diagnosis) -> str:
     """Return what the likeliest variance component shows, as a clause."""
@@ -45,7 +47,8 @@ def noise_advice(diagnosis: Diagnosis) -> list[str]:
     """Return what to do about the likeliest variance component, the first thing first."""
     if diagnosis.component_is_no_noise:
         return first_steps(diagnosis.depends_on) or [REPEAT_POSES]
-    if len(diagnosis.noise_entry()["confounded_with"]):
+    entry = diagnosis.noise_entry()
+    if len(entry["confounded_with"]) or entry["confidence"] < SURE:
         return [REPEAT_POSES]
     if diagnosis.noise[0].name == JITTER:
         return [

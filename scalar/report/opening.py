@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 from scalar.diagnosis.separating_poses import separation
 from scalar.effects.picture import Map, Profile
 from scalar.report import words
-from scalar.report.noise_card import noise_advice, noise_clause, noise_size
+from scalar.report.noise_card import SURE, noise_advice, noise_clause, noise_size
 
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis, Finding
 
 _CLAUSES = 3  # in the first sentence; the others are counted
-_SURE = 0.8  # confidence below which a cause is to be confirmed before anything is repaired
 
 Pictures = Sequence[Profile | Map]
 
@@ -85,8 +84,12 @@ def _what_matters(diagnosis: Diagnosis, mapping: Mapping[str, Any], pictures: Se
     change = (
         "falls" if held_out["after"]["held_out_rms_mm"] < held_out["before"]["held_out_rms_mm"] else "changes"
     )
+    if after == before:
+        change, values = "stays at", f"{after} mm"
+    else:
+        values = f"from {before} to {after} mm"
     what = "this" if len(diagnosis.findings) + len(noise) == 1 else "these"
-    return f"{said}: with {what} in the model, {error} {change} from {before} to {after} mm, and {level}."
+    return f"{said}: with {what} in the model, {error} {change} {values}, and {level}."
 
 
 def _joined(found: Sequence[str], noise: Sequence[str]) -> str:
@@ -126,11 +129,11 @@ def caution(diagnosis: Diagnosis, finding: Finding) -> str:
         return ""
     if finding.confounded_with:
         return _distinguish(diagnosis, finding)
-    if finding.confidence >= _SURE:
+    if finding.confidence >= SURE:
         return ""
     return (
-        f"Confirm {finding.effect.title} with a second campaign before anything is repaired: its confidence is "
-        f"{100 * finding.confidence:.0f} % only."
+        f"Confirm {words.quoted(finding.effect.title)} with a second campaign before anything is repaired: its confidence is only "
+        f"{100 * finding.confidence:.0f} %."
     )
 
 
@@ -144,4 +147,7 @@ def _distinguish(diagnosis: Diagnosis, lead: Finding) -> str:
         if found is None
         else f"poses with joint {found.joint} between {words.angle(found.low)} and {words.angle(found.high)}"
     )
-    return f"Before anything is repaired, measure {where}: these data do not distinguish {lead.effect.title} from {near.title}."
+    return (
+        f"Before anything is repaired, measure {where}: these data do not distinguish {words.quoted(lead.effect.title)} "
+        f"from {words.quoted(near.title)}."
+    )

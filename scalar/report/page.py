@@ -10,15 +10,18 @@ import numpy as np
 
 from scalar.diagnosis.partial_residuals import FittedView
 from scalar.diagnosis.separating_poses import separation
+from scalar.diagnosis.shipped_fit import BY_COMPONENT
 from scalar.effects.picture import Map, Profile
 from scalar.report import shipped_words, unseen_words, words
 from scalar.report.advice import advice
 from scalar.report.noise_card import noise_card
 from scalar.report.opening import opening
 from scalar.report.own_noise import own_noise
+from scalar.report.parameter_table import convention_in_words, parameter_tables
 from scalar.report.pictures import draw
 from scalar.report.residual_pictures import draw_residuals
 from scalar.report.thinning import dots_per_panel
+from scalar.report.workspace_map import workspace_section
 from scalar.sensors import kind_of
 from scalar.units import MM
 
@@ -60,6 +63,10 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         "unseen": unseen_words.unseen_sentences(diagnosis, mapping),
         "shipped": shipped_words.shipped_sentences(diagnosis),
         "errors": _errors(mapping, bool(diagnosis.findings)),
+        "workspace": _workspace(diagnosis),
+        "file": "after.json",
+        "convention": convention_in_words(diagnosis.dataset.robot),
+        "parameters": parameter_tables(diagnosis.calibration_after, diagnosis.dataset.sensor.T_flange_sensor),
         "effects": effects,
         "residuals": draw_residuals(diagnosis.before, diagnosis.after, most),
         "ranking": _ranking(diagnosis),
@@ -91,21 +98,33 @@ def _headline(diagnosis: Diagnosis) -> str:
     return NOISE_ONLY if only_noise else VERDICTS[diagnosis.verdict]
 
 
-def _files(diagnosis: Diagnosis) -> str:
-    """Return what the two calibrations are, a sentence; empty where the sentences on the shipped fit say it."""
+def _files(diagnosis: Diagnosis) -> list[str]:
+    """Return what the two calibrations are and how to use the one that is shipped, whole sentences."""
+    use = (
+        "'scalar correct after.json program.csv -o corrected.csv' writes joint angles at which the arm stands where it is wanted, "
+        "'scalar predict after.json joints.csv -o frames.csv' says where it stands, and 'scalar export' writes its geometry for controllers."
+    )
     if diagnosis.shipped.without_effects:
-        return ""
+        return [f"after.json is then the same calibration as before.json. {use}"]
     if not diagnosis.findings:
-        return (
-            "'scalar predict after.json joints.csv -o frames.csv' applies this calibration to joint angles."
+        other = (
+            "the one with equal weights for all poses"
+            if diagnosis.shipped.fit == BY_COMPONENT
+            else "the same"
         )
+        return [f"after.json is the calibration of arm, sensor and target; before.json is {other}. {use}"]
     what = "this effect" if len(diagnosis.findings) == 1 else "these effects"
     if diagnosis.shipped.choice.left_out:
         what = "what was found, as far as these data determine it,"
-    return (
-        f"after.json is the calibration that takes {what} into account, and 'scalar predict after.json joints.csv -o frames.csv' applies it; "
-        "before.json is the one without."
-    )
+    return [
+        f"after.json is the calibration that takes {what} into account; before.json is the one of the geometry alone. {use}"
+    ]
+
+
+def _workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
+    before, after = diagnosis.calibration_before.model, diagnosis.calibration_after.model
+    seen = diagnosis.after.residuals.poses
+    return workspace_section(diagnosis.calibration_found, after, before if after.effects else None, seen)
 
 
 def _errors(mapping: Mapping[str, Any], changed: bool) -> dict[str, Any]:
@@ -185,11 +204,11 @@ def _confounded(diagnosis: Diagnosis, index: int, finding: Finding) -> dict[str,
     if found is not None:
         text = (
             f"Poses with joint {found.joint} between {words.angle(found.low)} and {words.angle(found.high)} would show best whether it is "
-            f"{titles[0]}: there the predictions of the two differ by {words.length(found.there)}, at the measured poses by "
+            f"{words.quoted(titles[0])}: there the predictions of the two differ by {words.length(found.there)}, at the measured poses by "
             f"{words.length(found.here)}."
         )
     more = len(titles) - _RIVALS_SHOWN
-    shown = titles[:_RIVALS_SHOWN] + ([f"{more} more"] if more > 0 else [])
+    shown = [words.quoted(title) for title in titles[:_RIVALS_SHOWN]] + ([f"{more} more"] if more > 0 else [])
     return {"names": words.listed(shown, "or"), "poses": text}
 
 
@@ -211,7 +230,19 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
         for entry in diagnosis.ranking
         if best[entry.effect.title] is entry
     ]
-    return {"first": rows[:_RANKS_SHOWN], "rest": rows[_RANKS_SHOWN:]}
+    first = [row for i, row in enumerate(rows) if i < _RANKS_SHOWN or row["taken"]]
+    listed = {row["title"] for row in rows}
+    given_others = [
+        words.quoted(f.effect.title)
+        for f in diagnosis.findings
+        if not f.effect.flexible and words.capital(f.effect.title) not in listed
+    ]
+    return {
+        "first": first,
+        "rest": [row for row in rows if row not in first],
+        "later": words.listed(given_others),
+        "one_later": len(given_others) == 1,
+    }
 
 
 def _unobservable(diagnosis: Diagnosis) -> list[dict[str, str]]:

@@ -18,7 +18,7 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator, ScalarFormatter
+from matplotlib.ticker import FixedFormatter, FixedLocator, MaxNLocator, NullLocator, ScalarFormatter
 
 from scalar.geometry.se3 import Array
 from scalar.report.inline_svg import COLOURS, inlined, plain_text
@@ -28,6 +28,7 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 46, 12, 40, 40  # the least margins, in the same 
 _LETTER = 6.3  # width of a digit of a tick's label, in the same unit
 _TICKS = 5  # at most this many intervals between ticks
 _WIDE_ANGLE = 20.0  # degrees: from this span on, ticks stand at parts of a turn
+_FEW_DECADES = 2.2  # up to which a logarithmic axis has three ticks a decade
 _SIZE_CLASSES = 8  # marks of different sizes are drawn in so many classes
 _STYLE = {
     "svg.fonttype": "none",
@@ -49,14 +50,18 @@ class Panel:
         x_label: str,
         y_label: str,
         x_is_angle: bool = False,
+        y_is_log: bool = False,
+        square: bool = False,
     ) -> None:
         self.y_range, self.x_range = y_range, x_range
         self._titles: dict[str, Sequence[str]] = {}
         with _style():
-            self._figure = Figure(figsize=(WIDTH / 72, HEIGHT / 72))
+            self._figure = Figure()
             FigureCanvasSVG(self._figure)
             self._figure.patch.set_visible(False)
             ax = self._axes = self._figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=x_range, ylim=y_range)
+            if y_is_log:
+                ax.set_yscale("log")
             ax.patch.set_visible(False)
             ax.spines[:].set_visible(False)
             ax.grid(color=_colour("grid"), linewidth=1)
@@ -64,18 +69,25 @@ class Panel:
             ax.tick_params(length=0, pad=5, labelsize=10.5, labelcolor=_colour("soft"))
             _set_ticks(ax.xaxis, x_range, x_is_angle)
             # As much room as the longest label needs; the same for panels with the same range.
-            longest = max(len(label) for label in _set_ticks(ax.yaxis, y_range, False))
-            left = max(_LEFT, _LETTER * longest + 12)
-            edges = (left / WIDTH, _BOTTOM / HEIGHT)
-            ax.set_position((*edges, 1.0 - edges[0] - _RIGHT / WIDTH, 1.0 - edges[1] - _TOP / HEIGHT))
+            labels = _set_log_ticks(ax.yaxis, y_range) if y_is_log else _set_ticks(ax.yaxis, y_range, False)
+            left = max(_LEFT, _LETTER * max(map(len, labels)) + 12)
+            self._axes_width = WIDTH - left - _RIGHT
+            height = self._axes_width + _TOP + _BOTTOM if square else HEIGHT
+            self._figure.set_size_inches(WIDTH / 72, height / 72)
+            edges = (left / WIDTH, _BOTTOM / height)
+            ax.set_position((*edges, 1.0 - edges[0] - _RIGHT / WIDTH, 1.0 - edges[1] - _TOP / height))
             if y_range[0] < 0 < y_range[1]:
                 ax.axhline(0.0, color=_colour("zero"), linewidth=1, zorder=1)
             place = {"transform": None, "color": _colour("ink")}
             middle = (left + WIDTH - _RIGHT) / 2
             self._figure.text(middle, 8, plain_text(x_label), ha="center", fontsize=11.5, **place)
-            self._figure.text(2, HEIGHT - 13, plain_text(title), fontsize=12.5, weight="bold", **place)
+            self._figure.text(2, height - 13, plain_text(title), fontsize=12.5, weight="bold", **place)
             # Level, not turned: it is read on a phone as well, and has the whole width.
-            self._figure.text(2, HEIGHT - 29, plain_text(y_label), fontsize=11.5, **place)
+            self._figure.text(2, height - 29, plain_text(y_label), fontsize=11.5, **place)
+
+    def points_across(self, width: float) -> float:
+        """Return how many points across a length of the x axis is drawn."""
+        return self._axes_width * width / (self.x_range[1] - self.x_range[0])
 
     def marks(
         self,
@@ -200,6 +212,21 @@ def _style() -> Iterator[None]:
 
 def _colour(name: str) -> str:
     return COLOURS[name][0]
+
+
+def _set_log_ticks(axis: Any, span: tuple[float, float]) -> list[str]:
+    """Set ticks at 1, 2 and 5 times powers of ten, or at the powers alone where there are many; return their labels."""
+    decades = np.log10(span[1] / span[0])
+    ticks = [
+        step * 10.0**power
+        for power in range(int(np.floor(np.log10(span[0]))), int(np.ceil(np.log10(span[1]))) + 1)
+        for step in ((1.0, 2.0, 5.0) if decades < _FEW_DECADES else (1.0,))
+    ]
+    labels = [f"{tick:g}" for tick in ticks if span[0] <= tick <= span[1]]
+    axis.set_major_locator(FixedLocator([float(label) for label in labels]))
+    axis.set_major_formatter(FixedFormatter(labels))
+    axis.set_minor_locator(NullLocator())
+    return labels or [""]
 
 
 def _set_ticks(axis: Any, span: tuple[float, float], is_angle: bool) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
-from scalar.report.words import length, listed, number
+from scalar.report.words import length, listed, number, quoted
 from scalar.units import MM
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def _left_out(diagnosis: Diagnosis) -> list[str]:
     choice = diagnosis.shipped.choice
     if not choice.left_out or diagnosis.shipped.without_effects:
         return []
-    names = listed([effect.title for effect in choice.left_out])
+    names = listed([quoted(effect.title) for effect in choice.left_out])
     them = "it" if len(choice.left_out) == 1 else "them"
     return [
         f"after.json does not correct for {names}, because these data do not determine {them} well enough: predictions at other poses are "

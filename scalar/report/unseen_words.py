@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from scalar.report.words import capital, number, title
+from scalar.report.words import number, quoted, title
 
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
@@ -34,7 +34,7 @@ def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[s
             f"{len(outer.failed)} of {outer.folds} runs failed without their part of the poses, and that part is not counted: {outer.failed[0]}."
         )
     for entry in mapping["not_confirmed"]:
-        name = capital(title(entry["name"], entry["target"], entry.get("depends_on", ())))
+        name = quoted(title(entry["name"], entry["target"], entry.get("depends_on", ())))
         sentences.append(
             f"Not confirmed: {name} was chosen in {share(entry, diagnosis)}. It is no finding, and after.json does not correct for it."
         )

@@ -20,6 +20,7 @@ __all__ = [
     "length",
     "listed",
     "number",
+    "quoted",
     "title",
 ]
 
@@ -45,6 +46,11 @@ def chance(p: float | None) -> str:
     if p < 1e-12:
         return "< 10⁻¹²"
     return number(p, 2)
+
+
+def quoted(title: str) -> str:
+    """Return the title of an effect in quotation marks, for a sentence: titles have a colon."""
+    return f"“{title}”"
 
 
 def capital(text: str) -> str:

@@ -96,11 +96,20 @@ def test_advice_says_what_to_do(effects):
             assert text[0].isupper() and text.endswith(".") and not faults(text), text
 
 
+def test_every_effect_says_how_to_see_it_and_what_changes_in_the_controller(effects):
+    """Both are whole sentences; how to see a flexible term is said by its first steps, which are its advice."""
+    for effect in effects:
+        texts = [effect.in_controller] if effect.flexible else [effect.how_to_measure, effect.in_controller]
+        for text in texts:
+            assert text[:1].isupper() and text.endswith(".") and not faults(text), (effect.name, text)
+
+
 def test_a_fault_of_scanner_or_plane_sends_nobody_to_the_arm(effects):
     """Advice on errors of the points names the scanner or the plane, and neither a joint nor a gear."""
     for effect in effects:
         if isinstance(effect, PointEffect):
-            text = " ".join([effect.sentence, effect.clause, *effect.advice])
+            text = " ".join([effect.sentence, effect.clause, *effect.advice, effect.how_to_measure])
+            assert effect.in_controller.startswith("Nothing changes in the controller")
             assert not JOINT.search(text) and "gear" not in text and "robot" not in text, text
             assert "scanner" in text or "target plane" in text, text
 
@@ -119,6 +128,6 @@ def test_a_tracker_hears_nothing_of_planes_and_scans():
     data = make_scene(kind="tracker", seed=1, poses_per_plane=8).dataset
     for kind in known().values():
         tried = [*kind.candidates(data), *(effect for effect, _ in kind.changes(data))]
-        texts = [text for e in tried for text in (e.title, e.clause, e.sentence, *e.advice)]
+        texts = [text for e in tried for text in (e.title, e.clause, e.sentence, *e.advice, e.how_to_measure, e.in_controller)]
         for text in [*texts, *kind.advice_on_data(data)]:
             assert not words_of(text.lower()) & {"plane", "planes", "scan", "scans", "scanner"}, text

@@ -56,7 +56,7 @@ def test_an_unsure_cause_is_confirmed_before_anything_is_repaired():
     for sure, asked in ((0.6, True), (0.95, False)):
         finding = found(JointBacklash(2, "approach"), 3e-4, 1e-4)
         finding.confidence, finding.confounded_with = sure, ()
-        assert ("Confirm joint 2: backlash" in caution(diagnosis, finding)) is asked
+        assert ("Confirm “joint 2: backlash” with a second campaign" in caution(diagnosis, finding)) is asked
     term = found(UnattributedJoint(1, (Variable.observed("q1", np.linspace(-1.0, 1.0, 5)),)), 3e-4, 1e-4)
     term.confidence, term.confounded_with = 0.5, ()
     assert not caution(diagnosis, term)

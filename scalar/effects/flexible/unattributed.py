@@ -63,6 +63,14 @@ class Unattributed(Effect):
         """Return how to look for its cause."""
         return first_steps(self.depends_on)
 
+    @property
+    def in_controller(self) -> str:
+        """Return that nothing changes yet."""
+        return (
+            "Change nothing in the controller for structure whose cause is not known; 'scalar correct' applies the flexible term, which holds near "
+            "the measured poses only."
+        )
+
     def table(self, std: Sequence[float | None]) -> Table | None:
         """Return None, because the coefficients of a flexible term mean nothing to a reader."""
         return None

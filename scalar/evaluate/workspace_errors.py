@@ -1,0 +1,130 @@
+"""How wrong an arm is all over its workspace: by its data sheet, and by a calibration, with the band that the covariance leaves.
+
+At random poses within the joint limits, the position of the sensor's origin by a model is compared with that by the calibration:
+``e = p_model - p_hat + D z``, where the columns of D are deviations of one standard deviation of the calibration and z is standard
+normal. The place of the base and the place of the sensor on the flange are set once in every workcell, by measuring, so the motion
+of the base and the shift of the sensor that fit best are removed from both terms. What is left is what no such setting mends.
+
+The band is that of chance errors of the measurements. It does not know of anything that the model lacks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.kinematics import Kinematics
+from scalar.estimation.model import Model
+from scalar.estimation.prediction_covariance import pose_deviations
+from scalar.estimation.result import Calibration
+from scalar.evaluate.pose_errors import best_rigid_motion
+from scalar.geometry.se3 import Array, skew
+
+N_DRAWS = 200
+_SEED = 20240
+_ALIGNMENTS = (
+    3  # steps of Gauss and Newton; each divides what is left by the size of the errors over that of the arm
+)
+_RANK_TOLERANCE = (
+    1e-9  # of the largest singular value: an arm may have no base or sensor to set apart from another
+)
+BAND = (0.025, 0.975)
+"""Quantiles that enclose the 95 % band."""
+
+
+@dataclass(frozen=True, eq=False)
+class WorkspaceErrors:
+    """Position errors at random poses.
+
+    Attributes:
+        position: ``(N, 3)`` [m], of the sensor's origin in the base frame, as calibrated.
+        errors: ``{state: (N, 3)}`` [m], the estimated error of each model.
+        deviations: ``(N, 3, K)`` [m], independent deviations of that estimate, of one standard deviation each.
+    """
+
+    position: Array
+    errors: Mapping[str, Array]
+    deviations: Array
+
+    @cached_property
+    def _chance(self) -> Array:
+        """Draws ``(R, N, 3)`` [m] of the error of the estimate."""
+        draws = np.random.default_rng(_SEED).standard_normal((N_DRAWS, self.deviations.shape[2]))
+        return np.einsum("nik,rk->rni", self.deviations, draws, optimize=True)
+
+    def sizes(self, state: str) -> Array:
+        """Return draws ``(R, N)`` [m] of the size of the error of a model at every pose, as the covariance leaves it open."""
+        return np.linalg.norm(self.errors[state] + self._chance, axis=2)
+
+
+@dataclass(frozen=True)
+class Banded:
+    """A number with its 95 % band.
+
+    Attributes:
+        value, low, high: The median of the draws and the ends of the band.
+    """
+
+    value: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, draws: Array) -> Banded:
+        """Return the number of which these are draws ``(R,)``."""
+        low, value, high = np.quantile(draws, [BAND[0], 0.5, BAND[1]])
+        return cls(float(value), float(low), float(high))
+
+
+def workspace_errors(
+    calibration: Calibration, models: Mapping[str, Model], poses: Poses
+) -> WorkspaceErrors | None:
+    """Return the position errors of models, the calibration being the best estimate of the arm; None if it has no covariance.
+
+    Args:
+        calibration: The estimate, with its covariance.
+        models: What is judged, by name.
+        poses: Where.
+    """
+    estimate = _at(calibration.model, poses)
+    found = pose_deviations(calibration.model, estimate, calibration.free, calibration.covariance)
+    if found is None:
+        return None
+    T = estimate.T_base_sensor
+    deviations = _removed(found[:, :3].reshape(3 * len(T), -1), T).reshape(len(T), 3, -1)
+    errors = {name: aligned_errors(_at(model, poses).T_base_sensor, T) for name, model in models.items()}
+    return WorkspaceErrors(T[:, :3, 3], errors, deviations)
+
+
+def _at(model: Model, poses: Poses) -> Kinematics:
+    return Kinematics.of(model, poses, EffectBases.of(model.nominal, poses, model.effects))
+
+
+def _columns(T: Array) -> Array:
+    """Return the derivatives ``(3 N, 9)`` of positions by a small motion of the base and a shift of the sensor on the flange."""
+    o = T[:, :3, 3]
+    moved = np.broadcast_to(np.eye(3), (len(o), 3, 3))
+    return np.concatenate([-skew(o), moved, T[:, :3, :3]], axis=2).reshape(3 * len(o), 9)
+
+
+def _removed(columns: Array, T: Array) -> Array:
+    """Return columns ``(3 N, K)`` without the best motion of the base and shift of the sensor."""
+    U, sizes, _ = np.linalg.svd(_columns(T), full_matrices=False)
+    U = U[:, sizes > _RANK_TOLERANCE * sizes[0]]
+    return columns - U @ (U.T @ columns)
+
+
+def aligned_errors(T_model: Array, T_hat: Array) -> Array:
+    """Return ``(N, 3)`` [m]: positions by a model less those estimated, after the best motion of the base and shift of the sensor."""
+    T = np.array(T_model)
+    for _ in range(_ALIGNMENTS):
+        T = best_rigid_motion(T[:, :3, 3], T_hat[:, :3, 3]) @ T
+        error = T[:, :3, 3] - T_hat[:, :3, 3]
+        shift = np.linalg.lstsq(_columns(T), error.ravel(), rcond=_RANK_TOLERANCE)[0][6:]
+        T[:, :3, 3] -= T[:, :3, :3] @ shift
+    return (best_rigid_motion(T[:, :3, 3], T_hat[:, :3, 3]) @ T)[:, :3, 3] - T_hat[:, :3, 3]

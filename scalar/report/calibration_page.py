@@ -1,0 +1,58 @@
+"""The page of a calibration: how wrong the arm was, how wrong it is now, and every parameter."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scalar.data.dataset import Dataset
+from scalar.data.poses import Poses
+from scalar.estimation.misfit import lacks_something
+from scalar.estimation.result import Calibration
+from scalar.report.parameter_table import convention_in_words, parameter_tables
+from scalar.report.workspace_map import workspace_section
+from scalar.sensors import kind_of
+
+FILE = "calibration.json"
+
+
+def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, Any]:
+    """Return everything that the template needs.
+
+    Args:
+        calibration: To tell.
+        dataset: That it was made from.
+    """
+    seen = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
+    workspace = workspace_section(calibration, calibration.model, None, seen, FILE)
+    about = [f"robot {dataset.robot.name}, {dataset.robot.n_joints} joints", kind_of(dataset).words]
+    return {
+        "name": dataset.name,
+        "about": " · ".join([*about, f"{calibration.summary['poses']} poses"]),
+        "opening": [_what_it_is(workspace), _what_to_do(calibration)],
+        "setup": [suspicion["sentence"] for suspicion in calibration.summary.get("setup", [])],
+        "workspace": workspace,
+        "file": FILE,
+        "convention": convention_in_words(dataset.robot),
+        "parameters": parameter_tables(calibration, dataset.sensor.T_flange_sensor),
+        "gauge": [dict(entry) for entry in calibration.gauge],
+    }
+
+
+def _what_it_is(workspace: dict[str, Any] | None) -> str:
+    if workspace is None:
+        return f"{FILE} is the calibration of the arm and the sensor; the fit gave no covariance, so it is not known how far it is off."
+    before, after = workspace["rows"][0]["mean"], workspace["rows"][-1]["mean"]
+    return (
+        f"By the data sheet, the arm errs by {before['value']} on average over its workspace (95 % band {before['band']}); by {FILE}, it errs by "
+        f"{after['value']} ({after['band']})."
+    )
+
+
+def _what_to_do(calibration: Calibration) -> str:
+    misfit = calibration.summary.get("misfit")
+    if lacks_something(calibration.summary):
+        return (
+            f"Run 'scalar diagnose' before you rely on that: the residual is {misfit:.1f} times what the noise explains, so the model "
+            "lacks something that no band accounts for."
+        )
+    return f"Use it: 'scalar correct {FILE} program.csv -o corrected.csv' corrects the joint angles of a program."

@@ -1,0 +1,136 @@
+"""The parameters as the robot's own table has them, in millimetres and degrees: data sheet, found, change, standard error.
+
+The model is in modified DH. In a standard-DH table, a and alpha of a row belong to the end of its link, which is the beginning of the next
+one: they are those of the next joint in modified DH. What such a table has for the end of its last link is a part of the flange, which is
+not calibrated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from scalar.estimation.result import Calibration
+from scalar.evaluate import rotation_vector_near
+from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
+from scalar.geometry.se3 import Array, log_so3
+from scalar.report.words import UNKNOWN
+from scalar.units import DEG, MM
+
+_BEYOND_CHANCE = 1.96  # standard errors: chance alone passes it once in twenty times
+DATA_SHEET, STATED = "data sheet", "stated"
+_LEAST_DECIMALS, _MOST_DECIMALS = 3, 6
+
+
+def parameter_tables(calibration: Calibration, T_flange_sensor: Array | None) -> list[dict[str, Any]]:
+    """Return the tables of lengths, of angles and of the sensor's place, with their rows.
+
+    Args:
+        calibration: To tell.
+        T_flange_sensor: ``(4, 4)``, the sensor's place that the dataset states, or None.
+    """
+    entries = list(_geometry(calibration))
+    tables = [
+        _table("Lengths", "mm", DATA_SHEET, [entry[1:] for entry in entries if entry[0] in LENGTHS]),
+        _table("Angles", "°", DATA_SHEET, [entry[1:] for entry in entries if entry[0] not in LENGTHS]),
+        *_sensor(calibration, T_flange_sensor),
+    ]
+    return [table for table in tables if table["rows"]]
+
+
+def convention_in_words(robot: Robot) -> str:
+    """Return the sentence that says which Denavit-Hartenberg parameters these are."""
+    if robot.standard_dh:
+        return "Denavit-Hartenberg parameters (standard), as in dataset.yaml: Rz(q + theta) Tz(d) Tx(a) Rx(alpha)."
+    return (
+        "Denavit-Hartenberg parameters (modified), as in dataset.yaml: Rx(alpha) Tx(a) Rz(q + theta) Tz(d)."
+    )
+
+
+Entry = tuple[str, float | None, float, float | None, str]
+"""Name, nominal, found, standard error, all in the unit of the table, and a remark."""
+
+
+def _geometry(calibration: Calibration) -> Iterator[tuple[str, str, float | None, float, float | None, str]]:
+    """Yield kind and entry of every geometric parameter of the robot's own table, row by row."""
+    robot, nominal, std = calibration.model.robot, calibration.model.nominal, calibration.std
+    near = calibration.summary.get("kept_near_data_sheet") or {}
+    for row in range(0 if nominal.standard_dh else 1, robot.n_joints + 1):
+        for k, kind in enumerate(GEOMETRY):
+            # A row of a standard-DH table has a and alpha of the next joint of the model, and no row 0 but these.
+            joint = row + 1 if nominal.standard_dh and kind in ("a", "alpha") else row
+            name = f"{kind}_{joint}"
+            if not 1 <= joint <= robot.n_joints or (name not in std and (kind == "beta" or row == 0)):
+                continue
+            unit = MM if kind in LENGTHS else DEG
+            stated, found = (float(x.geometry[k, joint - 1]) / unit for x in (nominal, robot))
+            error = float(std[name]) / unit if name in std else None
+            remark = "fixed" if error is None else "near data sheet" if name in near else ""
+            yield kind, f"{kind} {row}", stated, found, error, remark
+
+
+def _sensor(calibration: Calibration, T_stated: Array | None) -> Iterator[dict[str, Any]]:
+    """Yield the table of the sensor's place on the flange: shifts, and its rotation vector where it was observed."""
+    std = calibration.std
+    model = calibration.model
+    turn, stated = model.sensor_rotation_vector(), None
+    if T_stated is not None:
+        turn_stated = log_so3(T_stated[:3, :3])
+        turn, stated = rotation_vector_near(turn, turn_stated), np.r_[T_stated[:3, 3], turn_stated]
+    found = np.r_[model.sensor[:3], turn]
+    for names, unit, words in ((("x", "y", "z"), MM, "mm"), (("rx", "ry", "rz"), DEG, "°")):
+        entries: list[Entry] = []
+        for name in names:
+            i = ("x", "y", "z", "rx", "ry", "rz").index(name)
+            error = std.get(f"sensor_{name}")
+            if error is None and words == "°" and not calibration.observes_orientation:
+                continue
+            entries.append(
+                (
+                    name,
+                    None if stated is None else float(stated[i]) / unit,
+                    float(found[i]) / unit,
+                    None if error is None else float(error) / unit,
+                    "fixed" if error is None else "",
+                )
+            )
+        yield _table(
+            "Sensor on the flange" + (", rotation vector" if words == "°" else ""), words, STATED, entries
+        )
+
+
+def _table(title: str, unit: str, source: str, entries: list[Entry]) -> dict[str, Any]:
+    errors = [entry[3] for entry in entries if entry[3]]
+    # Two digits of the smallest standard error: with fewer, a change could not be compared with it.
+    finest = 1 - int(np.floor(np.log10(min(errors)))) if errors else _LEAST_DECIMALS
+    decimals = int(np.clip(finest, _LEAST_DECIMALS, _MOST_DECIMALS))
+    return {
+        "title": title,
+        "unit": unit,
+        "source": source,
+        "rows": [_row(entry, decimals) for entry in entries],
+    }
+
+
+def _row(entry: Entry, decimals: int) -> dict[str, Any]:
+    name, nominal, found, error, remark = entry
+    change = None if nominal is None else found - nominal
+    return {
+        "name": name,
+        "nominal": UNKNOWN if nominal is None else _fixed(nominal, decimals),
+        "found": _fixed(found, decimals),
+        "change": UNKNOWN if change is None or error is None else _signed(change, decimals),
+        "error": remark if error is None else f"{error:.{decimals}f}",
+        "remark": "" if error is None else remark,
+        "beyond_chance": change is not None and error is not None and abs(change) > _BEYOND_CHANCE * error,
+    }
+
+
+def _fixed(value: float, decimals: int) -> str:
+    return f"{value + 0.0:.{decimals}f}".replace("-", "−")
+
+
+def _signed(value: float, decimals: int) -> str:
+    return f"{value + 0.0:+.{decimals}f}".replace("-", "−")

@@ -1,0 +1,267 @@
+"""The error of the arm over its workspace, by its data sheet and as calibrated: a table, two slices, and the error against the reach.
+
+Poses are sorted into square cells of a slice: a side view (distance from the first joint's axis, height) and a view from above. A cell shows
+the mean error over its poses, whatever the wrist does there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.estimation.anywhere import limits_or_seen, poses_within_limits
+from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.kinematics import Kinematics
+from scalar.estimation.model import Model
+from scalar.estimation.result import Calibration
+from scalar.evaluate.workspace_errors import Banded, workspace_errors
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
+from scalar.report.panel import Panel
+from scalar.report.pictures import Pair, sentences
+from scalar.report.words import number
+from scalar.units import MM
+
+NOMINAL, WITHOUT_EFFECTS, SHIPPED = "data sheet", "before.json", "after.json"
+"""What is compared: the arm as its maker describes it, and the calibrations of a diagnosis by their files."""
+_POSES, _SEED = 4000, 20240
+_CELLS_ACROSS = 18
+_LEAST_POSES = 3  # in a cell, to be drawn
+_SHELLS = 12  # of the curve over the reach
+_DOTS = 150  # measured poses that are drawn at most
+_STEPS = ((1.0, 2.0, 5.0), (1.0, 3.0), (1.0,))  # in a decade, the finest first
+_CLASSES = 9
+_LEVEL = 0.99  # cosine from which two directions count as one
+_MOST = 0.95  # share of the poses whose error a bound holds for
+_CELL_GAP = 0.6  # points
+
+
+@dataclass(frozen=True, eq=False)
+class Slice:
+    """Where poses lie in a slice.
+
+    Attributes:
+        words: What is seen.
+        labels: Of the two axes.
+        at: ``(N, 2)`` [m], the random poses.
+        measured: ``(M, 2)`` [m], the measured ones.
+        from_axis: Whether the first is a distance from an axis, and counts from zero.
+    """
+
+    words: str
+    labels: tuple[str, str]
+    at: Array
+    measured: Array
+    from_axis: bool = False
+
+
+def workspace_section(
+    estimate: Calibration, shipped: Model, without_effects: Model | None, seen: Poses, file: str = SHIPPED
+) -> dict[str, Any] | None:
+    """Return the table and the pictures of the errors over the workspace, or None where the fit has no covariance.
+
+    Args:
+        estimate: The best one of the arm, with its covariance.
+        shipped: The calibration that is judged.
+        without_effects: The one without effects, where it is another; or None.
+        seen: The measured poses.
+        file: What the calibration that is judged is called.
+    """
+    robot = estimate.model.nominal
+    models = {
+        NOMINAL: replace(estimate.model, robot=robot, effects=()),
+        **({} if without_effects is None else {WITHOUT_EFFECTS: without_effects}),
+        file: shipped,
+    }
+    anywhere = poses_within_limits(limits_or_seen(robot.limits, seen.q), seen, _POSES, _SEED)
+    errors = workspace_errors(estimate, models, anywhere)
+    if errors is None:
+        return None
+    bases = EffectBases.of(robot, seen, estimate.model.effects)
+    measured = Kinematics.of(estimate.model, seen, bases).T_base_sensor[:, :3, 3]
+    states = list(models)
+    sizes = {state: errors.sizes(state) for state in states}
+    side, top = _slices(robot, errors.position, measured)
+    before, after = sizes[NOMINAL], sizes[file]
+    pictures = [_draw_slice(view, before, after, file) for view in (side, top)]
+    return {
+        "rows": [
+            {"state": state, "mean": _banded(_mean(sizes[state])), "most": _banded(_bound(sizes[state]))}
+            for state in states
+        ],
+        "poses": len(anywhere),
+        "pictures": [*pictures, _draw_reach(side, before, after, file)],
+    }
+
+
+def _mean(draws: Array) -> Banded:
+    return Banded.of(draws.mean(axis=1))
+
+
+def _bound(draws: Array) -> Banded:
+    return Banded.of(np.quantile(draws, _MOST, axis=1))
+
+
+def _banded(found: Banded) -> dict[str, str]:
+    """Return the number and its band in millimetres, all with as many decimals as the number has."""
+    value = number(found.value / MM)
+    decimals = len(value.partition(".")[2])
+    return {
+        "value": f"{value} mm",
+        "band": f"{found.low / MM:.{decimals}f} to {found.high / MM:.{decimals}f} mm",
+    }
+
+
+def _slices(robot: Robot, position: Array, measured: Array) -> tuple[Slice, Slice]:
+    """Return the view from the side and the view from above."""
+    up = -robot.down if robot.down.any() else np.array([0.0, 0.0, 1.0])
+    level = abs(up[2]) > _LEVEL
+    first = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < _LEVEL else np.array([0.0, 1.0, 0.0])
+    first = first - up * (first @ up)
+    first /= np.linalg.norm(first)
+    second = np.cross(up, first) if up[2] >= 0 else np.cross(first, up)
+    axis = robot.T_base_0[:3, 3]
+
+    def seen(points: Array) -> tuple[Array, Array]:
+        from_axis = points - axis
+        across = from_axis - np.outer(from_axis @ up, up)
+        side = np.column_stack([np.linalg.norm(across, axis=1), points @ up])
+        return side, np.column_stack([points @ first, points @ second])
+
+    (side, top), (side_measured, top_measured) = seen(position), seen(measured)
+    names = ("x of the base [m]", "y of the base [m]") if level else ("horizontally [m]", "across that [m]")
+    return (
+        Slice(
+            "from the side",
+            (
+                "horizontal distance from the first joint's axis [m]",
+                "height above the base frame's origin [m]",
+            ),
+            side,
+            side_measured,
+            from_axis=True,
+        ),
+        Slice("from above", names, top, top_measured),
+    )
+
+
+def _draw_slice(view: Slice, before: Array, after: Array, file: str) -> Pair:
+    low, high = view.at.min(axis=0), view.at.max(axis=0)
+    if view.from_axis:
+        low[0] = 0.0
+    width = float(np.max(high - low)) / (_CELLS_ACROSS - (not view.from_axis))
+    corner = (low + high - _CELLS_ACROSS * width) / 2
+    if view.from_axis:
+        corner[0] = 0.0
+    cell = np.floor((view.at - corner) / width).astype(int)
+    names, index, count = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
+    index = index.ravel()
+    drawn = np.flatnonzero(count >= _LEAST_POSES)
+    means = [_means_of(draws, index, len(count))[:, drawn] for draws in (before, after)]
+    found = [[Banded.of(column) for column in mean.T] for mean in means]
+    shades = [
+        np.array([b.value for b in found[0]]) / MM,
+        np.array([b.high for b in found[1]]) / MM,
+    ]
+    edges = _edges(float(min(map(np.min, shades))), float(max(map(np.max, shades))))
+    centre = corner + (names[drawn] + 0.5) * width
+    spans = tuple((float(c), float(c) + _CELLS_ACROSS * width) for c in corner)
+    panels = []
+    titles = (f"before, by the {NOMINAL}", f"after, by {file}: below this with 97.5 % certainty")
+    for title, values, banded in zip(titles, shades, found, strict=True):
+        panel = Panel(*spans, title=title, x_label=view.labels[0], y_label=view.labels[1], square=True)
+        side = panel.points_across(width) - _CELL_GAP
+        shade = np.clip(np.searchsorted(edges, values), 0, _CLASSES - 1)
+        for k in np.unique(shade):
+            mine = np.flatnonzero(shade == k)
+            said = [_said(centre[i], banded[i], int(count[drawn[i]])) for i in mine]
+            panel.marks(centre[mine, 0], centre[mine, 1], said, f"heat{k}", marker="s", size=side)
+        some = np.unique(np.linspace(0, len(view.measured) - 1, _DOTS).astype(int))
+        panel.marks(view.measured[some, 0], view.measured[some, 1], None, "ink", size=2.2, alpha=0.55)
+        panels.append(panel)
+    used = np.unique(np.concatenate([np.clip(np.searchsorted(edges, v), 0, _CLASSES - 1) for v in shades]))
+    what = f"mean error of the position over the workspace, seen {view.words}"
+    return Pair(
+        panels[0].markup(f"{what}, by the {NOMINAL}"),
+        panels[1].markup(f"{what}, with {file}: the upper end of the 95 % band"),
+        sentences(f"{what}, in millimetres.", "Both pictures have the same colours."),
+        (
+            *(("■", f"heat{k}", _shade_in_words(edges, int(k))) for k in range(used[0], used[-1] + 1)),
+            (
+                "•",
+                "ink",
+                "measured poses" if len(view.measured) <= _DOTS else f"{_DOTS} of the measured poses",
+            ),
+        ),
+    )
+
+
+def _said(centre: Array, found: Banded, poses: int) -> str:
+    return (
+        f"about {number(centre[0], 2)} m, {number(centre[1], 2)} m: mean error {number(found.value / MM, 2)} mm, "
+        f"95 % band {number(found.low / MM, 2)} to {number(found.high / MM, 2)} mm ({poses} poses)"
+    )
+
+
+def _means_of(draws: Array, index: Array, cells: int) -> Array:
+    """Return the means ``(R, cells)`` of draws ``(R, N)`` of poses over the cell of each."""
+    order = np.argsort(index, kind="stable")
+    starts = np.searchsorted(index[order], np.arange(cells))
+    return np.add.reduceat(draws[:, order], starts, axis=1) / np.bincount(index, minlength=cells)
+
+
+def _edges(smallest: float, largest: float) -> Array:
+    """Return the upper edges ``(_CLASSES,)`` of the classes of colour [mm]: round, the last holds the largest value.
+
+    They stand as close as the classes allow if the smallest value is to be told from the others.
+    """
+    for in_decade in _STEPS:
+        steps = np.array([step * 10.0**power for power in range(-12, 7) for step in in_decade])
+        top = min(int(np.searchsorted(steps, largest)), len(steps) - 1)
+        edges = steps[top - _CLASSES + 1 : top + 1]
+        if edges[0] <= smallest:
+            break
+    return edges
+
+
+def _shade_in_words(edges: Array, k: int) -> str:
+    if k == 0:
+        return f"below {edges[0]:g} mm"
+    return f"{edges[k - 1]:g} to {edges[k]:g} mm"
+
+
+def _draw_reach(view: Slice, before: Array, after: Array, file: str) -> Pair:
+    """Return the mean error against the horizontal distance from the first joint's axis, with its band."""
+    r = view.at[:, 0]
+    edges = np.linspace(0.0, float(r.max()), _SHELLS + 1)
+    index = np.clip(np.digitize(r, edges) - 1, 0, _SHELLS - 1)
+    kept = np.flatnonzero(np.bincount(index, minlength=_SHELLS) >= _LEAST_POSES)
+    renumbered = np.searchsorted(kept, index)
+    chosen = np.isin(index, kept)
+    centre = (edges[:-1] + edges[1:])[kept] / 2
+    curves = []
+    for draws in (before, after):
+        means = _means_of(draws[:, chosen], renumbered[chosen], len(kept))
+        curves.append(np.array([[b.low, b.value, b.high] for b in map(Banded.of, means.T)]).T / MM)
+    low, high = (float(f(curves)) for f in (np.min, np.max))
+    panel = Panel(
+        (0.0, float(edges[-1])),
+        (max(low, 1e-4 * high) / 1.3, high * 1.3),
+        title="",
+        x_label=view.labels[0],
+        y_label="mean error of the position [mm]",
+        y_is_log=True,
+    )
+    for curve, colour in zip(curves, ("orange", "blue"), strict=True):
+        panel.band(centre, curve[0], curve[2], colour)
+        panel.line(centre, curve[1], colour)
+    what = "mean error of the position against the distance from the first joint's axis"
+    return Pair(
+        panel.markup(f"{what}, before and after"),
+        None,
+        sentences(f"{what}, before and after, with the 95 % band; the scale is logarithmic."),
+        (("━", "orange", f"before: {NOMINAL}"), ("━", "blue", f"after: {file}")),
+    )

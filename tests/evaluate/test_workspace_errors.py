@@ -1,0 +1,110 @@
+"""The error over the workspace: what base and sensor take up is none, and the band holds the truth as often as it says."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from scalar.data.poses import Poses
+from scalar.estimation.anywhere import limits_or_seen, poses_within_limits
+from scalar.estimation.calibrate import calibrate
+from scalar.estimation.result import Calibration
+from scalar.evaluate.workspace_errors import (
+    Banded,
+    aligned_errors,
+    workspace_errors,
+)
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import exp_so3, transform_from_rotation_vector
+from tests import helpers
+from tests.calibrated_arms import calibrated
+
+ROBOT = Robot.from_mapping(helpers.robot_mapping("vs060"))
+
+
+def frames(robot: Robot, count: int = 200) -> np.ndarray:
+    """Return flange frames at random poses."""
+    rng = np.random.default_rng(5)
+    return robot.flange(rng.uniform(robot.limits[:, 0], robot.limits[:, 1], (count, robot.n_joints)))
+
+
+def with_covariance(calibration: Calibration, size: float) -> Calibration:
+    """Return a calibration whose lengths and angles are uncertain, and correlated."""
+    free = tuple(n for n in calibration.model.names if n.split("_")[0] in ("a", "d", "alpha", "theta"))
+    root = size * np.random.default_rng(8).normal(size=(len(free), len(free))) / np.sqrt(len(free))
+    return replace(calibration, free=free, covariance=root @ root.T)
+
+
+def test_base_and_sensor_take_up_their_share():
+    """A base that is moved by centimetres and degrees and a sensor that sits elsewhere are no error of the arm."""
+    T = frames(ROBOT)
+    moved = transform_from_rotation_vector([0.02, -0.01, 0.03], [0.02, 0.03, -0.01]) @ T
+    moved = moved @ transform_from_rotation_vector([0.004, 0.01, -0.003], [0.0, 0.0, 0.0])
+    assert np.abs(aligned_errors(moved, T)).max() < 1e-12
+
+
+def test_the_alignment_is_the_best_one():
+    """The sum of squares is that of a general solver over nine numbers: turn and shift of the base, shift of the sensor."""
+    T = frames(ROBOT)
+    other = frames(calibrated(ROBOT, np.random.default_rng(1)).model.robot)
+
+    def left(x: np.ndarray) -> np.ndarray:
+        points = other[:, :3, 3] + other[:, :3, :3] @ x[6:]
+        return (points @ exp_so3(x[:3]).T + x[3:6] - T[:, :3, 3]).ravel()
+
+    best = least_squares(left, np.zeros(9), xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    found = aligned_errors(other, T)
+    assert np.sum(found**2) > 1e-7
+    np.testing.assert_allclose(found.ravel(), best.fun, atol=1e-9)
+
+
+def test_the_band_is_that_of_the_parameters():
+    """Means over poses of errors of models drawn from the covariance, each predicted in full, have the quantiles of the draws."""
+    rng = np.random.default_rng(3)
+    calibration = with_covariance(calibrated(ROBOT, rng), 2e-4)
+    poses = Poses(rng.uniform(ROBOT.limits[:, 0], ROBOT.limits[:, 1], (300, 6)), np.zeros(300), {})
+    found = workspace_errors(calibration, {"same": calibration.model}, poses)
+    assert found is not None
+    draws = found.sizes("same").mean(axis=1)
+    T = calibration.predict(poses.q)
+    index = [calibration.model.names.index(name) for name in calibration.free]
+    exact = []
+    for _ in range(200):
+        vector = calibration.model.vector.copy()
+        vector[index] += rng.multivariate_normal(np.zeros(len(index)), calibration.covariance)
+        other = replace(calibration, model=calibration.model.with_vector(vector))
+        exact.append(np.linalg.norm(aligned_errors(other.predict(poses.q), T), axis=1).mean())
+    # Means of 200 draws agree to a tenth: their scatter is about a third of the mean, so a tenth is three standard errors.
+    assert abs(np.mean(draws) / np.mean(exact) - 1.0) < 0.1
+    assert abs(np.std(draws) / np.std(exact) - 1.0) < 0.3
+
+
+def test_without_covariance_nothing_is_claimed():
+    """A fit whose covariance is not finite gives no errors instead of a band of nothing."""
+    calibration = with_covariance(calibrated(ROBOT, np.random.default_rng(3)), 2e-4)
+    unknown = replace(calibration, covariance=np.full_like(calibration.covariance, np.inf))
+    assert workspace_errors(unknown, {}, Poses(np.zeros((4, 6)), np.zeros(4), {})) is None
+
+
+def test_the_band_holds_the_truth_as_often_as_it_says():
+    """Over campaigns that differ in their noise, the mean error by the data sheet lies in the band in 95 of 100, as the truth of each scene
+    tells. Of 40, fewer than 34 have a chance of 1 in 300; and the scatter in half widths is that of 1.96 standard deviations."""
+    inside, scatter = 0, []
+    for seed in range(40):
+        scene = helpers.make_scene(kind="tracker", seed=seed, poses_per_plane=14, noise=2e-4)
+        calibration = calibrate(scene.dataset)
+        robot = scene.dataset.robot
+        seen = Poses.from_frame(scene.dataset.poses, robot.n_joints, order_is_row=True)
+        poses = poses_within_limits(limits_or_seen(robot.limits, seen.q), seen, 300, 1)
+        nominal = replace(calibration.model, robot=robot)
+        found = workspace_errors(calibration, {"data sheet": nominal}, poses)
+        assert found is not None
+        band = Banded.of(found.sizes("data sheet").mean(axis=1))
+        T_nominal = Calibration.nominal(scene.dataset, calibration.model.T_flange_sensor).predict(poses.q)
+        true = np.linalg.norm(aligned_errors(T_nominal, scene.truth.sensor(poses.q)), axis=1).mean()
+        inside += band.low <= true <= band.high
+        scatter.append((true - band.value) / (band.high - band.low) * 2)
+    assert inside >= 34
+    assert 0.3 < np.std(scatter) * 1.96 < 1.5

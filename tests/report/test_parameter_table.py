@@ -1,0 +1,61 @@
+"""The table of parameters has the numbers of the robot's own table, in its own rows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scalar.geometry.robot import Robot
+from scalar.report.parameter_table import parameter_tables
+from tests.calibrated_arms import T_SENSOR, calibrated
+
+ROWS = [
+    {"a": 0.0, "alpha": 1.5, "d": 0.1, "theta": 0.0},
+    {"a": -0.4, "alpha": 0.2, "d": 0.02, "theta": -1.0},
+    {"a": 0.05, "alpha": -1.4, "d": 0.3, "theta": 0.5},
+]
+
+
+@pytest.mark.parametrize("convention", ["modified-dh", "standard-dh"])
+def test_the_rows_are_those_of_the_robots_own_table(convention: str) -> None:
+    """Names and data-sheet values are the numbers as they were declared, in mm and degrees, in either convention; only the end of the last
+    link of a standard-DH table is a part of the flange."""
+    robot = Robot.from_mapping({"name": "arm", "convention": convention, "joints": ROWS})
+    tables = parameter_tables(calibrated(robot, np.random.default_rng(0)), None)
+    stated = {
+        row["name"]: float(row["nominal"].replace("−", "-"))
+        for table in tables
+        for row in table["rows"]
+        if " " in row["name"]
+    }
+    expected = {
+        f"{kind} {i + 1}": value * 1e3 if kind in "ad" else np.degrees(value)
+        for i, declared in enumerate(ROWS)
+        for kind, value in declared.items()
+        if not (convention == "standard-dh" and i == 2 and kind in ("a", "alpha"))
+    }
+    assert stated.keys() == expected.keys()
+    for name, value in expected.items():
+        assert stated[name] == pytest.approx(value, abs=6e-4)
+
+
+def test_found_less_data_sheet_is_the_change_and_bold_is_beyond_chance() -> None:
+    """Change, found and data sheet fit together; a change is marked if it exceeds 1.96 standard errors, and what is fixed is never marked."""
+    robot = Robot.from_mapping({"name": "arm", "joints": ROWS})
+    calibration = calibrated(robot, np.random.default_rng(1))
+    free = tuple(f"{kind}_{i}" for kind in ("a", "alpha", "d", "theta") for i in (2, 3))
+    calibration = replace(calibration, free=free, covariance=np.diag(np.full(len(free), 2.5e-7)))
+    tables = parameter_tables(calibration, T_SENSOR)
+    assert [table["unit"] for table in tables] == ["mm", "°", "mm", "°"][: len(tables)]
+    marked = 0
+    for row in [row for table in tables for row in table["rows"]]:
+        if row["error"] == "fixed":
+            assert not row["beyond_chance"] and row["change"] == "–"
+            continue
+        number = {k: float(row[k].replace("−", "-")) for k in ("nominal", "found", "change", "error")}
+        assert number["found"] - number["nominal"] == pytest.approx(number["change"], abs=2e-3)
+        assert row["beyond_chance"] == (abs(number["change"]) > 1.96 * number["error"])
+        marked += row["beyond_chance"]
+    assert 0 < marked < len(free)

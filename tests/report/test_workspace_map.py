@@ -1,0 +1,109 @@
+"""The map of the error over the workspace: its cells, its colours, and what it says."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scalar.data.poses import Poses
+from scalar.estimation.calibrate import calibrate
+from scalar.estimation.result import Calibration
+from scalar.geometry.robot import Robot
+from scalar.report import render_calibration
+from scalar.report.workspace_map import _edges, _means_of, workspace_section
+from tests import helpers
+from tests.calibrated_arms import calibrated
+
+
+def uncertain(robot: Robot, size: float = 1e-4) -> Calibration:
+    """Return a calibration whose geometry is uncertain."""
+    found = calibrated(robot, np.random.default_rng(2))
+    free = tuple(name for name in found.model.names if name.split("_")[0] in ("a", "d", "alpha", "theta"))
+    return replace(found, free=free, covariance=size**2 * np.eye(len(free)))
+
+
+@pytest.fixture(scope="module")
+def section() -> dict:
+    """Return the section of an arm that is a millimetre off."""
+    calibration = uncertain(Robot.from_mapping(helpers.robot_mapping("panda")))
+    rng = np.random.default_rng(1)
+    n = calibration.model.nominal.n_joints
+    seen = Poses(rng.uniform(-1.0, 1.0, (30, n)), np.arange(30.0), {})
+    found = workspace_section(calibration, calibration.model, None, seen)
+    assert found is not None
+    return found
+
+
+@given(st.floats(1e-5, 1.0), st.floats(1.0, 1e5))
+def test_classes_of_colour_are_round_and_hold_every_value(smallest: float, ratio: float) -> None:
+    """Nine rising edges of one digit, the last not below the largest value, the one before it below; within four decades the smallest is
+    told from the largest."""
+    largest = smallest * ratio
+    edges = _edges(smallest, largest)
+    assert len(edges) == 9 and np.all(np.diff(edges) > 0)
+    assert edges[-2] < largest <= edges[-1] * (1 + 1e-12)
+    assert all(re.fullmatch(r"[1235]", f"{edge:.12e}".rstrip("0+-e").replace(".", "")[:1]) for edge in edges)
+    if 30 < ratio < 1e4:
+        assert np.searchsorted(edges, smallest) < np.searchsorted(edges, largest)
+
+
+def test_a_cell_has_the_mean_of_its_poses() -> None:
+    """Means of draws by cell are those of a data frame's groups."""
+    rng = np.random.default_rng(0)
+    cell, draws = rng.integers(0, 7, 200), rng.normal(size=(5, 200))
+    expected = pd.DataFrame(draws.T).groupby(cell).mean().to_numpy().T
+    np.testing.assert_allclose(_means_of(draws, cell, 7), expected, atol=1e-14)
+
+
+def test_what_is_shipped_has_the_smaller_error(section: dict) -> None:
+    """By the data sheet the arm errs by about a millimetre, as it was made; the estimate itself only by what its covariance leaves."""
+    assert [row["state"] for row in section["rows"]] == ["data sheet", "after.json"]
+    before, after = (float(row["mean"]["value"].removesuffix(" mm")) for row in section["rows"])
+    assert 0.3 < before < 5.0 and after < 0.3 * before
+    for row in section["rows"]:
+        for entry in (row["mean"], row["most"]):
+            low, high = map(float, entry["band"].removesuffix(" mm").split(" to "))
+            assert low <= float(entry["value"].removesuffix(" mm")) <= high
+
+
+def test_each_cell_says_its_error_and_its_band(section: dict) -> None:
+    """Every cell of the two slices can be pointed at, before and after, and tells where it is, its error and the band."""
+    said = r"<title>about (\S+) m, (\S+) m: mean error (\S+) mm, 95 % band (\S+) to (\S+) mm \((\d+) poses\)"
+    for picture in section["pictures"][:2]:
+        before, after = (re.findall(said, markup) for markup in (picture.before, picture.after))
+        assert len(before) == len(after) > 30
+        assert {cell[:2] for cell in before} == {cell[:2] for cell in after}
+        assert sum(int(cell[5]) for cell in before) > 3000
+    side = section["pictures"][0]
+    assert all(float(r) >= 0 for r, *_ in re.findall(said, side.before))
+
+
+def test_the_page_of_a_calibration_begins_with_the_error_and_what_to_do() -> None:
+    """By the data sheet so much, as calibrated so much less, and the command that uses it; the same bytes each time, under a megabyte."""
+    scene = helpers.make_scene(kind="tracker", seed=2, poses_per_plane=12)
+    calibration = calibrate(scene.dataset)
+    page = render_calibration(calibration, scene.dataset)
+    first, second = re.findall(r'<p class="lead">(.*?)</p>', page)
+    before, after = map(float, re.findall(r"errs by (\S+) mm", first))
+    assert after < before / 3 and "scalar correct calibration.json" in second
+    assert page == render_calibration(calibration, scene.dataset) and len(page.encode()) < 1e6
+    assert "<script" not in page and "http" not in page
+
+
+def test_an_arm_on_the_wall_is_seen_from_the_side_of_gravity() -> None:
+    """With gravity along the base's x, heights are along x: the labels no longer speak of the base's own x and y."""
+    robot = replace(Robot.from_mapping(helpers.robot_mapping("panda")), gravity=np.array([-9.81, 0.0, 0.0]))
+    seen = Poses(np.random.default_rng(1).uniform(-1, 1, (9, robot.n_joints)), np.arange(9.0), {})
+    calibration = uncertain(robot)
+    found = workspace_section(calibration, calibration.model, None, seen)
+    assert found is not None
+    assert (
+        "horizontally [m]" in found["pictures"][1].before
+        and "y of the base" not in found["pictures"][1].before
+    )
