@@ -13,6 +13,7 @@ from scalar.cli.corrected import corrected_description
 from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, OUTPUT, PATH, load_effects, made
 from scalar.cli.terminal import say
+from scalar.errors import Fault, InvalidInput
 
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
@@ -21,20 +22,33 @@ _UNOBSERVABLE_SHOWN = 4
 _EFFECTS_NAMED = 8
 _COEFFICIENTS_SHOWN = 3
 _PLAIN = str.maketrans(
-    {"−": "-", "±": "+-", "°": "deg", "²": "2", "×": "x"}
+    {"−": "-", "±": "+-", "°": "deg", "²": "2", "×": "x", "“": '"', "”": '"'}
 )  # for terminals that know no more
 
 
 @cli.command()
-@click.argument("dataset", type=PATH)
+@click.argument("datasets", type=PATH, metavar="DATASET...", nargs=-1, required=True)
 @OUTPUT
+@click.option(
+    "--batch",
+    is_flag=True,
+    help="Diagnose many datasets: those given, and all in folders that are given. A run that was stopped goes on.",
+)
 @click.option(
     "--quick",
     is_flag=True,
     help="Diagnose once instead of six times: findings are not confirmed, and errors on unseen poses stay unknown.",
 )
 @EFFECTS_MODULE
-def diagnose(dataset: Path, output: Path, quick: bool, effects_modules: Sequence[Path]) -> None:
+@click.pass_context
+def diagnose(
+    ctx: click.Context,
+    datasets: Sequence[Path],
+    output: Path,
+    batch: bool,
+    quick: bool,
+    effects_modules: Sequence[Path],
+) -> None:
     """Find what the model lacks.
 
     The effects that are found are added to the model. Errors before and after are compared on poses that no part of
@@ -42,11 +56,19 @@ def diagnose(dataset: Path, output: Path, quick: bool, effects_modules: Sequence
 
     Writes DIR/before.json and DIR/after.json (calibrations), DIR/diagnosis.json and DIR/report.html (one file, opens offline).
 
+    With --batch, DIR has a folder of these for each dataset, and DIR/fleet.csv, a line a dataset: what was found, the errors, and
+    why a dataset was refused. What is finished is not computed again, unless its files or the options have changed. The exit status
+    is 0, or that of the first dataset that was refused; the others are diagnosed all the same.
+
     \b
-    Example:
+    Examples:
       scalar diagnose my-cell -o out
       scalar predict out/after.json joints.csv -o frames.csv
+      scalar diagnose --batch campaigns/2026 -o fleet --quick
     """
+    if len(datasets) > 1 and not batch:
+        message = "more than one dataset; say --batch to diagnose all of them"
+        raise InvalidInput(Fault(str(datasets[1]), message))
     from scalar.cli.progress import stages_and_runs
     from scalar.data.dataset import read_dataset
     from scalar.diagnosis import diagnose
@@ -54,9 +76,14 @@ def diagnose(dataset: Path, output: Path, quick: bool, effects_modules: Sequence
     from scalar.report.output import write_diagnosis
 
     load_effects(effects_modules)
+    folds = 0 if quick else DEFAULTS.outer_split.folds
+    if batch:
+        from scalar.cli.fleet_table import diagnose_fleet
+
+        ctx.exit(diagnose_fleet(datasets, output, folds, effects_modules))
+    (dataset,) = datasets
     data = read_dataset(dataset)
     with corrected_description(dataset, output), stages_and_runs() as (advance, on_fold):
-        folds = 0 if quick else DEFAULTS.outer_split.folds
         result = diagnose(data, progress=advance, outer_folds=folds, on_fold=on_fold)
         advance("writing the report")
         write_diagnosis(result, made(output))

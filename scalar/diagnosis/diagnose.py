@@ -35,6 +35,7 @@ def diagnose(
     settings: Settings = DEFAULTS,
     outer_folds: int = 0,
     on_fold: Callable[[int, int], None] = lambda done, total: None,
+    cores: int | None = None,
 ) -> Diagnosis:
     """Return which effects the rigid model of a dataset lacks, and the calibrations without and with them.
 
@@ -45,6 +46,7 @@ def diagnose(
         outer_folds: Number of parts of the outer split. The whole diagnosis is repeated without each part, and the errors on its poses are
             those on unseen poses. With zero they are not known; ``settings.outer_split.folds`` is the usual number.
         on_fold: Called with how many of these runs are done, and how many there are.
+        cores: How many of these runs at once; None: as many as this process may use processors.
 
     Raises:
         InvalidInput: The data contradict themselves.
@@ -59,7 +61,7 @@ def diagnose(
     run = explained(dataset, settings, progress)
     left, tried = FinalResiduals.of(run.after), run.tried
     found = _findings(run.before, run.after, tried, left)
-    outer = outer_split(dataset, run.cleaned, answer_without, settings, outer_folds, on_fold)
+    outer = outer_split(dataset, run.cleaned, answer_without, settings, outer_folds, on_fold, cores)
     run, found, refused = _confirmed(run, found, outer)
     before, after = run.before, run.after
     if refused:

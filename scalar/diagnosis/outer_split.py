@@ -123,6 +123,7 @@ def outer_split(
     settings: Settings,
     folds: int,
     on_fold: Callable[[int, int], None],
+    cores: int | None = None,
 ) -> OuterSplit | None:
     """Return the errors on poses that took no part in a diagnosis, or None without an outer split.
 
@@ -133,6 +134,7 @@ def outer_split(
         settings: Thresholds.
         folds: Number of parts; with fewer than two there is no outer split.
         on_fold: Called with the number of runs that are done and the number of all runs.
+        cores: How many runs at once; None: as many as this process may use processors.
     """
     if folds < 2:
         return None
@@ -150,7 +152,7 @@ def outer_split(
     metric = np.full((2, len(kept)), np.nan)
     counts = np.ones(len(kept))
     everywhere: list[tuple[float, Array]] = []
-    for out, answer in zip(parts, _run_all(jobs, on_fold), strict=True):
+    for out, answer in zip(parts, _run_all(jobs, on_fold, cores or available_cores()), strict=True):
         seen = np.isin(kept, out)
         try:
             if isinstance(answer, ScalarError):
@@ -200,10 +202,10 @@ def _squared(dataset: Dataset, model: Model) -> tuple[Array, Array]:
 
 
 def _run_all(
-    jobs: Sequence[tuple[Run, Dataset, Settings]], on_fold: Callable[[int, int], None]
+    jobs: Sequence[tuple[Run, Dataset, Settings]], on_fold: Callable[[int, int], None], cores: int
 ) -> Iterator[Answer | ScalarError]:
     """Yield the answers in the order of the jobs; as many jobs run at once as there are cores."""
-    cores = min(len(jobs), _cores())
+    cores = min(len(jobs), cores)
     on_fold(0, len(jobs))
     if cores < 2 or "fork" not in get_all_start_methods():
         for k, job in enumerate(jobs):
@@ -229,6 +231,6 @@ def _answered(run: Run, dataset: Dataset, settings: Settings) -> Answer | Scalar
         return error
 
 
-def _cores() -> int:
+def available_cores() -> int:
     """Return how many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

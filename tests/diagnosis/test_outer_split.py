@@ -57,7 +57,7 @@ def split(cleaned: Cleaned, run=geometry_alone, folds: int = 4, dataset: Dataset
 
 def test_every_pose_is_predicted_by_a_run_without_it(cleaned, monkeypatch):
     """The errors are those of fits to the other parts, worked out here one by one; every pose is left out once."""
-    monkeypatch.setattr("scalar.diagnosis.outer_split._cores", lambda: 1)
+    monkeypatch.setattr("scalar.diagnosis.outer_split.available_cores", lambda: 1)
     seen = []
 
     def run(dataset: Dataset, settings: Settings) -> Answer:
@@ -82,7 +82,7 @@ def test_one_core_or_two(cleaned, monkeypatch):
     """The same numbers to the last bit, however many processes run."""
     found = []
     for cores in (1, 2):
-        monkeypatch.setattr("scalar.diagnosis.outer_split._cores", lambda cores=cores: cores)
+        monkeypatch.setattr("scalar.diagnosis.outer_split.available_cores", lambda cores=cores: cores)
         found.append(split(cleaned))
     one, two = found
     for a, b in zip(one.errors, two.errors, strict=True):

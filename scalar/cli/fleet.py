@@ -1,0 +1,215 @@
+"""The diagnoses of a fleet: a process for each folder, as many at once as there are processors, each result whole or not at all.
+
+A process of its own for each folder, and not a pool of long-lived ones: a dataset that ends its process, for lack of memory say, takes
+no other with it. The line of the table is written with the result, so a run that was stopped goes on where it was: what is finished,
+for the same files, options and release, is not computed again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import shutil
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from multiprocessing import get_all_start_methods, get_context
+from multiprocessing.connection import wait
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scalar.cli import unexpected
+from scalar.errors import ScalarError
+
+if TYPE_CHECKING:
+    from multiprocessing.context import ForkProcess, SpawnProcess
+
+RESULT = "batch.json"
+"""In the folder of each result: its line of the table, and what it was made from. Its presence says that the result is complete."""
+FORMAT = "scalar-batch/1"
+_PARENT_SEEN = 0.5  # s between looks whether the process that started this one is still there
+_TEMPORARY = re.compile(r"\..+\.(\d+)\.[0-9a-f]{8}\.tmp")
+
+
+@dataclass(frozen=True)
+class Job:
+    """One dataset of a fleet.
+
+    Attributes:
+        name: In the table.
+        dataset: Its folder.
+        output: Folder of its result.
+        folds: Of the outer split; 0 for a quick answer.
+        modules: Files with effects from outside the package.
+    """
+
+    name: str
+    dataset: Path
+    output: Path
+    folds: int
+    modules: tuple[Path, ...]
+
+
+def run_all(
+    jobs: Sequence[Job], cores: int, done: Callable[[int, Mapping[str, Any]], None]
+) -> list[dict[str, Any]]:
+    """Return the lines of the table, in the order of the jobs.
+
+    Args:
+        jobs: To run; finished ones are read.
+        cores: How many run at once.
+        done: Called with the index of each job and its line, as they are finished.
+    """
+    for folder in {job.output.parent for job in jobs}:
+        _sweep(folder)
+    method = "fork" if "fork" in get_all_start_methods() else "spawn"
+    context: Any = get_context(method)
+    rows: dict[int, dict[str, Any]] = {}
+    waiting = list(range(len(jobs)))[::-1]
+    running: dict[int, tuple[int, ForkProcess | SpawnProcess]] = {}
+    cores_each = max(1, cores // max(len(jobs), 1))
+
+    def finished(k: int, row: dict[str, Any]) -> None:
+        rows[k] = {"folder": jobs[k].name, **row}
+        done(k, rows[k])
+
+    try:
+        while waiting or running:
+            while waiting and len(running) < cores:
+                k = waiting.pop()
+                made = finished_row(jobs[k])
+                if made is not None:
+                    finished(k, made)
+                    continue
+                process = context.Process(
+                    target=_work, args=(jobs[k], cores_each, os.getpid(), method != "fork")
+                )
+                process.start()
+                running[process.sentinel] = (k, process)
+            for sentinel in wait(list(running)) if running else ():
+                k, process = running.pop(sentinel)  # pyright: ignore[reportArgumentType]
+                process.join()
+                finished(k, finished_row(jobs[k], again=True) or _lost(process.exitcode))
+    finally:
+        for _, process in running.values():
+            process.terminate()
+        for _, process in running.values():
+            process.join()
+    return [rows[k] for k in range(len(jobs))]
+
+
+def finished_row(job: Job, *, again: bool = False) -> dict[str, Any] | None:
+    """Return the line of a result that is complete and was made from the same files with the same options; else None.
+
+    Args:
+        job: To look for.
+        again: Whether this run has made it, so that a fault of the software counts as an answer and is not tried once more.
+    """
+    from scalar.data.io.json_reader import read_json
+
+    try:
+        content = read_json(job.output / RESULT)
+        row, source = content["row"], content["source"]
+        status = int(row["status"])
+        stale = content["format"] != FORMAT or source != made_from(job)
+    except (ScalarError, OSError, KeyError, TypeError, ValueError):
+        return None
+    return None if stale or (status == unexpected.EXIT_STATUS and not again) else dict(row)
+
+
+def made_from(job: Job) -> str:
+    """Return a checksum of all that a result depends on: release, options, effects from outside, and every file of the dataset."""
+    from scalar import __version__
+
+    total = hashlib.sha256(f"{__version__} {job.folds}".encode())
+    files = sorted(p for p in job.dataset.iterdir() if p.is_file()) if job.dataset.is_dir() else []
+    for path in (*job.modules, *files):
+        total.update(f"{path.name}\0".encode(errors="surrogateescape"))
+        try:
+            with open(path, "rb") as file:
+                total.update(hashlib.file_digest(file, "sha256").digest())
+        except OSError as error:
+            total.update(str(error.errno).encode())
+    return total.hexdigest()
+
+
+def _work(job: Job, cores: int, parent: int, load: bool) -> None:
+    """Diagnose one dataset and write its result, as one folder, whole or not at all; in a process of its own."""
+    from scalar.data.io.atomic import atomic_directory, write_json
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that started this one ends it
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+    source = made_from(job)
+    if load:  # a forked process knows them
+        from scalar.cli.options import load_effects
+
+        load_effects(job.modules)
+    try:
+        with atomic_directory(job.output, lambda folder: (folder / RESULT).is_file()) as folder:
+            row = _answer(job, cores, folder)
+            write_json(folder / RESULT, {"format": FORMAT, "source": source, "row": row})
+    except (ScalarError, OSError):  # nothing can be written there: told by the absence of a result
+        sys.exit(1)
+
+
+def _answer(job: Job, cores: int, folder: Path) -> dict[str, Any]:
+    """Write the files of a diagnosis, all or none, and return the line of the table."""
+    from scalar.data.dataset import read_dataset
+    from scalar.diagnosis import diagnose
+    from scalar.report.fleet_row import row_of, row_of_refusal
+    from scalar.report.output import write_diagnosis
+
+    try:
+        diagnosis = diagnose(read_dataset(job.dataset), outer_folds=job.folds, cores=cores)
+        row = row_of(diagnosis)
+        write_diagnosis(diagnosis, folder)
+    except ScalarError as error:
+        row = row_of_refusal(error)
+    except OSError:
+        raise
+    except Exception as error:
+        what = " ".join([type(error).__name__, *str(error).split()])[:200]
+        message = f"a fault of this program ({what}), not of the data; 'scalar diagnose' on this folder alone says how to report it"
+        row = {"status": unexpected.EXIT_STATUS, "message": message}
+    if row["status"]:
+        for path in folder.iterdir():
+            path.unlink()
+    return row
+
+
+def _lost(code: int | None) -> dict[str, Any]:
+    """Return the line of a process that ended without a result."""
+    why = f"by signal {-code}" if code is not None and code < 0 else f"with status {code}"
+    message = f"its process ended {why} and left no result, for lack of memory or of space on the disk perhaps; run the same command again"
+    return {"status": unexpected.EXIT_STATUS, "message": message}
+
+
+def _end_with(parent: int) -> None:
+    """End this process, whatever it does, when the one that started it has gone: nothing computes on for nobody."""
+    while os.getppid() == parent:
+        time.sleep(_PARENT_SEEN)
+    os._exit(1)
+
+
+def _sweep(folder: Path) -> None:
+    """Remove temporary folders that runs which no longer live have left."""
+    if not folder.is_dir():
+        return
+    for path in folder.iterdir():
+        found = _TEMPORARY.fullmatch(path.name)
+        if found and not _lives(int(found[1])):
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def _lives(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:  # of another user
+        return True
+    return True

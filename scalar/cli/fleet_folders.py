@@ -1,0 +1,53 @@
+"""Which datasets a fleet has, and what each is called in its table and in the folder of results."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+DESCRIPTION = "dataset.yaml"
+
+
+def datasets_in(folders: Sequence[Path]) -> list[Path]:
+    """Return the folders to diagnose, in the order of their names: those given that are datasets, and all datasets below the others.
+
+    A folder in which there is no dataset is returned itself, so that its line of the table says so. Links to folders are followed where
+    they are given, and not below, so that no circle of links is walked for ever.
+    """
+    found: dict[Path, None] = {}
+    for folder in folders:
+        below = [folder] if (folder / DESCRIPTION).is_file() else list(_below(folder))
+        found |= dict.fromkeys(path.absolute() for path in below or [folder])
+    return sorted(found, key=lambda path: path.parts)
+
+
+def names_of(paths: Sequence[Path]) -> list[str]:
+    """Return a name for each folder: as many of the last parts of its path as tell all of them apart, and the same number for each.
+
+    Args:
+        paths: Absolute, each once.
+    """
+    parts = [[part for part in path.parts if part != path.anchor] or ["root"] for path in paths]
+    for last in range(1, max(map(len, parts), default=1) + 1):
+        names = ["/".join(part[-last:]) for part in parts]
+        # No result may lie inside the folder of another.
+        inside = any(f"{name}/".startswith(f"{other}/") for name, other in _neighbours(sorted(names)))
+        if not inside:
+            return names
+    return [f"{k + 1}-{part[-1]}" for k, part in enumerate(parts)]
+
+
+def _neighbours(names: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Yield each name with the one before it; sorted by parts, a name that lies inside another follows it."""
+    ordered = sorted(names, key=lambda name: name.split("/"))
+    yield from zip(ordered[1:], ordered[:-1], strict=True)
+
+
+def _below(folder: Path) -> Iterator[Path]:
+    """Yield the datasets below a folder; hidden folders are left out."""
+    for place, folders, files in os.walk(folder):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        if DESCRIPTION in files:
+            folders.clear()
+            yield Path(place)

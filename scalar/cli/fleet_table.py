@@ -1,0 +1,77 @@
+"""``scalar diagnose --batch``: many datasets, one table."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from scalar.cli.fleet import Job, run_all
+from scalar.cli.fleet_folders import datasets_in, names_of
+from scalar.cli.options import made
+from scalar.cli.progress import progress
+from scalar.cli.terminal import say
+
+TABLE = "fleet.csv"
+
+
+def diagnose_fleet(folders: Sequence[Path], output: Path, folds: int, modules: Sequence[Path]) -> int:
+    """Diagnose all datasets of some folders, write one table, and return the exit status: 0, or that of the first that was refused.
+
+    Args:
+        folders: Datasets, or folders with datasets below them.
+        output: Folder for the table and a folder of results for each dataset.
+        folds: Of the outer split; 0 for quick answers.
+        modules: Files with effects from outside the package.
+
+    Raises:
+        InvalidInput: The output cannot be written.
+    """
+    import scalar.report.page  # noqa: F401  # with all that it needs, once, and not in each process
+    from scalar.diagnosis.outer_split import available_cores
+    from scalar.report.fleet_row import COLUMNS, cells
+
+    datasets = datasets_in(folders)
+    names = names_of(datasets)
+    made(output)
+    jobs = [
+        Job(name, path, output / name, folds, tuple(modules))
+        for name, path in zip(names, datasets, strict=True)
+    ]
+    told: dict[int, str] = {}
+    said = 0
+    with progress("diagnosing") as advance:
+
+        def done(k: int, row: Mapping[str, Any]) -> None:
+            """Say what was found, in the order of the table whatever is finished first."""
+            nonlocal said
+            told[k] = _line(row)
+            advance(f"diagnosing {len(jobs)} datasets", len(told), len(jobs))
+            while said in told:
+                say(told[said])
+                said += 1
+
+        advance(f"diagnosing {len(jobs)} datasets", 0, len(jobs))
+        rows = run_all(jobs, available_cores(), done)
+    _write(output / TABLE, [list(COLUMNS), *(cells(row) for row in rows)])
+    refused = [int(row["status"]) for row in rows if row["status"]]
+    say(
+        f"written: {output / TABLE}, {len(rows)} dataset{'' if len(rows) == 1 else 's'}, {len(refused)} refused"
+    )
+    return refused[0] if refused else 0
+
+
+def _line(row: Mapping[str, Any]) -> str:
+    if row["status"]:
+        return f"{row['folder']}: refused, {row['message']}"
+    found = row["effects"] or "no effect found"
+    before, after = row["held_out_before_mm"], row["held_out_after_mm"]
+    return f"{row['folder']}: {found} ({before:.4f} -> {after:.4f} mm on held-out poses)"
+
+
+def _write(path: Path, lines: Sequence[Sequence[str]]) -> None:
+    from scalar.data.io.atomic import atomic_write
+
+    with atomic_write(path) as temporary, open(temporary, "w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows(lines)

@@ -1,0 +1,74 @@
+"""One line of a fleet's table: what a diagnosis found on one robot, or why its data were refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from scalar.errors import ScalarError, printable
+from scalar.report.words import title
+
+if TYPE_CHECKING:
+    from scalar.diagnosis.result import Diagnosis
+
+COLUMNS = (
+    "folder",
+    "status",
+    "verdict",
+    "robot",
+    "poses",
+    "effects",
+    "confidence",
+    "held_out_before_mm",
+    "held_out_after_mm",
+    "unseen_after_mm",
+    "noise_floor_mm",
+    "outlier_poses",
+    "mislabelled_poses",
+    "message",
+)
+"""Of the table. ``status`` is the exit status that ``scalar diagnose`` has for the folder alone; numbers are empty where it is not 0."""
+
+
+def row_of(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Return the line of a diagnosis, without its folder."""
+    mapping = diagnosis.to_mapping()
+    residual, effects = mapping["residual"], mapping["effects"]
+    titles = [title(e["name"], e["target"], e.get("depends_on", ())) for e in effects]
+    return {
+        "status": 0,
+        "verdict": mapping["verdict"],
+        "robot": diagnosis.dataset.robot.name,
+        "poses": diagnosis.dataset.n_poses,
+        "effects": "; ".join(titles),
+        "confidence": "; ".join(f"{e['confidence']:.2f}" for e in effects),
+        "held_out_before_mm": residual["before"]["held_out_rms_mm"],
+        "held_out_after_mm": residual["after"]["held_out_rms_mm"],
+        "unseen_after_mm": residual["after"]["unseen_rms_mm"],
+        "noise_floor_mm": residual["floor_mm"],
+        "outlier_poses": len(mapping["outliers"]["poses"]),
+        "mislabelled_poses": len(mapping["outliers"]["mislabelled"]),
+        "message": "; ".join(suspicion["sentence"] for suspicion in _setup(diagnosis)),
+    }
+
+
+def row_of_refusal(error: ScalarError) -> dict[str, Any]:
+    """Return the line of data that were refused, without its folder: the status, and the first fault with the number of the others."""
+    said = str(error).splitlines() or [type(error).__name__]
+    more = f" (and {len(said) - 1} more)" if len(said) > 1 else ""
+    return {"status": error.exit_status, "message": printable(said[0]) + more}
+
+
+def cells(row: Mapping[str, Any]) -> list[str]:
+    """Return the cells of a line in the order of ``COLUMNS``; numbers to six digits, nothing where a line has nothing."""
+    return [_cell(row.get(column)) for column in COLUMNS]
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    return f"{value:.6g}" if isinstance(value, float) else printable(str(value))
+
+
+def _setup(diagnosis: Diagnosis) -> list[Mapping[str, Any]]:
+    return diagnosis.calibration_before.summary["setup"]

@@ -1,0 +1,189 @@
+"""``scalar diagnose --batch``: one table, in one order; a bad folder harms no other; stopped anywhere, it goes on to the same bytes."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scalar.cli import cli
+from scalar.cli.fleet_folders import datasets_in, names_of
+from scalar.diagnosis import Diagnosis, diagnose
+from tests.helpers import make_scene
+
+
+def run(*arguments: object) -> Result:
+    """Run ``scalar`` in this process; its workers are forked from it."""
+    return CliRunner().invoke(cli, [str(argument) for argument in arguments])
+
+
+def table(folder: Path) -> dict[str, dict[str, str]]:
+    """Return the lines of the table by the name of the dataset, in their order."""
+    with open(folder / "fleet.csv", encoding="utf-8", newline="") as file:
+        return {row["folder"]: row for row in csv.DictReader(file)}
+
+
+def contents(folder: Path) -> dict[str, str]:
+    """Return the checksum of every file below a folder."""
+    return {
+        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with three sound datasets and two that are not: a number that is none, and no joint angles."""
+    folder = tmp_path_factory.mktemp("fleet")
+    for k in (1, 2, 3):
+        scene = make_scene(kind="tracker", seed=k, poses_per_plane=9)
+        scene.write(folder / f"robot-{k}" / "campaign")
+    make_scene(kind="tracker", seed=4, poses_per_plane=9).write(folder / "robot-0" / "campaign")
+    bad = folder / "robot-0" / "campaign" / "poses.csv"
+    bad.write_text(bad.read_text().replace("\n1,", "\none,", 1), encoding="utf-8")
+    (folder / "robot-4" / "campaign").mkdir(parents=True)
+    (folder / "robot-4" / "campaign" / "dataset.yaml").write_text("format: scalar-dataset/1\n")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def diagnosed(fleet: Path) -> Diagnosis:
+    """Return the diagnosis of one of the datasets."""
+    return diagnose(make_scene(kind="tracker", seed=1, poses_per_plane=9).dataset)
+
+
+@pytest.fixture
+def instantly(monkeypatch: pytest.MonkeyPatch, diagnosed: Diagnosis) -> list[str]:
+    """Let every diagnosis be the same one, at once; names of robots in the list are refused by ending the process, or by an error."""
+    fates: list[str] = []
+
+    def answer(dataset: object, **options: object) -> Diagnosis:
+        if "killed" in fates:
+            os.kill(os.getpid(), signal.SIGKILL)
+        if "broken" in fates:
+            raise RuntimeError("a fault of ours")
+        return diagnosed
+
+    monkeypatch.setattr("scalar.diagnosis.diagnose", answer)
+    return fates
+
+
+def test_a_bad_folder_harms_no_other(fleet: Path, instantly: list[str], tmp_path: Path) -> None:
+    """Each dataset has its line, in the order of names: what is sound is diagnosed, the others say what is wrong, and the status is theirs."""
+    result = run("diagnose", "--batch", fleet, "-o", tmp_path / "out", "--quick")
+    assert result.exit_code == 2, result.output
+    rows = table(tmp_path / "out")
+    names = [f"robot-{k}/campaign" for k in range(5)]
+    assert list(rows) == names
+    assert [rows[name]["status"] for name in names] == ["2", "0", "0", "0", "2"]
+    assert "poses.csv" in rows[names[0]]["message"] and rows[names[0]]["held_out_after_mm"] == ""
+    for name in names[1:4]:
+        files = {path.name for path in (tmp_path / "out" / name).iterdir()}
+        assert files == {"before.json", "after.json", "diagnosis.json", "report.html", "batch.json"}
+        assert float(rows[name]["held_out_after_mm"]) > 0 and rows[name]["robot"] == "vs060"
+    said = [line.split(":")[0] for line in result.stdout.splitlines()]
+    assert said[:5] == names
+
+
+@pytest.mark.parametrize(("fate", "words"), [("killed", "by signal 9"), ("broken", "RuntimeError")])
+def test_a_process_that_ends_takes_no_other_with_it(
+    fate: str, words: str, fleet: Path, instantly: list[str], tmp_path: Path
+) -> None:
+    """A diagnosis that ends its process, or raises what nobody foresaw, has status 70 in its line; it is tried again by the next call."""
+    instantly.append(fate)
+    result = run("diagnose", "--batch", fleet / "robot-1", fleet / "robot-0", "-o", tmp_path, "--quick")
+    rows = table(tmp_path)
+    assert result.exit_code == 2 and [row["status"] for row in rows.values()] == ["2", "70"]
+    assert words in rows["robot-1/campaign"]["message"]
+    instantly.clear()
+    run("diagnose", "--batch", fleet / "robot-1", fleet / "robot-0", "-o", tmp_path, "--quick")
+    assert [row["status"] for row in table(tmp_path).values()] == ["2", "0"]
+
+
+def test_what_is_finished_stays_and_what_has_changed_is_done_again(
+    fleet: Path, instantly: list[str], tmp_path: Path
+) -> None:
+    """A second call computes nothing and writes the same table; after a change of a file or an option, that result is made anew."""
+    one, two = fleet / "robot-1", tmp_path / "copy"
+    make_scene(kind="tracker", seed=2, poses_per_plane=9).write(two / "campaign")
+    call = ("diagnose", "--batch", one, two, "-o", tmp_path / "out")
+    assert run(*call, "--quick").exit_code == 0
+    first = contents(tmp_path / "out")
+    instantly.append("broken")  # whatever is computed from now on is refused
+    assert run(*call, "--quick").exit_code == 0
+    assert contents(tmp_path / "out") == first
+    with open(two / "campaign" / "dataset.yaml", "a", encoding="utf-8") as file:
+        file.write("# changed\n")
+    assert run(*call, "--quick").exit_code == 70
+    changed, same = (table(tmp_path / "out")[f"{name}/campaign"]["status"] for name in ("copy", "robot-1"))
+    assert (changed, same) == ("70", "0")
+    assert run(*call).exit_code == 70
+    assert [row["status"] for row in table(tmp_path / "out").values()] == ["70", "70"]
+
+
+def test_killed_and_called_again_it_gives_the_same_bytes(fleet: Path, tmp_path: Path) -> None:
+    """SIGKILL as soon as one result is there: its workers end, it is kept, and the second call ends with the bytes of a run that nobody stopped."""
+    call = [sys.executable, "-m", "scalar.cli", "diagnose", "--batch", str(fleet), "--quick", "-o"]
+    whole, stopped = tmp_path / "whole", tmp_path / "stopped"
+    assert subprocess.run([*call, whole], capture_output=True).returncode == 2
+    running = subprocess.Popen([*call, stopped], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    kept = stopped / "robot-1" / "campaign" / "batch.json"
+    while not kept.exists() and running.poll() is None:
+        time.sleep(0.02)
+    running.kill()
+    running.wait()
+    assert kept.exists()
+    made_at = kept.stat().st_mtime_ns
+    again = subprocess.run([*call, stopped], capture_output=True, text=True)
+    assert again.returncode == 2, again.stderr
+    assert kept.stat().st_mtime_ns == made_at
+    assert contents(stopped) == contents(whole)
+
+
+def test_one_dataset_at_a_time_without_the_option(fleet: Path, tmp_path: Path) -> None:
+    """Two datasets without --batch are refused in one sentence that names the option."""
+    result = run("diagnose", fleet / "robot-1", fleet / "robot-2", "-o", tmp_path / "out")
+    assert result.exit_code == 2 and "--batch" in result.stderr and not (tmp_path / "out").exists()
+
+
+def test_a_folder_without_a_dataset_has_a_line(tmp_path: Path) -> None:
+    """A folder that holds none, or is not there, is refused in its line and not passed over."""
+    (tmp_path / "empty").mkdir()
+    result = run("diagnose", "--batch", tmp_path / "empty", tmp_path / "nowhere", "-o", tmp_path / "out")
+    rows = table(tmp_path / "out")
+    assert result.exit_code == 2 and [row["status"] for row in rows.values()] == ["2", "2"]
+    assert (
+        "the folder is empty" in rows["empty"]["message"] and "no such folder" in rows["nowhere"]["message"]
+    )
+
+
+PARTS = st.lists(st.sampled_from("abc"), min_size=1, max_size=3)
+
+
+@given(st.sets(PARTS.map(lambda parts: Path("/", *parts)), min_size=1, max_size=8))
+def test_names_differ_and_none_lies_inside_another(paths: set[Path]) -> None:
+    """Whatever the folders, each result has a folder of its own, outside all others, and its name ends as the dataset's does."""
+    ordered = sorted(paths)
+    names = names_of(ordered)
+    assert len(set(names)) == len(names)
+    for name, path in zip(names, ordered, strict=True):
+        assert name.rsplit("/", 1)[-1].endswith(path.name)
+        assert not any(other != name and f"{name}/".startswith(f"{other}/") for other in names)
+
+
+def test_the_order_is_that_of_the_names(fleet: Path) -> None:
+    """However the folders are given, and given twice, each dataset stands once, in order."""
+    given_one_way = datasets_in([fleet / "robot-2", fleet / "robot-1", fleet / "robot-2" / "campaign"])
+    assert given_one_way == datasets_in([fleet / "robot-1", fleet / "robot-2"])
+    assert [path.parent.name for path in given_one_way] == ["robot-1", "robot-2"]
