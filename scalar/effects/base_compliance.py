@@ -144,7 +144,7 @@ class BaseCompliance(BaseEffect):
     @property
     def in_controller(self) -> str:
         """Return what changes in the controller."""
-        return "No parameter of a controller holds a base that gives way: until it is stiff, correct programs with 'scalar correct'."
+        return "No parameter of a controller holds a base that gives way: until it is stiff, programs have to be corrected."
 
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the tilt over the overturning moment."""

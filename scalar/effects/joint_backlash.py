@@ -30,8 +30,8 @@ LEAST_TORQUE = (
 )
 
 _NEEDS = {
-    "approach": ", which needs the direction of approach of each pose (column approach{})",
-    "moves": ", which needs the poses in their order",
+    "approach": "; 'scalar correct' needs the direction of approach of each pose (column approach{})",
+    "moves": "; 'scalar correct' needs the poses in their order",
     "torque": "",
 }
 """What a correction needs to know of a pose, by what tells the side."""
@@ -181,8 +181,8 @@ class JointBacklash(OneJoint, JointEffect):
     def in_controller(self) -> str:
         """Return what changes in the controller."""
         return (
-            f"Where the controller compensates backlash, set that of joint {self.joint} to {angle(self._play)}, the whole play; else "
-            f"correct programs with 'scalar correct'{_NEEDS[self.by].format(self.joint)}."
+            f"Where the controller compensates backlash, set that of joint {self.joint} to {angle(self._play)}, the whole play"
+            f"{_NEEDS[self.by].format(self.joint)}."
         )
 
     @property

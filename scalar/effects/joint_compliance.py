@@ -139,8 +139,8 @@ class JointCompliance(JointEffect):
     def in_controller(self) -> str:
         """Return what changes in the controller."""
         return (
-            "Where the controller compensates for gravity or for the stiffness of its gears, use that with the true payload and calibrate again; "
-            "else correct programs with 'scalar correct'."
+            "Where the controller compensates for gravity or for the stiffness of its gears, let it do so with the true payload, and calibrate "
+            "again."
         )
 
     def pictures(self, view: View) -> list[Profile | Map]:

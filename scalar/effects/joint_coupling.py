@@ -117,7 +117,7 @@ class JointCoupling(JointEffect):
         """Return what changes in the controller."""
         return (
             f"For each degree of joint {self.source}, joint {self.joint} turns by {number(float(self.coefficients[0]), 2)}° that the "
-            "controller does not count: its factor of coupling is to be changed by that; else correct programs with 'scalar correct'."
+            "controller does not count: change its factor of coupling by that."
         )
 
     def pictures(self, view: View) -> list[Profile | Map]:

@@ -102,5 +102,5 @@ class JointScale(OneJoint, JointEffect):
         """Return what changes in the controller."""
         return (
             f"Divide the gear ratio of joint {self.joint} in the controller, the turns of its motor for one of the joint, by "
-            f"{1.0 + float(self.coefficients[0]):.6f}; or correct programs with 'scalar correct'."
+            f"{1.0 + float(self.coefficients[0]):.6f}."
         )

@@ -15,7 +15,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.picture import Axis, Map, Profile, View, variable_axis
 from scalar.effects.places import PointEffect
 from scalar.effects.plane_axes import carried_coordinates
-from scalar.effects.remedies import NOTHING_IN_CONTROLLER
+from scalar.effects.remedies import of_the_plane
 from scalar.effects.wording import listed
 from scalar.geometry.se3 import Array
 
@@ -224,7 +224,7 @@ class PlaneMoved(PointEffect):
     @property
     def in_controller(self) -> str:
         """Return what changes in the controller."""
-        return NOTHING_IN_CONTROLLER
+        return of_the_plane(self.plane)
 
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the heights of the plane's scans over the plane where it stood first, in order of acquisition."""

@@ -13,7 +13,7 @@ from scalar.effects.acquisition import range_middle
 from scalar.effects.effect import Effect
 from scalar.effects.picture import Map, Profile, View
 from scalar.effects.range_error import RangeError, check_measures_range
-from scalar.effects.remedies import NOTHING_IN_CONTROLLER, ON_A_STAGE
+from scalar.effects.remedies import OF_THE_SCANNER, ON_A_STAGE
 from scalar.effects.sensor_map import SensorMap
 from scalar.geometry.se3 import Array
 
@@ -106,7 +106,7 @@ class RangeDistortion(RangeError):
     @property
     def in_controller(self) -> str:
         """Return what changes in the controller."""
-        return NOTHING_IN_CONTROLLER
+        return OF_THE_SCANNER
 
     def powers(self, reach: Array) -> Array:
         """Return the correction of the range by curvature, gain and zero ``(G, 3)``."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from scalar.effects.effect import Effect
 from scalar.effects.range_error import RangeError
-from scalar.effects.remedies import NOTHING_IN_CONTROLLER, ON_A_STAGE
+from scalar.effects.remedies import OF_THE_SCANNER, ON_A_STAGE
 from scalar.effects.sensor_map import SensorMap
 from scalar.geometry.se3 import Array
 
@@ -72,7 +72,7 @@ class RangeOffset(RangeError):
     @property
     def in_controller(self) -> str:
         """Return what changes in the controller."""
-        return NOTHING_IN_CONTROLLER
+        return OF_THE_SCANNER
 
     def powers(self, reach: Array) -> Array:
         """Return the correction of the range by the coefficient ``(G, 1)``."""

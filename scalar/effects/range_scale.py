@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from scalar.effects.effect import Effect
 from scalar.effects.range_error import RangeError
-from scalar.effects.remedies import NOTHING_IN_CONTROLLER, ON_A_STAGE
+from scalar.effects.remedies import OF_THE_SCANNER, ON_A_STAGE
 from scalar.effects.sensor_map import SensorMap
 from scalar.effects.wording import KNOWN_LENGTH, KNOWN_LENGTH_ADVICE
 from scalar.geometry.se3 import Array
@@ -68,7 +68,7 @@ class RangeScale(RangeError):
     @property
     def in_controller(self) -> str:
         """Return what changes in the controller."""
-        return NOTHING_IN_CONTROLLER
+        return OF_THE_SCANNER
 
     def powers(self, reach: Array) -> Array:
         """Return the correction of the range by the coefficient ``(G, 1)``."""

@@ -13,7 +13,7 @@ from scalar.data.poses import Poses
 from scalar.effects.effect import Effect, Table
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.range_error import LEAST_INCIDENCE, RangeError
-from scalar.effects.remedies import NOTHING_IN_CONTROLLER, ON_A_STAGE
+from scalar.effects.remedies import OF_THE_SCANNER, ON_A_STAGE
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 from scalar.sensors.scan_pieces import PIECES
@@ -134,7 +134,7 @@ class SensorMap(RangeError):
     @property
     def in_controller(self) -> str:
         """Return what changes in the controller."""
-        return NOTHING_IN_CONTROLLER
+        return OF_THE_SCANNER
 
     @property
     def clause(self) -> str:

@@ -11,12 +11,13 @@ The band is that of chance errors of the measurements. It does not know of anyth
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from scalar.data.poses import Poses
+from scalar.estimation.anywhere import limits_or_seen, poses_within_limits
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
@@ -26,7 +27,12 @@ from scalar.evaluate.pose_errors import best_rigid_motion
 from scalar.geometry.se3 import Array, skew
 
 N_DRAWS = 200
+NOMINAL = "data sheet"
+"""The name of the arm as its maker describes it."""
 _SEED = 20240
+_MOST_POSES, _LEAST_POSES = 4000, 1000
+# Of poses by parameters, 48 bytes each: there are fewer poses where a model has very many parameters.
+_MOST_DERIVATIVES = 1_000_000
 _ALIGNMENTS = (
     3  # steps of Gauss and Newton; each divides what is left by the size of the errors over that of the arm
 )
@@ -79,6 +85,23 @@ class Banded:
         """Return the number of which these are draws ``(R,)``."""
         low, value, high = np.quantile(draws, [BAND[0], 0.5, BAND[1]])
         return cls(float(value), float(low), float(high))
+
+
+def errors_within_limits(
+    estimate: Calibration, models: Mapping[str, Model], seen: Poses
+) -> WorkspaceErrors | None:
+    """Return the position errors of the data sheet and of models at random poses within the joint limits; None without covariance.
+
+    Args:
+        estimate: The best calibration of the arm, with its covariance.
+        models: What is judged beside the data sheet, by name.
+        seen: The measured poses: ranges of joints without limits, and other columns, are theirs.
+    """
+    robot = estimate.model.nominal
+    count = int(np.clip(_MOST_DERIVATIVES // len(estimate.model.names), _LEAST_POSES, _MOST_POSES))
+    anywhere = poses_within_limits(limits_or_seen(robot.limits, seen.q), seen, count, _SEED)
+    nominal = replace(estimate.model, robot=robot, effects=())
+    return workspace_errors(estimate, {NOMINAL: nominal, **models}, anywhere)
 
 
 def workspace_errors(

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scalar.diagnosis.result import UNATTRIBUTED
 from scalar.effects import registry
+from scalar.effects.title import joints_in_words
 from scalar.effects.wording import KNOWN_LENGTH_ADVICE
 from scalar.report.noise_card import noise_advice
 from scalar.report.opening import by_importance, caution
@@ -29,6 +31,11 @@ GEOMETRY = (
     "The lengths and angles that were found replace those of the data sheet, if the controller lets them be entered: 'scalar export after.json "
     "-o parameters.csv' writes them. If it does not, 'scalar correct after.json program.csv -o corrected.csv' writes corrected joint angles of a "
     "program, for geometry and effects together."
+)
+
+UNKNOWN_CAUSE = (
+    "Enter none of the lengths and angles that were found until the cause of the unmodelled structure is known, because they may carry a part of "
+    "it. 'scalar correct after.json program.csv -o corrected.csv' corrects programs near the measured poses."
 )
 
 
@@ -90,6 +97,8 @@ def _about_findings(diagnosis: Diagnosis) -> list[Item]:
 
 def _in_controller(diagnosis: Diagnosis) -> list[Item]:
     """Return what changes in the controller: the geometry, and what each effect asks for, each sentence once."""
+    if diagnosis.verdict == UNATTRIBUTED:
+        return [Item("In the controller", (UNKNOWN_CAUSE,))]
     asked = [finding.effect.in_controller for finding in by_importance(diagnosis.findings)]
     return [Item("In the controller", (GEOMETRY, *dict.fromkeys(filter(None, asked))))]
 
@@ -105,7 +114,7 @@ def _unobservable(diagnosis: Diagnosis) -> list[str]:
 
 def _weak(diagnosis: Diagnosis) -> list[str]:
     parameters = diagnosis.calibration_after.parameters()
-    weak = []
+    weak: list[tuple[float, str]] = []
     for name, entry in parameters.items():
         kind = name.split("_")[0]
         std = entry["std"]
@@ -118,9 +127,9 @@ def _weak(diagnosis: Diagnosis) -> list[str]:
         return []
     named = [text for _, text in sorted(weak, reverse=True)[:_WEAK_SHOWN]]
     more = f", and {len(weak) - len(named)} more" if len(weak) > len(named) else ""
-    joints = sorted({int(text.split(" ")[0].rsplit("_", 1)[1]) for text in named})
+    joints = joints_in_words(sorted({int(text.split(" ")[0].rsplit("_", 1)[1]) for text in named}))
     return [
-        f"Measure more poses in which {listed([f'joint {j}' for j in joints])} and the neighbouring joints move "
+        f"Measure more poses in which {joints} and the neighbouring joints move "
         f"through all of their range: the least certain parameters are {listed(named)}{more}."
     ]
 
@@ -138,9 +147,11 @@ def _columns(diagnosis: Diagnosis) -> list[str]:
 def _poses(diagnosis: Diagnosis) -> list[str]:
     dataset, found = diagnosis.dataset, []
     spans = np.ptp(dataset.q, axis=0)
-    still = [f"joint {j + 1}" for j in np.flatnonzero(spans < HARDLY_MOVED)]
+    still = [int(j) + 1 for j in np.flatnonzero(spans < HARDLY_MOVED)]
     if still:
-        found.append(f"Move {listed(still)}: these data say nothing about a joint that stands still.")
+        found.append(
+            f"Move {joints_in_words(still)}: these data say nothing about a joint that stands still."
+        )
     if dataset.planes:
         counts = np.bincount(dataset.plane_index, minlength=len(dataset.planes))
         few = [

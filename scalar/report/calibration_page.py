@@ -23,7 +23,7 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
         dataset: That it was made from.
     """
     seen = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
-    workspace = workspace_section(calibration, calibration.model, None, seen, FILE)
+    workspace = workspace_section(calibration, None, seen, FILE)
     about = [f"robot {dataset.robot.name}, {dataset.robot.n_joints} joints", kind_of(dataset).words]
     return {
         "name": dataset.name,
@@ -40,7 +40,7 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
 
 def _what_it_is(workspace: dict[str, Any] | None) -> str:
     if workspace is None:
-        return f"{FILE} is the calibration of the arm and the sensor; the fit gave no covariance, so it is not known how far it is off."
+        return f"{FILE} is the calibration of arm, sensor and target; the fit does not tell how far its predictions are off."
     before, after = workspace["rows"][0]["mean"], workspace["rows"][-1]["mean"]
     return (
         f"By the data sheet, the arm errs by {before['value']} on average over its workspace (95 % band {before['band']}); by {FILE}, it errs by "

@@ -6,11 +6,14 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from scalar.errors import ScalarError, printable
+from scalar.evaluate.workspace_errors import NOMINAL, Banded, errors_within_limits
 from scalar.report.words import title
+from scalar.units import MM
 
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
 
+SHIPPED = "after"
 COLUMNS = (
     "folder",
     "status",
@@ -23,11 +26,15 @@ COLUMNS = (
     "held_out_after_mm",
     "unseen_after_mm",
     "noise_floor_mm",
+    "data_sheet_error_mm",
+    "after_error_mm",
+    "after_error_at_most_mm",
     "outlier_poses",
     "mislabelled_poses",
     "message",
 )
-"""Of the table. ``status`` is the exit status that ``scalar diagnose`` has for the folder alone; numbers are empty where it is not 0."""
+"""Of the table. ``status`` is the exit status that ``scalar diagnose`` has for the folder alone; numbers are empty where it is not 0. The errors by
+the data sheet and by ``after.json`` are means over the workspace; ``at_most`` is the upper end of the 95 % band."""
 
 
 def row_of(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -46,9 +53,24 @@ def row_of(diagnosis: Diagnosis) -> dict[str, Any]:
         "held_out_after_mm": residual["after"]["held_out_rms_mm"],
         "unseen_after_mm": residual["after"]["unseen_rms_mm"],
         "noise_floor_mm": residual["floor_mm"],
+        **_over_workspace(diagnosis),
         "outlier_poses": len(mapping["outliers"]["poses"]),
         "mislabelled_poses": len(mapping["outliers"]["mislabelled"]),
         "message": "; ".join(suspicion["sentence"] for suspicion in _setup(diagnosis)),
+    }
+
+
+def _over_workspace(diagnosis: Diagnosis) -> dict[str, float]:
+    """Return the mean errors over the workspace by the data sheet and by what is shipped; nothing where the fit has no covariance."""
+    after = diagnosis.calibration_after
+    errors = errors_within_limits(after, {SHIPPED: after.model}, diagnosis.after.residuals.poses)
+    if errors is None:
+        return {}
+    by_data_sheet, left = (Banded.of(errors.sizes(state).mean(axis=1)) for state in (NOMINAL, SHIPPED))
+    return {
+        "data_sheet_error_mm": by_data_sheet.value / MM,
+        "after_error_mm": left.value / MM,
+        "after_error_at_most_mm": left.high / MM,
     }
 
 

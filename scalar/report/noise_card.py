@@ -31,7 +31,7 @@ def noise_clause(diagnosis: Diagnosis) -> str:
         return "the poses scatter by more than the repeatability of any arm, and no known effect explains it"
     if diagnosis.depends_on:
         along = words.columns_in_words(diagnosis.depends_on)
-        return f"there is structure that no known effect explains, and it varies with {along}"
+        return f"there is structure that no known effect explains, which varies with {along}"
     if diagnosis.noise[0].name == JITTER:
         return "the joints come back to a pose only up to a random error"
     return f"each {_measurement(diagnosis)} as a whole has a random error"

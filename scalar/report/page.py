@@ -21,7 +21,7 @@ from scalar.report.parameter_table import convention_in_words, parameter_tables
 from scalar.report.pictures import draw
 from scalar.report.residual_pictures import draw_residuals
 from scalar.report.thinning import dots_per_panel
-from scalar.report.workspace_map import workspace_section
+from scalar.report.workspace_map import SHIPPED, workspace_section
 from scalar.sensors import kind_of
 from scalar.units import MM
 
@@ -122,9 +122,9 @@ def _files(diagnosis: Diagnosis) -> list[str]:
 
 
 def _workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
-    before, after = diagnosis.calibration_before.model, diagnosis.calibration_after.model
+    before, after = diagnosis.calibration_before.model, diagnosis.calibration_after
     seen = diagnosis.after.residuals.poses
-    return workspace_section(diagnosis.calibration_found, after, before if after.effects else None, seen)
+    return workspace_section(after, before if after.model.effects else None, seen, SHIPPED)
 
 
 def _errors(mapping: Mapping[str, Any], changed: bool) -> dict[str, Any]:
@@ -245,15 +245,16 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _unobservable(diagnosis: Diagnosis) -> list[dict[str, str]]:
-    """Return the unobservable effects, those of the same consequence together."""
+def _unobservable(diagnosis: Diagnosis) -> dict[str, list[dict[str, str]]]:
+    """Return the unobservable effects, those of the same consequence together, and the most harmful first; many of them apart."""
     together: dict[str, list[str]] = {}
-    for entry in diagnosis.unobservable:
+    for entry in sorted(diagnosis.unobservable, key=lambda entry: -entry.prediction_error):
         together.setdefault(entry.consequence, []).append(entry.effect.title)
-    return [
+    rows = [
         {"title": words.capital("; ".join(dict.fromkeys(titles))), "text": text}
         for text, titles in together.items()
     ]
+    return {"first": rows[:_RANKS_SHOWN], "rest": rows[_RANKS_SHOWN:]}
 
 
 def _noise(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> dict[str, Any]:

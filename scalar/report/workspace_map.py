@@ -6,18 +6,17 @@ the mean error over its poses, whatever the wrist does there.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.estimation.anywhere import limits_or_seen, poses_within_limits
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
 from scalar.estimation.result import Calibration
-from scalar.evaluate.workspace_errors import Banded, workspace_errors
+from scalar.evaluate.workspace_errors import NOMINAL, Banded, errors_within_limits
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 from scalar.report.panel import Panel
@@ -25,9 +24,7 @@ from scalar.report.pictures import Pair, sentences
 from scalar.report.words import number
 from scalar.units import MM
 
-NOMINAL, WITHOUT_EFFECTS, SHIPPED = "data sheet", "before.json", "after.json"
-"""What is compared: the arm as its maker describes it, and the calibrations of a diagnosis by their files."""
-_POSES, _SEED = 4000, 20240
+WITHOUT_EFFECTS, SHIPPED = "before.json", "after.json"
 _CELLS_ACROSS = 18
 _LEAST_POSES = 3  # in a cell, to be drawn
 _SHELLS = 12  # of the curve over the reach
@@ -37,6 +34,7 @@ _CLASSES = 9
 _LEVEL = 0.99  # cosine from which two directions count as one
 _MOST = 0.95  # share of the poses whose error a bound holds for
 _CELL_GAP = 0.6  # points
+_LEAST_SPAN = 1e-3  # m: an arm of one joint moves nowhere in a slice
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,46 +57,35 @@ class Slice:
 
 
 def workspace_section(
-    estimate: Calibration, shipped: Model, without_effects: Model | None, seen: Poses, file: str = SHIPPED
+    judged: Calibration, without_effects: Model | None, seen: Poses, file: str
 ) -> dict[str, Any] | None:
-    """Return the table and the pictures of the errors over the workspace, or None where the fit has no covariance.
+    """Return the table and the pictures of the errors over the workspace, or None where there is nothing to show: no covariance, no error.
 
     Args:
-        estimate: The best one of the arm, with its covariance.
-        shipped: The calibration that is judged.
+        judged: The calibration, with its covariance.
         without_effects: The one without effects, where it is another; or None.
         seen: The measured poses.
-        file: What the calibration that is judged is called.
+        file: What the calibration is called.
     """
-    robot = estimate.model.nominal
-    models = {
-        NOMINAL: replace(estimate.model, robot=robot, effects=()),
-        **({} if without_effects is None else {WITHOUT_EFFECTS: without_effects}),
-        file: shipped,
-    }
-    anywhere = poses_within_limits(limits_or_seen(robot.limits, seen.q), seen, _POSES, _SEED)
-    errors = workspace_errors(estimate, models, anywhere)
-    if errors is None:
+    robot = judged.model.nominal
+    models = {**({} if without_effects is None else {WITHOUT_EFFECTS: without_effects}), file: judged.model}
+    errors = errors_within_limits(judged, models, seen)
+    if errors is None or not any(error.any() for error in errors.errors.values()):
         return None
-    bases = EffectBases.of(robot, seen, estimate.model.effects)
-    measured = Kinematics.of(estimate.model, seen, bases).T_base_sensor[:, :3, 3]
-    states = list(models)
-    sizes = {state: errors.sizes(state) for state in states}
+    bases = EffectBases.of(robot, seen, judged.model.effects)
+    measured = Kinematics.of(judged.model, seen, bases).T_base_sensor[:, :3, 3]
+    sizes = {state: errors.sizes(state) for state in errors.errors}
     side, top = _slices(robot, errors.position, measured)
     before, after = sizes[NOMINAL], sizes[file]
     pictures = [_draw_slice(view, before, after, file) for view in (side, top)]
     return {
         "rows": [
-            {"state": state, "mean": _banded(_mean(sizes[state])), "most": _banded(_bound(sizes[state]))}
-            for state in states
+            {"state": state, "mean": _banded(Banded.of(draws.mean(axis=1))), "most": _banded(_bound(draws))}
+            for state, draws in sizes.items()
         ],
-        "poses": len(anywhere),
+        "poses": len(errors.position),
         "pictures": [*pictures, _draw_reach(side, before, after, file)],
     }
-
-
-def _mean(draws: Array) -> Banded:
-    return Banded.of(draws.mean(axis=1))
 
 
 def _bound(draws: Array) -> Banded:
@@ -152,7 +139,7 @@ def _draw_slice(view: Slice, before: Array, after: Array, file: str) -> Pair:
     low, high = view.at.min(axis=0), view.at.max(axis=0)
     if view.from_axis:
         low[0] = 0.0
-    width = float(np.max(high - low)) / (_CELLS_ACROSS - (not view.from_axis))
+    width = max(float(np.max(high - low)), _LEAST_SPAN) / (_CELLS_ACROSS - (not view.from_axis))
     corner = (low + high - _CELLS_ACROSS * width) / 2
     if view.from_axis:
         corner[0] = 0.0
@@ -236,7 +223,7 @@ def _shade_in_words(edges: Array, k: int) -> str:
 def _draw_reach(view: Slice, before: Array, after: Array, file: str) -> Pair:
     """Return the mean error against the horizontal distance from the first joint's axis, with its band."""
     r = view.at[:, 0]
-    edges = np.linspace(0.0, float(r.max()), _SHELLS + 1)
+    edges = np.linspace(0.0, max(float(r.max()), _LEAST_SPAN), _SHELLS + 1)
     index = np.clip(np.digitize(r, edges) - 1, 0, _SHELLS - 1)
     kept = np.flatnonzero(np.bincount(index, minlength=_SHELLS) >= _LEAST_POSES)
     renumbered = np.searchsorted(kept, index)

@@ -21,6 +21,9 @@ from scalar.cli.fleet_folders import datasets_in, names_of
 from scalar.diagnosis import Diagnosis, diagnose
 from tests.helpers import make_scene
 
+ERRORS = (("data_sheet", ""), ("after", ""), ("after", "_at_most"))
+"""What the table says of the workspace: the arm as described is wrong by millimetres, as calibrated by what the band allows."""
+
 
 def run(*arguments: object) -> Result:
     """Run ``scalar`` in this process; its workers are forked from it."""
@@ -92,6 +95,8 @@ def test_a_bad_folder_harms_no_other(fleet: Path, instantly: list[str], tmp_path
         files = {path.name for path in (tmp_path / "out" / name).iterdir()}
         assert files == {"before.json", "after.json", "diagnosis.json", "report.html", "batch.json"}
         assert float(rows[name]["held_out_after_mm"]) > 0 and rows[name]["robot"] == "vs060"
+        errors = [float(rows[name][f"{key}_error{end}_mm"]) for key, end in ERRORS]
+        assert errors[0] > errors[2] > errors[1] > 0
     said = [line.split(":")[0] for line in result.stdout.splitlines()]
     assert said[:5] == names
 

@@ -16,7 +16,7 @@ from scalar.estimation.calibrate import calibrate
 from scalar.estimation.result import Calibration
 from scalar.geometry.robot import Robot
 from scalar.report import render_calibration
-from scalar.report.workspace_map import _edges, _means_of, workspace_section
+from scalar.report.workspace_map import SHIPPED, _edges, _means_of, workspace_section
 from tests import helpers
 from tests.calibrated_arms import calibrated
 
@@ -35,7 +35,7 @@ def section() -> dict:
     rng = np.random.default_rng(1)
     n = calibration.model.nominal.n_joints
     seen = Poses(rng.uniform(-1.0, 1.0, (30, n)), np.arange(30.0), {})
-    found = workspace_section(calibration, calibration.model, None, seen)
+    found = workspace_section(calibration, None, seen, SHIPPED)
     assert found is not None
     return found
 
@@ -93,7 +93,7 @@ def test_the_page_of_a_calibration_begins_with_the_error_and_what_to_do() -> Non
     before, after = map(float, re.findall(r"errs by (\S+) mm", first))
     assert after < before / 3 and "scalar correct calibration.json" in second
     assert page == render_calibration(calibration, scene.dataset) and len(page.encode()) < 1e6
-    assert "<script" not in page and "http" not in page
+    assert "<script" not in page and "http:" not in page and "https:" not in page
 
 
 def test_an_arm_on_the_wall_is_seen_from_the_side_of_gravity() -> None:
@@ -101,9 +101,26 @@ def test_an_arm_on_the_wall_is_seen_from_the_side_of_gravity() -> None:
     robot = replace(Robot.from_mapping(helpers.robot_mapping("panda")), gravity=np.array([-9.81, 0.0, 0.0]))
     seen = Poses(np.random.default_rng(1).uniform(-1, 1, (9, robot.n_joints)), np.arange(9.0), {})
     calibration = uncertain(robot)
-    found = workspace_section(calibration, calibration.model, None, seen)
+    found = workspace_section(calibration, None, seen, SHIPPED)
     assert found is not None
     assert (
         "horizontally [m]" in found["pictures"][1].before
         and "y of the base" not in found["pictures"][1].before
     )
+
+
+@pytest.mark.parametrize("joints", [1, 2])
+def test_an_arm_that_fills_no_slice_is_drawn_all_the_same(joints: int) -> None:
+    """One joint about the vertical moves in no side view, and two parallel ones in a plane: pictures without an error or a warning."""
+    rows = [{"a": 0.3 * (k > 0), "alpha": 0.0, "d": 0.1, "theta": 0.0} for k in range(joints)]
+    calibration = uncertain(Robot.from_mapping({"name": "arm", "joints": rows}))
+    seen = Poses(np.zeros((4, joints)), np.arange(4.0), {})
+    found = workspace_section(calibration, None, seen, SHIPPED)
+    assert found is not None and len(found["pictures"]) == 3
+
+
+def test_a_model_that_is_exact_has_no_map() -> None:
+    """Where nothing errs and nothing is uncertain there is nothing to show."""
+    calibration = Calibration.nominal(helpers.make_scene(kind="tracker", poses_per_plane=3).dataset)
+    seen = Poses(np.zeros((4, 6)), np.arange(4.0), {})
+    assert workspace_section(calibration, None, seen, SHIPPED) is None

@@ -55,21 +55,13 @@ class Unattributed(Effect):
         """Return that there is structure, and what it depends on."""
         names = list(dict.fromkeys(name for effect in effects for name in effect.depends_on))
         return (
-            f"there is structure that no known effect explains, and it varies with {columns_in_words(names)}"
+            f"there is structure that no known effect explains, which varies with {columns_in_words(names)}"
         )
 
     @property
     def advice(self) -> list[str]:
         """Return how to look for its cause."""
         return first_steps(self.depends_on)
-
-    @property
-    def in_controller(self) -> str:
-        """Return that nothing changes yet."""
-        return (
-            "Change nothing in the controller for structure whose cause is not known; 'scalar correct' applies the flexible term, which holds near "
-            "the measured poses only."
-        )
 
     def table(self, std: Sequence[float | None]) -> Table | None:
         """Return None, because the coefficients of a flexible term mean nothing to a reader."""
