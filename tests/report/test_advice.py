@@ -1,0 +1,66 @@
+"""What was found is in view, and the advice says what to do about it, how to see it, and what changes in the controller."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scalar.diagnosis import Diagnosis, diagnose
+from scalar.report import render_report, words
+from scalar.report.advice import _in_controller
+from tests.helpers import make_scene
+
+
+@pytest.fixture(scope="module")
+def found() -> Diagnosis:
+    """Return the diagnosis of a tracked arm one of whose joints errs periodically by a millimetre at the flange."""
+    dataset = make_scene(kind="tracker", seed=1, poses_per_plane=25).dataset
+    read = dataset.poses["q3"] - 2e-3 * np.sin(2 * dataset.poses["q3"] + 0.4)
+    return diagnose(replace(dataset, poses=dataset.poses.assign(q3=read)))
+
+
+@pytest.fixture(scope="module")
+def page(found: Diagnosis) -> str:
+    """Return its report."""
+    return render_report(found)
+
+
+def test_what_was_found_stands_in_view_whatever_its_place_in_the_list(found: Diagnosis, page: str) -> None:
+    """A finding is never folded away with the lesser candidates: not if it stands last among them, and not if the list lacks it."""
+    title = words.capital(found.findings[0].effect.title)
+    own = [entry for entry in found.ranking if words.capital(entry.effect.title) == title]
+    others = [entry for entry in found.ranking if entry not in own]
+    for diagnosis in (found, replace(found, ranking=(*others, *own))):
+        in_view = candidates(render_report(diagnosis)).split("<details>")[0]
+        assert f"<td>{title} <span" in in_view
+    text = candidates(render_report(replace(found, ranking=tuple(others))))
+    assert f"Not in this list: “{found.findings[0].effect.title}”. It was found only when" in text
+
+
+def candidates(page: str) -> str:
+    """Return the section on the candidates."""
+    return page.split("<h2>The candidates</h2>")[1].split("<h2>")[0]
+
+
+def test_advice_is_what_to_do_how_to_see_it_and_what_changes_in_the_controller(
+    found: Diagnosis, page: str
+) -> None:
+    """Each finding has one paragraph, headed by its title, and the controller has one."""
+    section = page.split("<h2>What to do next</h2>")[1].split("<h2>")[0]
+    items = re.findall(r"<li>(.*?)</li>", section)
+    effect = found.findings[0].effect
+    assert items[0].startswith(f"<strong>{words.capital(effect.title)}.</strong>")
+    assert effect.how_to_measure in items[0].replace("&#39;", "'")
+    assert sum("In the controller." in item for item in items) == 1
+
+
+def test_no_parameter_is_entered_while_structure_of_unknown_cause_is_left() -> None:
+    """With an unattributed verdict the advice on the controller is to enter none of what was found, and it is the only one."""
+    unknown: Any = SimpleNamespace(verdict="unattributed", findings=())
+    (item,) = _in_controller(unknown)
+    assert item.sentences[0].startswith("Enter none") and "export" not in " ".join(item.sentences)
