@@ -34,6 +34,7 @@ _CLASSES = 9
 _LEVEL = 0.99  # cosine from which two directions count as one
 _MOST = 0.95  # share of the poses whose error a bound holds for
 _CELL_GAP = 0.6  # points
+_LEAST_ERROR = 1e-9  # m: less than the rounding of what is shown
 _LEAST_SPAN = 1e-3  # m: an arm of one joint moves nowhere in a slice
 
 
@@ -70,11 +71,13 @@ def workspace_section(
     robot = judged.model.nominal
     models = {**({} if without_effects is None else {WITHOUT_EFFECTS: without_effects}), file: judged.model}
     errors = errors_within_limits(judged, models, seen)
-    if errors is None or not any(error.any() for error in errors.errors.values()):
+    if errors is None:
+        return None
+    sizes = {state: errors.sizes(state) for state in errors.errors}
+    if max(float(draws.max()) for draws in sizes.values()) < _LEAST_ERROR:
         return None
     bases = EffectBases.of(robot, seen, judged.model.effects)
     measured = Kinematics.of(judged.model, seen, bases).T_base_sensor[:, :3, 3]
-    sizes = {state: errors.sizes(state) for state in errors.errors}
     side, top = _slices(robot, errors.position, measured)
     before, after = sizes[NOMINAL], sizes[file]
     pictures = [_draw_slice(view, before, after, file) for view in (side, top)]
