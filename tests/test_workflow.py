@@ -106,6 +106,7 @@ def rules() -> set[str]:
         "blind_trials",
         "processors",
         "sensitivity",
+        "planning",
         "confidence",
         "aliases",
         "crate",

@@ -22,6 +22,7 @@ from scalar.cli import (  # noqa: E402, F401
     export,
     import_,
     init,
+    plan,
     predict,
     simulate,
     validate,

@@ -9,11 +9,12 @@ from scalar.errors import Fault, InvalidInput
 _ENGINE = "pybullet"
 
 
-def simulator(command: str) -> ModuleType:
+def simulator(command: str, instead: str = "") -> ModuleType:
     """Return the package ``scalar.simulation``.
 
     Args:
         command: That needs it, for the message.
+        instead: What to do without it, to end the message with.
 
     Raises:
         InvalidInput: The physics engine is not installed.
@@ -23,6 +24,6 @@ def simulator(command: str) -> ModuleType:
     except ImportError as error:
         if not any(getattr(e, "name", None) == _ENGINE for e in (error, error.__cause__, error.__context__)):
             raise
-        message = f"needs the simulator's {_ENGINE}, which is not installed; pip install 'scalar-calibration[simulation]'"
+        message = f"needs the simulator's {_ENGINE}, which is not installed; pip install 'scalar-calibration[simulation]'{instead}"
         raise InvalidInput(Fault(f"scalar {command}", message)) from None
     return simulation

@@ -244,30 +244,43 @@ def _build(content: Content) -> Dataset:
     frame["pose"] = frame["pose"].astype(np.int64)
     if "order" in frame.columns:
         frame = frame.sort_values("order", kind="stable").reset_index(drop=True)
+    robot, sensor, planes = declared_parts(mapping)
+    format = sensor_formats()[sensor.kind]
+    xyz, starts = _group_points(_values(frame, "pose", np.int64), format, content.points)
+    return Dataset(
+        name=mapping["name"],
+        source=mapping.get("source") or "",
+        robot=robot,
+        sensor=sensor,
+        planes=planes,
+        poses=frame,
+        points=xyz,
+        starts=starts,
+    )
+
+
+def declared_parts(mapping: Mapping[str, Any]) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...]]:
+    """Return the robot, the sensor and the planes that a dataset.yaml without fault declares.
+
+    Args:
+        mapping: its plain data.
+    """
     sensor = mapping["sensor"]
     pose = sensor.get("nominal_pose")
     T_flange_sensor = None
     if pose is not None:
         T_flange_sensor = transform_from_rotation_vector(pose["translation"], pose["rotation_vector"])
     format = sensor_formats()[sensor["kind"]]
-    xyz, starts = _group_points(_values(frame, "pose", np.int64), format, content.points)
-    return Dataset(
-        name=mapping["name"],
-        source=mapping.get("source") or "",
-        robot=Robot.from_mapping(mapping["robot"]),
-        sensor=Sensor(
+    return (
+        Robot.from_mapping(mapping["robot"]),
+        Sensor(
             format.kind,
             T_flange_sensor,
             optional_float(sensor.get("noise")),
             sensor.get("error_axis", "ray"),
             {key: sensor[key] for key in format.options if key in sensor},
         ),
-        planes=tuple(PlaneGuess.from_mapping(plane) for plane in mapping["planes"])
-        if format.on_planes
-        else (),
-        poses=frame,
-        points=xyz,
-        starts=starts,
+        tuple(PlaneGuess.from_mapping(plane) for plane in mapping["planes"]) if format.on_planes else (),
     )
 
 

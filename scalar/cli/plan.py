@@ -1,0 +1,262 @@
+"""``scalar plan``: which poses to measure, in which order, and what accuracy to expect of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from scalar.cli.group import cli
+from scalar.cli.options import OUTPUT, PATH, made
+from scalar.cli.plan_source import declared
+from scalar.cli.terminal import say
+from scalar.errors import Fault, InvalidInput
+from scalar.units import DEG, MM
+
+if TYPE_CHECKING:
+    from scalar.planning.candidates import Allowed, Candidates
+    from scalar.planning.information import Information
+    from scalar.planning.plan import Plan
+    from scalar.planning.workcell import Workcell
+
+_POSES = 60
+_CURVE = (20, 30, 40, 60, 80, 120)  # numbers of poses for which the expected error is told
+_TOUCHING_SHOWN = 6
+
+
+@cli.command()
+@click.argument("robot")
+@OUTPUT
+@click.option("--poses", type=click.IntRange(1, 400), help=f"How many; {_POSES} if not given.")
+@click.option(
+    "--near", type=PATH, metavar="CALIBRATION", help="Plan for the arm as it was calibrated before."
+)
+@click.option("--accuracy", type=click.FloatRange(0, min_open=True), metavar="MM",
+              help="Say how many poses this error of predicted positions takes, and plan as many if --poses is not given.")  # fmt: skip
+@click.option("--after", type=PATH, metavar="DIAGNOSIS",
+              help="diagnosis.json: plan the poses that separate what it could not distinguish.")  # fmt: skip
+@click.option("--criterion", type=click.Choice(["error", "determinant"]), default="error", show_default=True,
+              help="What is least: the error of predicted positions (A-optimal), or the volume of uncertainty (D-optimal).")  # fmt: skip
+@click.option("--range", "limits", default="0.10,0.45", show_default=True, metavar="NEAR,FAR",
+              help="What a scanner sees along a ray [m].")  # fmt: skip
+@click.option(
+    "--fan", default=15.0, show_default=True, metavar="DEG", help="Half of a scanner's opening angle."
+)
+@click.option(
+    "--incidence", default=50.0, show_default=True, metavar="DEG", help="Steepest ray of a scanner."
+)
+@click.option("--noise", type=click.FloatRange(0, min_open=True), metavar="MM",
+              help="Of the sensor, 1 sigma; if not given, that of dataset.yaml, or 0.1.")  # fmt: skip
+@click.option("--repeatability", type=click.FloatRange(0), default=0.02, show_default=True, metavar="MM",
+              help="Of the arm, 1 sigma along each axis.")  # fmt: skip
+@click.option("--candidates", type=click.IntRange(100, 10_000), default=1200, show_default=True,
+              help="How many poses to choose from.")  # fmt: skip
+@click.option("--no-collisions", is_flag=True, help="Do not test for collisions, which needs pybullet.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the candidates.")
+def plan(
+    robot: str,
+    output: Path,
+    poses: int | None,
+    near: Path | None,
+    accuracy: float | None,
+    after: Path | None,
+    criterion: str,
+    limits: str,
+    fan: float,
+    incidence: float,
+    noise: float | None,
+    repeatability: float,
+    candidates: int,
+    no_collisions: bool,
+    seed: int,
+) -> None:
+    """Plan which poses to measure.
+
+    ROBOT is a dataset folder with a filled dataset.yaml (as `scalar init` begins it), or an arm of the library, which is
+    then planned for a laser tracker. Candidates are drawn within the joint limits; the sensor sees its plane from all of
+    them, and neither arm nor sensor touches anything (by pybullet, with a body guessed from the arm's reach: look at the moves
+    before you run them). Those are chosen from which a calibration is expected to predict positions best.
+
+    The accuracy that is told before measuring is that of a model which lacks nothing: noise and repeatability alone.
+
+    Writes DIR/poses.csv (the columns of a dataset's poses.csv, in the order of a program with short moves), DIR/plan.json
+    and DIR/plan.png.
+
+    \b
+    Example:
+      scalar plan my-cell --poses 60 -o plan
+      scalar plan ur10e --accuracy 0.05 -o plan
+      scalar plan my-cell --near out/calibration.json --poses 30 -o plan
+      scalar plan my-cell --after out/diagnosis.json --poses 20 -o plan
+    """
+    import numpy as np
+
+    from scalar.planning.candidates import draw_candidates
+    from scalar.planning.workcell import View, Workcell
+
+    arm, sensor, planes, dataset = declared(robot, noise, needs_data=after is not None)
+    view = View(*_range(limits), fan * DEG, incidence * DEG)
+    calibration = _calibration(near, after, arm)
+    cell = Workcell.of(
+        arm, sensor, planes, calibration, view, repeatability * MM, same_campaign=after is not None
+    )
+    with _collisions(cell, no_collisions) as allowed:
+        found = draw_candidates(
+            cell, candidates, np.random.default_rng(seed), allowed, one_turn=after is None
+        )
+        if after is not None:
+            from scalar.cli.plan_after import plan_after
+
+            assert dataset is not None and calibration is not None
+            chosen, lines, content = plan_after(cell, found, dataset, calibration, after, poses)
+            curve, random = [], None
+        else:
+            result, info, lines = _planned(cell, found, poses, accuracy, criterion, seed)
+            chosen, content = result.chosen, result.to_mapping() | {"not_determined": list(info.fixed)}
+            curve, random = result.curve, (len(chosen), result.random_error)
+        lines += _write(made(output), cell, found, chosen, content, allowed, curve, random)
+    say(f"{arm.name}, {sensor.kind}: {len(chosen)} poses of {len(found.q)} candidates")
+    say("\n".join(lines))
+    if no_collisions:
+        say("  not tested for collisions: check every pose and move before you run them")
+    say(f"written: {output / 'poses.csv'}, plan.json, plan.png")
+
+
+def _planned(
+    cell: Workcell, found: Candidates, poses: int | None, accuracy: float | None, criterion: str, seed: int
+) -> tuple[Plan, Information, list[str]]:
+    import numpy as np
+
+    from scalar.planning.information import information
+    from scalar.planning.plan import choose_poses, least_poses, poses_for_error
+
+    info = information(cell.model, cell.dataset(found.q, found.plane), cell.repeatability)
+    least = least_poses(info, cell.equations_per_pose)
+    lines: list[str] = []
+    if accuracy is not None:
+        enough = poses_for_error(info, accuracy * MM, least, criterion)
+        if enough is None:
+            lines.append(
+                f"  an error of {accuracy:g} mm takes more poses than are considered; a better sensor or a more repeatable arm would help"
+            )
+        else:
+            lines.append(f"  an error of {accuracy:g} mm takes {enough} poses")
+        poses = poses or enough
+    count = poses or _POSES
+    if count < least:
+        message = f"{count} poses cannot determine {len(info.free)} parameters; plan at least {least}"
+        raise InvalidInput(Fault("--poses", message))
+    if count > len(info.rows):
+        raise InvalidInput(
+            Fault("--poses", f"more than the {len(info.rows)} candidates; give more --candidates")
+        )
+    rng = np.random.default_rng(seed)
+    result = choose_poses(info, count, criterion, rng, tuple(n for n in _CURVE if n >= least))
+    lines.insert(
+        0,
+        f"  expected error of predicted positions: {result.error / MM:.4f} mm RMS within the joint limits, "
+        f"from noise of {cell.noise / MM:g} mm and repeatability of {cell.repeatability / MM:g} mm alone",
+    )
+    lines.insert(1, f"  as many poses drawn at random: {result.random_error / MM:.4f} mm")
+    others = ", ".join(f"{n}: {e / MM:.4f}" for n, e in result.curve if n != count)
+    lines.append(f"  by number of poses [mm]: {others}")
+    return result, info, lines
+
+
+def _calibration(near: Path | None, after: Path | None, arm: Any) -> Any:
+    """Return the calibration to plan near: the one that is named, or the one that lies beside a diagnosis."""
+    from scalar.estimation.result import load_calibration
+
+    path = near or (None if after is None else after.parent / "after.json")
+    if path is None:
+        return None
+    calibration = load_calibration(path)
+    theirs = calibration.model.robot.n_joints
+    if theirs != arm.n_joints:
+        message = f"it calibrates an arm of {theirs} joints, and '{arm.name}' has {arm.n_joints}; give a calibration of this arm"
+        raise InvalidInput(Fault(str(path), message))
+    return calibration
+
+
+def _range(text: str) -> tuple[float, float]:
+    try:
+        near, far = (float(part) for part in text.split(","))
+    except ValueError:
+        near = far = 0.0
+    if not 0 < near < far:
+        raise InvalidInput(Fault("--range", f"{text!r} is not a range; write it as 0.10,0.45 [m]"))
+    return near, far
+
+
+@contextmanager
+def _collisions(cell: Workcell, without: bool) -> Iterator[Allowed | None]:
+    """Yield which joint angles touch nothing, by the physics engine; None where that is not asked."""
+    if without:
+        yield None
+        return
+    from scalar.cli.simulator import simulator
+
+    simulator("plan", "; or give --no-collisions")
+    from scalar.geometry.robot import fixed_transform_mapping
+    from scalar.simulation.collisions import collision_test
+
+    walls = [] if cell.touches_planes else [plane.to_mapping() for plane in cell.planes]
+    pose = fixed_transform_mapping(cell.model.T_flange_sensor)
+    with collision_test(cell.model.robot.to_mapping(), pose, walls) as free:
+        yield free
+
+
+def _write(
+    folder: Path,
+    cell: Workcell,
+    found: Candidates,
+    chosen: list[int],
+    content: dict[str, Any],
+    allowed: Allowed | None,
+    curve: list[tuple[int, float]],
+    random: tuple[int, float] | None,
+) -> list[str]:
+    """Write poses, numbers and picture; return lines on the moves."""
+    import pandas as pd
+
+    from scalar.data.io.atomic import atomic_write, write_json
+    from scalar.planning.free_moves import ordered
+    from scalar.planning.picture import draw_plan
+    from scalar.planning.plan import FORMAT
+    from scalar.planning.program_order import move_lengths, tour_length
+
+    q, plane = found.q[chosen], found.plane[chosen]
+    tour, touching = ordered(q, allowed)
+    q, plane = q[tour], plane[tour]
+    table = pd.DataFrame(q, columns=[f"q{i + 1}" for i in range(q.shape[1])])
+    table.insert(0, "pose", range(1, len(q) + 1))
+    if cell.on_planes:
+        table.insert(1, "plane", [cell.planes[k].name for k in plane])
+    table["order"] = range(1, len(q) + 1)
+    length = tour_length(move_lengths(q), list(range(len(q))))
+    content = {
+        "format": FORMAT,
+        **content,
+        "robot": cell.model.nominal.name,
+        "noise_mm": cell.noise / MM,
+        "repeatability_mm": cell.repeatability / MM,
+        "moves_that_touch_after_pose": None if allowed is None else [k + 1 for k in touching],
+    }
+    with atomic_write(folder / "poses.csv") as temporary:
+        table.to_csv(temporary, index=False, float_format="%.9g")
+    write_json(folder / "plan.json", content)
+    with atomic_write(folder / "plan.png") as temporary:
+        draw_plan(temporary, q, cell.model.nominal.limits, curve, random)
+    lines = [
+        f"  moves: {length / DEG:.0f} deg of the farthest joint in all, {length / DEG / max(len(q) - 1, 1):.0f} deg each"
+    ]
+    if touching:
+        places = ", ".join(str(k + 1) for k in touching[:_TOUCHING_SHOWN])
+        more = f" and {len(touching) - _TOUCHING_SHOWN} more" if len(touching) > _TOUCHING_SHOWN else ""
+        lines.append(
+            f"  the straight move after pose {places}{more} touches something: add a pose in between"
+        )
+    return lines

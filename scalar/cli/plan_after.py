@@ -1,0 +1,91 @@
+"""``scalar plan --after``: the next poses, those that separate what a diagnosis could not distinguish."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scalar.errors import Fault, InvalidInput
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+    from scalar.estimation.result import Calibration
+    from scalar.planning.candidates import Candidates
+    from scalar.planning.separation import Answered
+    from scalar.planning.workcell import Workcell
+
+_FORMATS = ("scalar-diagnosis/1", "scalar-diagnosis/2")
+_POSES = 20
+
+
+def plan_after(
+    cell: Workcell,
+    found: Candidates,
+    dataset: Dataset,
+    calibration: Calibration,
+    path: Path,
+    poses: int | None,
+) -> tuple[list[int], list[str], dict[str, Any]]:
+    """Return the chosen candidates, lines on what they answer, and the same for ``plan.json``.
+
+    Raises:
+        InvalidInput: The file is no diagnosis, or leaves nothing open that poses would answer.
+    """
+    from scalar.planning.questions import asked, open_pairs
+    from scalar.planning.separation import separating_poses
+
+    diagnosis = _read(path)
+    try:
+        pairs, beyond = open_pairs(diagnosis, calibration.model.effects, dataset)
+    except (KeyError, TypeError) as error:
+        message = f"damaged diagnosis: {type(error).__name__} {error}; diagnose again"
+        raise InvalidInput(Fault(str(path), message)) from None
+    lines = [f"  no poses answer this: {text}" for text in beyond]
+    if not pairs:
+        message = "leaves nothing open that further poses would answer" + (
+            f" ({'; '.join(beyond)} are no matter of joint angles)" if beyond else ""
+        )
+        raise InvalidInput(Fault(str(path), f"{message}; plan without --after"))
+    misfit = max(float(calibration.summary.get("misfit", 1.0)), 1.0)
+    what = asked(cell, pairs, dataset, cell.dataset(found.q, found.plane), misfit)
+    chosen, answers = separating_poses(what.questions, what.start, what.rows, poses or _POSES)
+    content = {
+        "questions": [
+            {
+                "question": a.question.title,
+                "standard_errors_now": a.now**0.5,
+                "standard_errors_planned": a.planned**0.5,
+                "standard_errors_with_all_candidates": a.limit**0.5,
+                "separated": a.separated,
+                "separable": a.separable,
+            }
+            for a in answers
+        ],
+        "not_answered_by_poses": beyond,
+        "poses": len(chosen),
+    }
+    return chosen, [*(line for a in answers for line in _said(a)), *lines], content
+
+
+def _said(answer: Answered) -> list[str]:
+    sizes = f"{answer.now**0.5:.1f} -> {answer.planned**0.5:.1f} standard errors"
+    if answer.separated:
+        verdict = "separated"
+    elif answer.separable:
+        verdict = "not yet separated: plan more poses"
+    else:
+        verdict = f"no poses here separate it (all candidates together: {answer.limit**0.5:.1f})"
+    return [f"  {answer.question.title}: {sizes}; {verdict}"]
+
+
+def _read(path: Path) -> dict[str, Any]:
+    from scalar.data.io.json_reader import read_json
+
+    if not path.exists():
+        raise InvalidInput(Fault(str(path), "no such file; `scalar diagnose DATASET -o DIR` writes one"))
+    content: Any = read_json(path)
+    if not isinstance(content, dict) or content.get("format") not in _FORMATS:
+        raise InvalidInput(
+            Fault(str(path), f"not a diagnosis: its format is not '{_FORMATS[-1]}'", None, "format")
+        )
+    return content

@@ -1,0 +1,172 @@
+"""Candidate poses: within the joint limits, seen by the sensor, inside the workcell, and touching nothing.
+
+Joint angles are drawn at random. A scanner has to see its plane over the whole fan, within its range and incidence, with no other plane in
+between; a kind of sensor that touches planes is moved until it does (``contact_step``). Joints and sensor stay on the arm's side of every
+plane. Whether the arm touches anything is asked of the caller, who may have a physics engine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from scalar.errors import Fault, InvalidInput
+from scalar.geometry.se3 import Array
+from scalar.planning.workcell import Workcell, scan_points
+from scalar.sensors import kind_named, measure
+
+Allowed = Callable[[Array], Array]
+"""Takes joint angles ``(N, n)`` [rad] and returns which of them touch nothing, ``(N,)`` bool."""
+
+_BATCH = 2048
+_BATCHES = 200  # chosen: 400,000 draws; a plane that is not seen by then is hardly seen at all
+_CLEARANCE = 0.02  # m: joints and sensor stay so far from the planes
+_BASE_FRAMES = 2  # frames of a chain that stand at the base, maybe on the floor
+_LEAST_SHARE = 0.1  # of the wanted candidates of a plane: with fewer there is nothing to choose from
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """Poses from which to choose.
+
+    Attributes:
+        q: ``(N, n)`` [rad].
+        plane: ``(N,)``, index of the plane that each measures; -1 without planes.
+    """
+
+    q: Array
+    plane: Array
+
+
+def draw_candidates(
+    cell: Workcell,
+    count: int,
+    rng: np.random.Generator,
+    allowed: Allowed | None = None,
+    *,
+    one_turn: bool = False,
+) -> Candidates:
+    """Return candidate poses, as many for each plane.
+
+    Args:
+        cell: What the poses are for.
+        count: How many, over all planes.
+        rng: Draws them.
+        allowed: Says which joint angles touch nothing; None where that is not known.
+        one_turn: Whether joints that turn farther stay within one turn, which gives the same postures by shorter moves.
+
+    Raises:
+        InvalidInput: A plane cannot be seen from enough poses.
+    """
+    items = range(len(cell.planes)) if cell.on_planes else [-1]
+    share = -(-count // len(items))
+    found = [_of_one(cell, k, share, rng, allowed, one_turn) for k in items]
+    for k, q in zip(items, found, strict=True):
+        if len(q) < _LEAST_SHARE * share:
+            raise InvalidInput(_too_few(cell, k, len(q)))
+    plane = np.concatenate([np.full(len(q), k) for k, q in zip(items, found, strict=True)])
+    return Candidates(np.concatenate(found), plane)
+
+
+def _of_one(
+    cell: Workcell,
+    k: int,
+    wanted: int,
+    rng: np.random.Generator,
+    allowed: Allowed | None,
+    one_turn: bool,
+) -> Array:
+    limits = cell.model.nominal.limits
+    low, high = (_one_turn(limits) if one_turn else limits).T
+    kept: list[Array] = []
+    total = 0
+    for _ in range(_BATCHES):
+        q = rng.uniform(low, high, (_BATCH, len(low)))
+        q = _measurable(cell, q, k)
+        q = q[np.all((q >= low) & (q <= high), axis=1)]
+        q = q[_inside(cell, q, k)]
+        q = q[: 2 * (wanted - total)]  # the test for contact is the slow one
+        if allowed is not None and len(q):
+            q = q[allowed(q)]
+        kept.append(q[: wanted - total])
+        total += len(kept[-1])
+        if total >= wanted:
+            break
+    return np.concatenate(kept)
+
+
+def _one_turn(limits: Array) -> Array:
+    """Return the limits ``(n, 2)`` [rad] cut to one turn about the middle."""
+    middle = limits.mean(axis=1, keepdims=True)
+    return np.clip(limits, middle - np.pi, middle + np.pi)
+
+
+def _measurable(cell: Workcell, q: Array, k: int) -> Array:
+    """Return the poses, or those next to them, in which the sensor measures."""
+    if k < 0:
+        return q
+    kind = kind_named(cell.sensor.kind)
+    if kind.scans:
+        return q[_sees(cell, cell.sensor_frames(q), k)]
+    index = np.full(len(q), k)
+    robot, n = cell.model.robot, cell.model.robot.n_joints
+    measurement = measure(cell.dataset(q, index))
+    target, which = measurement.initial_target(cell.dataset(q, index)), np.zeros(len(q), dtype=int)
+    for _ in range(kind.contact_iterations):
+        frames = robot.frames(q)
+        T = frames[:, -1] @ robot.T_n_flange @ cell.model.T_flange_sensor
+        q = q + measurement.contact_step(T, target, which, robot.screws(frames)[:, :, 3 * n : 4 * n])
+    return q[measurement.perfect_rows(cell.sensor_frames(q), target, which)[2]]
+
+
+def _sees(cell: Workcell, T: Array, k: int) -> Array:
+    """Return from where a scanner ``(N, 4, 4)`` sees a plane over its whole fan, ``(N,)`` bool."""
+    view = cell.view
+    N = len(T)
+
+    def scan(item: int) -> tuple[Array, Array]:
+        normals = np.broadcast_to(cell.normals[item], (N, 3))
+        return scan_points(T, normals, np.full(N, cell.distances[item]), view)[1:]
+
+    reach, cosine = scan(k)
+    good = (reach >= view.near) & (reach <= view.far) & (cosine >= np.cos(view.incidence))
+    for other in range(len(cell.planes)):
+        if other != k:
+            between = scan(other)[0]
+            good &= (between <= 0) | (between > reach)
+    return np.all(good, axis=1)
+
+
+def _inside(cell: Workcell, q: Array, k: int) -> Array:
+    """Return which poses keep joints and sensor on the arm's side of every plane ``(N,)`` bool."""
+    if not len(q) or not cell.on_planes:
+        return np.ones(len(q), dtype=bool)
+    robot = cell.model.robot
+    low, high = robot.limits.T
+    anywhere = np.random.default_rng(0).uniform(low, high, (_BATCH // 8, robot.n_joints))
+    middle = robot.frames(anywhere)
+    side = np.sign(cell.normals @ middle[:, _BASE_FRAMES:, :3, 3].mean(axis=(0, 1)) - cell.distances)
+    frames = robot.frames(q)[:, _BASE_FRAMES:]
+    sensor = cell.sensor_frames(q)[:, None]
+    touches = kind_named(cell.sensor.kind).contact_iterations > 0
+    keep = np.ones(len(q), dtype=bool)
+    for item, (normal, distance) in enumerate(zip(cell.normals, cell.distances, strict=True)):
+        parts = frames if touches and item == k else np.concatenate([frames, sensor], axis=1)
+        height = (parts[..., :3, 3] @ normal - distance) * side[item]
+        keep &= np.all(height > _CLEARANCE, axis=1)
+    return keep
+
+
+def _too_few(cell: Workcell, k: int, found: int) -> Fault:
+    drawn = _BATCH * _BATCHES
+    if k < 0:
+        message = f"only {found} of {drawn} random poses within the joint limits touch nothing; check robot.joints and its limits"
+        return Fault("dataset.yaml", message, None, "robot.joints")
+    name = cell.planes[k].name
+    message = (
+        f"the sensor sees the plane '{name}' from {found} of {drawn} random poses; check its place and sensor.nominal_pose, "
+        "move it, or give what the scanner sees by --range, --fan and --incidence"
+    )
+    return Fault("dataset.yaml", message, None, f"planes[{k}]")

@@ -1,0 +1,54 @@
+"""An order of poses whose straight joint moves touch nothing, as far as a few rounds of ordering find one."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from scalar.geometry.se3 import Array
+from scalar.planning.candidates import Allowed
+from scalar.planning.program_order import move_lengths, program_order
+
+_STEP = 0.1  # rad, of the largest turn of any joint: 10 cm at the end of an arm of 1 m
+_ROUNDS = 6
+_DETOUR = 10.0  # rad: what a move that touches something counts
+
+
+def ordered(q: Array, allowed: Allowed | None) -> tuple[list[int], list[int]]:
+    """Return an order of poses ``(N, n)`` [rad] with short moves, and the places in it after which a straight move touches something.
+
+    Args:
+        q: Joint angles.
+        allowed: Which joint angles touch nothing; None where that is not known.
+    """
+    lengths = move_lengths(q)
+    tour = program_order(lengths)
+    if allowed is None:
+        return tour, []
+    blocked: dict[tuple[int, int], bool] = {}
+    best: tuple[list[int], list[int]] | None = None
+    for _ in range(_ROUNDS):
+        for i, j in pairwise(tour):
+            key = (min(i, j), max(i, j))
+            if key not in blocked:
+                blocked[key] = not bool(np.all(allowed(_between(q[i], q[j]))))
+        touching = [k for k, (i, j) in enumerate(pairwise(tour)) if blocked[min(i, j), max(i, j)]]
+        if best is None or len(touching) < len(best[1]):
+            best = tour, touching
+        if not touching:
+            break
+        raised = lengths.copy()
+        for (i, j), blocks in blocked.items():
+            if blocks:
+                raised[i, j] = raised[j, i] = lengths[i, j] + _DETOUR
+        tour = program_order(raised)
+    assert best is not None
+    return best
+
+
+def _between(start: Array, end: Array) -> Array:
+    """Return joint angles along a straight move, without its ends."""
+    n = int(np.ceil(np.max(np.abs(end - start)) / _STEP))
+    share = np.arange(1, max(n, 2))[:, None] / max(n, 2)
+    return start + share * (end - start)

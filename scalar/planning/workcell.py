@@ -1,0 +1,206 @@
+"""What a plan is made for: an arm, its sensor and the target as they are declared or calibrated, and what the sensor can see."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.dataset import Dataset
+from scalar.data.declared import PlaneGuess, Sensor
+from scalar.estimation.model import Model
+from scalar.estimation.result import Calibration
+from scalar.geometry.planes import Planes
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
+from scalar.sensors import kind_named, measure
+from scalar.units import DEG
+
+_TEMPERATURE = 20.0  # deg C, of poses that nobody has measured
+
+
+@dataclass(frozen=True)
+class View:
+    """What a scanner sees.
+
+    Attributes:
+        near, far: Limits of the range along a ray [m].
+        fan: Half of the opening angle [rad].
+        incidence: Largest angle between a ray and the normal of the plane [rad].
+        points: Of a scan.
+    """
+
+    near: float = 0.10
+    far: float = 0.45
+    fan: float = 15.0 * DEG
+    incidence: float = 50.0 * DEG
+    points: int = 100
+
+
+@dataclass(frozen=True, eq=False)
+class Workcell:
+    """What a plan is made for.
+
+    Attributes:
+        model: Arm, sensor, target and effects, at their best known values.
+        sensor: Its kind and noise; the noise is stated.
+        planes: Of the target, as ``model.target`` has them; empty without planes.
+        view: Of a scanner.
+        repeatability: Standard deviation, along each axis, with which the arm takes a pose again [m].
+    """
+
+    model: Model
+    sensor: Sensor
+    planes: tuple[PlaneGuess, ...]
+    view: View
+    repeatability: float
+
+    @classmethod
+    def of(
+        cls,
+        robot: Robot,
+        sensor: Sensor,
+        planes: tuple[PlaneGuess, ...],
+        near: Calibration | None = None,
+        view: View | None = None,
+        repeatability: float = 0.0,
+        *,
+        same_campaign: bool = False,
+    ) -> Workcell:
+        """Return the workcell as it is declared, or near a calibration.
+
+        Args:
+            robot: Nominal.
+            sensor: With its nominal pose and its noise.
+            planes: Initial guesses.
+            near: Gives the arm, the sensor's place, the planes of the same names, and the effects.
+            view: Of a scanner.
+            repeatability: Of the arm [m].
+            same_campaign: Whether the poses are added to those of the calibration. If not, its effects that do not stay with the arm are
+                left out; what changes in time is left out anyway.
+        """
+        if near is not None:
+            sensor = replace(sensor, T_flange_sensor=near.model.T_flange_sensor)
+            planes = _calibrated(planes, near)
+        one = tuple(plane.name for plane in planes)
+        dataset = _dataset(robot, sensor, planes, np.zeros((len(one) or 1, robot.n_joints)), one, {})
+        model = Calibration.nominal(dataset).model
+        if near is not None:
+            arm = near.model
+            effects = [e for e in arm.effects if same_campaign or e.stays_with_arm]
+            still = tuple(effect for effect in effects if not effect.is_change_in_time)
+            model = replace(model, robot=arm.robot, nominal=arm.nominal, effects=still)
+        return cls(model.rebased(), sensor, planes, view or View(), repeatability)
+
+    @property
+    def on_planes(self) -> bool:
+        """Return whether a pose measures one of the planes."""
+        return bool(self.planes)
+
+    @property
+    def noise(self) -> float:
+        """Return the noise of the sensor [m]."""
+        return float(self.sensor.noise or 0.0)
+
+    @property
+    def touches_planes(self) -> bool:
+        """Return whether the sensor measures a plane by touching it."""
+        return kind_named(self.sensor.kind).contact_iterations > 0
+
+    @property
+    def equations_per_pose(self) -> int:
+        """Return how many independent equations a pose gives."""
+        index = np.arange(len(self.planes)) if self.on_planes else np.array([-1])
+        q = np.zeros((len(index), self.model.nominal.n_joints))
+        return measure(self.dataset(q, index)).equations_per_pose
+
+    def dataset(self, q: Array, plane: Array) -> Dataset:
+        """Return poses ``(N, n)`` [rad] with what the sensor would measure there without error.
+
+        What an effect may ask for is made up: directions of approach at random, one temperature.
+
+        Args:
+            q: Joint angles.
+            plane: ``(N,)``, index of the plane that each pose measures; -1 without planes.
+        """
+        columns: dict[str, Array] = {}
+        if self.model.effects:
+            sides = np.random.default_rng(0).choice([-1.0, 1.0], q.shape)
+            columns = {f"approach{i + 1}": side for i, side in enumerate(sides.T)}
+            columns["temperature"] = np.full(len(q), _TEMPERATURE)
+        names = [self.planes[k].name for k in plane] if self.on_planes else None
+        dataset = _dataset(self.model.nominal, self.sensor, self.planes, q, names, columns)
+        T = self.model.robot.flange(q) @ self.model.T_flange_sensor
+        kind = kind_named(self.sensor.kind)
+        if kind.scans:
+            points = scan_points(T, self.normals[plane], self.distances[plane], self.view)[0]
+            n = points.shape[1]
+            return replace(dataset, points=points.reshape(-1, 2), starts=n * np.arange(len(q) + 1))
+        if kind.format.table is None:
+            return dataset
+        return replace(dataset, points=T[:, :3, 3].copy(), starts=np.arange(len(q) + 1))
+
+    @property
+    def normals(self) -> Array:
+        """Return the normals of the planes ``(K, 3)``."""
+        return np.array([plane.normal for plane in self.planes]).reshape(-1, 3)
+
+    @property
+    def distances(self) -> Array:
+        """Return the distances of the planes ``(K,)`` [m]."""
+        return np.array([plane.distance for plane in self.planes])
+
+    def sensor_frames(self, q: Array) -> Array:
+        """Return where the sensor is ``(N, 4, 4)``, effects left out."""
+        return self.model.robot.flange(q) @ self.model.T_flange_sensor
+
+
+def scan_points(T: Array, normals: Array, distances: Array, view: View) -> tuple[Array, Array, Array]:
+    """Return the points of scans ``(N, M, 2)`` [m] in the scanner's plane, their ranges [m] and cosines of incidence ``(N, M)``.
+
+    A ray that runs away from the plane has a range that is not positive.
+
+    Args:
+        T: ``(N, 4, 4)``, the scanner in the base frame.
+        normals: ``(N, 3)``, of the plane that each scans.
+        distances: ``(N,)`` [m].
+        view: Of the scanner.
+    """
+    angles = np.linspace(-view.fan, view.fan, view.points)
+    rays = np.stack([np.sin(angles), np.cos(angles)], axis=1)
+    slant = np.einsum("nk,nkj->nj", normals, T[:, :3, [0, 2]]) @ rays.T
+    height = distances - np.sum(normals * T[:, :3, 3], axis=1)
+    reach = height[:, None] / np.where(np.abs(slant) > 1e-9, slant, 1e-9)
+    return reach[:, :, None] * rays, reach, np.abs(slant)
+
+
+def _calibrated(planes: tuple[PlaneGuess, ...], near: Calibration) -> tuple[PlaneGuess, ...]:
+    """Return the planes, those that a calibration has found at their calibrated places."""
+    target = near.model.target
+    if not isinstance(target, Planes):
+        return planes
+    found = {n: (v, d) for n, v, d in zip(target.names, target.normals, target.distances, strict=True)}
+    return tuple(
+        replace(p, normal=found[p.name][0], distance=float(found[p.name][1])) if p.name in found else p
+        for p in planes
+    )
+
+
+def _dataset(
+    robot: Robot,
+    sensor: Sensor,
+    planes: tuple[PlaneGuess, ...],
+    q: Array,
+    names: object,
+    columns: dict[str, Array],
+) -> Dataset:
+    poses = pd.DataFrame(q, columns=[f"q{i + 1}" for i in range(robot.n_joints)])
+    poses.insert(0, "pose", np.arange(1, len(q) + 1))
+    if planes:
+        poses.insert(1, "plane", names)
+    for name, values in columns.items():
+        poses[name] = values
+    return Dataset(
+        "plan", "", robot, sensor, planes, poses, np.empty((0, 2)), np.zeros(len(q) + 1, dtype=np.int64)
+    )

@@ -1,0 +1,184 @@
+"""``scalar plan``: what it writes can be measured, what it promises is kept by a calibration, and what it refuses."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+from scalar.cli import cli
+from scalar.data.io.plain_yaml import load_yaml
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.joint_scale import JointScale
+from scalar.estimation.result import Calibration
+from tests import helpers
+
+
+def run(*arguments):
+    """Run ``scalar`` in this process."""
+    return CliRunner().invoke(cli, [str(argument) for argument in arguments])
+
+
+def refused(result, *words):
+    """Check exit status 2 and one line with the words."""
+    assert result.exit_code == 2, result.output
+    assert len(result.stderr.splitlines()) == 1
+    for word in words:
+        assert word in result.stderr
+
+
+@pytest.fixture(scope="module")
+def laser(tmp_path_factory):
+    """Return the folder of a dataset with a line laser and three planes."""
+    scene = helpers.make_scene(seed=4, poses_per_plane=12, points_per_scan=10)
+    return scene, scene.write(tmp_path_factory.mktemp("laser") / "cell")
+
+
+@pytest.fixture(scope="module")
+def planned(laser, tmp_path_factory):
+    """Return a plan for it, made with the physics engine."""
+    out = tmp_path_factory.mktemp("plan") / "plan"
+    result = run("plan", laser[1], "--poses", 30, "--candidates", 150, "-o", out)
+    assert result.exit_code == 0, result.output
+    return out, result.output
+
+
+def test_the_poses_can_be_measured(laser, planned):
+    """Within the limits, and every ray of the fan meets its own plane first, within range and incidence: by the tests' own geometry."""
+    scene, _ = laser
+    table = pd.read_csv(planned[0] / "poses.csv")
+    assert len(table) == 30
+    assert list(table["order"]) == list(range(1, 31))
+    q = table[[f"q{i}" for i in range(1, 7)]].to_numpy()
+    robot, sensor = scene.dataset.robot, scene.dataset.sensor
+    assert np.all((q >= robot.limits[:, 0]) & (q <= robot.limits[:, 1]))
+    T = helpers.chain(robot.geometry, q, robot.T_base_0) @ robot.T_n_flange @ sensor.T_flange_sensor
+    names = [plane.name for plane in scene.dataset.planes]
+    normals = np.array([plane.normal for plane in scene.dataset.planes])
+    distances = np.array([plane.distance for plane in scene.dataset.planes])
+    assert set(table["plane"]) == set(names)
+    for angle in np.deg2rad([-15.0, 0.0, 15.0]):
+        ray = T[:, :3, 0] * np.sin(angle) + T[:, :3, 2] * np.cos(angle)
+        reach = (distances - T[:, :3, 3] @ normals.T) / (ray @ normals.T)
+        ahead = np.where(reach > 0, reach, np.inf)
+        own = np.array([names.index(name) for name in table["plane"]])
+        assert np.array_equal(np.argmin(ahead, axis=1), own)
+        here = reach[np.arange(30), own]
+        assert np.all((here > 0.0999) & (here < 0.4501))
+        assert np.all(np.abs(np.sum(ray * normals[own], axis=1)) > np.cos(np.deg2rad(50.01)))
+
+
+def test_planned_poses_promise_more_than_random_ones(planned):
+    """The numbers and the words agree; the plan expects less error than as many random poses; the picture is there."""
+    content = json.loads((planned[0] / "plan.json").read_text(encoding="utf-8"))
+    assert content["poses"] == 30
+    assert content["expected_error_mm"] < content["expected_error_of_random_poses_mm"]
+    errors = [entry["expected_error_mm"] for entry in content["by_number_of_poses"]]
+    assert errors == sorted(errors, reverse=True)
+    assert f"{content['expected_error_mm']:.4f} mm RMS" in planned[1]
+    assert (planned[0] / "plan.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_expected_error_is_that_of_calibrations(tmp_path):
+    """For an arm of the library: the error that is told before measuring is, over eight simulated campaigns, the one that is found.
+
+    Campaigns are simulated by the tests' own kinematics; the scatter of their predictions is compared with the plan's figure.
+    """
+    out = tmp_path / "plan"
+    arguments = ("--poses", 40, "--noise", 0.1, "--repeatability", 0, "--candidates", 200, "--no-collisions")
+    result = run("plan", "denso_vs060", *arguments, "-o", out)
+    assert result.exit_code == 0, result.output
+    expected = json.loads((out / "plan.json").read_text(encoding="utf-8"))["expected_error_mm"]
+    q = pd.read_csv(out / "poses.csv")[[f"q{i}" for i in range(1, 7)]].to_numpy()
+    from scalar.data.dataset import Dataset
+    from scalar.data.declared import Sensor
+    from scalar.estimation.calibrate import calibrate
+    from scalar.evaluate.pose_errors import aligned_to
+    from scalar.geometry.robot import Robot
+    from scalar.robots import read_arm
+
+    robot = Robot.from_mapping(read_arm("denso_vs060").mapping)
+    T_sensor = np.eye(4)
+    T_sensor[0, 3] = T_sensor[2, 3] = 0.1
+    chain = helpers.chain(robot.geometry, q, robot.T_base_0) @ robot.T_n_flange @ T_sensor
+    anywhere = np.random.default_rng(1).uniform(*robot.limits.T, (300, 6))
+    truth = helpers.chain(robot.geometry, anywhere, robot.T_base_0) @ robot.T_n_flange @ T_sensor
+    squares = []
+    for seed in range(8):
+        points = chain[:, :3, 3] + 1e-4 * np.random.default_rng(seed).standard_normal((len(q), 3))
+        dataset = Dataset.from_arrays(
+            robot=robot, sensor=Sensor("tracker", T_sensor, 1e-4), q=q, points=points
+        )
+        found = aligned_to(truth, calibrate(dataset).predict(anywhere))
+        squares.append(np.mean(np.sum((found - truth)[:, :3, 3] ** 2, axis=1)))
+    assert 0.75 * expected < 1e3 * np.sqrt(np.mean(squares)) < 1.25 * expected
+
+
+def test_an_accuracy_is_planned_for(tmp_path):
+    """--accuracy alone: as many poses as it takes, and the plan keeps it; one pose fewer would not be asked for at half the error."""
+    counts = []
+    for accuracy in (0.1, 0.06):
+        out = tmp_path / str(accuracy)
+        options = ("--accuracy", accuracy, "--candidates", 150, "--no-collisions")
+        result = run("plan", "ur10e", *options, "-o", out)
+        assert result.exit_code == 0, result.output
+        content = json.loads((out / "plan.json").read_text(encoding="utf-8"))
+        assert content["expected_error_mm"] <= accuracy
+        counts.append(content["poses"])
+    assert counts[0] < counts[1]
+
+
+def test_poses_that_separate_a_gear_from_a_scale(tmp_path):
+    """A joint that was measured over a small part of its range does not tell a first harmonic from a scale; the plan's poses do."""
+    scene = helpers.make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
+    poses = scene.dataset.poses.copy()
+    poses["q4"] = np.linspace(-0.1, 0.1, len(poses))
+    dataset = replace(scene.dataset, poses=poses)
+    replace(scene, dataset=dataset).write(tmp_path / "cell")
+    effect = JointHarmonic(4, (1,), coefficients=np.array([1e-3, 0.0]))
+    made = Calibration.nominal(dataset)
+    out = tmp_path / "out"
+    out.mkdir()
+    replace(made, model=replace(made.model, effects=(effect,))).save(out / "after.json")
+    entry = {
+        "name": effect.name,
+        "target": effect.target,
+        "coefficients": {"sin_rad": {"value": 1e-3}, "cos_rad": {"value": 0.0}},
+        "confounded_with": [{"name": JointScale.name, "target": {"joint": 4}}],
+    }
+    diagnosis = {"format": "scalar-diagnosis/2", "effects": [entry], "unobservable": []}
+    (out / "diagnosis.json").write_text(json.dumps(diagnosis), encoding="utf-8")
+    options = ("--poses", 8, "--candidates", 100, "--no-collisions")
+    result = run("plan", tmp_path / "cell", "--after", out / "diagnosis.json", *options, "-o", tmp_path / "p")
+    assert result.exit_code == 0, result.output
+    (question,) = json.loads((tmp_path / "p" / "plan.json").read_text(encoding="utf-8"))["questions"]
+    assert question["standard_errors_now"] < 2
+    assert question["separated"]
+    assert np.ptp(pd.read_csv(tmp_path / "p" / "poses.csv")["q4"]) > 1.0
+    entry["confounded_with"] = []
+    (out / "diagnosis.json").write_text(json.dumps(diagnosis), encoding="utf-8")
+    result = run("plan", tmp_path / "cell", "--after", out / "diagnosis.json", "-o", tmp_path / "q", *options)
+    refused(result, "leaves nothing open")
+
+
+def test_what_cannot_be_planned_is_refused(laser, tmp_path):
+    """Too few poses, no such arm, a bad range, an empty range of the scanner: one line each, nothing written."""
+    out = tmp_path / "out"
+    some = ("--candidates", 100, "--no-collisions", "-o", out)
+    refused(run("plan", "no-such-arm", *some), "scalar init --list")
+    refused(run("plan", "ur10e", "--poses", 3, *some), "plan at least")
+    refused(run("plan", laser[1], "--range", "3,1", *some), "--range")
+    refused(run("plan", laser[1], "--range", "9,9.1", *some), "sees the plane")
+    refused(run("plan", laser[1], "--after", tmp_path / "none.json", *some), "no such file")
+    assert not out.exists()
+
+
+def test_an_empty_dataset_of_init_says_what_is_missing(tmp_path):
+    """A folder that nobody has filled in is refused with what is missing in it; with planes and a sensor's pose it can be planned."""
+    assert run("init", tmp_path / "cell", "--robot", "ur10e", "--sensor", "tracker").exit_code == 0
+    result = run("plan", tmp_path / "cell", "--candidates", 100, "--no-collisions", "-o", tmp_path / "plan")
+    assert result.exit_code == 2
+    assert "nominal_pose" in result.stderr
+    assert load_yaml(tmp_path / "cell" / "dataset.yaml")["sensor"]["kind"] == "tracker"

@@ -1,0 +1,1 @@
+"""Planned poses compared with random ones: the errors of calibrations over seeds."""

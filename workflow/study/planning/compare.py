@@ -1,0 +1,119 @@
+"""Do planned poses calibrate better than as many, or twice as many, drawn at random?
+
+All ways choose from one pool of postures from which the true scanner sees its plane. The planner knows what a user knows before measuring:
+the declared arm, which is off by the errors of the scene, the rough place of scanner and planes, and the noise. The chosen poses are
+calibrated with the same draw of the noise, and judged over the evaluation poses of the simulator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.dataset import Dataset
+from scalar.errors import ScalarError
+from scalar.estimation.calibrate import calibrate
+from scalar.evaluate import aligned_to, pose_errors, true_frames
+from scalar.geometry.se3 import Array
+from scalar.planning.information import Information, information
+from scalar.planning.plan import CRITERIA, designed
+from scalar.planning.workcell import View, Workcell
+from scalar.units import MM
+from study.common.memory import dataset_in_memory
+
+RANDOM, PLANNED = "random", "planned"
+POSES = 1000  # the first of the evaluation poses: their mean is sure to some 2 %
+DIGITS = 6  # of a number in the table: further ones follow the last bit of a fit's last step
+PLANNING_COLUMNS = {
+    "seed": "of the declared arm, the noise and the random choice",
+    "way": f"{RANDOM} or {PLANNED}",
+    "poses": "that were calibrated",
+    "status": "calibrated, or how it failed",
+    "expected_error_mm": "root mean square over random poses, said before measuring",
+    "position_mean_mm": f"over the first {POSES} evaluation poses, after the best rigid motion of the base",
+    "position_max_mm": "the largest of them",
+    "orientation_mean_deg": "angle of the error rotation over the same poses",
+    "orientation_max_deg": "the largest of them",
+    "position_rms_mm": "root mean square over the same poses",
+}
+
+
+def compare_plans(
+    scene: str | Path, seeds: Sequence[int], sizes: Sequence[int], pool_per_plane: int
+) -> pd.DataFrame:
+    """Return the errors of planned and random poses: a row a seed, way and number of poses.
+
+    Args:
+        scene: Config file of a scene whose true arm is the same for every seed.
+        seeds: To run.
+        sizes: Numbers of poses.
+        pool_per_plane: How many postures of each plane there are to choose from.
+
+    Raises:
+        InvalidInput: The scene is at fault.
+        SimulationError: Too few postures see a target plane.
+    """
+    # The simulator is an extra; a study of one's own data does without.
+    from dataclasses import replace
+
+    from scalar.simulation.config import complete_config, load_config
+    from scalar.simulation.plan import plan_poses, workcell_text
+    from scalar.simulation.scene import simulate
+
+    scene = Path(scene)
+    config = load_config(scene) | {"poses_per_plane": pool_per_plane}
+    plan = plan_poses(config, base_dir=scene.parent)
+    rows: list[dict[str, Any]] = []
+    for seed in seeds:
+        seeded = config | {"seed": seed}
+        # The true arm is the same, and so are the postures from which it sees the planes.
+        same = replace(plan, workcell=workcell_text(complete_config(seeded, base_dir=scene.parent)))
+        simulated = simulate(seeded, base_dir=scene.parent, plan=same)
+        truth = simulated.truth_poses.head(POSES)
+        pool = dataset_in_memory(simulated)
+        info = _known_before(pool, simulated.config)
+        for size in sizes:
+            for way in (RANDOM, PLANNED):
+                rng = np.random.default_rng([seed, size])
+                chosen = _chosen(info, pool, way, size, rng)
+                key = {"seed": seed, "way": way, "poses": size}
+                rows.append(
+                    key | {"expected_error_mm": _expected(info, chosen) / MM} | _errors(pool, chosen, truth)
+                )
+        print(f"seed {seed}", flush=True)
+    return pd.DataFrame(rows).reindex(columns=list(PLANNING_COLUMNS))
+
+
+def _known_before(pool: Dataset, config: Any) -> Information:
+    """Return what the poses of the pool are expected to tell, by what is declared."""
+    view = View(points=config["sensor"]["points_per_scan"])
+    cell = Workcell.of(pool.robot, pool.sensor, pool.planes, view=view)
+    return information(cell.model, cell.dataset(pool.q, pool.plane_index), 0.0)
+
+
+def _chosen(info: Information, pool: Dataset, way: str, size: int, rng: np.random.Generator) -> list[int]:
+    if way == PLANNED:
+        return designed(info, size, CRITERIA[0], rng)[0].chosen
+    planes = pool.plane_index
+    share = np.bincount(np.arange(size) % (planes.max() + 1))
+    return [int(i) for k, n in enumerate(share) for i in rng.permutation(np.flatnonzero(planes == k))[:n]]
+
+
+def _expected(info: Information, chosen: list[int]) -> float:
+    A = info.rows[chosen].reshape(-1, len(info.start))
+    return info.error(np.linalg.inv(info.start + A.T @ A))
+
+
+def _errors(pool: Dataset, chosen: list[int], truth: pd.DataFrame) -> dict[str, Any]:
+    T_true: Array = true_frames(truth)
+    try:
+        calibration = calibrate(pool.subset(np.array(chosen)))
+    except ScalarError as error:
+        return {"status": type(error).__name__}
+    errors = pose_errors(T_true, aligned_to(T_true, calibration.predict(truth)))
+    rms = float(np.sqrt(np.mean(errors.position**2)) / MM)
+    return {"status": "calibrated", "position_rms_mm": rms} | errors.to_mapping()

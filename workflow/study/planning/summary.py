@@ -1,0 +1,58 @@
+"""What planned and random poses give over the seeds, and how they compare in the same seed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.stats import binomtest
+
+from study.planning.compare import PLANNED, RANDOM
+
+
+def summarise_planning(errors: pd.DataFrame) -> pd.DataFrame:
+    """Return a row a way and number of poses: medians and quartiles of the mean position error over the seeds, and failures."""
+    rows: list[dict[str, Any]] = []
+    table: Any = errors
+    for (way, poses), group in table.groupby(["way", "poses"], sort=True):
+        done: Any = group[group["status"] == "calibrated"]
+        low, middle, high = np.quantile(done["position_mean_mm"], [0.25, 0.5, 0.75])
+        rows.append(
+            {
+                "way": way,
+                "poses": poses,
+                "seeds": len(group),
+                "failed": len(group) - len(done),
+                "position_mean_mm_median": middle,
+                "position_mean_mm_lower_quartile": low,
+                "position_mean_mm_upper_quartile": high,
+                "position_max_mm_median": done["position_max_mm"].median(),
+                "position_rms_mm": float(np.sqrt(np.mean(done["position_rms_mm"] ** 2))),
+                "expected_error_mm_median": done["expected_error_mm"].median(),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def planning_numbers(errors: pd.DataFrame) -> dict[str, Any]:
+    """Return, for each two numbers of poses, how planned poses compare with random ones in the same seed.
+
+    ``times_random`` is the median of the ratio of mean position errors, ``better_in`` the number of seeds in which the planned poses err less,
+    with the probability that as many fall so by chance.
+    """
+    calibrated: Any = errors[errors["status"] == "calibrated"]
+    done = calibrated.set_index(["way", "poses", "seed"])["position_mean_mm"].sort_index()
+    sizes = sorted({int(n) for n in errors["poses"]})
+    numbers: dict[str, Any] = {"seeds": len(set(errors["seed"]))}
+    for planned in sizes:
+        for random in sizes:
+            ratio = (done[PLANNED, planned] / done[RANDOM, random]).dropna()
+            better = int((ratio < 1).sum())
+            numbers[f"planned_{planned}_against_random_{random}"] = {
+                "times_random": float(ratio.median()),
+                "better_in": better,
+                "seeds": len(ratio),
+                "p_value": float(binomtest(better, len(ratio)).pvalue),
+            }
+    return numbers
