@@ -17,16 +17,17 @@ import numpy as np
 import scalar
 from scalar.simulation import load_config, simulate, write_scene
 
-root = next(folder for folder in Path.cwd().resolve().parents if (folder / "configs").exists())
+root = next(path for path in Path.cwd().parents if (path / "configs").exists())
 config = load_config(root / "configs/scenes/injected.yaml")
 config |= {"poses_per_plane": 40, "truth_poses": 10}
-config["injected"] = [{"effect": "joint_harmonic", "target": {"joint": 4, "order": 2}, "size": 3.0e-4}]
+gear = {"effect": "joint_harmonic", "target": {"joint": 4, "order": 2}}
+config["injected"] = [gear | {"size": 3.0e-4}]
 folder = Path(tempfile.mkdtemp())
 write_scene(simulate(config), folder)
 dataset = scalar.read_dataset(folder / "dataset")
 
 # %%
-# `diagnose` tries every effect of the catalogue and adds those that predict held-out poses better. (On the command line, `scalar diagnose` also
+# ``diagnose`` tries every effect of the catalogue and adds those that predict held-out poses better. (On the command line, ``scalar diagnose`` also
 # repeats the diagnosis without each of five parts of the poses, to confirm what it found.)
 
 diagnosis = scalar.diagnose(dataset)
@@ -47,11 +48,11 @@ difference = 1000 * np.linalg.norm(with_effect - rigid, axis=1)
 fig, ax = plt.subplots(figsize=(7, 3), layout="constrained")
 ax.plot(np.degrees(angles), difference)
 ax.set_xlabel("angle of joint 4 [°]")
-ax.set_ylabel("difference of the sensor's place [mm]")
+ax.set_ylabel("difference [mm]")
 ax.set_ylim(bottom=0)
 
 # %%
-# `correct` turns nominal joint angles into those at which the real arm stands where the nominal arm would:
+# ``correct`` turns nominal joint angles into those at which the real arm stands where the nominal arm would:
 
 q = dataset.q[:3]
 corrected = diagnosis.calibration_after.correct(q)

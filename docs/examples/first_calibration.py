@@ -7,7 +7,7 @@ A workcell is simulated, so that the truth is known. The calibration reads the d
 
 # %%
 # The scene describes a six-joint arm with a line laser on its flange, among three planes. It is made smaller here, so that this page is built
-# quickly. `simulate` gives the dataset as a user would have it, and the truth beside it.
+# quickly. ``simulate`` gives the dataset as a user would have it, and the truth beside it.
 
 import tempfile
 from pathlib import Path
@@ -19,7 +19,7 @@ import scalar
 from scalar.evaluate import evaluate, read_truth
 from scalar.simulation import load_config, simulate, write_scene
 
-root = next(folder for folder in Path.cwd().resolve().parents if (folder / "configs").exists())
+root = next(path for path in Path.cwd().parents if (path / "configs").exists())
 config = load_config(root / "configs/scenes/paper.yaml")
 config |= {"poses_per_plane": 20, "truth_poses": 1000}
 folder = Path(tempfile.mkdtemp())
