@@ -191,8 +191,8 @@ def _of_headline(claim: Mapping[str, Any], summary: Any) -> list[Found]:
 
 def _spread(way: str, row: Mapping[str, Any]) -> Found:
     failed = row.get("not_converged", row.get("failed", 0) + row.get("lost", 0))
-    band = (row[name] for name in ("median", "p05", "p95", "min", "max"))
-    return Found(way, *band, int(row["seeds"]), 1 - failed / row["seeds"])
+    seeds, succeeded = int(row["seeds"]), 1 - failed / row["seeds"]
+    return Found(way, row["median"], row["p05"], row["p95"], row["min"], row["max"], seeds, succeeded)
 
 
 def _of_planes(claim: Mapping[str, Any], planes: Any) -> list[Found]:
