@@ -15,6 +15,10 @@ ARMS = {
     "r2d2's head": ("r2d2.urdf", "base_link", "box"),  # no arm: an axis across, and a fixed joint
     "a1's leg": ("a1/a1.urdf", "trunk", "FR_lower"),
     "laikago's leg": ("laikago/laikago_toes_zup.urdf", "chassis", "toeRL"),
+    # With joints that slide:
+    "panda and a finger": ("franka_panda/panda.urdf", "panda_link0", "panda_leftfinger"),
+    "r2d2's gripper": ("r2d2.urdf", "base_link", "left_tip"),
+    "cart with a pole": ("cartpole.urdf", "slideBar", "pole"),
 }
 """File among those that pybullet ships, base and tip."""
 
@@ -97,7 +101,11 @@ def random_description(rng: np.random.Generator, n: int) -> str:
         turns = [rng.uniform(-3, 3, 3), np.round(rng.uniform(-2, 2, 3)) * np.pi / 2, np.zeros(3)]
         rpy = turns[rng.integers(3)] + rng.choice([0.0, 1e-13, 1e-7, 3e-3]) * rng.normal(size=3)
         axes = [rng.normal(size=3), np.eye(3)[rng.integers(3)] * rng.choice([-1.0, 1.0])]
-        joint(str(rng.choice(["revolute", "continuous"])), xyz, rpy, axes[rng.integers(2)])
+        axis = axes[
+            rng.integers(2)
+        ]  # of unit length, as the format has it: pybullet slides by q times its length
+        kind = str(rng.choice(["revolute", "continuous", "prismatic"]))
+        joint(kind, xyz, rpy, axis / np.linalg.norm(axis))
         if rng.random() < 0.4:
             joint("fixed", rng.uniform(-0.2, 0.2, 3), rng.uniform(-3, 3, 3), np.array([1.0, 0, 0]))
     lines.append(

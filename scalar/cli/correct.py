@@ -55,8 +55,8 @@ def correct(
       pose,x,y,z,rx,ry,rz  frames of the sensor in the base frame, as `scalar predict` writes them; with q1..qn
                           beside them, these give the posture, else it is chosen near that of the row before
 
-    Angles are in rad, lengths in m (see --units). All calibrated effects are applied; what they need (approach1..n,
-    temperature, time, order) stands in columns of TARGETS and is written again. The output has
+    Angles are in rad, lengths and the travel of joints that slide in m (see --units). All calibrated effects are
+    applied; what they need (approach1..n, temperature, time, order) stands in columns of TARGETS and is written again. The output has
     pose,q1..qn, the joint angles to command, and two columns of 0 and more: beyond_limits, the number of joints beyond
     their limits, and near_singular. `scalar predict` gives the wanted frames for them to 1e-6 m.
 
@@ -86,6 +86,7 @@ def correct(
             robot.limits,
             units=in_units,
             joints_needed=with_joints,
+            prismatic=robot.prismatic,
         )
     if frames_wanted:
         T = _frames(table)
@@ -105,7 +106,7 @@ def correct(
     kept = np.flatnonzero(found.reached)
     for line in _said(robot, ids, found, kept):
         say(line)
-    _write(output, table, found, kept, in_units)
+    _write(output, table, found, kept, in_units.sliding(robot.prismatic))
     say(f"written: {output}, {len(kept)} poses")
 
 
@@ -182,10 +183,11 @@ def _said(robot: Robot, ids: Array, found: Correction, kept: Array) -> list[str]
     lines = []
     for i in kept[found.beyond_limits[kept].any(axis=1)]:
         joint = int(np.argmax(found.beyond_limits[i]))
-        low, high = robot.limits[joint] / DEG
-        angle = found.q[i, joint] / DEG
+        size, unit = (MM, "mm") if joint in robot.prismatic else (DEG, "deg")
+        low, high = robot.limits[joint] / size
+        stands = found.q[i, joint] / size
         lines.append(
-            f"  pose {ids[i]}: joint {joint + 1} at {angle:.3f} deg is beyond its limits {low:.1f} to {high:.1f} deg"
+            f"  pose {ids[i]}: joint {joint + 1} at {stands:.3f} {unit} is beyond its limits {low:.1f} to {high:.1f} {unit}"
         )
     shown = _some(lines)
     singular = [

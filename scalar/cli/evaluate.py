@@ -35,7 +35,7 @@ def evaluate(calibration: Path, truth: Path, output: Path) -> None:
 
     model = load_calibration(calibration)
     robot = model.model.robot
-    truth_poses, content = read_truth(truth, robot.n_joints, robot.limits)
+    truth_poses, content = read_truth(truth, robot.n_joints, robot.limits, robot.prismatic)
     result = evaluate(model, truth_poses, content)
     write_json(made(output) / "evaluation.json", result.to_mapping())
     say(describe_evaluation(result))

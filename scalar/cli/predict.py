@@ -34,13 +34,14 @@ def predict(
 ) -> None:
     """Predict the sensor's frame for joint angles.
 
-    All calibrated effects are applied. The table JOINTS has pose,q1..qn [rad] and the optional columns of poses.csv. The
+    All calibrated effects are applied. The table JOINTS has pose,q1..qn [rad; m where a joint slides] and the optional columns of poses.csv. The
     output has pose,x,y,z,rx,ry,rz [m, rotation vector in rad], the frame of the sensor in that of the base. With --std it
     also has the standard deviations [m, rad] of a shift and of a small rotation in the base frame. They say what the
     calibration does not know of a pose. Fixed parameters are taken as exact. A probe or a tracker does not show how
     it is turned on the flange: rx,ry,rz are then those of its declared mount, and have no standard deviation.
 
-    With --units deg,mm the joint angles are read in degrees, and x_mm..rz_deg are written.
+    With --units deg,mm the joint angles are read in degrees (the travel of a joint that slides in mm), and x_mm..rz_deg are
+    written.
 
     \b
     Example:
@@ -57,7 +58,9 @@ def predict(
     model = load_calibration(calibration)
     robot = model.model.robot
     with advice_on_units():
-        table = read_pose_table(joints, robot.n_joints, limits=robot.limits, units=in_units)
+        table = read_pose_table(
+            joints, robot.n_joints, limits=robot.limits, units=in_units, prismatic=robot.prismatic
+        )
     covariance = model.predict_covariance(table) if with_std else None
     write_frames(
         output,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -33,6 +34,13 @@ def validate(dataset: Path) -> None:
     say(describe_content(read_folder(dataset)))
 
 
+def _joints(joints: Sequence[Mapping[str, Any]]) -> str:
+    """Return how many joints there are, and which of them slide."""
+    sliding = [str(i + 1) for i, joint in enumerate(joints) if joint.get("type") == "prismatic"]
+    count = f"{len(joints)} joint{'s' if len(joints) != 1 else ''}"
+    return f"{count} ({', '.join(sliding)} prismatic)" if sliding else count
+
+
 def describe_content(content: Content) -> str:
     """Return what a dataset holds, a few lines."""
     from scalar.sensors import kind_named
@@ -41,7 +49,7 @@ def describe_content(content: Content) -> str:
     robot, sensor = mapping["robot"], mapping["sensor"]
     kind = kind_named(sensor["kind"])
     lines = [
-        f"{mapping['name']}: robot {robot['name']}, {len(robot['joints'])} joints; sensor {kind.format.kind}",
+        f"{mapping['name']}: robot {robot['name']}, {_joints(robot['joints'])}; sensor {kind.format.kind}",
     ]
     if mapping.get("source"):
         lines.append(f"  source: {mapping['source']}")

@@ -16,7 +16,7 @@ from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.atomic import atomic_directory
 from scalar.data.sensor_formats import SensorFormat
 from scalar.errors import printable
-from scalar.units import DEG
+from scalar.units import DEG, MM
 
 README = "README.txt"
 _POSES = "poses.csv"
@@ -74,8 +74,9 @@ def _description(
     for i, joint in enumerate(robot["joints"]):
         comment = f"  # joint {i + 1}"
         if "limits" in joint:
-            low, high = (limit / DEG for limit in joint["limits"])
-            comment += f", {low:.4g} to {high:.4g} degrees"
+            size, unit = (MM, "mm") if joint.get("type") == "prismatic" else (DEG, "degrees")
+            low, high = (limit / size for limit in joint["limits"])
+            comment += f", {low:.4g} to {high:.4g} {unit}"
         lines.append(f"    - {_flow(joint)}{comment}")
     for key in ("base", "flange", "gravity", "tolerance"):
         if key in robot:

@@ -94,6 +94,10 @@ class Description:
         n = len(self.items("robot", "joints"))
         return n if n <= MAX_JOINTS else 0
 
+    def slides(self, joint: int) -> bool:
+        """Return whether a joint, from 0, is prismatic."""
+        return self.get("robot", "joints", joint, "type") == "prismatic"
+
     @property
     def plane_names(self) -> list[str]:
         """Return the names of the planes."""
@@ -154,15 +158,13 @@ def _check_robot(description: Description) -> None:
         path: Path = ("robot", "joints", i)
         if not isinstance(joint, dict):
             continue
-        if joint.get("type") == "prismatic":
-            message = "prismatic joints are reserved, not supported; describe a chain of revolute joints"
-            description.fault((*path, "type"), message)
         if standard and description.number(*path, "beta"):
             message = "beta belongs to modified DH; remove it, or write the chain as convention: modified-dh"
             description.fault((*path, "beta"), message)
         limits = description.vector(*path, "limits", size=2)
         if limits is not None and not limits[0] < limits[1]:
-            message = f"the lowest angle ({limits[0]:g}) is not below the highest ({limits[1]:g}); swap them"
+            what = "travel" if description.slides(i) else "angle"
+            message = f"the lowest {what} ({limits[0]:g}) is not below the highest ({limits[1]:g}); swap them"
             description.fault((*path, "limits"), message)
 
 

@@ -6,8 +6,9 @@ They have the columns of poses.csv, without its plane, and are checked as strict
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -31,6 +32,7 @@ def read_pose_table(
     *,
     units: TableUnits = SI,
     joints_needed: bool = True,
+    prismatic: Sequence[int] = (),
 ) -> pd.DataFrame:
     """Return the poses of a CSV file with the columns ``pose, q1..qn``; rows and columns as in the file.
 
@@ -38,9 +40,10 @@ def read_pose_table(
         path: of the file.
         n_joints: how many joints the robot has.
         required: further numeric columns that have to be there; any others are kept.
-        limits: ``(n_joints, 2)`` [rad] of the robot, where known; angles within them are never suspect.
+        limits: ``(n_joints, 2)`` [rad, m] of the robot, where known; angles within them are never suspect.
         units: of joint angles, places and rotation vectors whose columns do not state their own.
         joints_needed: whether the columns q1..qn have to be there.
+        prismatic: the joints that slide, from 0.
 
     Returns:
         `pose` int64, `plane` and `session` text, all others float64; in SI, under the names without units.
@@ -49,12 +52,16 @@ def read_pose_table(
         InvalidInput: with every fault found, each with its row and column.
     """
     path = Path(path)
-    joints = [{} if limits is None else {"limits": [float(x) for x in limits[i]]} for i in range(n_joints)]
+    joints: list[dict[str, Any]] = [
+        {} if limits is None else {"limits": [float(x) for x in limits[i]]} for i in range(n_joints)
+    ]
+    for i in prismatic:
+        joints[i]["type"] = "prismatic"
     description = Description({"robot": {"joints": joints}}, {})
     known = poses_layout(description)
     needed = known.required if joints_needed else ("pose",)
     columns = columns_of(path)
-    own = FileUnits.of(columns, units)
+    own = FileUnits.of(columns, units.sliding(prismatic))
     layout = own.layout(
         Layout((*needed, *required), known.optional, known.text, known.integers, True, known.refuse)
     )

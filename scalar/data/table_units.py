@@ -1,4 +1,7 @@
-"""Degrees and millimetres in tables of poses: on request, or where a column's name says so (``q1_deg``, ``x_mm``)."""
+"""Degrees and millimetres in tables of poses: on request, or where a column's name says so (``q1_deg``, ``x_mm``).
+
+The joint of a column ``q1`` may slide; its travel is then a length.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,7 @@ from scalar.data.located_table import Layout, Table
 from scalar.errors import Fault, InvalidInput
 from scalar.units import DEG, MM
 
+_JOINT = re.compile(r"q[0-9]+")
 _ANGLE = re.compile(r"q[0-9]+|r[xyz]")
 _LENGTH = re.compile(r"[xyz]")
 _LENGTHS = {"m": 1.0, "mm": MM}
@@ -25,18 +29,30 @@ class TableUnits:
     Attributes:
         length: ``m`` or ``mm``.
         angle: ``rad`` or ``deg``.
+        travels: Columns of joints that slide.
     """
 
     length: str = "m"
     angle: str = "rad"
+    travels: frozenset[str] = frozenset()
+
+    def sliding(self, prismatic: Sequence[int]) -> TableUnits:
+        """Return the same units for a robot whose joints ``prismatic``, from 0, slide."""
+        return replace(self, travels=frozenset(f"q{i + 1}" for i in prismatic))
 
     def of(self, column: str) -> tuple[str, float]:
         """Return the unit of a column and its size in SI; an empty word and one for a column of another kind."""
-        if _ANGLE.fullmatch(column):
-            return self.angle, _ANGLES[self.angle]
-        if _LENGTH.fullmatch(column):
-            return self.length, _LENGTHS[self.length]
-        return "", 1.0
+        known = self.known(column)
+        if not known:
+            return "", 1.0
+        unit = self.length if known is _LENGTHS else self.angle
+        return unit, known[unit]
+
+    def known(self, column: str) -> dict[str, float]:
+        """Return the units that a column may be in, with their sizes in SI; none for a column of another kind."""
+        if column in self.travels or _LENGTH.fullmatch(column):
+            return _LENGTHS
+        return _ANGLES if _ANGLE.fullmatch(column) else {}
 
     def named(self, column: str) -> str:
         """Return what a column is called in a table that is written: with its unit where that is not SI."""
@@ -63,7 +79,7 @@ def units_named(text: str | None) -> TableUnits:
             )
         if word:
             units[kind] = word
-    return TableUnits(**units)
+    return TableUnits(units.get("length", SI.length), units.get("angle", SI.angle))
 
 
 def columns_of(path: Path) -> list[str]:
@@ -79,7 +95,7 @@ def columns_of(path: Path) -> list[str]:
 def base_name(column: str) -> str:
     """Return the name of a column without the unit at its end."""
     name, _, unit = column.rpartition("_")
-    known = _ANGLES if _ANGLE.fullmatch(name) else _LENGTHS if _LENGTH.fullmatch(name) else {}
+    known = _ANGLES | _LENGTHS if _JOINT.fullmatch(name) else SI.known(name)
     return name if unit in known else column
 
 
@@ -98,7 +114,11 @@ class FileUnits:
     @classmethod
     def of(cls, columns: Sequence[str], units: TableUnits) -> FileUnits:
         """Return the units of a file with these columns; a name that stands there without a unit too is left alone."""
-        spelt = {base_name(c): c for c in columns if base_name(c) != c and base_name(c) not in columns}
+        spelt = {}
+        for column in columns:
+            name, _, unit = column.rpartition("_")
+            if unit in units.known(name) and name not in columns:
+                spelt[name] = column
         return cls(units, spelt)
 
     def layout(self, layout: Layout) -> Layout:

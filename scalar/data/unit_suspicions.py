@@ -17,6 +17,8 @@ TURN = 2.0 * np.pi
 MAX_ANGLE_PARAMETER = TURN + 0.01  # rad; alpha, theta, beta and rotation vectors need no more than a turn
 MANY_TURNS = 4.0 * TURN  # rad; one joint on its own, where its limits do not say that it turns further
 SEVERAL_TURNS = 1.5 * TURN  # rad; several joints at once; real wrists reach 1.25 turns (450 degrees)
+MAX_TRAVEL = 100.0  # m; a prismatic joint, where its limits do not say that it goes farther
+TIMES_LIMITS = 20.0  # a travel so many times beyond the limits is one in millimetres
 MAX_LINK = 8.0  # m; a single a or d
 MAX_CHAIN = 20.0  # m; all a and d together
 MAX_BASE = 200.0  # m; the robot in the coordinates of its hall
@@ -76,8 +78,15 @@ def _suspect_joints(description: Description) -> None:
     largest = {}
     for i in joints:
         limits = description.vector("robot", "joints", i, "limits", size=2)
-        if limits is not None:
-            largest[i] = float(np.abs(limits).max())
+        if limits is None:
+            continue
+        size = float(np.abs(limits).max())
+        if not description.slides(i):
+            largest[i] = size
+        elif size > MAX_TRAVEL:
+            description.fault(
+                ("robot", "joints", i, "limits"), f"suspect: a travel of {size:g} m; {_AS_METRES}"
+            )
     wide = {i for i, angle in largest.items() if angle > SEVERAL_TURNS}
     if not _several(
         len(wide), len(joints)
@@ -104,7 +113,7 @@ def _several(n: int, n_joints: int) -> bool:
 
 
 def suspect_joint_angles(poses: Table, description: Description, faults: list[Fault]) -> None:
-    """Add joint angles that look like degrees: any far beyond its limits, or several joints beyond 1.5 turns.
+    """Add joint angles that look like degrees: any far beyond its limits, or several joints beyond 1.5 turns; and travels in millimetres.
 
     One fault a joint: its largest angle, and how many of its angles are out of bounds.
     """
@@ -114,6 +123,9 @@ def suspect_joint_angles(poses: Table, description: Description, faults: list[Fa
         if name not in poses.columns or not poses.n_rows:
             continue
         limits = description.vector("robot", "joints", i, "limits", size=2)
+        if description.slides(i):
+            _suspect_travel(poses, name, limits, faults)
+            continue
         declared = 0.0 if limits is None else 1.01 * float(np.abs(limits).max())
         bounds[name] = max(MANY_TURNS, declared)
         if np.nanmax(np.abs(_finite(poses.columns[name])), initial=0.0) > max(SEVERAL_TURNS, declared):
@@ -129,6 +141,18 @@ def suspect_joint_angles(poses: Table, description: Description, faults: list[Fa
                 f"really turns so far, give its limits in {DESCRIPTION}"
             )
             faults.append(Fault(poses.file, message, int(poses.line_numbers()[worst]), name))
+
+
+def _suspect_travel(poses: Table, name: str, limits: np.ndarray | None, faults: list[Fault]) -> None:
+    """Add the travels of a prismatic joint that look like millimetres: one fault, with the largest of them."""
+    bound = MAX_TRAVEL if limits is None else TIMES_LIMITS * float(np.abs(limits).max())
+    beyond, worst, value = _beyond(poses.columns[name], bound)
+    if beyond:
+        message = (
+            f"suspect: a travel of {value:g} m, and {beyond} of {poses.n_rows} are beyond {bound:g} m; {_AS_METRES}, or, "
+            f"if it really goes so far, give its limits in {DESCRIPTION}"
+        )
+        faults.append(Fault(poses.file, message, int(poses.line_numbers()[worst]), name))
 
 
 def suspect_points(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:

@@ -150,10 +150,10 @@ def components_along(state: FittedState, z: Array) -> Array:
     geometry = jacobian[:, model.blocks["geometry"]].reshape(N, m, len(GEOMETRY), n)
     lengths = [k for k, kind in enumerate(GEOMETRY) if kind in LENGTHS]
     growth = np.sum(geometry[:, :, lengths] * model.nominal.geometry[lengths], axis=(2, 3))
-    by_angle = geometry[:, :, GEOMETRY.index("theta")]
+    by_joint = geometry.reshape(N, m, -1)[:, :, model.robot.by_joint]
     sensor = jacobian[:, model.blocks["sensor"]].reshape(N, m, -1)
     base = state.residuals.wrench(model)
-    by_place = np.concatenate([by_angle, growth[:, :, None], sensor, base], axis=2)
+    by_place = np.concatenate([by_joint, growth[:, :, None], sensor, base], axis=2)
     if state.whitening is not None:
         by_place = state.whitening @ by_place
     sizes = np.linalg.norm(by_place, axis=1)

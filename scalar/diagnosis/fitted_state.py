@@ -153,12 +153,12 @@ class FittedState:
         ]
         N, m = self.dataset.n_poses, self.residuals.measurement.rows_per_pose
         columns = np.empty((N * m, int(ends[-1]) if len(ends) else 0))
-        by_angle, poses = self._by_angle(whitening)
+        by_joint, poses = self._by_joint(whitening)
         for effect, place in zip(effects, places, strict=True):
             if acts_on_joints(effect):
                 if effect not in bases:
                     bases[effect] = JointBasis.of(effect.joint_basis(self.model.nominal, poses))
-                columns[:, place] = bases[effect].columns(by_angle).reshape(N * m, -1)
+                columns[:, place] = bases[effect].columns(by_joint).reshape(N * m, -1)
         others = [k for k, effect in enumerate(effects) if not acts_on_joints(effect)]
         for batch in _batches(others, places, max(_MOST_NUMBERS // (6 * N), 1)):
             found = self._columns_elsewhere([effects[k] for k in batch], whitening)
@@ -169,11 +169,10 @@ class FittedState:
                 at += width
         return columns
 
-    def _by_angle(self, whitening: Array | None) -> tuple[Array, Poses]:
-        """Return the whitened derivatives of the rows by the joint angles ``(N, m, n)``, and the poses."""
+    def _by_joint(self, whitening: Array | None) -> tuple[Array, Poses]:
+        """Return the whitened derivatives of the rows by the joints' angles and travels ``(N, m, n)``, and the poses."""
         n = self.model.robot.n_joints
-        # A joint's angle moves the sensor as its theta does.
-        rows = self.residuals.linearise_measured(self.model)[1][:, 3 * n : 4 * n]
+        rows = self.residuals.linearise_measured(self.model)[1][:, self.model.robot.by_joint]
         return whitened(whitening, rows).reshape(self.dataset.n_poses, -1, n), self.residuals.poses
 
     def _columns_elsewhere(self, effects: Sequence[Effect], whitening: Array | None) -> Array:

@@ -25,13 +25,15 @@ class Separation:
 
     Attributes:
         joint: From 1, whose angle matters most.
-        low, high: The part of its range where they disagree most [rad].
+        low, high: The part of its range where they disagree most, in its unit.
+        unit: ``rad``, or ``m`` where the joint slides.
         there, here: Root mean square disagreement there, and at the poses that were measured [m].
     """
 
     joint: int
     low: float
     high: float
+    unit: str
     there: float
     here: float
 
@@ -58,7 +60,8 @@ def separation(state: FittedState, index: int, other: Effect) -> Separation | No
             best = float(means[k]), j + 1, float(edges[k]), float(edges[k + 1])
     assert best is not None
     rms = float(np.sqrt(np.mean(here**2)))
-    return Separation(best[1], best[2], best[3], float(np.sqrt(best[0])), rms)
+    unit = "m" if state.model.robot.slides[best[1] - 1] else "rad"
+    return Separation(best[1], best[2], best[3], unit, float(np.sqrt(best[0])), rms)
 
 
 def _steps(state: FittedState, index: int, other: Effect) -> Array | None:

@@ -81,12 +81,12 @@ def variance_components(
 def directions(residuals: Residuals, model: Model) -> list[tuple[str, Array]]:
     """Return the rows' derivatives ``(N, m, k)`` by every joint angle, and by an error common to the pose's measurement."""
     kinematics = residuals.kinematics(model)
-    n = model.robot.n_joints
-    by_angle = kinematics.screws()[:, :, 3 * n : 4 * n]
+    turning = ~model.robot.slides  # a travel has another unit, and a slide repeats otherwise than a gear
+    by_angle = kinematics.screws()[:, :, model.robot.by_joint][:, :, turning]
     rows = residuals.measurement.rows(kinematics.T_base_sensor, model.target)
     jitter = rows.wrench @ by_angle
     bias = residuals.measurement.common_error(kinematics.T_base_sensor, model.target)
-    return [("pose_jitter", jitter), ("scan_bias", bias)]
+    return [*([("pose_jitter", jitter)] if turning.any() else []), ("scan_bias", bias)]
 
 
 def _maximum_likelihood(rows: Array, K: Array) -> tuple[float, float, float]:

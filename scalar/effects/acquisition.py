@@ -23,6 +23,11 @@ def moving_joints(dataset: Dataset) -> list[int]:
     return [j for j in range(1, dataset.robot.n_joints + 1) if np.ptp(dataset.q[:, j - 1]) > STILL]
 
 
+def turning_joints(dataset: Dataset) -> list[int]:
+    """Return the revolute joints, from 1, that move in the dataset."""
+    return [j for j in moving_joints(dataset) if not dataset.robot.slides[j - 1]]
+
+
 def steps_are_known(dataset: Dataset) -> bool:
     """Return whether the order of the poses tells the moves to most of them."""
     known = moves(dataset.poses, dataset.robot.n_joints)

@@ -25,6 +25,21 @@ def joints_named(dataset: Dataset, words: Sequence[str]) -> list[int]:
     return [int(words[0])]
 
 
+def turning_named(dataset: Dataset, words: Sequence[str]) -> list[int]:
+    """Return the joint that the first word names, or all joints that turn where there is no word.
+
+    Raises:
+        ValueError: The robot has no such joint, or it slides.
+    """
+    slides = dataset.robot.slides
+    if not words:
+        return [j for j in joints_named(dataset, words) if not slides[j - 1]]
+    named = joints_named(dataset, words)
+    if slides[named[0] - 1]:
+        raise ValueError(f"joint {named[0]} slides, and this effect is one of joints that turn")
+    return named
+
+
 def orders_named(words: Sequence[str], first: int, last: int) -> tuple[int, ...]:
     """Return the orders that words name, ascending.
 

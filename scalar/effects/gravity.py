@@ -1,7 +1,9 @@
 """Gravity moments of an arm whose masses are unknown, as functions that are linear in what is unknown.
 
 A link's weight enters every moment through its first moment of mass in its own frame. The component along a joint's axis joins the link
-before, so two components a frame, along x and y, generate all gravity torques of a revolute chain (Gautier and Khalil, 1990).
+before, so two components a frame, along x and y, generate all gravity torques of a revolute chain (Gautier and Khalil, 1990). A joint
+that slides turns nothing; what it carries it moves along its axis, so its frame's first component is its travel along that axis, in
+shares of the farthest of its limits.
 """
 
 from __future__ import annotations
@@ -21,13 +23,18 @@ def unit_moments(robot: Robot, q: Array) -> tuple[Array, Array]:
 
     Args:
         robot: Nominal.
-        q: ``(N, n)`` [rad].
+        q: ``(N, n)`` [rad, m].
 
     Returns:
         ``(N, n, 2, 3)``: ``(R_i e_x) x g / |g|`` and the same for e_y, base frame, dimensionless; and the axes ``(N, n, 3)``.
     """
     frames = robot.frames(q)[:, 1:]
     arms = np.swapaxes(frames[..., :3, :2], -1, -2)
+    if robot.prismatic:
+        where = list(robot.prismatic)
+        share = q[:, where] / np.abs(robot.limits[where]).max(axis=1)
+        arms = arms.copy()
+        arms[:, where, 0] = share[..., None] * frames[:, where][..., :3, 2]
     return cross(arms, np.broadcast_to(robot.down, arms.shape)), frames[..., :3, 2]
 
 

@@ -10,13 +10,13 @@ import numpy as np
 
 from scalar.data.moves import side_column
 from scalar.data.poses import Poses
-from scalar.effects.acquisition import missing_column, moving_joints, steps_are_known
+from scalar.effects.acquisition import missing_column, moving_joints, steps_are_known, turning_joints
 from scalar.effects.command_words import joints_named
 from scalar.effects.effect import Effect
 from scalar.effects.gravity import torque_of, typical_masses, typical_torque
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View, angle_axis
-from scalar.effects.places import JointEffect, OneJoint
+from scalar.effects.places import JointEffect, OneAxis
 from scalar.effects.title import joints_in_words
 from scalar.effects.wording import angle, length
 from scalar.geometry.robot import Robot
@@ -38,7 +38,7 @@ _NEEDS = {
 
 
 @dataclass(frozen=True, eq=False)
-class JointBacklash(OneJoint, JointEffect):
+class JointBacklash(OneAxis, JointEffect):
     """A joint rests on one side of its play or on the other: ``dq_j = b s``, s the direction of approach or the torque's sign.
 
     Where the direction of approach is not recorded, it is taken from the order of poses, moves being direct: a joint that stood still
@@ -49,29 +49,32 @@ class JointBacklash(OneJoint, JointEffect):
         by: ``approach``; where directions are not recorded ``moves``, the last one as the order of poses tells it, or ``torque``.
         masses: First moments of mass in the frames from the joint on, x and y of each in turn, in any unit: only
             the sign of the torque matters. Empty: those of an arm with equal masses at the ends of its links.
+        slides: Whether the joint is prismatic: then no torque tells its side.
     """
 
     joint: int
     by: str
     masses: tuple[float, ...] = ()
+    slides: bool = False
 
     name: ClassVar[str] = "joint_backlash"
     kind: ClassVar[str] = "backlash"
     sentence: ClassVar[str] = "the joint has play and rests on one side of it or on the other"
-    natural: ClassVar[Mapping[str, float]] = {"rad": 3e-4}
+    natural: ClassVar[Mapping[str, float]] = {"rad": 3e-4, "m": 5e-5}
     natural_source: ClassVar[str] = (
-        "half of 2 arc minutes, twice the play with which new gears are sold (Nabtesco RV-E, catalogue: 1 arc minute)"
+        "half of 2 arc minutes, twice the play with which new gears are sold (Nabtesco RV-E, catalogue: 1 arc minute); "
+        "of a travel assumed: a rack and pinion that is set without play is not sold"
     )
 
     @property
     def coefficient_names(self) -> list[str]:
-        """``half_width_rad``."""
-        return ["half_width_rad"]
+        """``half_width_rad`` or ``half_width_m``."""
+        return [f"half_width_{self.joint_unit}"]
 
     @property
     def coefficient_units(self) -> list[str]:
-        """Radians."""
-        return ["rad"]
+        """Radians, or metres."""
+        return [self.joint_unit]
 
     def torque(self, robot: Robot, q: Array) -> Array:
         """Return the torque ``(N,)`` whose sign says on which side the joint rests, in any unit."""
@@ -96,14 +99,14 @@ class JointBacklash(OneJoint, JointEffect):
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the joint and what tells the side."""
-        return {"joint": self.joint, "by": self.by} | ({"masses": list(self.masses)} if self.masses else {})
+        own = {"masses": list(self.masses)} if self.masses else {}
+        return {**super().to_mapping(), "by": self.by, **own}
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the effect of ``to_mapping``."""
-        return cls(
-            int(mapping["joint"]), str(mapping["by"]), tuple(float(m) for m in mapping.get("masses", ()))
-        )
+        masses = tuple(float(m) for m in mapping.get("masses", ()))
+        return cls(int(mapping["joint"]), str(mapping["by"]), masses, bool(mapping.get("slides", False)))
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
@@ -112,17 +115,18 @@ class JointBacklash(OneJoint, JointEffect):
         """
         moving = moving_joints(dataset)
         moves_known = steps_are_known(dataset)
-        torque = {j: np.max(np.abs(typical_torque(dataset.robot, dataset.q, j))) for j in moving}
+        turning = turning_joints(dataset)
+        torque = {j: np.max(np.abs(typical_torque(dataset.robot, dataset.q, j))) for j in turning}
         most = max(torque.values(), default=0.0)
         found: list[Effect] = []
         for j in moving:
-            by = told_by(dataset, j)
+            by, slides = told_by(dataset, j), j not in turning
             if by == "approach":
-                found.append(cls(j, by))
+                found.append(cls(j, by, slides=slides))
                 continue
             if moves_known:
-                found.append(cls(j, "moves"))
-            if torque[j] > LEAST_TORQUE * most:
+                found.append(cls(j, "moves", slides=slides))
+            if not slides and torque[j] > LEAST_TORQUE * most:
                 masses = typical_masses(dataset.robot, dataset.q, j)
                 found.append(cls(j, by, tuple(float(m) for m in masses)))
         return found
@@ -130,7 +134,11 @@ class JointBacklash(OneJoint, JointEffect):
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
         """Return the backlash of a joint, or of every joint."""
-        return [cls(j, told_by(dataset, j)) for j in joints_named(dataset, words)]
+        found: list[Effect] = []
+        for j in joints_named(dataset, words):
+            by, slides = told_by(dataset, j), bool(dataset.robot.slides[j - 1])
+            found.append(cls(j, "moves" if slides and by == "torque" else by, slides=slides))
+        return found
 
     def variations(self, scale: float) -> list[Self]:
         """Return the same with one first moment of mass a little larger or smaller: the torque's sign turns elsewhere."""
@@ -205,10 +213,18 @@ class JointBacklash(OneJoint, JointEffect):
         j = self.joint
         if self.by == "approach":
             side = np.sign(view.poses.column(f"approach{j}"))
-            return [joint_profile(view, self, j, angle_axis(j), view.poses.q[:, j - 1], side=side)]
+            return [
+                joint_profile(
+                    view, self, j, angle_axis(j, self.joint_unit), view.poses.q[:, j - 1], side=side
+                )
+            ]
         if self.by == "moves":
             side = np.where(self._last_move(view.poses) < 0, -1.0, 1.0)
-            return [joint_profile(view, self, j, angle_axis(j), view.poses.q[:, j - 1], side=side)]
+            return [
+                joint_profile(
+                    view, self, j, angle_axis(j, self.joint_unit), view.poses.q[:, j - 1], side=side
+                )
+            ]
         torque = self.torque(view.nominal, view.poses.q)
         x = torque / max(float(np.max(np.abs(torque))), 1e-300)
         axis = Axis(f"gravity torque on joint {j}, share of its largest", "1")

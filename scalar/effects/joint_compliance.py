@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.acquisition import moving_joints
-from scalar.effects.command_words import joints_named
+from scalar.effects.acquisition import turning_joints
+from scalar.effects.command_words import turning_named
 from scalar.effects.effect import Effect
 from scalar.effects.gravity import AXES, torque_about, unit_moments
 from scalar.effects.joint_pictures import joint_profile
@@ -76,8 +76,8 @@ class JointCompliance(JointEffect):
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
-        """Return the compliance of every joint that moves, and that of all of them together."""
-        n, moving = dataset.robot.n_joints, moving_joints(dataset)
+        """Return the compliance of every joint that turns, and that of all of them together."""
+        n, moving = dataset.robot.n_joints, turning_joints(dataset)
         pairs = [(j, f) for j in moving for f in range(j, n + 1)]
         alone: list[Effect] = [cls(tuple(p for p in pairs if p[0] == j)) for j in moving]
         return [*alone, cls(tuple(pairs))]
@@ -86,7 +86,7 @@ class JointCompliance(JointEffect):
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
         """Return the compliance of a joint, or of all joints as one effect."""
         n = dataset.robot.n_joints
-        return [cls(tuple((j, f) for j in joints_named(dataset, words) for f in range(j, n + 1)))]
+        return [cls(tuple((j, f) for j in turning_named(dataset, words) for f in range(j, n + 1)))]
 
     @property
     def n_terms(self) -> int:

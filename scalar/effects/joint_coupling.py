@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.acquisition import moving_joints
-from scalar.effects.command_words import joints_named
+from scalar.effects.acquisition import turning_joints
+from scalar.effects.command_words import turning_named
 from scalar.effects.effect import Effect
 from scalar.effects.joint_pictures import along_joint
 from scalar.effects.picture import Map, Profile, View
@@ -78,8 +78,8 @@ class JointCoupling(JointEffect):
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
-        """Return the coupling of every pair of joints that move."""
-        moving = moving_joints(dataset)
+        """Return the coupling of every pair of joints that turn."""
+        moving = turning_joints(dataset)
         return [cls(j, s) for j in moving for s in moving if s != j]
 
     @classmethod
@@ -87,7 +87,7 @@ class JointCoupling(JointEffect):
         """Return the coupling of the joint and the source that are named."""
         if len(words) < 2:
             raise ValueError("name the joint and its source, as in joint_coupling:6:5")
-        joint, source = joints_named(dataset, words[:1])[0], joints_named(dataset, words[1:])[0]
+        joint, source = turning_named(dataset, words[:1])[0], turning_named(dataset, words[1:])[0]
         if joint == source:
             raise ValueError(f"a joint that errs with its own angle is joint_scale:{joint}")
         return [cls(joint, source)]

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.acquisition import moving_joints
-from scalar.effects.command_words import joints_named, orders_named
+from scalar.effects.acquisition import turning_joints
+from scalar.effects.command_words import orders_named, turning_named
 from scalar.effects.effect import Effect, Table
 from scalar.effects.flexible.proposals import curves_of, waves_of
 from scalar.effects.joint_pictures import along_joint, at_angle, joint_profile
@@ -87,8 +87,8 @@ class JointHarmonic(Series):
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
-        """Return every order of every joint that moves alone, and all orders of each."""
-        moving, every = moving_joints(dataset), cls.every_order
+        """Return every order of every joint that turns alone, and all orders of each."""
+        moving, every = turning_joints(dataset), cls.every_order
         alone: list[Effect] = [cls(j, (k,)) for j in moving for k in every]
         return alone + [cls(j, every) for j in moving]
 
@@ -96,7 +96,7 @@ class JointHarmonic(Series):
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
         """Return the orders that are named, or the first, of a joint or of all joints."""
         wanted = orders_named(words[1:], 1, MAX_ORDER) or (1,)
-        return [cls(j, wanted) for j in joints_named(dataset, words)]
+        return [cls(j, wanted) for j in turning_named(dataset, words)]
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
         """Return waves whose period is no whole part of a turn."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.picture import CURVE_POINTS, Axis, Profile, View, angle_axis
+from scalar.effects.picture import CURVE_POINTS, Axis, Profile, View, joint_axis
 from scalar.geometry.se3 import Array
 
 
@@ -15,7 +15,9 @@ def along_joint(view: View, effect: Any, joint: int, source: int) -> Profile:
     """Return the error of a joint over the angle of a joint that it is a function of; both count from 1."""
     x, grid = _sweep(view, source)
     curve = joint_curve(view, effect, joint, x, grid)
-    return joint_profile(view, effect, joint, angle_axis(source), view.poses.q[:, source - 1], curve=curve)
+    return joint_profile(
+        view, effect, joint, joint_axis(view.nominal, source), view.poses.q[:, source - 1], curve=curve
+    )
 
 
 def joint_profile(view: View, effect: Any, joint: int, x_axis: Axis, x: Array, **more: Any) -> Profile:
@@ -30,7 +32,7 @@ def joint_profile(view: View, effect: Any, joint: int, x_axis: Axis, x: Array, *
     """
     fitted = (effect.joint_basis(view.nominal, view.poses) @ effect.coefficients)[:, joint - 1]
     rest, std = view.estimated_along(view.joint_screws(joint))
-    y_axis = Axis(f"error of joint {joint}", "rad")
+    y_axis = Axis(f"error of joint {joint}", effect.joint_unit)
     return Profile(x_axis, y_axis, x, fitted + rest, rest, std, fitted, **more)
 
 

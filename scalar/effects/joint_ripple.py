@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from scalar.effects.command_words import joints_named, orders_named
+from scalar.effects.command_words import orders_named, turning_named
 from scalar.effects.effect import Effect
 from scalar.effects.joint_harmonic import MAX_ORDER, MAX_RIPPLE_ORDER, JointHarmonic
 from scalar.effects.title import ORDERS_IN_SENTENCE
@@ -45,7 +45,7 @@ class JointRipple(JointHarmonic):
         wanted = orders_named(words[1:], MAX_ORDER + 1, MAX_RIPPLE_ORDER)
         if not wanted:
             raise ValueError("name the joint and its orders, as in joint_ripple:3:40:48")
-        return [cls(j, wanted) for j in joints_named(dataset, words)]
+        return [cls(j, wanted) for j in turning_named(dataset, words)]
 
     @property
     def clause(self) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import moving_joints
 from scalar.effects.effect import Effect
-from scalar.effects.places import JointEffect, OneJoint
+from scalar.effects.places import JointEffect, OneAxis
 from scalar.effects.title import joints_in_words
 from scalar.effects.wording import KNOWN_LENGTH, KNOWN_LENGTH_ADVICE, angle
 from scalar.geometry.robot import Robot
@@ -22,39 +22,42 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class JointScale(OneJoint, JointEffect):
-    """A joint's angle errs in proportion to itself: ``dq_j = s q_j``.
+class JointScale(OneAxis, JointEffect):
+    """A joint's angle, or its travel, errs in proportion to itself: ``dq_j = s q_j``.
 
     Attributes:
         joint: From 1.
+        slides: Whether it is prismatic.
     """
 
     joint: int
+    slides: bool = False
 
     name: ClassVar[str] = "joint_scale"
     kind: ClassVar[str] = "scale error"
     sentence: ClassVar[str] = (
         "the joint's angle errs in proportion to itself, as a wrong gear ratio makes it err"
     )
-    natural: ClassVar[Mapping[str, float]] = {"rad/rad": 1e-3}
+    natural: ClassVar[Mapping[str, float]] = {"rad/rad": 1e-3, "m/m": 1.7e-4}
     natural_source: ClassVar[str] = (
-        "assumed: a gear ratio that is rounded to three digits; no data sheet states it"
+        "assumed: a gear ratio that is rounded to three digits; no data sheet states it. Of a travel: a ball screw of class 7 may err "
+        "by 52 micrometres in 300 mm (ISO 3408-3)"
     )
     remedy: ClassVar[str] = KNOWN_LENGTH
     remedy_advice: ClassVar[str] = KNOWN_LENGTH_ADVICE
 
     @property
     def coefficient_names(self) -> list[str]:
-        """``scale_rad_per_rad``."""
-        return ["scale_rad_per_rad"]
+        """``scale_rad_per_rad`` or ``scale_m_per_m``."""
+        return [f"scale_{self.joint_unit}_per_{self.joint_unit}"]
 
     @property
     def coefficient_units(self) -> list[str]:
-        """Radians a radian."""
-        return ["rad/rad"]
+        """Radians a radian, or metres a metre."""
+        return [f"{self.joint_unit}/{self.joint_unit}"]
 
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
-        """Return the angle itself."""
+        """Return the angle or travel itself."""
         B = np.zeros((len(poses), robot.n_joints, 1))
         B[:, self.joint - 1, 0] = poses.q[:, self.joint - 1]
         return B
@@ -62,7 +65,7 @@ class JointScale(OneJoint, JointEffect):
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
         """Return the scale error of every joint that moves."""
-        return [cls(j) for j in moving_joints(dataset)]
+        return [cls.of(dataset, j) for j in moving_joints(dataset)]
 
     @property
     def own_curve(self) -> int | None:
@@ -72,18 +75,23 @@ class JointScale(OneJoint, JointEffect):
     @property
     def clause(self) -> str:
         """Return which joint errs."""
-        return f"joint {self.joint} errs in proportion to its angle"
+        return f"joint {self.joint} errs in proportion to its {self.joint_position}"
 
     @classmethod
     def clause_of(cls, effects: Sequence[Effect]) -> str:
         """Return which joints err."""
         if len(effects) == 1:
             return effects[0].clause
-        return f"{joints_in_words(sorted({effect.erring_joint or 0 for effect in effects}))} err in proportion to their angles"
+        what = "positions" if any(getattr(effect, "slides", False) for effect in effects) else "angles"
+        return f"{joints_in_words(sorted({effect.erring_joint or 0 for effect in effects}))} err in proportion to their {what}"
 
     @property
     def advice(self) -> list[str]:
         """Return where to correct it."""
+        if self.slides:
+            return [
+                f"Compare the pitch of the screw or rack of joint {self.joint} in the controller with its data sheet, and correct it there."
+            ]
         return [
             f"Compare the gear ratio of joint {self.joint} in the controller with the arm's data sheet, and correct it there."
         ]

@@ -140,15 +140,20 @@ class View(Protocol):
         ...
 
 
-def angle_axis(joint: int) -> Axis:
-    """Return the axis of a joint's angle."""
-    return Axis(f"angle of joint {joint}", "rad")
+def angle_axis(joint: int, unit: str = "rad") -> Axis:
+    """Return the axis of a joint's angle, or of its travel where the unit is ``m``."""
+    return Axis(f"{'travel' if unit == 'm' else 'angle'} of joint {joint}", unit)
 
 
-def variable_axis(name: str) -> Axis:
+def joint_axis(robot: Robot, joint: int) -> Axis:
+    """Return the axis of the angle or travel of a joint of a robot, from 1."""
+    return angle_axis(joint, "m" if robot.slides[joint - 1] else "rad")
+
+
+def variable_axis(name: str, robot: Robot) -> Axis:
     """Return the axis of a column of poses.csv."""
     if is_joint(name):
-        return angle_axis(int(name[1:]))
+        return joint_axis(robot, int(name[1:]))
     unit = {"time": "s", "temperature": "degC"}.get(name, "")
     return Axis("order of acquisition" if name == "order" else name, unit)
 

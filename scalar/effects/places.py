@@ -47,14 +47,52 @@ class OneJoint(Effect):
         return [cls(joint=j) for j in joints_named(dataset, words)]  # type: ignore[call-arg]
 
 
+class OneAxis(OneJoint):
+    """An effect of one joint that turns or slides: a further dataclass field ``slides`` says which."""
+
+    slides: bool
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the joint, and that it slides if it does."""
+        return super().to_mapping() | ({"slides": True} if self.slides else {})
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        return cls(joint=int(mapping["joint"]), slides=bool(mapping.get("slides", False)))  # type: ignore[call-arg]
+
+    @classmethod
+    def of(cls, dataset: Dataset, joint: int) -> Self:
+        """Return the effect of a joint of a dataset, from 1."""
+        return cls(joint=joint, slides=bool(dataset.robot.slides[joint - 1]))  # type: ignore[call-arg]
+
+    @classmethod
+    def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
+        """Return the effect of the joint that is named, or of every joint."""
+        return [cls.of(dataset, j) for j in joints_named(dataset, words)]
+
+
 class JointEffect(Effect):
-    """An error of the joint angles, ``dq = B c``: the arm stands at ``q + dq`` where the encoders read q."""
+    """An error of the joint angles, ``dq = B c``: the arm stands at ``q + dq`` where the encoders read q.
+
+    A class whose joint may slide has a field ``slides``; its error is then one of the joint's travel.
+    """
 
     acts_on_arm: ClassVar[bool] = True
 
     @abstractmethod
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
-        """Return B ``(N, n, k)`` [rad per unit]; ``robot`` is the nominal one."""
+        """Return B ``(N, n, k)`` [rad per unit; m per unit of a travel]; ``robot`` is the nominal one."""
+
+    @property
+    def joint_unit(self) -> str:
+        """Return the unit of the joint's position, ``rad`` or ``m``."""
+        return "m" if getattr(self, "slides", False) else "rad"
+
+    @property
+    def joint_position(self) -> str:
+        """Return what the joint's position is called: its angle, or its travel."""
+        return "travel" if getattr(self, "slides", False) else "angle"
 
     @property
     def erring_joint(self) -> int | None:

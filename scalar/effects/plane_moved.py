@@ -242,7 +242,7 @@ class PlaneMoved(PointEffect):
         axis = Axis("height over the plane as it stood first", "m")
         turned = self.coefficients[1:].any()
         note = "A tilted plane rises at some poses and falls at others." if turned else ""
-        x_axis, mark = variable_axis("order"), self.order
+        x_axis, mark = variable_axis("order", view.nominal), self.order
         return [
             Profile(x_axis, axis, order, fitted + rest, rest, std, fitted, mark=mark, pose=touched, note=note)
         ]

@@ -14,7 +14,7 @@ from scalar.effects.acquisition import moving_joints, steps_are_known
 from scalar.effects.effect import Effect
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
-from scalar.effects.places import JointEffect, OneJoint
+from scalar.effects.places import JointEffect, OneAxis
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class PoseLag(OneJoint, JointEffect):
-    """A joint's angle was logged on its way: ``dq_j = s (q_j - q_j of the pose before)``.
+class PoseLag(OneAxis, JointEffect):
+    """A joint's angle or travel was logged on its way: ``dq_j = s (q_j - q_j of the pose before)``.
 
     The share s is positive where the joint moved on after its angle had been logged, negative where it was logged later than measured. A
     joint that comes to rest exponentially has s = exp(-t / tau), t after the end of the command. Where steps are not known, as at a
@@ -32,14 +32,16 @@ class PoseLag(OneJoint, JointEffect):
 
     Attributes:
         joint: From 1.
+        slides: Whether it is prismatic.
     """
 
     joint: int
+    slides: bool = False
 
     name: ClassVar[str] = "pose_lag"
     kind: ClassVar[str] = "lag"
     sentence: ClassVar[str] = "the angle was logged before or after the joint had settled"
-    natural: ClassVar[Mapping[str, float]] = {"rad/rad": 1e-3}
+    natural: ClassVar[Mapping[str, float]] = {"rad/rad": 1e-3, "m/m": 1e-3}
     natural_source: ClassVar[str] = (
         "assumed: an exponential approach that is logged after seven of its time constants; no data sheet states it"
     )
@@ -48,13 +50,13 @@ class PoseLag(OneJoint, JointEffect):
 
     @property
     def coefficient_names(self) -> list[str]:
-        """``share_rad_per_rad``."""
-        return ["share_rad_per_rad"]
+        """``share_rad_per_rad`` or ``share_m_per_m``."""
+        return [f"share_{self.joint_unit}_per_{self.joint_unit}"]
 
     @property
     def coefficient_units(self) -> list[str]:
-        """Radians a radian."""
-        return ["rad/rad"]
+        """Radians a radian, or metres a metre."""
+        return [f"{self.joint_unit}/{self.joint_unit}"]
 
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the last step of the joint, zero at rest."""
@@ -68,7 +70,7 @@ class PoseLag(OneJoint, JointEffect):
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
         """Return the lag of every joint that moves, where the order of poses tells their steps."""
-        return [cls(j) for j in moving_joints(dataset)] if steps_are_known(dataset) else []
+        return [cls.of(dataset, j) for j in moving_joints(dataset)] if steps_are_known(dataset) else []
 
     def not_transferable(self, dataset: Dataset) -> str | None:
         """Return that another campaign logs its angles at another time."""
@@ -79,7 +81,7 @@ class PoseLag(OneJoint, JointEffect):
         """Return which joint was logged on its way."""
         when = "before" if self.coefficients[0] >= 0 else "after"
         return (
-            f"the angle of joint {self.joint} was logged {when} the joint stood where it was measured, "
+            f"the {self.joint_position} of joint {self.joint} was logged {when} the joint stood where it was measured, "
             "so it errs by a share of the last step"
         )
 
@@ -103,5 +105,5 @@ class PoseLag(OneJoint, JointEffect):
 
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the error of the joint over its last step."""
-        axis = Axis(f"last step of joint {self.joint}", "rad")
+        axis = Axis(f"last step of joint {self.joint}", self.joint_unit)
         return [joint_profile(view, self, self.joint, axis, self._steps(view.poses))]

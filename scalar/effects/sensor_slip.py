@@ -162,7 +162,7 @@ class SensorSlip(SensorEffect):
         curve = np.stack([at, np.array([0.0, 0.0, shift, shift]), np.zeros(4)])
         y_axis = Axis("slip of the sensor along the fitted motion", "m")
         note = "If the sensor turned as well, the turn is included in proportion." if self.turns else ""
-        x_axis, mark = variable_axis("order"), self.order
+        x_axis, mark = variable_axis("order", view.nominal), self.order
         return [Profile(x_axis, y_axis, order, fitted + rest, rest, std, fitted, curve, mark=mark, note=note)]
 
     def size(self, pictures: Sequence[Profile | Map]) -> str:

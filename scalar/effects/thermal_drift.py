@@ -87,7 +87,10 @@ class ThermalDrift(LinkEffect):
         """Return the nominal lengths times the profile of the growth."""
         x = self.growth(self._order(poses) if self.by == "order" else poses.column(self.by))
         lengths = np.array([kind in LENGTHS for kind in GEOMETRY])[:, None] * robot.geometry
-        return x[:, None, None, :] * lengths[None, :, :, None]
+        lengths = np.broadcast_to(lengths, (len(poses), *lengths.shape)).copy()
+        travel = list(robot.prismatic)  # a rack or a screw grows as the links do
+        lengths[:, GEOMETRY.index("d"), travel] += poses.q[:, travel]
+        return x[:, None, None, :] * lengths[..., None]
 
     def growth(self, driver: Array) -> Array:
         """Return the growth per unit of every coefficient ``(N, k)`` at values of the column that drives it."""
@@ -265,7 +268,11 @@ class ThermalDrift(LinkEffect):
         curve = np.stack([x, basis @ self.coefficients, view.error_of(self, basis)])
         fitted = self.growth(driver) @ self.coefficients
         axis = Axis("growth of all lengths", "m/m")
-        return [Profile(variable_axis(self.by), axis, driver, fitted + rest, rest, std, fitted, curve)]
+        return [
+            Profile(
+                variable_axis(self.by, view.nominal), axis, driver, fitted + rest, rest, std, fitted, curve
+            )
+        ]
 
 
 def drift_driver(dataset: Dataset) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,6 +43,7 @@ def explain(
     still: list[int],
     values: dict[str, float],
     cause: str,
+    prismatic: Sequence[int] = (),
 ) -> FixedParameter:
     """Return a fixed parameter with the reason in a sentence.
 
@@ -52,6 +54,7 @@ def explain(
         still: Joints, counted from 1, that never move.
         values: Values [m or rad] of the candidates, without the others that are fixed.
         cause: As in ``FixedParameter``.
+        prismatic: Joints that slide, from 0.
     """
     weight = np.abs(direction)
     others = [
@@ -69,6 +72,13 @@ def explain(
         which = " and ".join(str(i) for i in still)
         one = f"it acts as one with {_listed(moves_with)}" if others else "no residual depends on it"
         reason = f"joint {which} never moves in these data, so {one}"
+    elif joint - 1 in prismatic and cause == "structural" and name.split("_")[0] in ("a", "d"):
+        reason = (
+            f"joint {joint} slides, so the direction of its axis matters and its place does not: "
+            f"a shift of it is one with {_listed(moves_with)}"
+            if others
+            else f"joint {joint} slides, so the place of its axis does not matter"
+        )
     elif not others:
         reason = "no residual depends on it"
     elif joint == 1 and in_target:

@@ -18,8 +18,8 @@ from scalar.geometry.se3 import Array
 def preference(robot: Robot, names: tuple[str, ...]) -> list[int]:
     """Return the indices of the candidates in the order in which they would be fixed: what is convention or best known first.
 
-    The base's parameters, the flange's, d of an axis that runs parallel to the next (the earlier), other lengths of the robot
-    from the longest (scale), its angles, the sensor, and the target last.
+    The base's parameters, the flange's, the place of a prismatic joint (its direction alone moves the arm), d of an axis that runs
+    parallel to the next (the earlier), other lengths of the robot from the longest (scale), its angles, the sensor, and the target last.
     """
     n = robot.n_joints
     near = near_parallel(robot)
@@ -31,6 +31,8 @@ def preference(robot: Robot, names: tuple[str, ...]) -> list[int]:
                 key = (0.0, k)
             elif i == n - 1 and kind in ("d", "theta"):
                 key = (1.0, k)
+            elif kind in ("a", "d") and i in robot.prismatic:
+                key = (1.5, i)
             elif kind == "d" and i + 1 < n and near[i + 1]:
                 key = (2.0, i)
             elif kind in ("a", "d"):

@@ -121,7 +121,7 @@ def analyse(
     fixed_names = {names[i] for i in chosen}
     own = [{k: v for k, v in values_at.items() if k == names[i] or k not in fixed_names} for i in chosen]
     fixed = tuple(
-        explain(names, index, direction, still_joints, values, str(why))
+        explain(names, index, direction, still_joints, values, str(why), ideal.robot.prismatic)
         for index, direction, values, why in zip(chosen, directions, own, cause, strict=True)
     )
     return Identifiability(names, values, directions, structural.shape[1], fixed)

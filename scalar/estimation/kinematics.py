@@ -80,10 +80,10 @@ class Kinematics:
         screws[:, 3:, at : at + 3] = flange_R
         turns = flange_R @ left_jacobian_so3(model.sensor[3:])
         screws[:, :, at + 3 : at + 6] = rotations_about(turns, self.T_base_mount[:, :3, 3])
-        start, n = blocks["effects"].start, model.robot.n_joints
-        by_angle = geometry[:, :, 3 * n : 4 * n]
+        start = blocks["effects"].start
+        by_joint = geometry[:, :, model.robot.by_joint]
         for basis, where in self.bases.joints if joint_effects else []:
-            screws[:, :, start + where.start : start + where.stop] = basis.columns(by_angle)
+            screws[:, :, start + where.start : start + where.stop] = basis.columns(by_joint)
         for basis, where in self.bases.links:
             flat = basis.reshape(N, -1, basis.shape[-1])
             screws[:, :, start + where.start : start + where.stop] = geometry @ flat

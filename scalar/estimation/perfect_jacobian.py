@@ -62,11 +62,10 @@ def _of_any_kind(measurement: Measurement, model: Model, q: Array, index: Array)
         return Kinematics.of(model, Poses(q, np.arange(len(q), dtype=float), {}), none)
 
     at = kinematics(q)
-    n = model.robot.n_joints
     moving = np.ptp(q, axis=0) > 0
     for _ in range(measurement.contact_iterations):
-        by_angle = at.screws()[:, :, 3 * n : 4 * n]
-        q = q + measurement.contact_step(at.T_base_sensor, model.target, index, by_angle * moving)
+        by_joint = at.screws()[:, :, model.robot.by_joint]
+        q = q + measurement.contact_step(at.T_base_sensor, model.target, index, by_joint * moving)
         at = kinematics(q)
     wrench, by_target, usable = measurement.perfect_rows(at.T_base_sensor, model.target, index)
     N, m, t = by_target.shape

@@ -135,7 +135,7 @@ class Residuals:
             return values.ravel(), jacobian.reshape(values.size, -1)
         kinematics, rows = self._at(model)
         N, m = rows.residual.shape
-        # Effects on joints multiply the derivatives by the angles, which stand at theta: m columns each instead of six.
+        # Effects on joints multiply the derivatives by the joints, which stand at theta (or d): m columns each instead of six.
         jacobian = rows.wrench @ kinematics.screws(joint_effects=False)
         blocks = model.blocks
         at, per_item = blocks["target"], rows.target.shape[2]
@@ -143,10 +143,10 @@ class Residuals:
             items = jacobian[:, :, at].reshape(N, m, -1, per_item)
             items[np.arange(N), :, self.measurement.target_index] = rows.target
             jacobian[:, :, at] = items.reshape(N, m, -1)
-        start, n = blocks["effects"].start, model.robot.n_joints
-        by_angle = jacobian[:, :, 3 * n : 4 * n]
+        start = blocks["effects"].start
+        by_joint = jacobian[:, :, model.robot.by_joint]
         for basis, where in self.bases.joints:
-            jacobian[:, :, start + where.start : start + where.stop] = basis.columns(by_angle)
+            jacobian[:, :, start + where.start : start + where.stop] = basis.columns(by_joint)
         done = 0
         for effect in model.effects:
             k = len(effect.coefficients)
@@ -200,7 +200,10 @@ class Residuals:
 
 
 def plane_problem(model: Model, q: Array, index: Array, factors: Array) -> PlaneProblem | None:
-    """Return rows ``factors @ c``, c the contact vectors, in the compiled library; None without it, with effects, or without planes.
+    """Return rows ``factors @ c``, c the contact vectors, in the compiled library; None without it, and where it does not serve.
+
+    It knows planes, joints that turn, and no effects.
+
 
     Args:
         model: Gives all that stays as it is when coordinates change.
@@ -209,7 +212,7 @@ def plane_problem(model: Model, q: Array, index: Array, factors: Array) -> Plane
         factors: ``(N, m, 3)``.
     """
     target = model.target
-    if LIBRARY is None or model.effects or not isinstance(target, Planes):
+    if LIBRARY is None or model.effects or model.robot.prismatic or not isinstance(target, Planes):
         return None
     fixed = model.robot.T_base_0, model.robot.T_n_flange, model.reference_rotation
     return PlaneProblem(q, index, factors, *fixed, target.reference_normals, target.tangents)

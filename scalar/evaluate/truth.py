@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,14 +20,14 @@ if TYPE_CHECKING:
 
 
 def read_truth(
-    folder: Path, n_joints: int, limits: Array | None = None
+    folder: Path, n_joints: int, limits: Array | None = None, prismatic: Sequence[int] = ()
 ) -> tuple[pd.DataFrame, dict[str, Any] | None]:
     """Return the true poses of a simulated set and the content of its ``truth.json``, or None where that is missing.
 
     Raises:
         InvalidInput: There are no true poses, or a file is damaged.
     """
-    poses = read_pose_table(folder / "truth_poses.csv", n_joints, FRAME_COLUMNS, limits)
+    poses = read_pose_table(folder / "truth_poses.csv", n_joints, FRAME_COLUMNS, limits, prismatic=prismatic)
     path = folder / "truth.json"
     if not path.exists():
         return poses, None

@@ -17,16 +17,19 @@ _STATES = ("", "_nominal", "_std")
 def dh_csv(calibration: Calibration, rigid: RigidPart) -> str:
     """Return a row a joint: calibrated, nominal and standard deviation of a, alpha, d, theta and beta, each with its unit in its name.
 
-    What was fixed has no standard deviation. The transforms of base, flange and sensor are in ``dh_markdown``.
+    What was fixed has no standard deviation. Where joints slide, a column ``type`` says which. The transforms of base, flange and
+    sensor are in ``dh_markdown``.
     """
     tables = [_table(calibration, rigid, state) for state in _STATES]
     units = ["m" if kind in LENGTHS else "rad" for kind in GEOMETRY]
     head = [f"{kind}{state}_{unit}" for state in _STATES for kind, unit in zip(GEOMETRY, units, strict=True)]
-    lines = [",".join(["joint", *head])]
+    slides = rigid.robot.slides
+    types = [["prismatic" if slides[i] else "revolute"] if slides.any() else [] for i in range(len(slides))]
+    lines = [",".join(["joint", *(["type"] if slides.any() else []), *head])]
     for i in range(rigid.robot.n_joints):
         values = [value for table in tables for value in table[:, i]]
         cells = ["" if np.isnan(value) else f"{value + 0.0:.17g}" for value in values]
-        lines.append(",".join([str(i + 1), *cells]))
+        lines.append(",".join([str(i + 1), *types[i], *cells]))
     return "\n".join([*lines, ""])
 
 
@@ -37,6 +40,10 @@ def dh_markdown(calibration: Calibration, rigid: RigidPart) -> str:
         f"# {nominal.name}, calibrated",
         "",
         f"Modified Denavit-Hartenberg parameters with Hayati's beta: `{CONVENTION}`.",
+        *(
+            f"Joint {i + 1} slides: q_{i + 1} is added to its d instead of its theta."
+            for i in robot.prismatic
+        ),
         "",
         _row("joint", "a [mm]", "alpha [deg]", "d [mm]", "theta [deg]", "beta [deg]"),
         _rule(6),

@@ -17,7 +17,7 @@ from scalar.errors import InvalidInput
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
-from scalar.geometry.robot import GEOMETRY, Robot
+from scalar.geometry.robot import Robot
 from scalar.geometry.screws import exp_screw
 from scalar.geometry.se3 import Array
 
@@ -123,7 +123,7 @@ def _folded(robot: Robot, T_sensor: Array, bases: EffectBases, c: Array) -> tupl
         step = basis.added(np.zeros((SAMPLES, robot.n_joints)), c[where])
         if np.max(np.ptp(step, axis=0)) > _SAME:
             return None
-        geometry[GEOMETRY.index("theta")] += step[0]
+        geometry.ravel()[robot.by_joint] += step[0]
     for basis, where in bases.links:
         step = basis @ c[where]
         if np.max(np.ptp(step, axis=0)) > _SAME:

@@ -60,6 +60,8 @@ def _check_form(nominal: Robot, file: str) -> None:
 
     if nominal.n_joints != len(LINKS):
         raise refused(f"the arm has {nominal.n_joints} joints, and a UR arm has {len(LINKS)}")
+    if nominal.prismatic:
+        raise refused(f"joint {nominal.prismatic[0] + 1} slides, and all joints of a UR arm turn")
     alpha, theta, beta = (nominal.geometry[GEOMETRY.index(kind)] for kind in ("alpha", "theta", "beta"))
     wanted = np.array(_RIGHT_ANGLES) * np.pi / 2
     if np.max(np.abs(np.concatenate([alpha - wanted, theta, beta]))) > _LIKE:

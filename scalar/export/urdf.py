@@ -1,7 +1,7 @@
 """A calibrated arm in the robot description that it was drawn in: the origins of its joints are replaced, all else is kept.
 
-A link's frame stays where it was on the axis of its joint, so that meshes, masses and the axis itself are as before; the
-origin of every joint takes up the difference. The calibrated sensor becomes a link behind a fixed joint.
+A link's frame stays where it was on the axis of its joint (for a joint that slides, anywhere), so that meshes, masses and the axis
+itself are as before; the origin of every joint takes up the difference. The calibrated sensor becomes a link behind a fixed joint.
 """
 
 from __future__ import annotations
@@ -61,17 +61,18 @@ def put_calibration(
     before = _frames(nominal)
     after = _frames(rigid.robot)
     T_flange = after[-1] @ rigid.robot.T_n_flange
-    turning = chain.turning
+    moving = chain.moving
     T_parent, i = chain.T_start, 0
     last_fixed: tuple[ChainJoint, Array] | None = None
     for joint in chain.joints:
-        if not joint.turns:
+        if not joint.moves:
             last_fixed = (joint, T_parent)
             T_parent = T_parent @ joint.T_origin
             continue
-        place = on_axis(inverse(before[i]) @ T_link[i], joint.axis)
-        if joint is turning[-1] and joint is chain.joints[-1]:  # the tip itself turns: it is the flange
-            place = on_axis(rigid.robot.T_n_flange, joint.axis)
+        put = along_axis if joint.slides else on_axis
+        place = put(inverse(before[i]) @ T_link[i], joint.axis)
+        if joint is moving[-1] and joint is chain.joints[-1]:  # the tip itself moves: it is the flange
+            place = put(rigid.robot.T_n_flange, joint.axis)
         T_new = after[i] @ place
         _set_origin(joint.element, inverse(T_parent) @ T_new)
         T_parent, i, last_fixed = T_new, i + 1, None
@@ -84,12 +85,19 @@ def put_calibration(
 
 def on_axis(T: Array, axis: Array) -> Array:
     """Return the frame nearest to T ``(4, 4)`` whose origin is on the z axis of its reference, and whose ``axis`` lies along it."""
+    place = along_axis(T, axis)
+    place[:2, 3] = 0.0
+    return place
+
+
+def along_axis(T: Array, axis: Array) -> Array:
+    """Return the frame nearest to T ``(4, 4)``, with the same origin, whose ``axis`` lies along the z axis of its reference."""
     R = T[:3, :3]
     z = R @ axis
     v, c = np.cross(z, [0.0, 0.0, 1.0]), float(z[2])
     V = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
     turn = np.eye(3) + V + V @ V / (1.0 + c)  # the least rotation that takes z to e_z
-    return transform(turn @ R, np.array([0.0, 0.0, T[2, 3]]))
+    return transform(turn @ R, T[:3, 3])
 
 
 def _frames(robot: Robot) -> Array:
@@ -101,7 +109,7 @@ def _links_of_joints(chain: Chain) -> list[Array]:
     T, found = chain.T_start, []
     for joint in chain.joints:
         T = T @ joint.T_origin
-        if joint.turns:
+        if joint.moves:
             found.append(T)
     return found
 
@@ -109,9 +117,13 @@ def _links_of_joints(chain: Chain) -> list[Array]:
 def _check_same_arm(document: UrdfDocument, chain: Chain, described: Robot, nominal: Robot) -> None:
     if described.n_joints != nominal.n_joints:
         message = (
-            f"{described.n_joints} joints turn from {shorten(chain.base)} to {shorten(chain.tip)}, and {nominal.n_joints} were "
+            f"{described.n_joints} joints move from {shorten(chain.base)} to {shorten(chain.tip)}, and {nominal.n_joints} were "
             "calibrated; give the same arm, with --base and --tip"
         )
+        raise InvalidInput(Fault(document.file, message))
+    for i in np.flatnonzero(described.slides != nominal.slides):
+        kinds = ["slides" if robot.slides[i] else "turns" for robot in (described, nominal)]
+        message = f"joint {shorten(chain.moving[i].name)} {kinds[0]}, and joint {i + 1} of the calibration {kinds[1]}; give the same arm"
         raise InvalidInput(Fault(document.file, message))
     q = random_joints(nominal)
     off, turned = _difference(described.flange(q), nominal.flange(q))
@@ -172,7 +184,7 @@ def _put_sensor(document: UrdfDocument, tip: str, name: str, T_flange_sensor: Ar
             root.append(element)
         return
     chain = chain_between(document, tip, name, may_be_fixed=True) if tip != name else None
-    if chain is None or chain.turning or not chain.joints:
+    if chain is None or chain.moving or not chain.joints:
         raise _not_fixed(document, name, shorten(tip))
     T = chain.T_start
     for joint in chain.joints[:-1]:

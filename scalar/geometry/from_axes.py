@@ -18,17 +18,21 @@ ROUNDING = 1e-12
 """[m, rad] What differs less than this from zero, or from a multiple of a right angle, is rounding."""
 
 
-def robot_from_axes(name: str, frames: Array, T_base_flange: Array, limits: Array) -> Robot:
-    """Return the robot with joint axes along the z axes of frames, all at joint angles zero.
+def robot_from_axes(
+    name: str, frames: Array, T_base_flange: Array, limits: Array, prismatic: tuple[int, ...] = ()
+) -> Robot:
+    """Return the robot with joint axes along the z axes of frames, all at joint angles and travels of zero.
 
     Args:
         name: Of the arm.
-        frames: ``(n, 4, 4)``, in the base frame; the z axis of each is the axis of a joint, its origin any point on it.
+        frames: ``(n, 4, 4)``, in the base frame; the z axis of each is the axis of a joint, its origin any point on it; for a
+            prismatic joint any point at all.
         T_base_flange: ``(4, 4)``.
-        limits: ``(n, 2)`` [rad].
+        limits: ``(n, 2)`` [rad, m].
+        prismatic: Joints that slide, from 0.
 
     Returns:
-        A robot whose ``flange(q)`` is ``T_base_flange`` at zero and turns about these axes.
+        A robot whose ``flange(q)`` is ``T_base_flange`` at zero and turns about these axes, or slides along them.
     """
     n = len(frames)
     geometry = np.zeros((len(GEOMETRY), n))
@@ -57,6 +61,7 @@ def robot_from_axes(name: str, frames: Array, T_base_flange: Array, limits: Arra
                 T_base_0=T_base_0,
                 T_n_flange=T_n_flange,
                 gravity=np.array(STANDARD_GRAVITY),
+                prismatic=prismatic,
             )
     raise ValueError("a chain without joints")
 

@@ -1,8 +1,9 @@
-"""A serial chain of revolute joints in complete modified Denavit-Hartenberg parameters, and the screw of each of them.
+"""A serial chain of revolute and prismatic joints in complete modified Denavit-Hartenberg parameters, and the screw of each of them.
 
 ``T_{i-1,i} = Rx(alpha_i) Tx(a_i) Ry(beta_i) Rz(q_i + theta_i) Tz(d_i)`` (Craig, with Hayati's beta for near-parallel axes),
-between a fixed transform before the first joint and one after the last. Assumes revolute joints and rigid links; compliance
-and drift enter as offsets to ``q`` and to the geometry, pose by pose (see ``scalar.effects``).
+between a fixed transform before the first joint and one after the last. A prismatic joint slides by q along its z axis:
+``Rz(theta_i) Tz(q_i + d_i)``, q in metres. Assumes rigid links; compliance and drift enter as offsets to ``q`` and to the
+geometry, pose by pose (see ``scalar.effects``).
 """
 
 from __future__ import annotations
@@ -12,18 +13,23 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scalar import kernels
 from scalar.geometry.se3 import Array, cross, log_so3, transform_from_rotation_vector
 
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
+
 GEOMETRY = ("a", "alpha", "d", "theta", "beta")
 """Kinds of geometric parameter, in the order of the rows of ``Robot.geometry``."""
 LENGTHS = frozenset({"a", "d"})
-_A, _D = GEOMETRY.index("a"), GEOMETRY.index("d")
+_A, _D, _THETA = GEOMETRY.index("a"), GEOMETRY.index("d"), GEOMETRY.index("theta")
 _TURNING = [GEOMETRY.index(kind) for kind in ("alpha", "theta", "beta")]
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, base frame, where a dataset does not say
 DEFAULT_LIMIT = np.pi  # rad, where a dataset does not say
+DEFAULT_TRAVEL = 1.0  # m, likewise for a prismatic joint
 
 
 @dataclass(frozen=True)
@@ -41,17 +47,18 @@ class Tolerance:
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """A chain of n revolute joints: what a maker's data sheet says, or what a calibration found.
+    """A chain of n revolute or prismatic joints: what a maker's data sheet says, or what a calibration found.
 
     Attributes:
         name: Of the arm.
         geometry: ``(5, n)``, rows as in ``GEOMETRY``: a [m], alpha [rad], d [m], theta [rad], beta [rad].
-        limits: ``(n, 2)`` [rad], lowest and highest joint angle.
+        limits: ``(n, 2)`` [rad; m for a prismatic joint], lowest and highest joint angle or travel.
         T_base_0: ``(4, 4)``, fixed transform before the first joint.
         T_n_flange: ``(4, 4)``, fixed transform after the last joint.
         gravity: ``(3,)`` [m/s^2] in the base frame.
         tolerance: The maker's, where it is stated.
         standard_dh: Whether the table that it was read from is standard DH; ``geometry`` is modified DH all the same.
+        prismatic: Joints that slide instead of turning, from 0, ascending.
 
     Example:
         An arm of two links, stretched out:
@@ -73,6 +80,20 @@ class Robot:
     gravity: Array
     tolerance: Tolerance | None = None
     standard_dh: bool = False
+    prismatic: tuple[int, ...] = ()
+
+    @property
+    def slides(self) -> BoolArray:
+        """Return which joints are prismatic, ``(n,)``."""
+        return np.isin(np.arange(self.n_joints), self.prismatic)
+
+    @property
+    def by_joint(self) -> slice | IntArray:
+        """Return where, among the parameters of ``geometry.ravel()``, those stand that move the arm as q does: theta, or d of a prismatic joint."""
+        n = self.n_joints
+        if not self.prismatic:
+            return slice(_THETA * n, (_THETA + 1) * n)
+        return np.where(self.slides, _D, _THETA) * n + np.arange(n)
 
     @property
     def down(self) -> Array:
@@ -112,8 +133,10 @@ class Robot:
             geometry[0], geometry[1] = np.r_[0.0, a[:-1]], np.r_[0.0, alpha[:-1]]
             last = transform_from_rotation_vector([a[-1], 0.0, 0.0], [alpha[-1], 0.0, 0.0])
             flange = last @ flange
+        prismatic = tuple(i for i, joint in enumerate(joints) if joint.get("type") == "prismatic")
+        most = [DEFAULT_TRAVEL if i in prismatic else DEFAULT_LIMIT for i in range(n)]
         limits = np.array(
-            [joint.get("limits", [-DEFAULT_LIMIT, DEFAULT_LIMIT]) for joint in joints], dtype=float
+            [joint.get("limits", [-most[i], most[i]]) for i, joint in enumerate(joints)], dtype=float
         )
         return cls(
             name=str(mapping["name"]),
@@ -124,6 +147,7 @@ class Robot:
             gravity=np.array(mapping.get("gravity", STANDARD_GRAVITY), dtype=float),
             tolerance=_tolerance(mapping.get("tolerance")),
             standard_dh=standard,
+            prismatic=prismatic,
         )
 
     def to_mapping(self) -> dict[str, Any]:
@@ -132,6 +156,8 @@ class Robot:
         for i in range(self.n_joints):
             joint: dict[str, Any] = {kind: float(self.geometry[k, i]) for k, kind in enumerate(GEOMETRY)}
             joint["limits"] = [float(x) for x in self.limits[i]]
+            if i in self.prismatic:
+                joint["type"] = "prismatic"
             joints.append(joint)
         return {
             "name": self.name,
@@ -147,33 +173,43 @@ class Robot:
         """Return the frames 0..n of every pose in the base frame.
 
         Args:
-            q: ``(N, n)`` [rad], joint angles.
+            q: ``(N, n)`` [rad; m for prismatic joints], joint angles and travels.
             geometry_offsets: ``(N, 5, n)``, added to the geometry pose by pose, or None.
 
         Returns:
             ``(N, n + 1, 4, 4)``, ``T_base_i``; the last is the frame of the last joint, before the flange's transform.
         """
-        if geometry_offsets is None:
+        if geometry_offsets is None and not self.prismatic:
             compiled = kernels.frames(q, self.geometry, self.T_base_0)
             if compiled is not None:
                 return compiled
         geometry = self.geometry if geometry_offsets is None else self.geometry + geometry_offsets
-        T_links = link_transforms(geometry, q)
+        T_links = self.links(geometry, q)
         frames = np.empty((q.shape[0], self.n_joints + 1, 4, 4))
         frames[:, 0] = self.T_base_0
         for i in range(self.n_joints):
             np.matmul(frames[:, i], T_links[:, i], out=frames[:, i + 1])
         return frames
 
+    def links(self, geometry: Array, q: Array) -> Array:
+        """Return the transform of every link ``(N, n, 4, 4)`` with a geometry ``(5, n)`` or ``(N, 5, n)``, at ``q`` as in ``frames``."""
+        if self.prismatic:
+            where = list(self.prismatic)
+            geometry = np.broadcast_to(geometry, (len(q), *self.geometry.shape)).copy()
+            geometry[:, _D, where] += q[:, where]
+            q = np.where(self.slides, 0.0, q)
+        return link_transforms(geometry, q)
+
     def flange(self, q: Array) -> Array:
-        """Return ``T_base_flange`` ``(N, 4, 4)`` at joint angles ``q`` ``(N, n)`` [rad]."""
+        """Return ``T_base_flange`` ``(N, 4, 4)`` at joint angles and travels ``q`` ``(N, n)`` [rad, m]."""
         return self.frames(q)[:, -1] @ self.T_n_flange
 
     def screws(self, frames: Array, geometry_offsets: Array | None = None) -> Array:
         """Return the screw of every geometric parameter in the base frame, ``(N, 6, 5 n)``.
 
         Columns in the order of ``parameter_names``. a and d translate along a frame's axis; alpha, beta and theta
-        rotate about one through a frame's origin. The screw of a joint angle q_i is that of theta_i.
+        rotate about one through a frame's origin. The screw of a joint angle q_i is that of theta_i, that of a travel the one of
+        d_i (see ``by_joint``).
 
         Args:
             frames: ``(N, n + 1, 4, 4)`` from ``frames``, with the same offsets.
@@ -198,7 +234,7 @@ class Robot:
 
 
 def link_transforms(geometry: Array, q: Array) -> Array:
-    """Return ``Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d)`` of every joint, ``(N, n, 4, 4)``.
+    """Return ``Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d)`` of every revolute joint, ``(N, n, 4, 4)``.
 
     Args:
         geometry: ``(5, n)`` or ``(N, 5, n)``.

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from scalar.data.io.csv_reader import read_csv
-from scalar.data.located_table import Layout
+from scalar.data.located_table import Layout, Table, shorten
 from scalar.errors import Fault, InvalidInput
 from scalar.units import DEG, MM
 
@@ -15,6 +16,8 @@ _LENGTHS = {"m": 1.0, "mm": MM}
 _ANGLES = {"rad": 1.0, "deg": DEG}
 _PARAMETERS = {"a": _LENGTHS, "alpha": _ANGLES, "d": _LENGTHS, "theta": _ANGLES}
 _LIMITS = ("lower", "upper")
+_TYPE = "type"
+_TYPES = ("revolute", "prismatic")
 
 
 def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any]:
@@ -22,7 +25,8 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
 
     Args:
         path: CSV file with a row for each joint, base to flange. Columns: ``a_mm`` or ``a_m``, ``alpha_deg`` or ``alpha_rad``, and so
-            on for d and theta; optional ``lower_deg`` and ``upper_deg`` (or ``_rad``), the limits of the joint.
+            on for d and theta; optional ``lower_deg`` and ``upper_deg`` (or ``_rad``), the limits of the joint, for joints that
+            slide ``lower_mm`` and ``upper_mm`` (or ``_m``); optional ``type``, ``revolute`` or ``prismatic``.
         convention: One of ``CONVENTIONS``.
         name: Of the robot.
 
@@ -30,19 +34,17 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
         InvalidInput: With every fault of the table; a column may be missing, be there in two units, or have an unknown name.
     """
     columns = {f"{key}_{unit}" for key, units in _PARAMETERS.items() for unit in units}
-    columns |= {f"{key}_{unit}" for key in _LIMITS for unit in _ANGLES}
+    columns |= {f"{key}_{unit}" for key in _LIMITS for unit in _ANGLES | _LENGTHS}
     faults: list[Fault] = []
-    table = read_csv(path, Layout((), tuple(sorted(columns)), integers=frozenset()), faults)
+    layout = Layout((), (*sorted(columns), _TYPE), text=frozenset({_TYPE}), integers=frozenset())
+    table = read_csv(path, layout, faults)
     if table is None or faults:
         raise InvalidInput(faults)
+    types = _types(path, table, faults)
     values = {
-        key: _column(path, table.columns, key, units, key in _PARAMETERS, faults)
-        for key, units in (_PARAMETERS | dict.fromkeys(_LIMITS, _ANGLES)).items()
+        key: _column(path, table.columns, key, units, True, faults) for key, units in _PARAMETERS.items()
     }
-    if (values["lower"] is None) != (values["upper"] is None):
-        faults.append(
-            Fault(path.name, "a lowest angle without a highest, or the other way round; give both, or none")
-        )
+    limits = _limits(path, table, types, faults)
     if not table.n_rows:
         faults.append(Fault(path.name, "no rows; write a row for each joint, base to flange"))
     if faults:
@@ -50,15 +52,48 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
     joints = []
     for i in range(table.n_rows):
         joint: dict[str, Any] = {key: column[i] for key in _PARAMETERS if (column := values[key]) is not None}
-        if values["lower"] is not None and values["upper"] is not None:
-            joint["limits"] = [values["lower"][i], values["upper"][i]]
-            if not joint["limits"][0] < joint["limits"][1]:
-                message = "the lowest angle is not below the highest; swap them"
-                faults.append(Fault(path.name, message, int(table.line_numbers()[i])))
+        if types[i] == "prismatic":
+            joint["type"] = "prismatic"
+        if limits[i] is not None:
+            joint["limits"] = limits[i]
         joints.append(joint)
-    if faults:
-        raise InvalidInput(faults)
     return {"name": name, "convention": convention, "joints": joints}
+
+
+def _types(path: Path, table: Table, faults: list[Fault]) -> list[str]:
+    """Return what each joint is; revolute where the table has no such column."""
+    types = [str(cell) for cell in table.columns.get(_TYPE, [_TYPES[0]] * table.n_rows)]
+    for i, kind in enumerate(types):
+        if kind not in _TYPES:
+            message = f"{shorten(kind)} is no type of a joint; write {' or '.join(_TYPES)}"
+            faults.append(Fault(path.name, message, int(table.line_numbers()[i]), _TYPE))
+    return types
+
+
+def _limits(
+    path: Path, table: Table, types: Sequence[str], faults: list[Fault]
+) -> Sequence[list[float] | None]:
+    """Return the limits of each joint [rad; m where it slides], None where none are stated for its kind."""
+    found: list[list[float] | None] = [None] * table.n_rows
+    for kind, units in (("revolute", _ANGLES), ("prismatic", _LENGTHS)):
+        low, high = (_column(path, table.columns, key, units, False, faults) for key in _LIMITS)
+        if (low is None) != (high is None):
+            what = "angle" if kind == "revolute" else "travel"
+            faults.append(
+                Fault(
+                    path.name,
+                    f"a lowest {what} without a highest, or the other way round; give both, or none",
+                )
+            )
+        if low is None or high is None:
+            continue
+        for i in (i for i, own in enumerate(types) if own == kind):
+            if low[i] < high[i]:
+                found[i] = [low[i], high[i]]
+            else:
+                message = "the lower limit is not below the upper; swap them"
+                faults.append(Fault(path.name, message, int(table.line_numbers()[i])))
+    return found
 
 
 def _column(

@@ -100,15 +100,16 @@ class MappingFile:
         return self.table is not None and self.table.several_rows and self.points is None
 
 
-def quantity_of(name: str, table: MeasuredTable | None) -> str | None:
+def quantity_of(name: str, table: MeasuredTable | None, description: Description) -> str | None:
     """Return the quantity in a column of ours that has a unit, or None.
 
     Args:
         name: Of the column.
         table: Of the kind of sensor, which says the units of what it measures; None where it measures nothing of its own.
+        description: Says which joints slide.
     """
     if JOINT.fullmatch(name):
-        return "angle"
+        return "length" if description.slides(int(name[1:]) - 1) else "angle"
     if table is not None and name in table.units:
         return {"m": "length", "rad": "angle"}[table.units[name]]
     return {"time": "time", "temperature": "temperature"}.get(name)

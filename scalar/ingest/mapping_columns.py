@@ -4,7 +4,7 @@ import re
 
 from scalar.data.description import Description
 from scalar.data.located_table import did_you_mean, shorten
-from scalar.data.sensor_formats import MeasuredTable, sensor_formats
+from scalar.data.sensor_formats import sensor_formats
 from scalar.ingest.mapping import TEXT_COLUMNS, MappingFile, quantity_of
 
 
@@ -29,7 +29,7 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
             ("points",), f"a {sensor} has no points of its own, only {', '.join(kinds)} have; remove this key"
         )
     else:
-        _check_block(given, "points", ["pose", *points], ["pose", *points], mapping.table)
+        _check_block(given, "points", ["pose", *points], ["pose", *points], mapping)
         required.append("pose")
         if not mapping.poses.files:
             given.fault(
@@ -41,7 +41,7 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
             ("poses", "first_of_each"),
             "missing; add it: the column that tells the scans apart, a point being a row",
         )
-    _check_block(given, "poses", required, known, mapping.table)
+    _check_block(given, "poses", required, known, mapping)
     own = {*known, *TEXT_COLUMNS, *points, "x", "y", "z"}
     covariates = [(("poses", "covariates", name), name) for name in given.get("poses", "covariates") or {}]
     for i, rule in enumerate(mapping.poses.files):
@@ -65,7 +65,7 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
 
 
 def _check_block(
-    given: Description, key: str, required: list[str], known: list[str], table: MeasuredTable | None
+    given: Description, key: str, required: list[str], known: list[str], mapping: MappingFile
 ) -> None:
     columns = given.get(key, "columns")
     for name in columns:
@@ -76,6 +76,8 @@ def _check_block(
             given.fault((key, "columns", name), message)
     for name in required:
         if name not in columns:
-            unit = {"length": "m", "angle": "rad"}.get(quantity_of(name, table) or "")
+            unit = {"length": "m", "angle": "rad"}.get(
+                quantity_of(name, mapping.table, mapping.description) or ""
+            )
             message = "missing; add it, as {column: name in the file" + (f", unit: {unit}}}" if unit else "}")
             given.fault((key, "columns", name), message)

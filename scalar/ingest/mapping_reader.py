@@ -64,8 +64,8 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
         description,
         content.get("text", {}),
         content.get("matrix", {}).get("variable"),
-        _block(given, "poses", poses, table),
-        None if points is None else _block(given, "points", points, table),
+        _block(given, "poses", poses, table, description),
+        None if points is None else _block(given, "points", points, table, description),
     )
     if not description.faults:
         check_columns(given, mapping)
@@ -111,11 +111,19 @@ def _description(given: Description, path: Path, robot: Mapping[str, Any] | None
     return description
 
 
-def _block(given: Description, key: str, block: Mapping[str, Any], table: MeasuredTable | None) -> Block:
+def _block(
+    given: Description,
+    key: str,
+    block: Mapping[str, Any],
+    table: MeasuredTable | None,
+    description: Description,
+) -> Block:
     """Return a block of the mapping; its faults go to ``given.faults``."""
     columns: dict[str, Column] = {}
     for name, entry in block["columns"].items():
-        columns[name] = _column(given, (key, "columns", name), name, entry, quantity_of(name, table))
+        columns[name] = _column(
+            given, (key, "columns", name), name, entry, quantity_of(name, table, description)
+        )
     for name, entry in block.get("covariates", {}).items():
         columns[name] = _column(given, (key, "covariates", name), name, entry, None)
     files = tuple(

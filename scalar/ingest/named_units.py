@@ -50,7 +50,9 @@ def description_to_si(
     faults: list[tuple[tuple[str | int, ...], str]] = []
     for joint in _items(mapping, "robot", "joints"):
         _convert(joint, ("a", "d"), to_m)
-        _convert(joint, ("alpha", "theta", "beta", "limits"), to_rad)
+        _convert(joint, ("alpha", "theta", "beta"), to_rad)
+        slides = isinstance(joint, dict) and joint.get("type") == "prismatic"
+        _convert(joint, ("limits",), to_m if slides else to_rad)
     for path in (("robot", "base"), ("robot", "flange"), ("sensor", "nominal_pose")):
         transform = _get(mapping, *path)
         _convert(transform, ("translation",), to_m)

@@ -111,13 +111,13 @@ def _measurable(cell: Workcell, q: Array, k: int) -> Array:
     if kind.scans:
         return q[_sees(cell, cell.sensor_frames(q), k)]
     index = np.full(len(q), k)
-    robot, n = cell.model.robot, cell.model.robot.n_joints
+    robot = cell.model.robot
     measurement = measure(cell.dataset(q, index))
     target, which = measurement.initial_target(cell.dataset(q, index)), np.zeros(len(q), dtype=int)
     for _ in range(kind.contact_iterations):
         frames = robot.frames(q)
         T = frames[:, -1] @ robot.T_n_flange @ cell.model.T_flange_sensor
-        q = q + measurement.contact_step(T, target, which, robot.screws(frames)[:, :, 3 * n : 4 * n])
+        q = q + measurement.contact_step(T, target, which, robot.screws(frames)[:, :, robot.by_joint])
     return q[measurement.perfect_rows(cell.sensor_frames(q), target, which)[2]]
 
 

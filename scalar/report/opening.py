@@ -145,7 +145,7 @@ def _distinguish(diagnosis: Diagnosis, lead: Finding) -> str:
     where = (
         "more poses"
         if found is None
-        else f"poses with joint {found.joint} between {words.angle(found.low)} and {words.angle(found.high)}"
+        else f"poses with joint {found.joint} between {words.sized(found.low, found.unit)} and {words.sized(found.high, found.unit)}"
     )
     return (
         f"Before anything is repaired, measure {where}: these data do not distinguish {words.quoted(lead.effect.title)} "

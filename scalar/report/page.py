@@ -203,8 +203,9 @@ def _confounded(diagnosis: Diagnosis, index: int, finding: Finding) -> dict[str,
     text = ""
     if found is not None:
         text = (
-            f"Poses with joint {found.joint} between {words.angle(found.low)} and {words.angle(found.high)} would show best whether it is "
-            f"{words.quoted(titles[0])}: there the predictions of the two differ by {words.length(found.there)}, at the measured poses by "
+            f"Poses with joint {found.joint} between {words.sized(found.low, found.unit)} and "
+            f"{words.sized(found.high, found.unit)} would show best whether it is {words.quoted(titles[0])}: there the predictions "
+            f"of the two differ by {words.length(found.there)}, at the measured poses by "
             f"{words.length(found.here)}."
         )
     more = len(titles) - _RIVALS_SHOWN

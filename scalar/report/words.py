@@ -9,7 +9,16 @@ import numpy as np
 
 from scalar.effects import registry
 from scalar.effects.title import titled
-from scalar.effects.wording import UNKNOWN, angle, coefficient, columns_in_words, length, listed, number
+from scalar.effects.wording import (
+    UNKNOWN,
+    angle,
+    coefficient,
+    columns_in_words,
+    length,
+    listed,
+    number,
+    sized,
+)
 
 __all__ = [
     "angle",
@@ -21,6 +30,7 @@ __all__ = [
     "listed",
     "number",
     "quoted",
+    "sized",
     "title",
 ]
 

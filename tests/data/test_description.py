@@ -55,7 +55,6 @@ EDITS = [
     (put(*J, "alpha", 10**350), "robot.joints[2].alpha", "too large"),
     (put(*J, "alpha", 1e301), "robot.joints[2].alpha", "too large"),
     (put(*J, 3), "robot.joints[2]", "not a mapping (3)"),
-    (put(*J, "type", "prismatic"), "robot.joints[2].type", "reserved, not supported"),
     (put(*J, "type", "linear"), "robot.joints[2].type", "write one of revolute, prismatic"),
     (put(*J, "limits", [1.0, 1.0]), "robot.joints[2].limits", "not below the highest"),
     (put(*J, "limits", [1.0]), "robot.joints[2].limits", "1 entries where 2 are needed"),

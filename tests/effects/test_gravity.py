@@ -42,6 +42,35 @@ def test_moments_span_the_statics_of_any_masses(name, seed):
         assert np.abs(rest).max() < 1e-6 * max(np.abs(torque).max(), 1.0), f"joint {joint}"
 
 
+def test_moments_span_the_statics_of_an_arm_whose_third_joint_slides():
+    """What a slide carries along loads the joints before it in proportion to its travel, whatever the masses."""
+    rng = np.random.default_rng(0)
+    n, slide = 5, 2
+    geometry = rng.uniform(-0.6, 0.6, (5, n)) * np.array([1, 1, 1, 1, 0])[:, None]
+    limits = np.tile([-3.0, 3.0], (n, 1))
+    limits[slide] = [-0.2, 0.9]
+    gravity = np.array([1.0, 2.0, -9.0])
+    robot = Robot("sliding", geometry, limits, np.eye(4), np.eye(4), gravity, prismatic=(slide,))
+    q = rng.uniform(*limits.T, (400, n))
+    masses, centres = rng.uniform(1.0, 5.0, n), rng.uniform(-0.3, 0.3, (n, 3))
+    d = np.where(np.arange(n) == slide, geometry[2] + q, geometry[2])
+    theta = np.where(np.arange(n) == slide, geometry[3], geometry[3] + q)
+    T, frames = np.tile(np.eye(4), (len(q), 1, 1)), []
+    for i in range(n):
+        T = T @ helpers.rotation(0, geometry[1, i]) @ helpers.shift(0, geometry[0, i])
+        T = T @ helpers.rotation(2, theta[:, i]) @ helpers.shift(2, d[:, i])
+        frames.append(T)
+    for joint in (j for j in range(n) if j != slide):
+        places = [frames[f][:, :3, 3] + frames[f][:, :3, :3] @ centres[f] for f in range(joint, n)]
+        torque = sum(
+            np.einsum("nx,nx->n", np.cross(p - frames[joint][:, :3, 3], m * gravity), frames[joint][:, :3, 2])
+            for p, m in zip(places, masses[joint:], strict=True)
+        )
+        basis = np.hstack([torque_basis(robot, q, joint + 1, f + 1) for f in range(joint, n)])
+        rest = torque - basis @ np.linalg.lstsq(basis, torque, rcond=None)[0]
+        assert np.abs(rest).max() < 1e-9 * np.abs(torque).max(), f"joint {joint + 1}"
+
+
 @pytest.mark.parametrize("name", ROBOTS)
 def test_one_set_of_moments_serves_all_joints(name):
     """The first moments that explain one joint's torque are physical: with every joint equally soft the same

@@ -50,7 +50,7 @@ def sensor_by_pybullet(path, base, q, folder):
     """Return where pybullet puts the sensor's link."""
     copy = kinematics_alone(path, folder / f"alone-{path.name}")
     chain = chain_between(read_urdf(path), base, "scalar_sensor")
-    return poses_by_pybullet(copy, chain.base, "scalar_sensor", q, [joint.name for joint in chain.turning])
+    return poses_by_pybullet(copy, chain.base, "scalar_sensor", q, [joint.name for joint in chain.moving])
 
 
 @pytest.mark.parametrize("name", ["iiwa", "panda", "xarm6"])
@@ -169,6 +169,7 @@ def test_what_a_description_cannot_hold_is_listed_with_its_size(tmp_path):
         (["--urdf", "in.urdf", "--tip", "l3", "-o", "out.urdf"], "were calibrated"),
         (["--urdf", "in.urdf", "-o", "out.urdf"], "choose one with --tip"),
         (["--urdf", "other.urdf", "--tip", "tip", "-o", "out.urdf"], "differs from the nominal arm"),
+        (["--urdf", "slides.urdf", "--tip", "tip", "-o", "out.urdf"], "joint 'j1' slides, and joint 1"),
         (
             ["--urdf", "in.urdf", "--base", "aside", "--tip", "tip", "-o", "out.urdf"],
             "differs from the nominal arm",
@@ -183,8 +184,10 @@ def test_what_cannot_be_exported_is_refused_in_one_line(options, words, tmp_path
     """Exit 2, one line with what to do, and no file."""
     monkeypatch.chdir(tmp_path)
     for name, seed in (("in", 1), ("other", 2)):
-        text = random_description(np.random.default_rng(seed), 6)
+        text = random_description(np.random.default_rng(seed), 6).replace("prismatic", "revolute")
         (tmp_path / f"{name}.urdf").write_text(text, encoding="utf-8")
+    text = (tmp_path / "in.urdf").read_text(encoding="utf-8")
+    (tmp_path / "slides.urdf").write_text(re.sub("revolute|continuous", "prismatic", text, count=1), "utf-8")
     robot, _ = robot_from_urdf("in.urdf", None, "tip")
     calibrated(robot, np.random.default_rng(1)).save("calibration.json")
     before = sorted(tmp_path.iterdir())

@@ -1,5 +1,7 @@
 """Robot descriptions: the robot that is read stands where pybullet puts it, and what is no chain is refused with its line."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -35,7 +37,25 @@ def test_arms_that_pybullet_ships_stand_where_pybullet_puts_them(name, tmp_path)
     robot, _ = robot_from_urdf(path, base, tip)
     q = np.random.default_rng(1).uniform(-3, 3, (POSES, robot.n_joints))
     copy = kinematics_alone(path, tmp_path / f"{path.stem}.urdf")
-    T = poses_by_pybullet(copy, chain.base, chain.tip, q, [joint.name for joint in chain.turning])
+    T = poses_by_pybullet(copy, chain.base, chain.tip, q, [joint.name for joint in chain.moving])
+    np.testing.assert_allclose(robot.flange(q), T, atol=1e-9, rtol=0)
+
+
+def test_three_slides_and_a_turn_stand_where_pybullet_puts_them(tmp_path):
+    """A gantry that pybullet ships; its limits are in the order that pybullet takes for none, and have to be exchanged."""
+    pybullet_data = pytest.importorskip("pybullet_data")
+    text = (Path(pybullet_data.getDataPath()) / "cube_no_rotation.urdf").read_text(encoding="utf-8")
+    path = tmp_path / "gantry.urdf"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidInput, match="limits of joint 'x_to_world' are 1 and -1 m"):
+        robot_from_urdf(path)
+    path.write_text(text.replace('lower="1" upper="-1"', 'lower="-1" upper="1"'), encoding="utf-8")
+    robot, _ = robot_from_urdf(path)
+    assert robot.prismatic == (0, 1, 2)
+    q = np.random.default_rng(1).uniform(-3, 3, (POSES, 4))
+    copy = kinematics_alone(path, tmp_path / "alone.urdf")
+    joints = ["x_to_world", "y_to_x", "z_to_y", "cube_to_z"]
+    T = poses_by_pybullet(copy, "world", "baseLink", q, joints)
     np.testing.assert_allclose(robot.flange(q), T, atol=1e-9, rtol=0)
 
 
@@ -50,11 +70,11 @@ def test_any_chain_stands_where_pybullet_puts_it(seed, tmp_path):
     robot, T_joint_link = robot_from_urdf(path, base, "tip")
     chain = chain_between(read_urdf(path), base, "tip")
     q = rng.uniform(-3, 3, (30, robot.n_joints))
-    joints = [joint.name for joint in chain.turning]
+    joints = [joint.name for joint in chain.moving]
     np.testing.assert_allclose(
         robot.flange(q), poses_by_pybullet(path, chain.base, "tip", q, joints), atol=1e-9, rtol=0
     )
-    last = poses_by_pybullet(path, chain.base, chain.turning[-1].child, q, joints)
+    last = poses_by_pybullet(path, chain.base, chain.moving[-1].child, q, joints)
     np.testing.assert_allclose(robot.frames(q)[:, -1] @ T_joint_link[-1], last, atol=1e-9, rtol=0)
 
 
@@ -131,7 +151,7 @@ REFUSED = {
     "millimetres": (with_second(content='<origin xyz="0 0 400"/>' + LIMIT), "are these millimetres?"),
     "no axis": (with_second(content='<axis xyz="0 0 0"/>' + LIMIT), "the axis of joint 'j2' has no direction"),
     "limits": (with_second(content='<limit lower="1" upper="-1"/>'), "the limits of joint 'j2' are 1 and -1"),
-    "prismatic": (with_second("prismatic"), "row 8: joint 'j2' is prismatic"),
+    "planar": (with_second("planar"), "row 8: joint 'j2' is planar"),
     "floating": (with_second("floating"), "joint 'j2' is floating"),
     "unknown type": (with_second("hinge"), "the unknown type 'hinge'"),
     "mimic": (with_second(content=LIMIT + '<mimic joint="j1"/>'), "joint 'j2' mimics 'j1'"),
@@ -142,7 +162,7 @@ REFUSED = {
     "no parent": (urdf(GOOD).replace('<parent link="b"/>', ""), "joint 'j2' has no parent"),
     "two roots": (urdf(GOOD, "abcde"), "2 links have no parent ('a', 'e'); choose one with --base"),
     "branches": (urdf([*GOOD, ("j9", "fixed", "b", "e", "")], "abcde"), "ends in 2 links ('d', 'e'); choose one with --tip"),
-    "nothing turns": (urdf([("f", "fixed", "a", "b", "")], "ab"), "0 joints turn"),
+    "nothing turns": (urdf([("f", "fixed", "a", "b", "")], "ab"), "0 joints move"),
 }  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -47,10 +47,11 @@ def pair_functions(a: Variable, b: Variable, poses: Poses) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class UnattributedJoint(Unattributed, JointEffect):
-    """A joint's angle errs smoothly with one or two variables."""
+    """A joint's angle, or the travel of one that slides, errs smoothly with one or two variables."""
 
     joint: int
     variables: tuple[Variable, ...]
+    slides: bool = field(default=False, kw_only=True)
 
     place: ClassVar[str] = "joint"
 
@@ -71,12 +72,12 @@ class UnattributedJoint(Unattributed, JointEffect):
             count = SINGLE_DEGREE + (2 if self.variables[0].name.startswith("q") else 0)
         else:
             count = PAIR_DEGREE**2 + 4
-        return [f"f{k + 1}_rad" for k in range(count)]
+        return [f"f{k + 1}_{self.joint_unit}" for k in range(count)]
 
     @property
     def coefficient_units(self) -> list[str]:
-        """Radians."""
-        return ["rad"] * len(self.coefficient_names)
+        """Radians, or metres."""
+        return [self.joint_unit] * len(self.coefficient_names)
 
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the functions on the joint."""
@@ -94,12 +95,14 @@ class UnattributedJoint(Unattributed, JointEffect):
             "place": self.place,
             "joint": self.joint,
             "variables": [v.to_mapping() for v in self.variables],
+            **({"slides": True} if self.slides else {}),
         }
 
     @classmethod
     def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the term of ``to_mapping``."""
-        return cls(int(mapping["joint"]), tuple(Variable.from_mapping(v) for v in mapping["variables"]))
+        variables = tuple(Variable.from_mapping(v) for v in mapping["variables"])
+        return cls(int(mapping["joint"]), variables, slides=bool(mapping.get("slides", False)))
 
     @property
     def own_curve(self) -> int | None:
@@ -114,7 +117,7 @@ class UnattributedJoint(Unattributed, JointEffect):
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the error of the joint over its one or two variables."""
         first = self.variables[0]
-        axis, values = variable_axis(first.name), first.values(view.poses)
+        axis, values = variable_axis(first.name, view.nominal), first.values(view.poses)
         if len(self.variables) == 1:
             x = np.linspace(first.centre - first.half, first.centre + first.half, CURVE_POINTS)
             q = np.zeros((len(x), view.poses.q.shape[1]))
@@ -128,7 +131,7 @@ class UnattributedJoint(Unattributed, JointEffect):
         return [
             Map(
                 axis,
-                variable_axis(second.name),
+                variable_axis(second.name, view.nominal),
                 along.y_axis,
                 along.x[sure],
                 second.values(view.poses)[sure],

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scalar.effects.acquisition import moving_joints, order_and_time
+from scalar.effects.acquisition import moving_joints, order_and_time, turning_joints
 from scalar.effects.effect import Effect
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.link import UnattributedLink
@@ -36,8 +36,11 @@ def flexible_terms(dataset: Dataset) -> list[Effect]:
     moving = moving_joints(dataset)
     angles = {j: Variable.observed(f"q{j}", dataset.q[:, j - 1]) for j in moving}
     pairs = [(j, a, b) for j in moving for a, b in itertools.combinations(moving, 2)]
-    found: list[Effect] = [UnattributedJoint(j, (angles[v],)) for j in moving for v in moving]
-    found += [UnattributedJoint(j, (angles[a], angles[b])) for j, a, b in pairs]
+    slides = {j: bool(dataset.robot.slides[j - 1]) for j in moving}
+    found: list[Effect] = [
+        UnattributedJoint(j, (angles[v],), slides=slides[j]) for j in moving for v in moving
+    ]
+    found += [UnattributedJoint(j, (angles[a], angles[b]), slides=slides[j]) for j, a, b in pairs]
     found += [
         UnattributedLink(j, by)
         for j in range(1, dataset.robot.n_joints + 1)
@@ -45,9 +48,9 @@ def flexible_terms(dataset: Dataset) -> list[Effect]:
         if by == GRAVITY or j in moving
     ]
     found.append(UnattributedSensor(Variable(GRAVITY, 0.0, 1.0), kind_of(dataset).observes_orientation))
-    found += [shape for j in moving for shape in _shapes(j, angles[j])]
-    found += [wave for j in moving for wave in waves_of(dataset, j, 1)]
-    found += [UnattributedShape(j, (angles[a], angles[b]), "product") for j, a, b in pairs]
+    found += [shape for j in moving for shape in _shapes(j, angles[j], slides[j])]
+    found += [wave for j in turning_joints(dataset) for wave in waves_of(dataset, j, 1)]
+    found += [UnattributedShape(j, (angles[a], angles[b]), "product", slides=slides[j]) for j, a, b in pairs]
     return found + _in_time(dataset, moving)
 
 
@@ -63,12 +66,14 @@ def _in_time(dataset: Dataset, moving: list[int]) -> list[Effect]:
     for name, values in drivers.items():
         variable = Variable.observed(name, values)
         found.append(UnattributedSensor(variable, turns))
-        found += [UnattributedJoint(j, (variable,)) for j in moving]
+        found += [UnattributedJoint(j, (variable,), slides=bool(dataset.robot.slides[j - 1])) for j in moving]
     clock = Variable.observed("order", order) if time is None else Variable.observed("time", time)
     for j in moving:
-        found.append(UnattributedShape(j, (clock,), "line"))
+        slides = bool(dataset.robot.slides[j - 1])
+        found.append(UnattributedShape(j, (clock,), "line", slides=slides))
         found += [
-            UnattributedShape(j, (clock,), "step", at, STEP_WIDTHS[0]) for at in _places(STEP_WIDTHS[0])
+            UnattributedShape(j, (clock,), "step", at, STEP_WIDTHS[0], slides=slides)
+            for at in _places(STEP_WIDTHS[0])
         ]
     return found + [UnattributedSway(clock, periods, turns) for periods in SWAY_PERIODS]
 
@@ -90,15 +95,17 @@ def _places(width: float) -> list[float]:
     return [float(at) for at in np.linspace(-1, 1, round(1 / width) + 2)[1:-1]]
 
 
-def _shapes(joint: int, angle: Variable) -> list[Effect]:
+def _shapes(joint: int, angle: Variable, slides: bool = False) -> list[Effect]:
     """Return bumps, steps, kinks and powers of a joint's error along its own angle."""
     kinds = [("bump", width, width / 2) for width in BUMP_WIDTHS]
     kinds += [("plateau", width, width / 2) for width in PLATEAU_WIDTHS]
     kinds += [("step", width, width) for width in STEP_WIDTHS]
     kinds.append(("kink", KINK_WIDTH, KINK_WIDTH))
-    found: list[Effect] = [UnattributedShape(joint, (angle,), shape) for shape in ("square", "cube")]
+    found: list[Effect] = [
+        UnattributedShape(joint, (angle,), shape, slides=slides) for shape in ("square", "cube")
+    ]
     return found + [
-        UnattributedShape(joint, (angle,), shape, at, width)
+        UnattributedShape(joint, (angle,), shape, at, width, slides=slides)
         for shape, width, apart in kinds
         for at in _places(apart)
     ]

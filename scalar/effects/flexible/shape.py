@@ -44,7 +44,7 @@ class UnattributedShape(UnattributedJoint):
     @property
     def coefficient_names(self) -> list[str]:
         """The height."""
-        return ["size_rad"]
+        return [f"size_{self.joint_unit}"]
 
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the shape on the joint."""
@@ -88,4 +88,5 @@ class UnattributedShape(UnattributedJoint):
         """Return the term of ``to_mapping``."""
         variables = tuple(Variable.from_mapping(v) for v in mapping["variables"])
         shape, at, width = str(mapping["shape"]), float(mapping["at"]), float(mapping["width"])
-        return cls(int(mapping["joint"]), variables, shape, at, width)
+        slides = bool(mapping.get("slides", False))
+        return cls(int(mapping["joint"]), variables, shape, at, width, slides=slides)

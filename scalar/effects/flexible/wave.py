@@ -42,7 +42,7 @@ class UnattributedWave(UnattributedJoint):
     @property
     def coefficient_names(self) -> list[str]:
         """Sine and cosine of each wave."""
-        return [f"{f}{k + 1}_rad" for k in range(self.waves) for f in ("sin", "cos")]
+        return [f"{f}{k + 1}_{self.joint_unit}" for k in range(self.waves) for f in ("sin", "cos")]
 
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the waves on the joint."""

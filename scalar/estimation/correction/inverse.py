@@ -42,8 +42,9 @@ class Found:
 
 
 def arm_length(robot: Robot) -> float:
-    """Return the length [m] in units of which shifts are weighed against rotations: half of all links together."""
-    return max(float(np.abs(robot.geometry[0]).sum() + np.abs(robot.geometry[2]).sum()) / 2, 1e-3)
+    """Return the length [m] in units of which shifts are weighed against rotations: half of all links and travels together."""
+    travels = np.ptp(robot.limits, axis=1)[robot.slides]
+    return max(float(np.abs(robot.geometry[[0, 2]]).sum() + travels.sum()) / 2, 1e-3)
 
 
 def twist_to(T: Array, T_wanted: Array, *, small: bool) -> Array:
@@ -65,14 +66,17 @@ def twist_to(T: Array, T_wanted: Array, *, small: bool) -> Array:
 
 
 def jacobian(kinematics: Kinematics) -> Array:
-    """Return the twist of the sensor's origin by each joint angle of the rigid chain, ``(N, 6, n)`` [rad/rad, m/rad]."""
+    """Return the twist of the sensor's origin by each joint of the rigid chain, ``(N, 6, n)`` [rad/rad, m/rad; rad/m, m/m of a prismatic joint]."""
     frames = kinematics.frames[:, 1:]
     axes, points = frames[..., :3, 2], frames[..., :3, 3]
     if kinematics.T_base_tilted is not None:
         R, t = kinematics.T_base_tilted[:, None, :3, :3], kinematics.T_base_tilted[:, None, :3, 3]
         axes, points = (R @ axes[..., None])[..., 0], (R @ points[..., None])[..., 0] + t
     arms = kinematics.T_base_sensor[:, None, :3, 3] - points
-    return np.swapaxes(np.concatenate([axes, cross(axes, arms)], axis=2), 1, 2)
+    twists = np.concatenate([axes, cross(axes, arms)], axis=2)
+    where = list(kinematics.model.robot.prismatic)
+    twists[:, where, :3], twists[:, where, 3:] = 0.0, axes[:, where]
+    return np.swapaxes(twists, 1, 2)
 
 
 class Inverse:

@@ -40,6 +40,7 @@ def postures_for(
     low, high = model.robot.limits.T
     reference = (low + high) / 2 if first is None else np.asarray(first, dtype=float)
     found = np.full((len(T_wanted), len(low)), np.nan)
+    turn = np.where(model.robot.slides, 0.0, _TURN)
     for at in range(0, len(T_wanted), settings.chunk):
         rows = slice(at, at + settings.chunk)
         wanted = T_wanted[rows]
@@ -48,8 +49,8 @@ def postures_for(
         q = solved.q.reshape(len(wanted), STARTS, -1)
         reached = solved.reached.reshape(len(wanted), STARTS)
         for i in range(len(wanted)):
-            turned = q[i] - _TURN * np.round((q[i] - reference) / _TURN)
-            turned += _TURN * (turned < low) - _TURN * (turned > high)
+            turned = q[i] - turn * np.round((q[i] - reference) / _TURN)
+            turned += turn * (turned < low) - turn * (turned > high)
             sound = reached[i] & np.all((turned >= low) & (turned <= high), axis=1)
             if sound.any():
                 distance = np.where(sound, np.abs(turned - reference).max(axis=1), np.inf)

@@ -19,7 +19,7 @@ class CorrectionSettings:
         damped_steps: Most steps of the damped iteration for what is left, with a Jacobian of its own at each.
         near_singular: Smallest singular value of the Jacobian (lengths in units of the arm's) below which a pose is called near a
             singularity. Chosen: an error of a milliradian then takes 50 mrad of a joint.
-        largest_correction: [rad] change of a joint beyond which the correction of joint angles is refused. Chosen: arms err by some
+        largest_correction: [rad; m of a travel] change of a joint beyond which the correction of joint angles is refused. Chosen: arms err by some
             milliradians, and half a radian is another posture.
         damping: First damping of the damped iteration, relative to the squared Jacobian. Chosen; it is adapted tenfold at each step.
         orientation_weight: Weight of the orientation where there are fewer than six joints, so that the place is met and the

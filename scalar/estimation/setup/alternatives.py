@@ -71,7 +71,10 @@ def alternatives(dataset: Dataset) -> Iterator[Alternative]:
     yield from _planes_swapped(dataset)
     yield from _measurements_otherwise(dataset)
     yield from _convention(dataset)
+    slides = dataset.robot.slides
     for i, j in itertools.combinations(moving, 2):
+        if slides[i] != slides[j]:
+            continue
         yield replace(
             _with_angles(dataset, _swapped_columns(dataset.q, i, j)),
             what="swapped_joints",
@@ -81,12 +84,15 @@ def alternatives(dataset: Dataset) -> Iterator[Alternative]:
             remedy="exchange the two columns in poses.csv",
         )
     for j in moving:
-        yield from _zeros(dataset, j)
+        if j not in dataset.robot.prismatic:  # where a travel begins, the geometry takes up
+            yield from _zeros(dataset, j)
     yield from _angle_units(dataset)
 
 
 def with_sign_changed(robot: Robot, joint: int) -> Robot:
     """Return the arm whose joint (from 0) counts the other way: ``Rz(-q + theta) Tz(d) = Rx(pi) Rz(q - theta) Tz(-d) Rx(-pi)``.
+
+    The same holds for a travel, ``Rz(theta) Tz(-q + d)``.
 
     Hayati's angle lies between the two turns about x, and changes its sign as well: ``Ry(beta) Rx(pi) = Rx(pi) Ry(-beta)``.
     """
@@ -219,10 +225,17 @@ def _measurements_otherwise(dataset: Dataset) -> Iterator[Alternative]:
 
 
 def _angle_units(dataset: Dataset) -> Iterator[Alternative]:
-    turned_often = float(np.ptp(dataset.q, axis=0).max(initial=0.0)) > LEAST_TURNS
+    turning = ~dataset.robot.slides
+
+    def scaled(factor: float) -> Array:
+        return dataset.q * np.where(turning, factor, 1.0)
+
+    if not turning.any():
+        return
+    turned_often = float(np.ptp(dataset.q[:, turning], axis=0).max(initial=0.0)) > LEAST_TURNS
     for unit, factor in (("degrees", DEG), ("grads", GRAD)) if turned_often else ():
         yield replace(
-            _with_angles(dataset, dataset.q * factor),
+            _with_angles(dataset, scaled(factor)),
             what="angle_unit",
             where="poses.csv",
             says=f"the joint angles are in {unit}, not in radians",
@@ -234,7 +247,7 @@ def _angle_units(dataset: Dataset) -> Iterator[Alternative]:
         ("degrees, converted as if they were grads", DEG / GRAD),
     ):
         yield replace(
-            _with_angles(dataset, dataset.q * factor),
+            _with_angles(dataset, scaled(factor)),
             what="angle_unit",
             where="poses.csv",
             says=f"the joint angles were {unit}",

@@ -61,6 +61,8 @@ def _lengths(dataset: Dataset, model: Model, std: Array) -> list[Suspicion]:
     errors = std[model.blocks["geometry"]].reshape(nominal.shape)
     rows = [k for k, kind in enumerate(GEOMETRY) if kind in LENGTHS]
     change = np.where(np.isfinite(errors), fitted - nominal, 0.0)[rows]
+    zeros = np.outer([GEOMETRY[k] == "d" for k in rows], dataset.robot.slides)
+    change[zeros] = 0.0  # where a travel begins is a matter of its reference run
     limit = max(LEAST_LINK, LINK_SHARE * float(np.abs(nominal[rows]).sum()))
     off = (np.abs(change) > limit) & (np.abs(change) > SIGMAS * np.nan_to_num(errors[rows]))
     if not off.any():
@@ -98,6 +100,7 @@ def _zeros(dataset: Dataset, model: Model, std: Array) -> list[Suspicion]:
     k = GEOMETRY.index("theta")
     errors = std[model.blocks["geometry"]].reshape(dataset.robot.geometry.shape)[k]
     change = model.robot.geometry[k] - dataset.robot.geometry[k]
+    errors = np.where(dataset.robot.slides, np.nan, errors)  # theta of a joint that slides is no zero
     change = np.where(np.isfinite(errors), np.arctan2(np.sin(change), np.cos(change)), 0.0)
     return [
         Suspicion(

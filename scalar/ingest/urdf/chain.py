@@ -14,33 +14,36 @@ from scalar.data.description import MAX_JOINTS
 from scalar.data.located_table import NUMBER, did_you_mean, shorten
 from scalar.data.unit_suspicions import MAX_BASE
 from scalar.errors import Fault, InvalidInput
-from scalar.geometry.robot import DEFAULT_LIMIT
+from scalar.geometry.robot import DEFAULT_LIMIT, DEFAULT_TRAVEL
 from scalar.geometry.roll_pitch_yaw import rotation_from_rpy
 from scalar.geometry.se3 import Array, inverse, transform
 from scalar.ingest.urdf.document import UrdfDocument
 
 TURNING = ("revolute", "continuous")
+SLIDING = "prismatic"
 LEAST_AXIS = 1e-6
 """Length of an axis that still has a direction: descriptions write axes of length one."""
 
 
 @dataclass(frozen=True, eq=False)
 class ChainJoint:
-    """One joint of a chain, ``T_parent_child = T_origin Rot(axis, q)``.
+    """One joint of a chain, ``T_parent_child = T_origin Rot(axis, q)``, or ``T_origin Trans(axis q)`` where it slides.
 
     Attributes:
         name: Of the joint.
         child: Name of the link behind it.
-        turns: Whether it is revolute or continuous; else it is fixed.
+        moves: Whether it is revolute, continuous or prismatic; else it is fixed.
+        slides: Whether it is prismatic.
         T_origin: ``(4, 4)``, the child's frame in the parent's at q = 0.
         axis: ``(3,)``, of unit length, in the child's frame.
-        limits: ``(lowest, highest)`` [rad].
+        limits: ``(lowest, highest)`` [rad; m where it slides].
         element: The element ``<joint>`` of the description.
     """
 
     name: str
     child: str
-    turns: bool
+    moves: bool
+    slides: bool
     T_origin: Array
     axis: Array
     limits: tuple[float, float]
@@ -63,9 +66,9 @@ class Chain:
     T_start: Array
 
     @property
-    def turning(self) -> list[ChainJoint]:
-        """Return the joints that turn, in order from the base."""
-        return [joint for joint in self.joints if joint.turns]
+    def moving(self) -> list[ChainJoint]:
+        """Return the joints that turn or slide, in order from the base."""
+        return [joint for joint in self.joints if joint.moves]
 
 
 def chain_between(
@@ -77,7 +80,7 @@ def chain_between(
         document: The description.
         base: Name of the link at the base; None: the root.
         tip: Name of the link at the tip; None: the only link without a child.
-        may_be_fixed: Whether none of its joints has to turn.
+        may_be_fixed: Whether none of its joints has to move.
 
     Raises:
         InvalidInput: A link is missing, the links make no tree, no chain leads from base to tip, or a joint of it is none that can
@@ -102,9 +105,9 @@ def chain_between(
         elements.append(by_child[link])
         link = _link_of(document, by_child[link], "parent")
     joints = tuple(_joint(document, element) for element in reversed(elements))
-    n = sum(joint.turns for joint in joints)
+    n = sum(joint.moves for joint in joints)
     if not (0 if may_be_fixed else 1) <= n <= MAX_JOINTS:
-        message = f"{n} joints turn between {shorten(base)} and {shorten(tip)}; choose --base and --tip with 1 to {MAX_JOINTS}"
+        message = f"{n} joints move between {shorten(base)} and {shorten(tip)}; choose --base and --tip with 1 to {MAX_JOINTS}"
         raise InvalidInput(Fault(document.file, message))
     return Chain(base, tip, joints, T_start)
 
@@ -207,18 +210,18 @@ def _few(names: list[str]) -> str:
 def _joint(document: UrdfDocument, element: Any) -> ChainJoint:
     name, kind = str(element.get("name")), element.get("type")
     called = f"joint {shorten(name)}"
-    if kind not in (*TURNING, "fixed"):
-        what = (
-            f"is {kind}"
-            if kind in ("prismatic", "planar", "floating")
-            else f"has the unknown type {shorten(kind)}"
+    if kind not in (*TURNING, SLIDING, "fixed"):
+        what = f"is {kind}" if kind in ("planar", "floating") else f"has the unknown type {shorten(kind)}"
+        message = (
+            f"{called} {what}; the joints of a chain have to be revolute, continuous, prismatic or fixed: "
+            "choose --base and --tip without it"
         )
-        message = f"{called} {what}; the joints of a chain have to be revolute, continuous or fixed: choose --base and --tip without it"
         raise document.refusal(element, message)
-    turns = kind in TURNING
+    slides = kind == SLIDING
+    moves = slides or kind in TURNING
     mimic = element.find("mimic")
-    if turns and mimic is not None:
-        message = f"{called} mimics {shorten(mimic.get('joint'))} and has no angle of its own; choose --base and --tip without it"
+    if moves and mimic is not None:
+        message = f"{called} mimics {shorten(mimic.get('joint'))} and has no position of its own; choose --base and --tip without it"
         raise document.refusal(element, message)
     origin, axis = element.find("origin"), element.find("axis")
     xyz = _vector(document, origin, "xyz", called) if origin is not None else np.zeros(3)
@@ -229,26 +232,29 @@ def _joint(document: UrdfDocument, element: Any) -> ChainJoint:
         )
         raise document.refusal(origin, message)
     direction = np.array([1.0, 0.0, 0.0])  # as the format says, where there is no axis
-    if turns and axis is not None:
+    if moves and axis is not None:
         direction = _vector(document, axis, "xyz", called, default=direction)
         length = float(np.linalg.norm(direction))
         if not length > LEAST_AXIS:
             raise document.refusal(axis, f"the axis of {called} has no direction; write it as in 0 0 1")
         direction = direction / length
-    limits = _limits(document, element, called) if kind == "revolute" else (-DEFAULT_LIMIT, DEFAULT_LIMIT)
+    most, unit = (DEFAULT_TRAVEL, "m") if slides else (DEFAULT_LIMIT, "rad")
+    limits = (-most, most) if kind == "continuous" else _limits(document, element, called, most, unit)
     child = _link_of(document, element, "child")
-    return ChainJoint(name, child, turns, transform(rotation_from_rpy(rpy), xyz), direction, limits, element)
+    return ChainJoint(
+        name, child, moves, slides, transform(rotation_from_rpy(rpy), xyz), direction, limits, element
+    )
 
 
-def _limits(document: UrdfDocument, element: Any, called: str) -> tuple[float, float]:
+def _limits(document: UrdfDocument, element: Any, called: str, most: float, unit: str) -> tuple[float, float]:
     limit = element.find("limit")
     if limit is None:
-        return -DEFAULT_LIMIT, DEFAULT_LIMIT
+        return -most, most
     low, high = (
         _numbers(document, limit, key, called, limit.get(key, "0"), 1)[0] for key in ("lower", "upper")
     )
     if not low < high:
-        message = f"the limits of {called} are {low:g} and {high:g} rad; write lower below upper, or make the joint fixed"
+        message = f"the limits of {called} are {low:g} and {high:g} {unit}; write lower below upper, or make the joint fixed"
         raise document.refusal(limit, message)
     return float(low), float(high)
 

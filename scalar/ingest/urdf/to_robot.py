@@ -22,11 +22,11 @@ def robot_from_urdf(path: str | Path, base: str | None = None, tip: str | None =
         tip: Name of the link whose frame is the flange; None: the only link without a child.
 
     Returns:
-        The robot, whose ``flange(q)`` is the tip's frame in the base's where joint i of those that turn stands at ``q_i``; and the
+        The robot, whose ``flange(q)`` is the tip's frame in the base's where joint i of those that turn or slide stands at ``q_i``; and the
         fixed transforms ``(n, 4, 4)`` from the robot's frame i to the frame of the link behind joint i.
 
     Raises:
-        InvalidInput: The file is no URDF, or has no serial chain of revolute and fixed joints between these links.
+        InvalidInput: The file is no URDF, or has no serial chain of revolute, prismatic and fixed joints between these links.
     """
     document = read_urdf(path)
     return robot_of_chain(document.name, chain_between(document, base, tip))
@@ -37,16 +37,17 @@ def robot_of_chain(name: str, chain: Chain) -> tuple[Robot, Array]:
 
     Args:
         name: Of the robot.
-        chain: With at least one joint that turns.
+        chain: With at least one joint that moves.
     """
     T = chain.T_start
     links, axes = [], []
     for joint in chain.joints:
         T = T @ joint.T_origin
-        if joint.turns:
+        if joint.moves:
             links.append(T)
             axes.append(frame_on_axis(T, joint.axis))
-    limits = np.array([joint.limits for joint in chain.turning])
-    robot = robot_from_axes(name, np.array(axes), T, limits)
+    limits = np.array([joint.limits for joint in chain.moving])
+    prismatic = tuple(i for i, joint in enumerate(chain.moving) if joint.slides)
+    robot = robot_from_axes(name, np.array(axes), T, limits, prismatic)
     frames = robot.frames(np.zeros((1, robot.n_joints)))[0, 1:]
     return robot, inverse(frames) @ np.array(links)
