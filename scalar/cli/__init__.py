@@ -21,6 +21,7 @@ from scalar.cli import (  # noqa: E402, F401
     evaluate,
     export,
     import_,
+    import_bag,
     init,
     plan,
     predict,

@@ -64,6 +64,10 @@ def export(
     None of these holds effects that change from pose to pose. They are listed with the distance by which they
     move the sensor at 1000 random poses within the joint limits; `scalar correct` applies them.
 
+    There is no form for controllers of KUKA or ABB: no public source was found that documents a parameter file of theirs which holds a
+    whole calibration. (KUKA's handbook of $MACHINE.DAT documents $DH_4 and $DH_5, for the frames of the wrist.) For these arms,
+    correct the joint angles of the program: `scalar correct`.
+
     \b
     Example:
       scalar export out/calibration.json --urdf robot.urdf --base base_link --tip tool0 -o calibrated.urdf

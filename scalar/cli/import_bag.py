@@ -1,0 +1,119 @@
+"""``scalar import-bag``: a recorded ROS bag into a dataset."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from scalar.cli.group import cli
+from scalar.cli.options import PATH, listed
+from scalar.cli.terminal import say
+from scalar.cli.validate import describe_content
+from scalar.errors import Fault, InvalidInput
+from scalar.ingest.bag import LEAST, SETTLED, STILL
+
+if TYPE_CHECKING:
+    from scalar.ingest.bag.to_dataset import Cut
+
+
+@cli.command("import-bag")
+@click.argument("workcell", type=PATH)
+@click.argument("bag", type=PATH)
+@click.option("-o", "--output", "output", type=PATH, required=True, help="Dataset folder to write.")
+@click.option(
+    "--joints",
+    "joint_topic",
+    metavar="TOPIC",
+    help="Topic of the JointState messages; the only one if not given.",
+)
+@click.option(
+    "--scans",
+    "scan_topic",
+    metavar="TOPIC",
+    help="Topic of the LaserScan or PointCloud2 messages; the only one if not given.",
+)
+@click.option(
+    "--joint-names",
+    metavar="NAME,...",
+    help="The recorded joints in the order of q1..qn; else the names in WORKCELL, else as recorded.",
+)
+@click.option(
+    "--still",
+    type=float,
+    default=STILL,
+    show_default=True,
+    help="How far a joint that stands may move [rad; m for a slide].",
+)
+@click.option(
+    "--settled",
+    type=float,
+    default=SETTLED,
+    show_default=True,
+    help="Time after a motion that is left out [s].",
+)
+@click.option(
+    "--least",
+    type=float,
+    default=LEAST,
+    show_default=True,
+    help="Time that the arm then stands at least [s].",
+)
+def import_bag(
+    workcell: Path,
+    bag: Path,
+    output: Path,
+    joint_topic: str | None,
+    scan_topic: str | None,
+    joint_names: str | None,
+    still: float,
+    settled: float,
+    least: float,
+) -> None:
+    """Import a ROS bag into a dataset.
+
+    WORKCELL is a dataset.yaml (or the folder that holds it, as `scalar init` makes it) with the robot, the rough place of the scanner on
+    the flange, and guesses of the planes. BAG is a .bag file of ROS 1, or a folder or file (.mcap, .db3) of ROS 2, with JointState
+    and LaserScan or PointCloud2 messages. ROS need not be installed.
+
+    The arm has to stop at every pose for half a second or more. Of each stop the scan in the middle is taken, cut to its longest straight
+    piece, and given the name of the plane on which it lies; scans near no plane, or near two, are left out and counted.
+
+    \b
+    Example:
+      scalar import-bag my-cell campaign.bag -o measured
+      scalar diagnose measured -o out
+    """
+    for name, value in (("--still", still), ("--settled", settled), ("--least", least)):
+        if not value >= 0.0 or (value == 0.0 and name != "--settled"):
+            raise InvalidInput(
+                Fault(name, f"{value:g} is not greater than 0; write a time or an angle, or leave it out")
+            )
+    from scalar.data.folder import read_folder
+    from scalar.ingest.bag.messages import read_bag
+    from scalar.ingest.bag.to_dataset import BagSettings, dataset_of, load_workcell
+
+    content = load_workcell(workcell)
+    recording = read_bag(bag, joint_topic, scan_topic)
+    cut = dataset_of(
+        recording, content, BagSettings(tuple(listed(joint_names)), still, settled, least), output
+    )
+    say(f"  joints q1..qn: {', '.join(cut.joint_names)}")
+    for line in _left_out(cut):
+        say(line)
+    say(describe_content(read_folder(output)))
+    say(f"written: {output}")
+
+
+def _left_out(cut: Cut) -> list[str]:
+    """Return how many stops there were, and why some of them are no poses."""
+    lines = [f"  {cut.still} stops"]
+    for count, why in (
+        (cut.without_scan, "no scan meanwhile"),
+        (cut.without_piece, "no straight piece in the scan"),
+        (cut.without_plane, "on no plane, or near two"),
+    ):
+        if count:
+            lines.append(f"  left out: {count}, {why}")
+    return lines

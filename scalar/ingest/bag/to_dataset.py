@@ -1,0 +1,209 @@
+"""Make a dataset of a recording: one pose for each moment at which the arm stands still and one scan of a target plane is clear."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.dataset_writer import write_dataset
+from scalar.data.declared import PlaneGuess
+from scalar.data.description import DESCRIPTION, MIN_PLANES, Description, check_description
+from scalar.data.io.plain_yaml import load_yaml_lines
+from scalar.data.located_table import did_you_mean, shorten
+from scalar.data.unit_suspicions import suspect_description
+from scalar.errors import Fault, InvalidInput, Undetermined
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array, transform_from_rotation_vector
+from scalar.ingest.bag.labels import label_scans
+from scalar.ingest.bag.messages import Recording
+from scalar.ingest.bag.pieces import straight_piece
+from scalar.ingest.bag.still import Still, still_moments
+
+TOLERANCE = (
+    1.5e-3  # m from a straight line that a point of a piece may be, where the noise is not stated or is small
+)
+SIGMAS = 5.0  # times the stated noise, likewise
+_SEED = 0
+
+
+@dataclass(frozen=True)
+class BagSettings:
+    """How a recording is cut.
+
+    Attributes:
+        joint_names: The recorded joints in the order of the robot's; empty: those that dataset.yaml names, else as recorded.
+        still: By how much a joint that stands may move [rad, m].
+        settled: Time after a motion that is left out [s].
+        least: Time that the arm then stands at least [s].
+    """
+
+    joint_names: tuple[str, ...]
+    still: float
+    settled: float
+    least: float
+
+
+@dataclass(frozen=True)
+class Cut:
+    """What became of a recording.
+
+    Attributes:
+        still: Number of moments at which the arm stood still.
+        without_scan: Of these, moments without a scan.
+        without_piece: Scans without a straight piece.
+        without_plane: Pieces near no plane, or near two.
+        joint_names: The recorded joints in the order in which they became q1..qn.
+    """
+
+    still: int
+    without_scan: int
+    without_piece: int
+    without_plane: int
+    joint_names: tuple[str, ...]
+
+
+def load_workcell(path: Path) -> dict[str, Any]:
+    """Return the content of a dataset.yaml (or of the folder that holds one) whose planes a recording is cut to.
+
+    Raises:
+        InvalidInput: It is at fault, is not of a line laser, or does not say roughly where the scanner is.
+    """
+    path = path / DESCRIPTION if path.is_dir() else path
+    content, lines = load_yaml_lines(path)
+    description = Description(content, lines, path.name)
+    check_description(description)
+    suspect_description(description)
+    format = description.format
+    if format is not None and not (format.on_planes and format.table is not None):
+        description.fault(
+            ("sensor", "kind"), "a recording of scans needs a sensor that scans planes: line-laser"
+        )
+    elif format is not None and description.get("sensor", "nominal_pose") is None:
+        message = "missing; where the scanner is roughly tells on which plane a scan lies: write flange to sensor [m, rad]"
+        description.fault(("sensor", "nominal_pose"), message)
+    if description.faults:
+        raise InvalidInput(description.faults)
+    return content
+
+
+def dataset_of(
+    recording: Recording, workcell: dict[str, Any], settings: BagSettings, target: str | os.PathLike[str]
+) -> Cut:
+    """Write the dataset of a recording; it appears whole or not at all.
+
+    Args:
+        recording: What was recorded.
+        workcell: The content of dataset.yaml, as ``load_workcell`` has it.
+        settings: How to cut.
+        target: The folder; replaced if it is a dataset already.
+
+    Raises:
+        InvalidInput: The recorded joints are not those of the robot.
+        Undetermined: The arm never stands still, or no scan is on a plane.
+    """
+    robot = Robot.from_mapping(workcell["robot"])
+    order, names = _joint_order(recording, workcell["robot"]["joints"], settings.joint_names)
+    moments = still_moments(
+        recording.joint_times, recording.positions[:, order], settings.still, settings.settled, settings.least
+    )
+    if not moments:
+        seconds = recording.joint_times[-1] - recording.joint_times[0]
+        raise Undetermined(
+            f"the arm never stands still for {settings.settled + settings.least:g} s in the {seconds:.1f} s of {recording.joint_topic}, "
+            f"all joints within {settings.still:g} rad (m): record a stop of a second at every pose, or allow more with --still"
+        )
+    chosen = [(moment, scan) for moment in moments if (scan := _scan_of(recording, moment)) is not None]
+    noise = float(workcell["sensor"].get("noise") or 0.0)
+    rng = np.random.default_rng(_SEED)
+    pieces = [
+        (m, t, points[straight_piece(points, max(TOLERANCE, SIGMAS * noise), rng)])
+        for m, (t, points) in chosen
+    ]
+    pieces = [piece for piece in pieces if len(piece[2])]
+    planes = [PlaneGuess.from_mapping(plane) for plane in workcell["planes"]]
+    index = _planes_of(robot, workcell["sensor"]["nominal_pose"], planes, pieces)
+    kept = np.flatnonzero(index >= 0)
+    seen = [plane.name for k, plane in enumerate(planes) if k in index]
+    if len(seen) < MIN_PLANES:
+        raise Undetermined(
+            f"of {len(moments)} moments at which the arm stands still, {len(chosen)} have a scan, {len(pieces)} of these a straight "
+            f"piece, and {len(kept)} lie clearly on one plane ({', '.join(seen) or 'none'}), but at least three planes have to be seen: correct "
+            "sensor.nominal_pose and the guesses of the planes, or the order of the joints (--joint-names)"
+        )
+    poses, scans = _tables([pieces[i] for i in kept], [planes[k].name for k in index[kept]])
+    write_dataset(target, mapping=workcell, poses=poses, scans=scans)
+    return Cut(
+        len(moments), len(moments) - len(chosen), len(chosen) - len(pieces), len(pieces) - len(kept), names
+    )
+
+
+def _joint_order(
+    recording: Recording, joints: Sequence[dict[str, Any]], wanted: Sequence[str]
+) -> tuple[list[int], tuple[str, ...]]:
+    """Return which of the recorded joints become q1..qn, and their names."""
+    recorded, n = recording.joint_names, len(joints)
+    own = [str(joint["name"]) for joint in joints if "name" in joint]
+    names = list(wanted) or (own if len(own) == n else list(recorded))
+    where = "--joint-names" if wanted else "robot.joints"
+    if len(names) != n:
+        message = f"{len(names)} joints ({', '.join(names)}), and the robot has {n}; name those of the robot in their order with --joint-names"
+        raise InvalidInput(Fault(where if wanted else recording.joint_topic, message))
+    for name in names:
+        if recorded.count(name) != 1:
+            hint = did_you_mean(name, list(recorded))
+            message = f"no joint {shorten(name)} on topic {recording.joint_topic}; {hint}it has {', '.join(recorded)}"
+            raise InvalidInput(Fault(where, message))
+    return [recorded.index(name) for name in names], tuple(names)
+
+
+def _scan_of(recording: Recording, moment: Still) -> tuple[float, Array] | None:
+    """Return time and points of the scan nearest to the middle of a moment; None where there is none meanwhile."""
+    inside = np.flatnonzero((recording.scan_times >= moment.start) & (recording.scan_times <= moment.end))
+    if not len(inside):
+        return None
+    middle = (moment.start + moment.end) / 2
+    i = int(inside[np.argmin(np.abs(recording.scan_times[inside] - middle))])
+    return float(recording.scan_times[i]), recording.scans[i]
+
+
+def _planes_of(
+    robot: Robot,
+    nominal_pose: dict[str, Any],
+    planes: Sequence[PlaneGuess],
+    pieces: Sequence[tuple[Still, float, Array]],
+) -> Array:
+    """Return the plane of each piece, -1 where it is not clear."""
+    if not pieces:
+        return np.zeros(0, dtype=int)
+    T_sensor = transform_from_rotation_vector(
+        nominal_pose.get("translation", [0.0, 0.0, 0.0]), nominal_pose.get("rotation_vector", [0.0, 0.0, 0.0])
+    )
+    T = robot.flange(np.array([moment.q for moment, _, _ in pieces])) @ T_sensor
+    scans = [
+        points[:, :1] * pose[:3, 0] + points[:, 1:] * pose[:3, 2] + pose[:3, 3]
+        for pose, (_, _, points) in zip(T, pieces, strict=True)
+    ]
+    normals = np.array([plane.normal for plane in planes])
+    return label_scans(scans, normals, np.array([plane.distance for plane in planes])).index
+
+
+def _tables(
+    pieces: Sequence[tuple[Still, float, Array]], planes: Sequence[str]
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    q = np.array([moment.q for moment, _, _ in pieces])
+    times = np.array([time for _, time, _ in pieces])
+    ids = np.arange(1, len(pieces) + 1)
+    poses = pd.DataFrame({"pose": ids, "plane": list(planes)})
+    for i in range(q.shape[1]):
+        poses[f"q{i + 1}"] = q[:, i]
+    poses["order"] = ids - 1
+    poses["time"] = times - times[0]
+    points = np.concatenate([points for _, _, points in pieces])
+    owner = np.repeat(ids, [len(points) for _, _, points in pieces])
+    return poses, pd.DataFrame({"pose": owner, "x": points[:, 0], "z": points[:, 1]})

@@ -1,0 +1,160 @@
+"""Recorded bags: the poses, planes and points of a simulated campaign come back, and what cannot be cut is refused in a sentence."""
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from scalar.cli import cli
+from scalar.data.dataset import Dataset, read_dataset
+from scalar.data.io.plain_yaml import dump_yaml, load_yaml
+from scalar.ingest.bag.still import still_moments
+from tests.ingest.bags import JOINTS, SCANS, write_bag
+
+pytest.importorskip("pybullet")
+from scalar.simulation import simulate, write_scene
+from tests.simulation.conftest import scene_config
+
+ORDER = "joint_1,joint_2,joint_3,joint_4,joint_5,joint_6"
+
+
+def run(*arguments):
+    """Return status and output of the command line."""
+    result = CliRunner().invoke(cli, [str(a) for a in arguments])
+    return result.exit_code, result.output
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory) -> Dataset:
+    """Return a simulated campaign of four poses a plane."""
+    config = scene_config("paper", poses_per_plane=4)
+    config["sensor"]["selection"] = "even"
+    folder = tmp_path_factory.mktemp("campaign")
+    write_scene(simulate(config), folder / "scene")
+    return read_dataset(folder / "scene" / "dataset")
+
+
+@pytest.fixture(scope="module")
+def workcell(campaign, tmp_path_factory):
+    """Return a dataset.yaml with the joints' names, the rough place of the scanner and guesses of the planes."""
+    folder = tmp_path_factory.mktemp("workcell")
+    campaign.write(folder / "d")
+    mapping = load_yaml(folder / "d" / "dataset.yaml")
+    for joint, name in zip(mapping["robot"]["joints"], ORDER.split(","), strict=True):
+        joint["name"] = name
+    dump_yaml(mapping, folder / "dataset.yaml")
+    return folder / "dataset.yaml"
+
+
+@pytest.fixture(scope="module")
+def bag(campaign, tmp_path_factory):
+    """Return a recording of ROS 1."""
+    return write_bag(campaign, tmp_path_factory.mktemp("bag") / "campaign.bag", 1, "LaserScan")
+
+
+@pytest.mark.parametrize(
+    "version, kind, within", [(1, "LaserScan", 5e-5), (2, "PointCloud2", 1e-6), (2, "LaserScan", 5e-5)]
+)
+def test_a_campaign_comes_back(version, kind, within, campaign, workcell, tmp_path):
+    """Every pose once, in order, with its plane; its points are those of the target alone, which a box and stray echoes are not."""
+    path = write_bag(campaign, tmp_path / ("c.bag" if version == 1 else "c"), version, kind)
+    status, said = run("import-bag", workcell, path, "-o", tmp_path / "d")
+    assert status == 0, said
+    found = read_dataset(tmp_path / "d")
+    assert found.n_poses == campaign.n_poses
+    np.testing.assert_allclose(found.q, campaign.q, atol=1e-5)
+    assert found.poses["plane"].tolist() == campaign.poses["plane"].tolist()
+    np.testing.assert_allclose(np.diff(found.poses["time"]), 2.2, atol=0.11)
+    for k in range(found.n_poses):
+        mine, true = (d.points[d.starts[k] : d.starts[k + 1]] for d in (found, campaign))
+        nearest = np.linalg.norm(mine[:, None] - true[None], axis=2).min(axis=1)
+        assert nearest.max() < within
+        assert len(mine) > 0.95 * len(true)
+
+
+def test_the_order_of_joints_may_be_said(campaign, workcell, bag, tmp_path):
+    """Without names in the description the recorded order is wrong, and cannot be taken: it has a joint more."""
+    mapping = load_yaml(workcell)
+    for joint in mapping["robot"]["joints"]:
+        del joint["name"]
+    dump_yaml(mapping, tmp_path / "dataset.yaml")
+    status, said = run("import-bag", tmp_path / "dataset.yaml", bag, "-o", tmp_path / "d")
+    assert status == 2 and "7 joints" in said and "--joint-names" in said and not (tmp_path / "d").exists()
+    status, said = run(
+        "import-bag", tmp_path / "dataset.yaml", bag, "--joint-names", ORDER, "-o", tmp_path / "d"
+    )
+    assert status == 0, said
+    np.testing.assert_allclose(read_dataset(tmp_path / "d").q, campaign.q, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        (["--scans", "/scaner/profile"], f"did you mean '{SCANS}'?"),
+        (["--scans", JOINTS], "is of sensor_msgs/msg/JointState"),
+        (["--joints", "/note"], "is of std_msgs/msg/String"),
+        (["--joint-names", ORDER.replace("joint_6", "joint_7")], "no joint 'joint_7'"),
+        (["--joint-names", "joint_1"], "the robot has 6"),
+        (["--still", "0"], "--still"),
+    ],
+)
+def test_wrong_names_are_refused(options, words, workcell, bag, tmp_path):
+    """A topic or a joint that is not there: exit 2, one line that says what there is, and no folder."""
+    status, said = run("import-bag", workcell, bag, *options, "-o", tmp_path / "d")
+    assert status == 2 and words in said, said
+    assert len(said.splitlines()) == 1 and not (tmp_path / "d").exists()
+
+
+def test_damaged_and_missing_recordings_are_refused(workcell, bag, tmp_path):
+    """A file that was cut short, one that is no bag, an empty folder, none at all: exit 2 and one line."""
+    raw = bag.read_bytes()
+    for k, content in enumerate((raw[: len(raw) // 2], raw[:100], b"", b"not a bag at all\n" * 50)):
+        path = tmp_path / f"{k}.bag"
+        path.write_bytes(content)
+        status, said = run("import-bag", workcell, path, "-o", tmp_path / "d")
+        assert status == 2 and "cannot be read as a ROS bag" in said, said
+        assert len(said.splitlines()) == 1
+    (tmp_path / "empty").mkdir()
+    assert run("import-bag", workcell, tmp_path / "empty", "-o", tmp_path / "d")[0] == 2
+    assert "no such file" in run("import-bag", workcell, tmp_path / "x.bag", "-o", tmp_path / "d")[1]
+    assert not (tmp_path / "d").exists()
+
+
+def test_an_arm_that_never_stops_is_said(campaign, workcell, tmp_path):
+    """Exit 3: the recording is sound, and no pose can be made of it."""
+    path = write_bag(campaign, tmp_path / "c.bag", 1, "LaserScan", moving=True)
+    status, said = run("import-bag", workcell, path, "-o", tmp_path / "d")
+    assert status == 3 and "never stands still" in said and not (tmp_path / "d").exists()
+
+
+def test_a_workcell_that_says_too_little_is_refused(workcell, bag, tmp_path):
+    """Without the scanner's rough place no scan has a plane; with one far off, none is clear: exit 2, and exit 3."""
+    mapping = load_yaml(workcell)
+    pose = mapping["sensor"].pop("nominal_pose")
+    dump_yaml(mapping, tmp_path / "dataset.yaml")
+    status, said = run("import-bag", tmp_path / "dataset.yaml", bag, "-o", tmp_path / "d")
+    assert status == 2 and "sensor.nominal_pose: missing" in said
+    mapping["sensor"]["nominal_pose"] = pose | {"translation": [2.0, 2.0, 2.0]}
+    dump_yaml(mapping, tmp_path / "dataset.yaml")
+    status, said = run("import-bag", tmp_path / "dataset.yaml", bag, "-o", tmp_path / "d")
+    assert status == 3 and "clearly on one plane" in said and not (tmp_path / "d").exists()
+
+
+def test_still_moments_are_those_without_motion():
+    """Of motions and stops of any length, those that last long enough are found, each once, without what comes before it settles."""
+    rng = np.random.default_rng(2)
+    times, q, stops = [0.0], [0.0], []
+    for _k in range(30):
+        stop = float(rng.choice([0.1, 0.9]))
+        for duration, speed in ((0.5, rng.choice([-1, 1]) * rng.uniform(0.2, 1.0)), (stop, 0.0)):
+            start = times[-1]
+            steps = round(duration / 0.01)
+            times += [start + 0.01 * (i + 1) for i in range(steps)]
+            q += [q[-1] + speed * 0.01 * (i + 1) for i in range(steps)]
+            if speed == 0.0 and stop > 0.5:
+                stops.append((start, times[-1], q[-1]))
+    positions = np.array(q)[:, None] + 1e-5 * rng.uniform(-1, 1, (len(q), 1))
+    found = still_moments(np.array(times), positions)
+    assert len(found) == len(stops)
+    for moment, (start, end, value) in zip(found, stops, strict=True):
+        assert start + 0.1 < moment.start < moment.end < end + 0.02
+        assert abs(moment.q[0] - value) < 2e-4
