@@ -11,7 +11,7 @@ import click
 
 from scalar.cli.corrected import corrected_description
 from scalar.cli.group import cli
-from scalar.cli.options import EFFECTS_MODULE, OUTPUT, PATH, listed, load_effects, made
+from scalar.cli.options import COMMANDED, EFFECTS_MODULE, OUTPUT, PATH, listed, load_effects, made
 from scalar.cli.terminal import say
 from scalar.units import DEG, MM
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     metavar="NAME,...",
     help="Free these effects as well, each with its target where it needs one: see the examples.",
 )
+@COMMANDED
 @EFFECTS_MODULE
 @click.option(
     "--effects-from",
@@ -48,6 +49,7 @@ def calibrate(
     dataset: Path,
     output: Path,
     effects: str | None,
+    commanded: bool,
     effects_modules: Sequence[Path],
     effects_from: Path | None,
     hold: str | None,
@@ -73,6 +75,7 @@ def calibrate(
 
     load_effects(effects_modules)
     data = read_dataset(dataset)
+    data = data.commanded() if commanded else data
     wanted = parse_effects(effects, data) if effects else ()
     given = carried(load_calibration(effects_from).model, data) if effects_from else None
     with corrected_description(dataset, output), progress("calibrating"):

@@ -11,7 +11,7 @@ import click
 
 from scalar.cli.corrected import corrected_description
 from scalar.cli.group import cli
-from scalar.cli.options import EFFECTS_MODULE, OUTPUT, PATH, load_effects, made
+from scalar.cli.options import COMMANDED, EFFECTS_MODULE, OUTPUT, PATH, load_effects, made
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
 
@@ -39,6 +39,7 @@ _PLAIN = str.maketrans(
     is_flag=True,
     help="Diagnose once instead of six times: findings are not confirmed, and errors on unseen poses stay unknown.",
 )
+@COMMANDED
 @EFFECTS_MODULE
 @click.pass_context
 def diagnose(
@@ -47,6 +48,7 @@ def diagnose(
     output: Path,
     batch: bool,
     quick: bool,
+    commanded: bool,
     effects_modules: Sequence[Path],
 ) -> None:
     """Find what the model lacks.
@@ -69,6 +71,8 @@ def diagnose(
     if len(datasets) > 1 and not batch:
         message = "more than one dataset; say --batch to diagnose all of them"
         raise InvalidInput(Fault(str(datasets[1]), message))
+    if batch and commanded:
+        raise InvalidInput(Fault("--commanded", "is for one dataset; leave it out, or leave out --batch"))
     from scalar.cli.progress import stages_and_runs
     from scalar.data.dataset import read_dataset
     from scalar.diagnosis import diagnose
@@ -83,6 +87,7 @@ def diagnose(
         ctx.exit(diagnose_fleet(datasets, output, folds, effects_modules))
     (dataset,) = datasets
     data = read_dataset(dataset)
+    data = data.commanded() if commanded else data
     with corrected_description(dataset, output), stages_and_runs() as (advance, on_fold):
         result = diagnose(data, progress=advance, outer_folds=folds, on_fold=on_fold)
         advance("writing the report")

@@ -22,6 +22,12 @@ OUTPUT = click.option(
     help="Folder to write to; made if missing.",
 )
 
+COMMANDED = click.option(
+    "--commanded",
+    is_flag=True,
+    help="Take the commanded joint positions, qc1..qcn, in place of those logged, q1..qn.",
+)
+
 UNITS = click.option(
     "--units",
     metavar="deg,mm",

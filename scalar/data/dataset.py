@@ -23,11 +23,12 @@ from scalar.data.arrays import content_of_arrays
 from scalar.data.dataset_writer import write_dataset
 from scalar.data.declared import PlaneGuess, Sensor, description, optional_float, unit_plane
 from scalar.data.folder import Content, examine_folder, read_folder
+from scalar.data.formats import COMMANDED
 from scalar.data.located_table import Table
 from scalar.data.moves import move_columns, moves
 from scalar.data.poses import Poses
 from scalar.data.sensor_formats import SensorFormat, sensor_formats
-from scalar.errors import Fault
+from scalar.errors import Fault, InvalidInput
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import transform_from_rotation_vector
 
@@ -189,7 +190,25 @@ class Dataset:
         known = {*KNOWN_POSE_COLUMNS, *(f"{stem}{i + 1}" for stem in ("q", "approach") for i in range(n))}
         known |= {*move_columns(n)}
         columns: list[Any] = list(self.poses.columns)
+        commanded = {f"{COMMANDED}{i + 1}" for i in range(n)}
+        known |= commanded if commanded <= {*columns} else set()
         return tuple(str(name) for name in columns if name not in known)
+
+    def commanded(self) -> Dataset:
+        """Return the dataset with the commanded joint positions, ``qc1..qcn``, in place of those logged.
+
+        Raises:
+            InvalidInput: poses.csv has no such columns.
+        """
+        names = {f"q{i + 1}": f"{COMMANDED}{i + 1}" for i in range(self.robot.n_joints)}
+        missing = [name for name in names.values() if name not in self.poses.columns]
+        if missing:
+            message = (
+                "the column is missing: no commanded joint positions are recorded; leave out --commanded"
+            )
+            raise InvalidInput(Fault("poses.csv", message, 1, missing[0]))
+        logged = self.poses.drop(columns=[*names, *move_columns(self.robot.n_joints)], errors="ignore")
+        return replace(self, poses=logged.rename(columns={column: name for name, column in names.items()}))
 
     def subset(self, rows: np.ndarray) -> Dataset:
         """Return the dataset of some of the poses, still in acquisition order; they keep the moves that led to them.

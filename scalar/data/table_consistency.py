@@ -11,12 +11,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from scalar.data.description import DESCRIPTION, MIN_PLANES, Description
-from scalar.data.formats import refuse_pose_column
+from scalar.data.formats import COMMANDED, DATASET_FORMAT, PAYLOAD, TORQUE
 from scalar.data.located_table import Layout, Table, did_you_mean, shorten
 from scalar.data.sensor_formats import MeasuredTable, sensor_formats
 from scalar.errors import Fault
 
-_JOINT_COLUMN = re.compile(r"(q|approach)([0-9]+)")
+_JOINT_COLUMN = re.compile(r"(q|approach|qc|tau)([0-9]+)")
 
 
 def poses_layout(description: Description) -> Layout:
@@ -27,14 +27,16 @@ def poses_layout(description: Description) -> Layout:
 
     def refuse(name: str) -> str | None:
         match = _JOINT_COLUMN.fullmatch(name)
-        if not match or not n:
-            return refuse_pose_column(description.get("format"), name)
+        if not match or not n or (match[1] in (COMMANDED, TORQUE) and not second):
+            return None
         return f"the robot has joints 1 to {n}; remove the column, or complete robot.joints in {DESCRIPTION}"
 
-    approach = tuple(f"approach{i + 1}" for i in range(n))
+    second = description.get("format") == DATASET_FORMAT
+    stems = ("approach", COMMANDED, TORQUE) if second else ("approach",)
+    by_joint = tuple(f"{stem}{i + 1}" for stem in stems for i in range(n))
     return Layout(
         required=("pose", *plane, *joints),
-        optional=("order", "time", "temperature", "session", *approach, *(() if plane else ("plane",))),
+        optional=("order", "time", "temperature", "session", *by_joint, *(() if plane else ("plane",))),
         text=frozenset({"plane", "session"}),
         extras=True,
         refuse=refuse,
@@ -60,10 +62,16 @@ def check_poses(
             wrong,
             lambda i, v=values: f"neither -1 nor 1 ({v[i]:g}); write the sign of the arrival",
         )
-    for name in approach if present else ():
-        if name not in poses.columns:
-            message = "the column is missing; the approach columns come for all joints or for none"
-            faults.append(Fault(poses.file, message, 1, name))
+    second = description.get("format") == DATASET_FORMAT
+    for stem in ("approach", COMMANDED, TORQUE) if second else ("approach",):
+        names = [f"{stem}{i + 1}" for i in range(description.n_joints)]
+        for name in names if any(name in poses.columns for name in names) else ():
+            if name not in poses.columns:
+                message = f"the column is missing; the {stem} columns come for all joints or for none"
+                faults.append(Fault(poses.file, message, 1, name))
+    if second and PAYLOAD[0] in poses.columns:
+        mass = poses.columns[PAYLOAD[0]]
+        poses.report(faults, PAYLOAD[0], mass < 0, lambda i: f"a mass of {mass[i]:g} kg; write 0 or more")
     if _on_planes(description) and description.plane_names:
         _check_plane_names(poses, description, faults)
 

@@ -1,14 +1,14 @@
-"""Foreign tables as they stand: text with any separator and decimal sign, or a matrix in a MATLAB file.
+"""Foreign tables as they stand: text with any separator and decimal sign, a spreadsheet, a matrix in a MATLAB file, a scanner's profile.
 
-Nothing is interpreted here but numbers. Every row remembers the line of the file that it comes from, so that
-whatever is wrong with it later can be found with an editor; rows of a matrix count from 1. Left out:
-spreadsheets (save them as CSV) and MATLAB's newer HDF5 files (save with -v7).
+Every row remembers the line of the file that it comes from, so that whatever is wrong with it later can be found with an editor; rows of
+a matrix count from 1. Left out: MATLAB's newer HDF5 files (save with -v7) and spreadsheets older than .xlsx.
 """
 
 import csv
+import re
 import warnings
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -16,123 +16,42 @@ from typing import Any
 import numpy as np
 
 from scalar.data.io.regular_file import MAX_TABLE_BYTES, check_regular_file, read_regular_file
-from scalar.data.located_table import MAX_COLUMNS, MAX_SHOWN, NUMBER, did_you_mean, shorten, too_many_columns
+from scalar.data.located_table import shorten
 from scalar.errors import Fault, InvalidInput
-
-Reference = str | int
-"""A column of a file by its name, or by its number, the first being 1."""
+from scalar.ingest.profile_files import is_gocator, read_gocator, read_opencv
+from scalar.ingest.raw_table import RawTable, table_of_rows
+from scalar.ingest.spreadsheet import read_spreadsheet
 
 _SEPARATORS = {"tab": "\t", "space": " "}
-_MISSING = frozenset({"", "nan", "na", "n/a", "null"})
 _LATEST_HDF5 = "a MATLAB 7.3 file, which is HDF5; save it with '-v7'"
 
 
-@dataclass(frozen=True, eq=False)
-class RawTable:
-    """A table as its file has it.
-
-    Attributes:
-        file: name of the file.
-        names: of the columns, or None where they have only numbers.
-        cells: by column, ``(N,)`` each: text as objects, or float64 from a matrix.
-        lines: ``(N,)`` int, the line or matrix row of each row.
-        decimal: the decimal sign of text.
-        missing: texts in lower case that mean that nothing was measured.
-    """
-
-    file: str
-    names: tuple[str, ...] | None
-    cells: tuple[np.ndarray, ...]
-    lines: np.ndarray
-    decimal: str = "."
-    missing: frozenset[str] = _MISSING
-
-    def find(self, reference: Reference) -> int:
-        """Return the position of a column.
-
-        Raises:
-            InvalidInput: there is none of that name or number, or there are several.
-        """
-        if isinstance(reference, int):
-            if not 1 <= reference <= len(self.cells):
-                message = f"there is no column {reference}; the file has {len(self.cells)}"
-                raise InvalidInput(Fault(self.file, message))
-            return reference - 1
-        if self.names is None:
-            raise InvalidInput(
-                Fault(self.file, f"its columns have no names; write a number for {reference!r}")
-            )
-        count = self.names.count(reference)
-        if count != 1:
-            named = ", ".join(repr(name) for name in dict.fromkeys(self.names))
-            hint = did_you_mean(reference, list(self.names))
-            what = f"{count} columns are called so; give its number" if count else f"no such column; {hint}"
-            message = f"{what}the file has {shorten(named, 300)[1:-1]}" if not count else what
-            raise InvalidInput(Fault(self.file, message, column=self.label(reference)))
-        return self.names.index(reference)
-
-    def label(self, reference: Reference) -> str:
-        """Return what a column is called in a fault, which puts the word before it only for tables."""
-        name = str(reference)
-        return name if self.file.endswith((".csv", ".parquet")) else f"column {name}"
-
-    def text(self, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
-        """Return a column as text ``(N,)`` and where nothing was measured ``(N,)`` bool."""
-        cells = self.cells[self.find(reference)]
-        if cells.dtype != object:
-            text = np.array([f"{value:.15g}" for value in cells], dtype=object)
-            return text, np.isnan(cells)
-        return cells, self._is_missing(cells)
-
-    def numbers(self, reference: Reference, faults: list[Fault]) -> tuple[np.ndarray, np.ndarray]:
-        """Return a column as numbers ``(N,)``, else NaN, and where nothing was measured ``(N,)`` bool.
-
-        Text that is no number is added to `faults`.
-        """
-        cells = self.cells[self.find(reference)]
-        if cells.dtype != object:
-            return cells, np.isnan(cells)
-        missing = self._is_missing(cells)
-        values = np.full(len(cells), np.nan)
-        wrong = []
-        for i in np.flatnonzero(~missing):
-            cell = cells[i]
-            plain = cell.replace(",", ".") if self.decimal == "," and "." not in cell else cell
-            if NUMBER.fullmatch(plain) and (self.decimal == "." or "." not in cell):
-                values[i] = float(plain)
-            else:
-                wrong.append(i)
-        other = "," if self.decimal == "." else "."
-        for i in wrong[:MAX_SHOWN]:
-            hint = f"the mapping says decimal: '{self.decimal}'" if other in cells[i] else "correct it"
-            message = (
-                f"not a number ({shorten(cells[i])}); {hint}, or add it to text.missing and use drop_without"
-            )
-            faults.append(Fault(self.file, message, int(self.lines[i]), self.label(reference)))
-        if len(wrong) > MAX_SHOWN:
-            message = f"{len(wrong) - MAX_SHOWN} more rows with the same fault; look for a common cause"
-            faults.append(Fault(self.file, message, column=self.label(reference)))
-        return values, missing
-
-    def _is_missing(self, cells: np.ndarray) -> np.ndarray:
-        return np.array([cell.lower() in self.missing for cell in cells], dtype=bool)
-
-
 def read_raw(path: Path, text: Mapping[str, Any], variable: str | None) -> RawTable:
-    """Return the table in a file: a matrix from ``.mat``, else text.
+    """Return the table in a file: a matrix from ``.mat``, a sheet from ``.xlsx``, a profile from ``.yml`` or Gocator's CSV, else text.
 
     Args:
         path: of the file.
-        text: the mapping's block of that name: separator, decimal, header, skip_lines, encoding, missing.
+        text: the mapping's block of that name: separator, decimal, header, skip_lines, encoding, missing, sheet.
         variable: which matrix of a ``.mat`` file; None: the only one.
 
     Raises:
         InvalidInput: the file cannot be read, or is not such a table; with every row at fault.
     """
-    if path.suffix.lower() == ".mat":
+    numbers = re.findall("[0-9]+", path.stem)
+    return replace(_read(path, text, variable), number=int(numbers[-1]) if numbers else None)
+
+
+def _read(path: Path, text: Mapping[str, Any], variable: str | None) -> RawTable:
+    kind = path.suffix.lower()
+    if kind == ".mat":
         check_regular_file(path, MAX_TABLE_BYTES)
         return _read_matrix(path, variable)
-    return _read_text(path.name, read_regular_file(path, MAX_TABLE_BYTES), text)
+    raw = read_regular_file(path, MAX_TABLE_BYTES)
+    if kind == ".xlsx":
+        return read_spreadsheet(path.name, raw, text)
+    if kind in (".yml", ".yaml"):
+        return read_opencv(path.name, raw)
+    return read_gocator(path.name, raw) if is_gocator(raw) else _read_text(path.name, raw, text)
 
 
 def _read_text(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable:
@@ -145,46 +64,13 @@ def _read_text(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable:
         raise InvalidInput(Fault(file, message, row)) from error
     named: str = text.get("separator", ",")
     separator = _SEPARATORS.get(named, named)
-    skip = text.get("skip_lines", 0)
     try:
-        rows = [(line, cells) for line, cells in _rows(content, separator) if line > skip and any(cells)]
+        rows = list(_rows(content, separator))
     except csv.Error as error:
         raise InvalidInput(
             Fault(file, f"not a table of text ({error}); is it CSV, and are all quotes closed?")
         ) from error
-    names = None
-    if text.get("header", True) and rows:
-        names = tuple(rows.pop(0)[1])
-        while names and not names[-1]:  # a separator that ends every line
-            names = names[:-1]
-        if len(names) == 1 and any(s in names[0] for s in ",;\t|" if s != separator):
-            message = f"one column only, called {shorten(names[0])}; set text.separator in the mapping"
-            raise InvalidInput(Fault(file, message, skip + 1))
-    if not rows:
-        raise InvalidInput(Fault(file, "there are no rows of data; give a file with some"))
-    width = len(names) if names is not None else len(rows[0][1])
-    if width > MAX_COLUMNS:
-        raise InvalidInput(Fault(file, too_many_columns(width), skip + 1))
-    faults = []
-    for line, cells in rows:
-        while len(cells) > width and not cells[-1]:
-            cells.pop()
-        if len(cells) != width:
-            faults.append(
-                Fault(
-                    file, f"{len(cells)} cells where {width} are expected; complete or remove the row", line
-                )
-            )
-    if faults:
-        raise InvalidInput(faults[:MAX_SHOWN])
-    columns = []
-    for j in range(width):
-        column = np.empty(len(rows), dtype=object)
-        column[:] = [cells[j] for _, cells in rows]
-        columns.append(column)
-    missing = _MISSING | {mark.strip().lower() for mark in text.get("missing", [])}
-    lines = np.array([line for line, _ in rows], dtype=np.int64)
-    return RawTable(file, names, tuple(columns), lines, text.get("decimal", "."), missing)
+    return table_of_rows(file, rows, text, separator)
 
 
 def _rows(content: str, separator: str) -> Iterator[tuple[int, list[str]]]:

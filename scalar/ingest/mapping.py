@@ -6,11 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from scalar.data.description import Description
+from scalar.data.formats import COMMANDED, PAYLOAD, TORQUE
 from scalar.data.sensor_formats import MeasuredTable
-from scalar.ingest.foreign_tables import Reference
+from scalar.ingest.raw_table import Reference
 
 TEXT_COLUMNS = ("plane", "session")
-JOINT = re.compile(r"q[1-9][0-9]*")
+JOINT = re.compile(r"qc?[1-9][0-9]*")
+_BY_JOINT = re.compile(rf"(q|{COMMANDED}|{TORQUE})([1-9][0-9]*)")
 
 
 @dataclass(frozen=True)
@@ -108,8 +110,14 @@ def quantity_of(name: str, table: MeasuredTable | None, description: Description
         table: Of the kind of sensor, which says the units of what it measures; None where it measures nothing of its own.
         description: Says which joints slide.
     """
-    if JOINT.fullmatch(name):
-        return "length" if description.slides(int(name[1:]) - 1) else "angle"
+    found = _BY_JOINT.fullmatch(name)
+    if found:
+        slides = description.slides(int(found[2]) - 1)
+        if found[1] == TORQUE:
+            return "force" if slides else "torque"
+        return "length" if slides else "angle"
+    if name in PAYLOAD:
+        return "mass" if name == PAYLOAD[0] else "length"
     if table is not None and name in table.units:
         return {"m": "length", "rad": "angle"}[table.units[name]]
     return {"time": "time", "temperature": "temperature"}.get(name)

@@ -3,6 +3,7 @@
 import re
 
 from scalar.data.description import Description
+from scalar.data.formats import COMMANDED, PAYLOAD, TORQUE
 from scalar.data.located_table import did_you_mean, shorten
 from scalar.data.sensor_formats import sensor_formats
 from scalar.ingest.mapping import TEXT_COLUMNS, MappingFile, quantity_of
@@ -16,7 +17,8 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
     joints = [f"q{i + 1}" for i in range(n)]
     format = mapping.description.format
     plane = ["plane"] if format is None or format.on_planes else []
-    optional = ["pose", "order", "time", "temperature", "session", *(f"approach{i + 1}" for i in range(n))]
+    by_joint = [f"{stem}{i + 1}" for stem in ("approach", COMMANDED, TORQUE) for i in range(n)]
+    optional = ["pose", "order", "time", "temperature", "session", *by_joint, *PAYLOAD]
     known = [*joints, *plane, *([] if mapping.points else points), *optional]
     set_by_file = (
         set.intersection(*({*rule.text} for rule in mapping.poses.files)) if mapping.poses.files else set()
@@ -56,7 +58,7 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
         if "plane" in rule.text and not plane:
             given.fault(("poses", "files", i, "plane"), f"a {sensor} has no planes; remove this key")
     for path, name in covariates:
-        if name in own or re.fullmatch(r"(q|approach)[0-9]+", name):
+        if name in own or re.fullmatch(r"(q|approach|qc|tau)[0-9]+", name):
             given.fault(
                 path, "not a covariate but a column of the format; put it under columns, or rename it"
             )

@@ -24,6 +24,9 @@ def _mm_to_m(value: Any) -> Any:
 UNITS: dict[str, dict[str, Callable[[Any], Any]]] = {
     "length": {"m": lambda value: value, "mm": _mm_to_m},
     "angle": {"rad": lambda value: value, "deg": lambda value: value * DEG},
+    "torque": {"Nm": lambda value: value},
+    "force": {"N": lambda value: value},
+    "mass": {"kg": lambda value: value},
     "time": {"s": lambda value: value},
     "temperature": {"degC": lambda value: value},
 }

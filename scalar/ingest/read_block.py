@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from scalar.errors import Fault, InvalidInput
-from scalar.ingest.foreign_tables import RawTable, read_raw
+from scalar.ingest.foreign_tables import read_raw
 from scalar.ingest.imported_table import ImportedTable, joined, select_rows
 from scalar.ingest.mapping import JOINT, TEXT_COLUMNS, Block, FileRule, MappingFile
+from scalar.ingest.raw_table import RawTable
 
 SAME_POSE = 1e-3
 """Joint angles [rad] may differ by this within the rows of one pose: encoders that dither, no two poses."""

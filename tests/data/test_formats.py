@@ -8,12 +8,14 @@ import pytest
 
 from scalar.data.dataset import read_dataset, validate_dataset
 from scalar.data.dataset_writer import write_dataset
+from scalar.errors import InvalidInput
 from tests import small_datasets
 
 VERSION_1 = Path(__file__).parents[1] / "version_1"
 """Simulated datasets and a calibration, as the release before version 2 wrote them."""
 
 LATER = ("qc1", "qc6", "tau1", "tau6", "payload", "payload_x", "payload_z")
+N_JOINTS = 6
 
 
 @pytest.mark.parametrize(
@@ -42,12 +44,40 @@ def written(folder: Path, version: int, column: str) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("column", LATER)
-def test_columns_of_version_2_that_are_not_supported_are_refused_by_name(tmp_path: Path, column: str) -> None:
-    """In version 2 the column has a meaning; a release that does not act upon it refuses the dataset, and names it."""
-    (fault,) = validate_dataset(written(tmp_path / "d", 2, column))
-    assert (fault.file, fault.column) == ("poses.csv", column)
-    assert "does not support" in fault.message
+@pytest.mark.parametrize("stem", ["qc", "tau"])
+def test_columns_of_version_2_come_for_all_joints_or_for_none(tmp_path: Path, stem: str) -> None:
+    """One column alone is refused, every missing one by its name, and so is one of a joint that the robot lacks."""
+    faults = validate_dataset(written(tmp_path / "d", 2, f"{stem}1"))
+    assert [fault.column for fault in faults] == [f"{stem}{i}" for i in range(2, N_JOINTS + 1)]
+    (fault,) = validate_dataset(written(tmp_path / "e", 2, f"{stem}7"))
+    assert fault.column == f"{stem}7" and "joints 1 to 6" in fault.message
+
+
+def test_commanded_positions_torques_and_payload_are_read(tmp_path: Path) -> None:
+    """Commanded positions may take the place of those logged, and are no covariates; torques and the payload are."""
+    mapping, tables = small_datasets.description("tracker"), small_datasets.tables("tracker")
+    rng = np.random.default_rng(1)
+    torques = {f"tau{i}": rng.normal(size=small_datasets.N_POSES) for i in range(1, N_JOINTS + 1)}
+    commanded = {f"qc{i}": tables["poses"][f"q{i}"] + 1e-3 for i in range(1, N_JOINTS + 1)}
+    load = {
+        "payload": np.linspace(0, 5, small_datasets.N_POSES),
+        "payload_z": np.full(small_datasets.N_POSES, 0.1),
+    }
+    write_dataset(
+        tmp_path / "d",
+        mapping=mapping,
+        **tables | {"poses": tables["poses"].assign(**commanded, **torques, **load)},
+    )
+    dataset = read_dataset(tmp_path / "d")
+    assert set(dataset.covariates) == {*torques, *load}
+    np.testing.assert_allclose(dataset.commanded().q, dataset.q + 1e-3, atol=1e-15)
+    write_dataset(tmp_path / "e", mapping=mapping, **tables)
+    with pytest.raises(InvalidInput, match="leave out --commanded"):
+        read_dataset(tmp_path / "e").commanded()
+    heavy = tables["poses"].assign(payload=-1.0)
+    write_dataset(tmp_path / "f", mapping=mapping, **tables | {"poses": heavy})
+    assert all(fault.column == "payload" for fault in validate_dataset(tmp_path / "f"))
+    assert validate_dataset(tmp_path / "f")
 
 
 @pytest.mark.parametrize("column", LATER)

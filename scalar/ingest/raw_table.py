@@ -1,0 +1,169 @@
+"""A foreign table as its file has it: nothing is interpreted but numbers, and every row remembers where it stands in the file."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scalar.data.located_table import MAX_COLUMNS, MAX_SHOWN, NUMBER, did_you_mean, shorten, too_many_columns
+from scalar.errors import Fault, InvalidInput
+
+Reference = str | int
+"""A column of a file by its name, or by its number, the first being 1."""
+FILE_NUMBER = "@file_number"
+"""The column that holds the number in the file's name, for files that are named by pose."""
+MISSING = frozenset({"", "nan", "na", "n/a", "null"})
+
+
+@dataclass(frozen=True, eq=False)
+class RawTable:
+    """A table as its file has it.
+
+    Attributes:
+        file: name of the file.
+        names: of the columns, or None where they have only numbers.
+        cells: by column, ``(N,)`` each: text as objects, or float64 from a matrix.
+        lines: ``(N,)`` int, the line or matrix row of each row.
+        decimal: the decimal sign of text.
+        missing: texts in lower case that mean that nothing was measured.
+        number: the last whole number in the file's name, which the column ``@file_number`` holds in every row; None if there is none.
+    """
+
+    file: str
+    names: tuple[str, ...] | None
+    cells: tuple[np.ndarray, ...]
+    lines: np.ndarray
+    decimal: str = "."
+    missing: frozenset[str] = MISSING
+    number: int | None = None
+
+    def find(self, reference: Reference) -> int:
+        """Return the position of a column.
+
+        Raises:
+            InvalidInput: there is none of that name or number, or there are several.
+        """
+        if isinstance(reference, int):
+            if not 1 <= reference <= len(self.cells):
+                message = f"there is no column {reference}; the file has {len(self.cells)}"
+                raise InvalidInput(Fault(self.file, message))
+            return reference - 1
+        if self.names is None:
+            raise InvalidInput(
+                Fault(self.file, f"its columns have no names; write a number for {reference!r}")
+            )
+        count = self.names.count(reference)
+        if count != 1:
+            named = ", ".join(repr(name) for name in dict.fromkeys(self.names))
+            hint = did_you_mean(reference, list(self.names))
+            what = f"{count} columns are called so; give its number" if count else f"no such column; {hint}"
+            message = f"{what}the file has {shorten(named, 300)[1:-1]}" if not count else what
+            raise InvalidInput(Fault(self.file, message, column=self.label(reference)))
+        return self.names.index(reference)
+
+    def label(self, reference: Reference) -> str:
+        """Return what a column is called in a fault, which puts the word before it only for tables."""
+        name = str(reference)
+        return name if self.file.endswith((".csv", ".parquet")) else f"column {name}"
+
+    def text(self, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
+        """Return a column as text ``(N,)`` and where nothing was measured ``(N,)`` bool."""
+        cells = self._cells(reference)
+        if cells.dtype != object:
+            text = np.array([f"{value:.15g}" for value in cells], dtype=object)
+            return text, np.isnan(cells)
+        return cells, self._is_missing(cells)
+
+    def numbers(self, reference: Reference, faults: list[Fault]) -> tuple[np.ndarray, np.ndarray]:
+        """Return a column as numbers ``(N,)``, else NaN, and where nothing was measured ``(N,)`` bool.
+
+        Text that is no number is added to `faults`.
+        """
+        cells = self._cells(reference)
+        if cells.dtype != object:
+            return cells, np.isnan(cells)
+        missing = self._is_missing(cells)
+        values = np.full(len(cells), np.nan)
+        wrong = []
+        for i in np.flatnonzero(~missing):
+            cell = cells[i]
+            plain = cell.replace(",", ".") if self.decimal == "," and "." not in cell else cell
+            if NUMBER.fullmatch(plain) and (self.decimal == "." or "." not in cell):
+                values[i] = float(plain)
+            else:
+                wrong.append(i)
+        other = "," if self.decimal == "." else "."
+        for i in wrong[:MAX_SHOWN]:
+            hint = f"the mapping says decimal: '{self.decimal}'" if other in cells[i] else "correct it"
+            message = (
+                f"not a number ({shorten(cells[i])}); {hint}, or add it to text.missing and use drop_without"
+            )
+            faults.append(Fault(self.file, message, int(self.lines[i]), self.label(reference)))
+        if len(wrong) > MAX_SHOWN:
+            message = f"{len(wrong) - MAX_SHOWN} more rows with the same fault; look for a common cause"
+            faults.append(Fault(self.file, message, column=self.label(reference)))
+        return values, missing
+
+    def _cells(self, reference: Reference) -> np.ndarray:
+        if reference != FILE_NUMBER:
+            return self.cells[self.find(reference)]
+        if self.number is None:
+            raise InvalidInput(
+                Fault(self.file, f"its name has no number for {FILE_NUMBER}; rename it, as in scan_17")
+            )
+        return np.full(len(self.lines), float(self.number))
+
+    def _is_missing(self, cells: np.ndarray) -> np.ndarray:
+        return np.array([cell.lower() in self.missing for cell in cells], dtype=bool)
+
+
+def table_of_rows(
+    file: str, rows: list[tuple[int, list[str]]], text: Mapping[str, Any], separator: str | None = None
+) -> RawTable:
+    """Return the table of rows of text, the first of which may name the columns.
+
+    Args:
+        file: name of the file.
+        rows: each with the line on which it stands.
+        text: the mapping's block of that name.
+        separator: what stood between cells; None where cells need none.
+
+    Raises:
+        InvalidInput: there is no row, or rows differ in length.
+    """
+    skip = text.get("skip_lines", 0)
+    rows = [(line, cells) for line, cells in rows if line > skip and any(cells)]
+    names = None
+    if text.get("header", True) and rows:
+        names = tuple(rows.pop(0)[1])
+        while names and not names[-1]:  # a separator that ends every line
+            names = names[:-1]
+        if separator and len(names) == 1 and any(s in names[0] for s in ",;\t|" if s != separator):
+            message = f"one column only, called {shorten(names[0])}; set text.separator in the mapping"
+            raise InvalidInput(Fault(file, message, skip + 1))
+    if not rows:
+        raise InvalidInput(Fault(file, "there are no rows of data; give a file with some"))
+    width = len(names) if names is not None else len(rows[0][1])
+    if width > MAX_COLUMNS:
+        raise InvalidInput(Fault(file, too_many_columns(width), skip + 1))
+    faults = []
+    for line, cells in rows:
+        while len(cells) > width and not cells[-1]:
+            cells.pop()
+        if len(cells) != width:
+            faults.append(
+                Fault(
+                    file, f"{len(cells)} cells where {width} are expected; complete or remove the row", line
+                )
+            )
+    if faults:
+        raise InvalidInput(faults[:MAX_SHOWN])
+    columns = []
+    for j in range(width):
+        column = np.empty(len(rows), dtype=object)
+        column[:] = [cells[j] for _, cells in rows]
+        columns.append(column)
+    missing = MISSING | {mark.strip().lower() for mark in text.get("missing", [])}
+    lines = np.array([line for line, _ in rows], dtype=np.int64)
+    return RawTable(file, names, tuple(columns), lines, text.get("decimal", "."), missing)

@@ -1,0 +1,56 @@
+"""Spreadsheets (.xlsx) as foreign tables: the values that the cells show, formulas as they were last computed."""
+
+# pyright: reportMissingTypeStubs=false, reportMissingModuleSource=false
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from io import BytesIO
+from typing import Any
+
+from scalar.data.located_table import MAX_COLUMNS, did_you_mean, shorten
+from scalar.errors import Fault, InvalidInput
+from scalar.ingest.raw_table import RawTable, table_of_rows
+
+
+def read_spreadsheet(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable:
+    """Return the table on a sheet of a spreadsheet; rows count as the spreadsheet shows them.
+
+    Args:
+        file: name of the file.
+        raw: its content.
+        text: the mapping's block of that name: sheet (the first if not named), header, skip_lines, missing.
+
+    Raises:
+        InvalidInput: it is no spreadsheet, lacks the sheet, or the sheet holds no table.
+    """
+    from openpyxl import load_workbook
+
+    try:
+        book = load_workbook(BytesIO(raw), read_only=True, data_only=True)
+        names = list(book.sheetnames)
+        wanted = text.get("sheet", names[0])
+        if wanted not in names:
+            hint = did_you_mean(wanted, names)
+            message = f"no sheet {shorten(wanted)}; {hint}it has {', '.join(names)}; correct text.sheet"
+            raise InvalidInput(Fault(file, message))
+        sheet = book[wanted]
+        rows = [
+            (line, [_cell(value) for value in cells])
+            for line, cells in enumerate(sheet.iter_rows(values_only=True, max_col=MAX_COLUMNS + 1), 1)
+        ]
+    except InvalidInput:
+        raise
+    except Exception as error:  # whatever a damaged file makes of the library is a fault of that file
+        reason = " ".join(str(error).split()) or type(error).__name__
+        message = f"not a spreadsheet, or damaged ({shorten(reason, 80)}); save it as .xlsx, or as CSV"
+        raise InvalidInput(Fault(file, message)) from error
+    width = max((k + 1 for _, cells in rows for k, cell in enumerate(cells) if cell), default=0)
+    return table_of_rows(file, [(line, cells[:width]) for line, cells in rows], {**text, "decimal": "."})
+
+
+def _cell(value: Any) -> str:
+    """Return a cell as text; numbers to the last digit."""
+    if value is None:
+        return ""
+    return repr(value) if isinstance(value, float) else str(value).strip()

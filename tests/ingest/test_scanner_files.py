@@ -1,0 +1,174 @@
+"""Spreadsheets, and profiles as scanners save them, through the command line; files of these layouts are written here."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+from scalar.cli import cli
+from scalar.data.dataset import read_dataset
+
+RNG = np.random.default_rng(3)
+POSES = 6
+PLANES = ["floor", "wall_x", "wall_y"] * 2
+X = np.round(np.linspace(-30.0, 30.0, 25), 4)
+Z = np.round(200.0 + 5.0 * RNG.random((POSES, 25)), 4)  # mm
+Q = np.round(RNG.uniform(-90, 90, (POSES, 2)), 4)  # deg
+
+DESCRIPTION = """
+dataset_units: {length: mm, angle: deg}
+dataset:
+  name: cell
+  robot:
+    name: two
+    convention: modified-dh
+    joints: [{a: 0, alpha: 0, d: 300, theta: 0}, {a: 400, alpha: 90, d: 0, theta: 0}]
+  sensor: {kind: line-laser, nominal_pose: {translation: [0, 0, 10], rotation_euler: {axes: ZYX, angles: [90, 0, 180]}}}
+  planes:
+    - {name: floor, normal: [0, 0, 1], distance: 0}
+    - {name: wall_x, normal: [1, 0, 0], distance: 800}
+    - {name: wall_y, normal: [0, 1, 0], distance: 800}
+"""
+POSES_BLOCK = """
+format: scalar-mapping/1
+poses:
+  columns:
+    pose: {column: id}
+    plane: {column: target}
+    q1: {column: A1, unit: deg}
+    q2: {column: A2, unit: deg}
+  files: [{name: poses.csv}]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Return a folder with the table of poses, which count from 11."""
+    table = {"id": np.arange(11, 11 + POSES), "target": PLANES, "A1": Q[:, 0], "A2": Q[:, 1]}
+    pd.DataFrame(table).to_csv(tmp_path / "poses.csv", index=False)
+    return tmp_path
+
+
+def imported(folder, mapping, *sources):
+    """Return status and output of an import, and the dataset where there is one."""
+    (folder / "m.yaml").write_text(mapping, encoding="utf-8")
+    arguments = ["import", str(folder / "m.yaml"), *map(str, sources or [folder]), "-o", str(folder / "d")]
+    result = CliRunner().invoke(cli, arguments)
+    return result.exit_code, result.output, read_dataset(folder / "d") if result.exit_code == 0 else None
+
+
+def points_block(files, columns="pose: {column: '@file_number'}"):
+    """Return the block of points in files of their own."""
+    return POSES_BLOCK + (
+        f"points:\n  columns:\n    {columns}\n    x: {{column: x, unit: mm}}\n    z: {{column: z, unit: mm}}\n"
+        f"  drop_without: [z]\n  files: [{{name: '{files}'}}]\n" + DESCRIPTION
+    )
+
+
+def check(dataset, lost=0):
+    """Compare with what was written: angles in radians, points in metres, without those that were lost."""
+    np.testing.assert_allclose(dataset.q, np.deg2rad(Q), atol=1e-12)
+    for k in range(POSES):
+        mine = dataset.points[dataset.starts[k] : dataset.starts[k + 1]]
+        np.testing.assert_allclose(mine, np.column_stack([X, Z[k]])[lost:] / 1e3, atol=1e-12)
+
+
+def test_profiles_of_opencv(folder):
+    """One list of triples a file, `.Nan` where nothing was measured, the number in the file's name being the pose."""
+    for k in range(POSES):
+        z = [".Nan" if i < 2 else f"{value:.8e}" for i, value in enumerate(Z[k])]
+        cells = [text for x, value in zip(X, z, strict=True) for text in (f"{x:.8e}", "0.", value)]
+        lines = [", ".join(cells[i : i + 6]) for i in range(0, len(cells), 6)]
+        text = "%YAML:1.0\n---\nscan_line: [ " + ",\n    ".join(lines) + " ]\n"
+        (folder / f"{11 + k}_line.yml").write_text(text, encoding="utf-8")
+    status, said, dataset = imported(folder, points_block("*_line.yml"))
+    assert status == 0, said
+    check(dataset, lost=2)
+    (folder / "12_line.yml").write_text("%YAML:1.0\n---\nscan_line: [ 1., 0. ]\n", encoding="utf-8")
+    status, said, _ = imported(folder, points_block("*_line.yml"))
+    assert status == 2 and "12_line.yml" in said and "triples" in said
+    (folder / "12_line.yml").unlink()
+    (folder / "13_line.yml").rename(folder / "twelve_line.yml")
+    assert "has no number" in imported(folder, points_block("*_line.yml"))[1]
+
+
+@pytest.mark.parametrize("uniform", [True, False])
+def test_recordings_of_a_gocator(folder, uniform):
+    """Sections with a header, frames as rows of z under columns of x, or as rows of x and z."""
+    head = "Frame,Source,Time,Encoder,Z Encoder,Inputs,Exposure,Y,Axis"
+    columns = ",".join(f"{x:.4f}" if uniform else str(i) for i, x in enumerate(X))
+    rows = []
+    for k in range(POSES):
+        for axis, values in (("Z", Z[k]), ("I", np.full(len(X), 80))) if uniform else (("X", X), ("Z", Z[k])):
+            cells = ["" if axis == "Z" and i < 3 else f"{value:.4f}" for i, value in enumerate(values)]
+            rows.append(f"{11 + k},0,{k}.5,0,0,0,100,0,{axis}," + ",".join(cells))
+    section = "Profile" if uniform else "RawProfile"
+    text = [
+        "Info",
+        "CSV Version,Sensor Count,Trigger Mode",
+        "2,1,0",
+        "End",
+        "DeviceInfo",
+        "ID,Model",
+        "1,G",
+        "End",
+    ]
+    text += [
+        section,
+        "Frame Count,Column Count,X Offset,Y Offset,Z Offset",
+        f"{POSES},{len(X)},0,0,0",
+        f"{head},{columns}",
+    ]
+    (folder / "scan.csv").write_text("\n".join([*text, *rows, "End"]) + "\n", encoding="utf-8")
+    mapping = points_block("scan.csv", "pose: {column: frame}")
+    status, said, dataset = imported(folder, mapping)
+    assert status == 0, said
+    check(dataset, lost=3)
+    (folder / "scan.csv").write_text("\n".join([*text, *[row[:40] for row in rows], "End"]), encoding="utf-8")
+    status, said, _ = imported(folder, mapping)
+    assert status == 2 and "scan.csv, row 13" in said
+
+
+def test_plain_columns_one_file_a_pose(folder):
+    """Columns of x and z without a header, tabs between them."""
+    for k in range(POSES):
+        lines = [f"{x}\t{z}" for x, z in zip(X, Z[k], strict=True)]
+        (folder / f"profile_{11 + k:04d}.txt").write_text("\n".join(lines), encoding="utf-8")
+    table = pd.read_csv(folder / "poses.csv")
+    table.to_csv(folder / "poses.csv", index=False, header=False, sep="\t")
+    mapping = points_block("profile_*.txt")
+    for name, number in (("id", 1), ("target", 2), ("A1", 3), ("A2", 4), ("x", 1), ("z", 2)):
+        mapping = mapping.replace(f"{{column: {name}", f"{{column: {number}")
+    mapping = mapping.replace("poses:\n", "text: {separator: tab, header: false}\nposes:\n", 1)
+    status, said, dataset = imported(folder, mapping)
+    assert status == 0, said
+    check(dataset)
+
+
+def test_spreadsheets(folder):
+    """The sheet that is named, below two lines of title; numbers to the last digit; another sheet and a damaged file are refused."""
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    book.active.append(["nothing here"])
+    sheet = book.create_sheet("Measured")
+    for row in (["Campaign of May"], [], ["id", "target", "A1", "A2", "x", "z"]):
+        sheet.append(row)
+    for k in range(POSES):
+        for x, z in zip(X, Z[k], strict=True):
+            sheet.append([11 + k, PLANES[k], Q[k, 0], Q[k, 1], x, z])
+    book.save(folder / "all.xlsx")
+    lines = POSES_BLOCK.replace("  files: [{name: poses.csv}]\n", "  first_of_each: id\n")
+    lines = lines.replace("poses:\n", "text: {sheet: Measured, skip_lines: 2}\nposes:\n", 1)
+    lines = lines.replace("    q1:", "    x: {column: x, unit: mm}\n    z: {column: z, unit: mm}\n    q1:")
+    status, said, dataset = imported(folder, lines + DESCRIPTION, folder / "all.xlsx")
+    assert status == 0, said
+    check(dataset)
+    status, said, _ = imported(
+        folder, (lines + DESCRIPTION).replace("Measured", "Mesured"), folder / "all.xlsx"
+    )
+    assert status == 2 and "did you mean 'Measured'?" in said
+    raw = (folder / "all.xlsx").read_bytes()
+    (folder / "all.xlsx").write_bytes(raw[: len(raw) // 2])
+    status, said, _ = imported(folder, lines + DESCRIPTION, folder / "all.xlsx")
+    assert status == 2 and "not a spreadsheet, or damaged" in said and len(said.splitlines()) == 1
