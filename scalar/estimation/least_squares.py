@@ -146,7 +146,7 @@ def fit(residuals: Residuals, model: Model, free: Array, *, tolerance: float = T
             xtol=tolerance,
             gtol=0.0,
             maxfev=MAX_EVALUATIONS,
-            factor=FIRST_STEP,
+            factor=FIRST_STEP,  # type: ignore[arg-type]  # a float, whatever the stubs say
         )
         return objective.ended(found[0], free, " ".join(str(found[3]).split()))
 

@@ -6,6 +6,8 @@ unchanged has a singular value of rounding size, whatever the noise of the datas
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from scalar.data.poses import Poses
@@ -15,7 +17,6 @@ from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals, plane_problem
 from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement
-from scalar.sensors.scans import as_scans
 
 
 def perfect_jacobian(
@@ -50,7 +51,8 @@ def _of_scans(measurement: Measurement, model: Model, q: Array, index: Array) ->
     if problem is None:
         return None
     c, by = problem.linearise(model.vector)
-    factors, usable = as_scans(measurement).perfect_factors(c)
+    scans: Any = measurement  # with contact factors it has perfect ones as well
+    factors, usable = scans.perfect_factors(c)
     return (factors @ by)[usable].reshape(-1, by.shape[2])
 
 

@@ -52,10 +52,6 @@ class Scans(Protocol):
         """The same with every point weighted alike, in metres ``(N, k, k)``."""
         ...
 
-    def perfect_factors(self, c: Array) -> tuple[Array, Array]:
-        """Return factors of error-free rows at contact vectors, and which scans reach their plane."""
-        ...
-
     def initial_target(self, dataset: Dataset) -> Any:
         """Return the planes at their initial guesses."""
         ...
