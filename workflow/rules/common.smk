@@ -90,9 +90,14 @@ def resource(name):
 
 
 def figure(name, caption, category, **labels):
-    """Return a figure's outputs, PNG (in the report) and SVG."""
+    """Return a figure's outputs, PNG (in the report) and SVG; a label may be a function of the wildcards."""
+
+    def by_wildcards(wildcards):
+        return {key: label(wildcards) if callable(label) else label for key, label in labels.items()}
+
+    stated = by_wildcards if any(map(callable, labels.values())) else labels
     return {
-        "png": report(f"{name}.png", caption=f"../report/{caption}.rst", category=category, labels=labels),
+        "png": report(f"{name}.png", caption=f"../report/{caption}.rst", category=category, labels=stated),
         "svg": f"{name}.svg",
     }
 
