@@ -105,7 +105,7 @@ def test_pybullet_takes_the_calibrated_arm_to_the_nominal_place(tmp_path):
     put_calibration(document, base, tip, robot, rigid_part(calibration.model, {}), "scalar_sensor")
     made = tmp_path / "made.urdf"
     made.write_text(text_of(document, "c"), encoding="utf-8")
-    joints = [joint.name for joint in chain_between(document, base, tip).turning]
+    joints = [joint.name for joint in chain_between(document, base, tip).moving]
     low, high = robot.limits.T
     rng = np.random.default_rng(3)
     q = regular(calibration.model, rng.uniform(np.maximum(low, -2), np.minimum(high, 2), (60, 6)))

@@ -107,7 +107,7 @@ def test_the_papers_values_stand_in_the_figures():
 
 def test_failed_fits_are_said():
     """A method whose fits failed says how many of how many."""
-    assert "5 of 5 failed" in words(figures()["errors"])
+    assert "5 of 5 failed" in " ".join(words(figures()["errors"]).split())
     assert "no fit gave standard errors" in words(figures()["without_errors"])
 
 

@@ -37,7 +37,7 @@ def draw_overview(
     columns = min(COLUMNS, len(summaries))
     seeds, methods = 0, []
     with styled():
-        figure = new_figure(4.3 * columns, 0.9 + 3.0 * rows)
+        figure = new_figure(4.3 * columns, (0.9 if columns > 1 else 1.8) + 3.0 * rows)
         grid = figure.subplots(2 * rows, columns, squeeze=False, height_ratios=[3.0, 1.15] * rows)
         for ax in grid.ravel()[2 * columns * (rows - 1) :]:
             ax.set_axis_off()
@@ -62,7 +62,8 @@ def draw_overview(
                 below.set_ylabel("")
             seeds = max(seeds, int(raw.loc[raw["method"] != BOUND_ROWS, "seeds"].max()))
         entries = legend_entries(methods, seeds, True)
-        figure.legend(handles=entries, loc="outside upper center", ncols=3, fontsize=8)
+        # A single panel is too narrow for entries side by side.
+        figure.legend(handles=entries, loc="outside upper center", ncols=3 if columns > 1 else 1, fontsize=8)
     return figure
 
 
