@@ -48,7 +48,7 @@ def label_scans(scans: Sequence[Array], normals: Array, distances: Array) -> Lab
             break
         index = new
         for k in range(len(normals)):
-            mine = [scans[i] for i in np.flatnonzero(index == k)]
+            mine = [scan for scan, plane in zip(scans, index, strict=True) if plane == k]
             if len(mine) >= _ENOUGH:
                 normals[k], distances[k] = _plane(np.concatenate(mine), normals[k], distances[k])
     return Labels(index, away[np.arange(len(scans)), np.maximum(index, 0)])
