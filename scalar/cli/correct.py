@@ -55,7 +55,7 @@ def correct(
       pose,x,y,z,rx,ry,rz  frames of the sensor in the base frame, as `scalar predict` writes them; with q1..qn
                           beside them, these give the posture, else it is chosen near that of the row before
 
-    Angles are in rad, lengths and the travel of joints that slide in m (see --units). All calibrated effects are
+    pose is a whole number. Angles are in rad, lengths and the travel of joints that slide in m (see --units). All calibrated effects are
     applied; what they need (approach1..n, temperature, time, order) stands in columns of TARGETS and is written again. The output has
     pose,q1..qn, the joint angles to command, and two columns of 0 and more: beyond_limits, the number of joints beyond
     their limits, and near_singular. `scalar predict` gives the wanted frames for them to 1e-6 m.

@@ -18,7 +18,9 @@ from scalar.errors import Fault, InvalidInput
 @click.argument("mapping", type=PATH)
 @click.argument("sources", metavar="SOURCE...", type=PATH, nargs=-1, required=True)
 @click.option("-o", "--output", "output", type=PATH, required=True, help="Dataset folder to write.")
-@click.option("--urdf", type=PATH, metavar="FILE", help="The robot, where MAPPING states none, in URDF.")
+@click.option(
+    "--urdf", type=PATH, metavar="FILE", help="The robot, in URDF, where the dataset in MAPPING has no robot."
+)
 @click.option("--base", metavar="LINK", help="With --urdf: the link that is the base; left out: the root.")
 @click.option(
     "--tip", metavar="LINK", help="With --urdf: the link that is the flange; left out: the only end."
@@ -34,7 +36,7 @@ def import_(
     """Import foreign tables into a dataset.
 
     The YAML file MAPPING states columns, units and separators of the tables. A SOURCE is a CSV file, a MATLAB matrix
-    (.mat), or a folder that holds the files that MAPPING names.
+    (.mat), or a folder that holds the files that MAPPING names. docs/mapping.md has a small mapping and explains it.
 
     \b
     Example (see configs/measured for complete mappings):

@@ -34,9 +34,10 @@ def predict(
 ) -> None:
     """Predict the sensor's frame for joint angles.
 
-    All calibrated effects are applied. The table JOINTS has pose,q1..qn [rad; m where a joint slides] and the optional columns of poses.csv. The
-    output has pose,x,y,z,rx,ry,rz [m, rotation vector in rad], the frame of the sensor in that of the base. With --std it
-    also has the standard deviations [m, rad] of a shift and of a small rotation in the base frame. They say what the
+    All calibrated effects are applied. The table JOINTS has pose,q1..qn [rad; m where a joint slides], pose
+    a whole number, and the optional columns of poses.csv. The output has pose,x,y,z,rx,ry,rz [m, rotation vector in
+    rad], the frame of the sensor in that of the base. With --std it also
+    has the standard deviations [m, rad] of a shift and of a small rotation in the base frame. They say what the
     calibration does not know of a pose. Fixed parameters are taken as exact. A probe or a tracker does not show how
     it is turned on the flange: rx,ry,rz are then those of its declared mount, and have no standard deviation.
 
