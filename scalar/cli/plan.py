@@ -76,7 +76,8 @@ def plan(
     """Plan which poses to measure.
 
     ROBOT is a dataset folder with a filled dataset.yaml, nominal_pose of the sensor included (as `scalar init` begins it),
-    or an arm of the library, which is then planned for a laser tracker. Candidates are drawn within the joint limits; the sensor sees its plane from all of
+    or an arm of the library, which is then planned for a laser tracker.
+    Candidates are drawn within the joint limits; the sensor sees its plane from all of
     them, and neither arm nor sensor touches anything (by pybullet, with a body guessed from the arm's reach: look at the moves
     before you run them). Those are chosen from which a calibration is expected to predict positions best.
 
