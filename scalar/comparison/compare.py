@@ -143,10 +143,14 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
         by_chance=float(np.sqrt(variance)),
         not_compared=not_compared,
         campaign=_campaign(a, b),
-        misfits=tuple(
-            (float(c.summary.get("misfit", 1.0)), float(c.summary.get("misfit_p_value", 1.0))) for c in (a, b)
-        ),
+        misfits=(_misfit(a), _misfit(b)),
     )
+
+
+def _misfit(calibration: Calibration) -> tuple[float, float]:
+    """Return the ratio of a fit's residual to the noise and its p-value; one and one where the noise is not known."""
+    ratio, p_value = (calibration.summary.get(key) for key in ("misfit", "misfit_p_value"))
+    return (1.0, 1.0) if ratio is None or p_value is None else (float(ratio), float(p_value))
 
 
 def _candidates(arm: ArmParameters) -> list[Candidate]:

@@ -1,17 +1,38 @@
-"""The residual that noise alone would leave, and the scatter of whole scans beyond the noise of their points."""
+"""The residual that noise alone would leave, and the scatter of whole scans beyond the noise of their points.
+
+Where the noise of a measurement is neither stated nor seen within the measurement itself (a tracker), it is what the model leaves.
+"""
 
 from __future__ import annotations
 
+import numpy as np
+
 from scalar.diagnosis.fitted_state import FittedState
+
+
+def within_scans(state: FittedState) -> float:
+    """Return the standard deviation [m] of a point, or of a coordinate of a tracked point."""
+    return state.residuals.measurement.sigma * _scale(state)
 
 
 def floor(state: FittedState) -> float:
     """Return the root mean square distance [m] that the noise within scans alone would leave."""
     measurement = state.residuals.measurement
-    return measurement.noise_floor(state.residuals.kinematics(state.model).T_base_sensor, state.model.target)
+    pose = state.residuals.kinematics(state.model).T_base_sensor
+    return measurement.noise_floor(pose, state.model.target) * _scale(state)
 
 
 def between_scans(state: FittedState) -> float:
     """Return the standard deviation [m] by which scans as a whole scatter beyond the noise of their points; zero if they do not."""
-    background = state.background_within_scans()
-    return state.residuals.measurement.between_poses(background.residual, background.variance)
+    background, measurement = state.background_within_scans(), state.residuals.measurement
+    return (
+        measurement.between_poses(background.residual, background.variance)
+        if measurement.sigma_known
+        else 0.0
+    )
+
+
+def _scale(state: FittedState) -> float:
+    """Return the ratio of the noise to the one that rows are whitened for: one where that noise is known."""
+    known = state.residuals.measurement.sigma_known
+    return 1.0 if known else float(np.sqrt(state.background_within_scans().variance))

@@ -13,7 +13,7 @@ from scalar.diagnosis.confidence import confidence
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.grounds import Grounds
 from scalar.diagnosis.hold_out import HeldOutErrors
-from scalar.diagnosis.noise_floor import between_scans, floor
+from scalar.diagnosis.noise_floor import between_scans, floor, within_scans
 from scalar.diagnosis.observability import Unobservable
 from scalar.diagnosis.outer_split import OuterSplit
 from scalar.diagnosis.ranking import Scored
@@ -170,7 +170,7 @@ class Diagnosis:
                 for suspicion in self.calibration_before.summary["setup"]
             ],
             "noise": {
-                "within_scan_mm": self.after.residuals.measurement.sigma / MM,
+                "within_scan_mm": within_scans(self.after) / MM,
                 "between_scans_mm": between_scans(self.after) / MM,
                 "components": [
                     component.to_mapping() for component in self.after.residuals.measurement.noise_components

@@ -52,6 +52,17 @@ def test_a_changed_zero_is_said_and_written(folder):
     assert content["changes"][0]["moves_positions"]["rms_mm"] > 0
 
 
+def test_calibrations_whose_noise_nobody_stated_are_compared(folder):
+    """A tracker without stated noise: its calibration says null for what would compare the residual with the noise."""
+    for name in ("a.json", "b.json"):
+        content = json.loads((folder / name).read_text(encoding="utf-8"))
+        content["summary"] |= {"misfit": 1.0, "misfit_p_value": None}
+        (folder / name).write_text(json.dumps(content), encoding="utf-8")
+    result = run("compare", folder / "a.json", folder / "b.json")
+    assert result.exit_code == 0, result.output
+    assert "joint 3, zero theta_3" in result.output
+
+
 def test_an_arm_that_stayed_is_said_to_have_stayed(folder):
     """The same file twice: exit 0, no change."""
     result = run("compare", folder / "a.json", folder / "a.json")

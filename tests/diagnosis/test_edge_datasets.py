@@ -172,3 +172,14 @@ def test_refusals_are_undetermined():
     with pytest.raises(Undetermined) as caught:
         diagnose(make_cell(seed=15, poses_per_plane=2).dataset)
     assert caught.value.exit_status == 3 and caught.value.reasons
+
+
+@pytest.mark.parametrize(("kind", "coordinates"), [("tracker", 3), ("probe", 1)])
+def test_noise_that_nobody_states_is_what_the_model_leaves(kind, coordinates):
+    """0.02 mm a coordinate, found to a tenth: no default stands in for it; and scans, which a tracker has none of, do not scatter."""
+    scene = helpers.make_scene(kind=kind, seed=31, poses_per_plane=40, noise=2e-5, stated_noise=None)
+    verdict, mapping = said(scene.dataset)
+    assert verdict == "no_effect"
+    assert mapping["noise"]["within_scan_mm"] == pytest.approx(0.02, rel=0.1)
+    assert mapping["noise"]["between_scans_mm"] == 0.0
+    assert mapping["residual"]["floor_mm"] == pytest.approx(0.02 * np.sqrt(coordinates), rel=0.1)
