@@ -15,12 +15,11 @@ import numpy as np
 from scalar.comparison.arm_parameters import ArmParameters, effects_of_the_arm, scale_direction
 from scalar.data.poses import Poses
 from scalar.estimation.anywhere import random_poses
-from scalar.estimation.effect_bases import EffectBases
-from scalar.estimation.kinematics import Kinematics
+from scalar.estimation.displacement import base_and_sensor, kinematics_at, shifts, without
 from scalar.estimation.model import Model
 from scalar.geometry.parallel_axes import with_parallel_axes
 from scalar.geometry.screws import change_frame
-from scalar.geometry.se3 import Array, skew
+from scalar.geometry.se3 import Array
 
 N_POSES = 300
 _NULL = 1e-7  # of the largest singular value: below it a combination moves nothing
@@ -74,9 +73,9 @@ def displacement_columns(arm: ArmParameters) -> Array:
 
     The best motion of the base and the best shift of the sensor on the flange are removed from each.
     """
-    poses = random_poses(arm.model, N_POSES)
-    kinematics, nuisance = _positions(arm.model, poses)
-    return _without(nuisance, _shift(kinematics, kinematics.screws()[:, :, arm.columns]))
+    kinematics = kinematics_at(arm.model, random_poses(arm.model, N_POSES))
+    moved = shifts(kinematics, kinematics.screws()[:, :, arm.columns])
+    return without(base_and_sensor(kinematics.T_base_sensor), moved, _NULL)
 
 
 def displacements(a: Model, b: Model) -> Array:
@@ -85,40 +84,24 @@ def displacements(a: Model, b: Model) -> Array:
     Effects that do not stay with the arm are left out.
     """
     poses = random_poses(a, N_POSES)
-    frames, nuisance = _positions(replace(a, effects=effects_of_the_arm(a)), poses)
-    other = _positions(replace(b, nominal=a.nominal, effects=effects_of_the_arm(b)), poses)[0]
-    moved = (other.T_base_sensor[:, :3, 3] - frames.T_base_sensor[:, :3, 3]).reshape(-1, 1)
-    return _without(nuisance, moved).reshape(-1, 3)
-
-
-def _positions(model: Model, poses: Poses) -> tuple[Kinematics, Array]:
-    """Return the kinematics, and the derivatives of the positions by a motion of the base and a shift of the sensor ``(3 K, 9)``."""
-    bases = EffectBases.of(model.nominal, poses, model.effects)
-    kinematics = Kinematics.of(model, poses, bases)
-    T = kinematics.T_base_sensor
-    turn = np.broadcast_to(np.eye(3), T[:, :3, :3].shape)
-    nuisance = np.concatenate([turn, -skew(T[:, :3, 3]), T[:, :3, :3]], axis=2).reshape(-1, 9)
-    return kinematics, nuisance
-
-
-def _shift(kinematics: Kinematics, screws: Array) -> Array:
-    o = kinematics.T_base_sensor[:, :3, 3]
-    return (screws[:, 3:] - skew(o) @ screws[:, :3]).reshape(3 * len(o), -1)
+    T, other = (
+        kinematics_at(model, poses).T_base_sensor
+        for model in (
+            replace(a, effects=effects_of_the_arm(a)),
+            replace(b, nominal=a.nominal, effects=effects_of_the_arm(b)),
+        )
+    )
+    moved = (other[:, :3, 3] - T[:, :3, 3]).reshape(-1, 1)
+    return without(base_and_sensor(T), moved, _NULL).reshape(-1, 3)
 
 
 def _pose_columns(model: Model, poses: Poses) -> Array:
     """Return the derivatives of whole poses by the parameters ``(6 K, P)``, base and sensor removed; a radian counts as a metre."""
-    kinematics, _ = _positions(replace(model, robot=with_parallel_axes(model.robot)), poses)
+    kinematics = kinematics_at(replace(model, robot=with_parallel_axes(model.robot)), poses)
     T = kinematics.T_base_sensor
     eye = np.broadcast_to(np.eye(6), (len(T), 6, 6))
     nuisance = np.concatenate([eye, change_frame(T, eye)], axis=2).reshape(-1, 12)
-    return _without(nuisance, kinematics.screws().reshape(6 * len(T), -1))
-
-
-def _without(nuisance: Array, columns: Array) -> Array:
-    basis, values, _ = np.linalg.svd(nuisance, full_matrices=False)
-    basis = basis[:, values > _NULL * values[0]]
-    return columns - basis @ (basis.T @ columns)
+    return without(nuisance, kinematics.screws().reshape(6 * len(T), -1), _NULL)
 
 
 def _orthogonal_complement(rows: Array) -> Array:

@@ -1,8 +1,4 @@
-"""Predictions at poses that were not measured: random ones within the joint limits, the motion of the base aside.
-
-The place of the base is a convention that neither planes nor a tracker determine, so two predictions are compared after the
-rigid motion that brings them nearest to each other.
-"""
+"""Predictions of a fitted state at poses that were not measured: random ones within the joint limits, the motion of the base aside."""
 
 from __future__ import annotations
 
@@ -14,10 +10,9 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.effects import Effect
-from scalar.estimation.anywhere import limits_or_seen, poses_within_limits
-from scalar.estimation.effect_bases import EffectBases
-from scalar.estimation.kinematics import Kinematics
-from scalar.geometry.se3 import Array, skew
+from scalar.estimation.anywhere import limits_or_seen, poses_within_limits, seen_ranges
+from scalar.estimation.displacement import displacement_columns as model_columns
+from scalar.geometry.se3 import Array
 
 N_POSES = 1500
 _SEED = 20240
@@ -30,8 +25,7 @@ def joint_limits(state: FittedState) -> Array:
 
 def measured_ranges(state: FittedState) -> Array:
     """Return the ranges of the joints ``(n, 2)`` [rad] that were measured."""
-    q = state.residuals.poses.q
-    return np.column_stack([q.min(axis=0), q.max(axis=0)])
+    return seen_ranges(state.residuals.poses.q)
 
 
 def poses_anywhere(state: FittedState, count: int = N_POSES) -> Poses:
@@ -64,10 +58,4 @@ def displacement_columns(state: FittedState, poses: Poses, more: Sequence[Effect
         poses: Where.
         more: Effects that the state has not, whose coefficients follow those of its model.
     """
-    model = replace(state.model, effects=(*state.model.effects, *more))
-    kinematics = Kinematics.of(model, poses, EffectBases.of(model.nominal, poses, model.effects))
-    screws, o = kinematics.screws(), kinematics.T_base_sensor[:, :3, 3]
-    shift = (screws[:, 3:] - skew(o) @ screws[:, :3]).reshape(3 * len(o), -1)
-    lever = np.concatenate([-skew(o), np.broadcast_to(np.eye(3), (len(o), 3, 3))], axis=2).reshape(-1, 6)
-    basis = np.linalg.qr(lever)[0]
-    return shift - basis @ (basis.T @ shift)
+    return model_columns(replace(state.model, effects=(*state.model.effects, *more)), poses)

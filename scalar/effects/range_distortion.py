@@ -13,7 +13,6 @@ from scalar.effects.acquisition import range_middle
 from scalar.effects.effect import Effect
 from scalar.effects.picture import Map, Profile, View
 from scalar.effects.range_error import RangeError, check_measures_range
-from scalar.effects.remedies import OF_THE_SCANNER, ON_A_STAGE
 from scalar.effects.sensor_map import SensorMap
 from scalar.geometry.se3 import Array
 
@@ -97,16 +96,6 @@ class RangeDistortion(RangeError):
         return [
             "Check the linearity of the scanner on a flat surface at known distances, or have its maker calibrate it: the arm is not at fault."
         ]
-
-    @property
-    def how_to_measure(self) -> str:
-        """Return how to see it directly."""
-        return ON_A_STAGE
-
-    @property
-    def in_controller(self) -> str:
-        """Return what changes in the controller."""
-        return OF_THE_SCANNER
 
     def powers(self, reach: Array) -> Array:
         """Return the correction of the range by curvature, gain and zero ``(G, 3)``."""

@@ -12,6 +12,7 @@ from scalar.data.poses import Poses
 from scalar.effects.effect import Effect
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import PointEffect
+from scalar.effects.remedies import OF_THE_SCANNER, ON_A_STAGE
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 from scalar.sensors.scan_pieces import PIECES
@@ -42,6 +43,16 @@ class RangeError(PointEffect):
     def target(self) -> dict[str, Any]:
         """Nothing: the sensor."""
         return {}
+
+    @property
+    def how_to_measure(self) -> str:
+        """Return how to see it directly."""
+        return ON_A_STAGE
+
+    @property
+    def in_controller(self) -> str:
+        """Return what changes in the controller."""
+        return OF_THE_SCANNER
 
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array

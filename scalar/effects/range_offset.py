@@ -10,7 +10,6 @@ import numpy as np
 
 from scalar.effects.effect import Effect
 from scalar.effects.range_error import RangeError
-from scalar.effects.remedies import OF_THE_SCANNER, ON_A_STAGE
 from scalar.effects.sensor_map import SensorMap
 from scalar.geometry.se3 import Array
 
@@ -63,16 +62,6 @@ class RangeOffset(RangeError):
         return [
             "Check the zero of the scanner against a known distance, or have its maker calibrate it: the arm is not at fault."
         ]
-
-    @property
-    def how_to_measure(self) -> str:
-        """Return how to see it directly."""
-        return ON_A_STAGE
-
-    @property
-    def in_controller(self) -> str:
-        """Return what changes in the controller."""
-        return OF_THE_SCANNER
 
     def powers(self, reach: Array) -> Array:
         """Return the correction of the range by the coefficient ``(G, 1)``."""

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, ClassVar
 
 from scalar.effects.effect import Effect
 from scalar.effects.range_error import RangeError
-from scalar.effects.remedies import OF_THE_SCANNER, ON_A_STAGE
 from scalar.effects.sensor_map import SensorMap
 from scalar.effects.wording import KNOWN_LENGTH, KNOWN_LENGTH_ADVICE
 from scalar.geometry.se3 import Array
@@ -59,16 +58,6 @@ class RangeScale(RangeError):
         return [
             "Check the scale of the scanner against a known length, or have its maker calibrate it: the arm is not at fault."
         ]
-
-    @property
-    def how_to_measure(self) -> str:
-        """Return how to see it directly."""
-        return ON_A_STAGE
-
-    @property
-    def in_controller(self) -> str:
-        """Return what changes in the controller."""
-        return OF_THE_SCANNER
 
     def powers(self, reach: Array) -> Array:
         """Return the correction of the range by the coefficient ``(G, 1)``."""

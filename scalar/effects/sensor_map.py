@@ -13,7 +13,6 @@ from scalar.data.poses import Poses
 from scalar.effects.effect import Effect, Table
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.range_error import LEAST_INCIDENCE, RangeError
-from scalar.effects.remedies import OF_THE_SCANNER, ON_A_STAGE
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 from scalar.sensors.scan_pieces import PIECES
@@ -125,16 +124,6 @@ class SensorMap(RangeError):
         return [
             "Check the linearity of the scanner over its whole profile on a flat surface, or have its maker calibrate it: the arm is not at fault."
         ]
-
-    @property
-    def how_to_measure(self) -> str:
-        """Return how to see it directly."""
-        return ON_A_STAGE
-
-    @property
-    def in_controller(self) -> str:
-        """Return what changes in the controller."""
-        return OF_THE_SCANNER
 
     @property
     def clause(self) -> str:

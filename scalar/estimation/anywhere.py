@@ -46,4 +46,9 @@ def limits_or_seen(limits: Array, q: Array) -> Array:
     """Return joint limits ``(n, 2)`` [rad], or the range of ``q`` ``(N, n)`` where a joint has none."""
     limits = np.array(limits, dtype=float)
     bounded = np.isfinite(limits) & (np.abs(limits) < _UNBOUNDED)
-    return np.where(bounded, limits, np.column_stack([q.min(axis=0), q.max(axis=0)]))
+    return np.where(bounded, limits, seen_ranges(q))
+
+
+def seen_ranges(q: Array) -> Array:
+    """Return the range of each joint ``(n, 2)`` in angles ``(N, n)``."""
+    return np.column_stack([q.min(axis=0), q.max(axis=0)])

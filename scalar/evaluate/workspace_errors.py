@@ -18,13 +18,12 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.estimation.anywhere import limits_or_seen, poses_within_limits
-from scalar.estimation.effect_bases import EffectBases
-from scalar.estimation.kinematics import Kinematics
+from scalar.estimation.displacement import base_and_sensor, kinematics_at, without
 from scalar.estimation.model import Model
 from scalar.estimation.prediction_covariance import pose_deviations
 from scalar.estimation.result import Calibration
 from scalar.evaluate.pose_errors import best_rigid_motion
-from scalar.geometry.se3 import Array, skew
+from scalar.geometry.se3 import Array
 
 N_DRAWS = 200
 NOMINAL = "data sheet"
@@ -114,32 +113,18 @@ def workspace_errors(
         models: What is judged, by name.
         poses: Where.
     """
-    estimate = _at(calibration.model, poses)
+    estimate = kinematics_at(calibration.model, poses)
     found = pose_deviations(calibration.model, estimate, calibration.free, calibration.covariance)
     if found is None:
         return None
     T = estimate.T_base_sensor
-    deviations = _removed(found[:, :3].reshape(3 * len(T), -1), T).reshape(len(T), 3, -1)
-    errors = {name: aligned_errors(_at(model, poses).T_base_sensor, T) for name, model in models.items()}
+    deviations = without(base_and_sensor(T), found[:, :3].reshape(3 * len(T), -1), _RANK_TOLERANCE).reshape(
+        len(T), 3, -1
+    )
+    errors = {
+        name: aligned_errors(kinematics_at(model, poses).T_base_sensor, T) for name, model in models.items()
+    }
     return WorkspaceErrors(T[:, :3, 3], errors, deviations)
-
-
-def _at(model: Model, poses: Poses) -> Kinematics:
-    return Kinematics.of(model, poses, EffectBases.of(model.nominal, poses, model.effects))
-
-
-def _columns(T: Array) -> Array:
-    """Return the derivatives ``(3 N, 9)`` of positions by a small motion of the base and a shift of the sensor on the flange."""
-    o = T[:, :3, 3]
-    moved = np.broadcast_to(np.eye(3), (len(o), 3, 3))
-    return np.concatenate([-skew(o), moved, T[:, :3, :3]], axis=2).reshape(3 * len(o), 9)
-
-
-def _removed(columns: Array, T: Array) -> Array:
-    """Return columns ``(3 N, K)`` without the best motion of the base and shift of the sensor."""
-    U, sizes, _ = np.linalg.svd(_columns(T), full_matrices=False)
-    U = U[:, sizes > _RANK_TOLERANCE * sizes[0]]
-    return columns - U @ (U.T @ columns)
 
 
 def aligned_errors(T_model: Array, T_hat: Array) -> Array:
@@ -148,6 +133,6 @@ def aligned_errors(T_model: Array, T_hat: Array) -> Array:
     for _ in range(_ALIGNMENTS):
         T = best_rigid_motion(T[:, :3, 3], T_hat[:, :3, 3]) @ T
         error = T[:, :3, 3] - T_hat[:, :3, 3]
-        shift = np.linalg.lstsq(_columns(T), error.ravel(), rcond=_RANK_TOLERANCE)[0][6:]
+        shift = np.linalg.lstsq(base_and_sensor(T), error.ravel(), rcond=_RANK_TOLERANCE)[0][6:]
         T[:, :3, 3] -= T[:, :3, :3] @ shift
     return (best_rigid_motion(T[:, :3, 3], T_hat[:, :3, 3]) @ T)[:, :3, 3] - T_hat[:, :3, 3]

@@ -112,8 +112,9 @@ def _measurable(cell: Workcell, q: Array, k: int) -> Array:
         return q[_sees(cell, cell.sensor_frames(q), k)]
     index = np.full(len(q), k)
     robot = cell.model.robot
-    measurement = measure(cell.dataset(q, index))
-    target, which = measurement.initial_target(cell.dataset(q, index)), np.zeros(len(q), dtype=int)
+    dataset = cell.dataset(q, index)
+    measurement = measure(dataset)
+    target, which = measurement.initial_target(dataset), np.zeros(len(q), dtype=int)
     for _ in range(kind.contact_iterations):
         frames = robot.frames(q)
         T = frames[:, -1] @ robot.T_n_flange @ cell.model.T_flange_sensor
@@ -150,10 +151,9 @@ def _inside(cell: Workcell, q: Array, k: int) -> Array:
     side = np.sign(cell.normals @ middle[:, _BASE_FRAMES:, :3, 3].mean(axis=(0, 1)) - cell.distances)
     frames = robot.frames(q)[:, _BASE_FRAMES:]
     sensor = cell.sensor_frames(q)[:, None]
-    touches = kind_named(cell.sensor.kind).contact_iterations > 0
     keep = np.ones(len(q), dtype=bool)
     for item, (normal, distance) in enumerate(zip(cell.normals, cell.distances, strict=True)):
-        parts = frames if touches and item == k else np.concatenate([frames, sensor], axis=1)
+        parts = frames if cell.touches_planes and item == k else np.concatenate([frames, sensor], axis=1)
         height = (parts[..., :3, 3] @ normal - distance) * side[item]
         keep &= np.all(height > _CLEARANCE, axis=1)
     return keep

@@ -13,13 +13,12 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.anywhere import random_poses
-from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.displacement import displacement_columns
 from scalar.estimation.identifiability import analyse
-from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import candidate_mask
 from scalar.estimation.residuals import Residuals
-from scalar.geometry.se3 import Array, skew
+from scalar.geometry.se3 import Array
 
 N_WORKSPACE = 200  # random poses at which predictions count
 _PRIOR_STD = {"m": 0.02, "rad": 0.02}
@@ -106,10 +105,4 @@ def whitened_rows(residuals: Residuals, model: Model, repeatability: float) -> A
 
 def workspace_columns(model: Model) -> Array:
     """Return the derivatives ``(3 K, P)`` of predicted positions at random poses by all parameters, the best motion of the base removed."""
-    poses = random_poses(model, N_WORKSPACE)
-    kinematics = Kinematics.of(model, poses, EffectBases.of(model.nominal, poses, model.effects))
-    screws, o = kinematics.screws(), kinematics.T_base_sensor[:, :3, 3]
-    shift = (screws[:, 3:] - skew(o) @ screws[:, :3]).reshape(3 * len(o), -1)
-    lever = np.concatenate([-skew(o), np.broadcast_to(np.eye(3), (len(o), 3, 3))], axis=2).reshape(-1, 6)
-    basis = np.linalg.qr(lever)[0]
-    return shift - basis @ (basis.T @ shift)
+    return displacement_columns(model, random_poses(model, N_WORKSPACE))
