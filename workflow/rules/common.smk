@@ -24,13 +24,6 @@ def checkout(rules):
     return folder
 
 
-# Snakemake's own limit of a hundred jobs a second is lifted. With a limit, each look for jobs that are ready asks for another one a second
-# later (snakemake/scheduling/job_scheduler.py, 9.27), and so does each job that ends: after a hundred jobs, it looks a hundred times a second.
-# A limit that a profile or a user asks for stays.
-limit = getattr(workflow.scheduling_settings, "max_jobs_per_timespan", None)
-if limit is not None and (limit.max_jobs, limit.timespan) == (100, 1):
-    workflow.scheduling_settings.max_jobs_per_timespan = None
-
 ROOT = checkout(workflow.current_basedir)
 ENVIRONMENT = str(ROOT / "workflow/envs/scalar.yaml")  # of every job, with --sdm conda
 HOMES = {"scalar": ROOT, "study": ROOT / "workflow"}  # {package of ours: folder it lies in}
