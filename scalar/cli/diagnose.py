@@ -116,6 +116,10 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     for entry in d["effects"][:_EFFECTS_NAMED]:
         title = words.title(entry["name"], entry["target"], entry.get("depends_on", ()))
         lines.append(f"  {title}{_sizes(entry)}")
+        lines += [
+            f"    most like {words.quoted(words.title(like['name'], like['target']))}, a name with {like['confidence']:.0%} confidence"
+            for like in entry.get("most_like", ())
+        ]
         if entry["confounded_with"]:
             near = [words.title(c["name"], c["target"]) for c in entry["confounded_with"]]
             more = [f"{len(near) - 3} more"] if len(near) > 3 else []

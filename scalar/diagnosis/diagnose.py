@@ -11,6 +11,7 @@ from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
 from scalar.diagnosis.conditional_scores import rivals
 from scalar.diagnosis.confidence import confidence
 from scalar.diagnosis.explained import Explained, explained
+from scalar.diagnosis.finding import Finding
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.grounds import FinalResiduals, grounds_of_component, grounds_of_effect
 from scalar.diagnosis.harmonic_spectrum import as_whitened, has_all_orders, is_shrunk
@@ -20,7 +21,7 @@ from scalar.diagnosis.merging import merged
 from scalar.diagnosis.observability import unobservable_effects
 from scalar.diagnosis.outer_split import Answer, OuterSplit, outer_split
 from scalar.diagnosis.ranking import rank
-from scalar.diagnosis.result import Diagnosis, Finding
+from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.shipped_fit import shipped_fit
 from scalar.diagnosis.unmodelled_structure import evidence_without_a_name
@@ -156,6 +157,9 @@ def _findings(
             others, near = [], []
         grounds = grounds_of_effect(scored, i, own, others, left)
         sure = confidence(grounds)
-        found.append(Finding(effect, own.p_value, error, now, tuple(near), sure, (), grounds))
+        doubtful = not effect.flexible and sure < after.settings.naming.least_confidence
+        found.append(
+            Finding(effect, own.p_value, error, now, tuple(near), sure, (), grounds, doubtful=doubtful)
+        )
         error = now
     return tuple(found)

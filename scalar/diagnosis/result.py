@@ -10,6 +10,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import plain
 from scalar.diagnosis.confidence import confidence
+from scalar.diagnosis.finding import UNATTRIBUTED, Finding, unattributed_entry
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.grounds import Grounds
 from scalar.diagnosis.hold_out import HeldOutErrors
@@ -19,39 +20,11 @@ from scalar.diagnosis.outer_split import OuterSplit
 from scalar.diagnosis.ranking import Scored
 from scalar.diagnosis.shipped_fit import ShippedFit
 from scalar.diagnosis.variance_components import VarianceComponent
-from scalar.effects import Effect, registry
 from scalar.estimation.gross_errors import Cleaned
 from scalar.estimation.result import Calibration
 from scalar.units import MM
 
-UNATTRIBUTED = "unattributed"  # the verdict, and the name of an entry, where structure has no name
 FORMAT = "scalar-diagnosis/2"
-
-
-@dataclass(frozen=True, eq=False)
-class Finding:
-    """An effect that was found.
-
-    Attributes:
-        effect: With its coefficients.
-        p_value: Of its gain given the other effects, corrected for all that were tried.
-        before, after: Held-out errors without and with it, given the effects that were added before it.
-        confounded_with: Effects that would explain the same as well.
-        confidence: Estimated probability that name and target are right.
-        std: ``(k,)``, standard errors of the coefficients, None for those that were not estimated.
-        grounds: What the confidence follows from.
-        selected_in: Share of the outer split's runs that chose it at its place, or None without that split.
-    """
-
-    effect: Effect
-    p_value: float
-    before: HeldOutErrors
-    after: HeldOutErrors
-    confounded_with: tuple[Effect, ...]
-    confidence: float
-    std: tuple[float | None, ...]
-    grounds: Grounds
-    selected_in: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,9 +79,9 @@ class Diagnosis:
     @property
     def verdict(self) -> str:
         """Return ``no_effect``, ``effect`` or ``unattributed``."""
-        if self.component_is_no_noise or self.flexible_terms:
+        if any(not finding.has_name for finding in self.findings) or self.noise_without_a_name:
             return UNATTRIBUTED
-        return "effect" if self.findings or self.confirmed_noise else "no_effect"
+        return "effect" if self.findings or self.reported_noise else "no_effect"
 
     @property
     def confirmed_noise(self) -> tuple[VarianceComponent, ...]:
@@ -116,6 +89,30 @@ class Diagnosis:
         share = self._noise_selected_in
         least = self.after.settings.outer_split.least_selected
         return self.noise if share is None or share >= least else ()
+
+    @property
+    def reported_noise(self) -> tuple[VarianceComponent, ...]:
+        """Return the variance components that are reported: beside flexible terms, one is as likely the rest of that structure as a noise."""
+        return () if self.flexible_terms else self.confirmed_noise
+
+    @property
+    def noise_confidence(self) -> float:
+        """Return the estimated probability that the likeliest variance component is what it is called."""
+        assert self.noise_grounds is not None
+        sure = confidence(self.noise_grounds)
+        return sure if self.confirmed_noise else min(sure, self._noise_selected_in or 0.0)
+
+    @property
+    def noise_is_doubtful(self) -> bool:
+        """Return whether the poses scatter, but the name of the component is less likely right than the settings demand of a name."""
+        return (
+            bool(self.reported_noise) and self.noise_confidence < self.after.settings.naming.least_confidence
+        )
+
+    @property
+    def noise_without_a_name(self) -> bool:
+        """Return whether a variance component is reported as unattributed, because it is no noise or its name is doubtful."""
+        return bool(self.reported_noise) and (self.component_is_no_noise or self.noise_is_doubtful)
 
     @property
     def _noise_selected_in(self) -> float | None:
@@ -144,14 +141,14 @@ class Diagnosis:
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the content of ``diagnosis.json``."""
-        named = [f for f in self.findings if not f.effect.flexible]
-        flexible_terms = self.flexible_terms
-        effects = [self._finding(f) for f in named]
-        # Where there is unmodelled structure, a variance component is as likely the rest of that structure as a noise.
-        not_confirmed = [self._finding(f) for f in self.not_confirmed]
-        if self.noise and not flexible_terms:
-            (effects if self.confirmed_noise else not_confirmed).append(self.noise_entry())
-        effects += [self._unattributed_entry(flexible_terms)] if flexible_terms else []
+        effects = [finding.to_mapping() for finding in self.findings if finding.has_name]
+        not_confirmed = [finding.to_mapping() for finding in self.not_confirmed]
+        if self.noise and not self.confirmed_noise and not self.flexible_terms:
+            not_confirmed.append(self.noise_entry())
+        if self.reported_noise and not self.noise_without_a_name:
+            effects.append(self.noise_entry())
+        if self.verdict == UNATTRIBUTED:
+            effects.append(self._unattributed_entry())
         outliers = [*self.cleaned.outlier_poses, *(pose for pose, _ in self.cleaned.mislabelled_poses)]
         mapping = {
             "format": FORMAT,
@@ -212,37 +209,24 @@ class Diagnosis:
             for title, entry in best.items()
         ]
 
-    def _finding(self, finding: Finding) -> dict[str, Any]:
-        effect = finding.effect
-        module = registry.module_of(effect)
-        return {
-            "name": effect.name,
-            **({} if module is None else {"module": module}),
-            "target": effect.target,
-            "coefficients": {
-                name: {"value": value, "std": std}
-                for name, (value, std) in effect.stated(finding.std).items()
-            },
-            "p_value": finding.p_value,
-            "held_out_rms_before_mm": finding.before.rms / MM,
-            "held_out_rms_after_mm": finding.after.rms / MM,
-            "confounded_with": [{"name": e.name, "target": e.target} for e in finding.confounded_with],
-            "confidence": finding.confidence,
-            "grounds": finding.grounds.to_mapping(),
-            "selected_in": finding.selected_in,
-        }
+    def _unattributed_entry(self) -> dict[str, Any]:
+        """Return the one entry of everything that was found and has no name."""
+        component = self.noise_entry() if self.noise_without_a_name else None
+        findings = [finding for finding in self.findings if not finding.has_name]
+        if component and self.component_is_no_noise and not findings:
+            return component
+        entry = unattributed_entry(findings, None if self.component_is_no_noise else component)
+        if component and self.component_is_no_noise:
+            entry["depends_on"] = list(dict.fromkeys([*entry["depends_on"], *component["depends_on"]]))
+        return entry | {"depends_on": entry["depends_on"] or self._joint_columns}
 
-    def _unattributed_entry(self, findings: list[Finding]) -> dict[str, Any]:
-        entry = self._finding(findings[0])
-        entry["coefficients"] = {}
-        depends = [v for f in findings for v in f.effect.depends_on]
-        entry["depends_on"] = list(dict.fromkeys(depends))
-        entry["held_out_rms_after_mm"] = findings[-1].after.rms / MM
-        entry["corrected_by_flexible_term"] = True
-        return entry
+    @property
+    def _joint_columns(self) -> list[str]:
+        """Return all joints: what is said to matter where nothing says what does."""
+        return [f"q{i + 1}" for i in range(self.dataset.robot.n_joints)]
 
     def noise_entry(self) -> dict[str, Any]:
-        """Return the entry of the likeliest variance component; it is unattributed if it is no noise."""
+        """Return the entry of the likeliest variance component under its name; it is unattributed if it is no noise."""
         best, *others = self.noise
         settings = self.after.settings
         unit = "std_rad" if best.name == "pose_jitter" else "std_m"
@@ -256,7 +240,6 @@ class Diagnosis:
         equal = self.shipped.effects_held_out.rms if weighed is None else weighed.held_out_rms[0]
         share = self._noise_selected_in
         assert self.noise_grounds is not None
-        sure = confidence(self.noise_grounds)
         entry: dict[str, Any] = {
             "name": best.name,
             "target": {},
@@ -265,14 +248,13 @@ class Diagnosis:
             "held_out_rms_before_mm": equal / MM,
             "held_out_rms_after_mm": self.shipped.effects_held_out.rms / MM,
             "confounded_with": [{"name": s.name, "target": {}} for s in near],
-            "confidence": sure if self.confirmed_noise else min(sure, share or 0.0),
+            "confidence": self.noise_confidence,
             "grounds": self.noise_grounds.to_mapping(),
             "selected_in": share,
         }
         if self.component_is_no_noise:
-            joints = [f"q{i + 1}" for i in range(self.dataset.robot.n_joints)]
-            depends = list(self.depends_on) or joints
-            entry |= {"name": UNATTRIBUTED, "confounded_with": [], "depends_on": depends}
+            depends = list(self.depends_on) or self._joint_columns
+            entry |= {"name": UNATTRIBUTED, "confounded_with": [], "depends_on": depends, "most_like": []}
         return entry
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.diagnosis.result import UNATTRIBUTED
+from scalar.diagnosis.finding import UNATTRIBUTED
 from scalar.effects import registry
 from scalar.effects.title import joints_in_words
 from scalar.effects.wording import KNOWN_LENGTH_ADVICE
@@ -19,7 +19,8 @@ from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
-    from scalar.diagnosis.result import Diagnosis, Finding
+    from scalar.diagnosis.finding import Finding
+    from scalar.diagnosis.result import Diagnosis
 
 WEAK_LENGTH = 0.2 * MM  # standard error from which more poses are advised
 WEAK_ANGLE = 0.02 * DEG
@@ -70,12 +71,19 @@ def advice(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[Item]:
 
 def _about_findings(diagnosis: Diagnosis) -> list[Item]:
     """Return what to do about each kind of finding, once: told of the most important one, the others of its kind are named with it."""
-    together: dict[str, list[Finding]] = {}
+    together: dict[tuple[str, bool], list[Finding]] = {}
     for finding in by_importance(diagnosis.findings):
-        together.setdefault(finding.effect.told_with or finding.effect.name, []).append(finding)
+        kind = finding.effect.told_with or finding.effect.name
+        together.setdefault((kind, finding.doubtful), []).append(finding)
     found: list[Item] = []
     for first, *others in together.values():
         effect, warning = first.effect, caution(diagnosis, first)
+        if first.doubtful:
+            how = [finding.effect.how_to_measure for finding in (first, *others)]
+            found.append(
+                Item("Structure without a certain name", tuple(dict.fromkeys(filter(None, [warning, *how]))))
+            )
+            continue
         texts = [*effect.advice, effect.how_to_measure]
         if effect.flexible:
             texts += [text for finding in others for text in finding.effect.advice]
@@ -90,7 +98,7 @@ def _about_findings(diagnosis: Diagnosis) -> list[Item]:
                 *texts[1:],
             ]
         found.append(Item(capital(effect.title), tuple(dict.fromkeys(filter(None, texts)))))
-    if diagnosis.confirmed_noise and not diagnosis.flexible_terms:
+    if diagnosis.reported_noise:
         found.append(Item("Random errors", tuple(noise_advice(diagnosis))))
     return [item for item in found if item.sentences]
 

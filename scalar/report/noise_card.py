@@ -22,6 +22,7 @@ REPEAT_POSES = (
     "do not."
 )
 
+SCATTER = "scatter without a certain cause"
 SURE = 0.8  # confidence below which a cause is to be confirmed before anything is repaired
 
 
@@ -32,6 +33,8 @@ def noise_clause(diagnosis: Diagnosis) -> str:
     if diagnosis.depends_on:
         along = words.columns_in_words(diagnosis.depends_on)
         return f"there is structure that no known effect explains, which varies with {along}"
+    if diagnosis.noise_is_doubtful:
+        return f"whole {_measurement(diagnosis)}s scatter by more than the noise of their points, and these data do not show what causes it"
     if diagnosis.noise[0].name == JITTER:
         return "the joints come back to a pose only up to a random error"
     return f"each {_measurement(diagnosis)} as a whole has a random error"
@@ -73,7 +76,9 @@ def noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
     near = [words.title(c["name"], c["target"]) for c in entry["confounded_with"]]
     clause = noise_clause(diagnosis)
     return {
-        "title": words.title(entry["name"], {}, diagnosis.depends_on),
+        "title": SCATTER
+        if diagnosis.noise_is_doubtful
+        else words.title(entry["name"], {}, diagnosis.depends_on),
         "text": clause if diagnosis.component_is_no_noise else f"{clause}, which no correction removes",
         "is_noise": True,
         "flexible": False,

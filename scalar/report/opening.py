@@ -11,7 +11,8 @@ from scalar.report import words
 from scalar.report.noise_card import SURE, noise_advice, noise_clause, noise_size
 
 if TYPE_CHECKING:
-    from scalar.diagnosis.result import Diagnosis, Finding
+    from scalar.diagnosis.finding import Finding
+    from scalar.diagnosis.result import Diagnosis
 
 _CLAUSES = 3  # in the first sentence; the others are counted
 
@@ -35,18 +36,27 @@ def by_importance(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def clauses(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> list[str]:
-    """Return one clause with its size for all findings of a kind, the most important kind first."""
+    """Return one clause with its size for all findings of a kind, the most important kind first; what has no certain name comes last."""
     drawn = {id(finding): shown for finding, shown in zip(findings, pictures, strict=False)}
     together: dict[str, list[Finding]] = {}
-    for finding in by_importance(findings):
+    for finding in by_importance([finding for finding in findings if not finding.doubtful]):
         together.setdefault(finding.effect.told_with or finding.effect.name, []).append(finding)
-    return [
+    certain = [
         _with_size(
             alike[0].effect.clause_of([finding.effect for finding in alike]),
             _largest(alike, [drawn.get(id(finding), ()) for finding in alike]),
         )
         for alike in together.values()
     ]
+    doubtful = [finding for finding in by_importance(findings) if finding.doubtful]
+    return certain + ([_without_a_name(doubtful)] if doubtful else [])
+
+
+def _without_a_name(findings: Sequence[Finding]) -> str:
+    titles = list(dict.fromkeys(words.quoted(finding.effect.title) for finding in findings))
+    return (
+        f"there is structure to which these data give no certain name, most like {words.listed(titles, 'or')}"
+    )
 
 
 def _largest(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> str:
@@ -73,7 +83,7 @@ def _what_matters(diagnosis: Diagnosis, mapping: Mapping[str, Any], pictures: Se
     level = f"noise alone would leave {words.number(mapping['residual']['floor_mm'])} mm"
     error = "the error on poses held out from the fit"
     found = clauses(diagnosis.findings, pictures)
-    has_noise = bool(diagnosis.confirmed_noise) and not diagnosis.flexible_terms
+    has_noise = bool(diagnosis.reported_noise)
     noise = [_with_size(noise_clause(diagnosis), noise_size(diagnosis))] if has_noise else []
     if not found and not noise:
         return f"These data show nothing that the model lacks: {error} is {before} mm, and {level}."
@@ -110,7 +120,7 @@ def _what_to_do(diagnosis: Diagnosis) -> str:
     if not diagnosis.findings:
         return (
             noise_advice(diagnosis)[0]
-            if diagnosis.confirmed_noise
+            if diagnosis.reported_noise
             else "Use the calibration after.json as it is: nothing asks for a repair."
         )
     lead = by_importance(diagnosis.findings)[0]
@@ -127,6 +137,11 @@ def caution(diagnosis: Diagnosis, finding: Finding) -> str:
     """Return what to do before a finding is acted on, if its cause is confounded with another or not certain; else nothing."""
     if finding.effect.flexible:
         return ""
+    if finding.doubtful:
+        return (
+            f"Look for the cause before anything is repaired: {words.quoted(finding.effect.title)} is only what it is most like, and a name with "
+            f"such evidence has been right in {100 * finding.confidence:.0f} % of the trials."
+        )
     if finding.confounded_with:
         return _distinguish(diagnosis, finding)
     if finding.confidence >= SURE:

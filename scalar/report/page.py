@@ -26,13 +26,18 @@ from scalar.sensors import kind_of
 from scalar.units import MM
 
 if TYPE_CHECKING:
-    from scalar.diagnosis.result import Diagnosis, Finding
+    from scalar.diagnosis.finding import Finding
+    from scalar.diagnosis.result import Diagnosis
 
 VERDICTS = {
     "no_effect": "No effect found",
     "effect": "Found what the model lacks",
     "unattributed": "Structure that no known effect explains",
 }
+DOUBTFUL = (
+    "the model lacks something here, and this known effect has the shape nearest to it; but a name with such evidence is less likely right "
+    "than wrong, so take it as a hint"
+)
 NOISE_ONLY = "Only random errors found"
 _RANKS_SHOWN = 8
 _MANY_PICTURES = 12  # effects with pictures; what comes after has its table only
@@ -51,7 +56,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         _card(diagnosis, view, i, finding, shown[i] if i < len(shown) else [], most)
         for i, finding in enumerate(diagnosis.findings)
     ]
-    if diagnosis.confirmed_noise and not diagnosis.flexible_terms:
+    if diagnosis.reported_noise:
         effects.append(noise_card(diagnosis))
     return {
         "name": diagnosis.dataset.name,
@@ -172,8 +177,8 @@ def _card(
     effect = finding.effect
     poses = diagnosis.after.dataset.poses["pose"].to_numpy()
     return {
-        "title": effect.title,
-        "text": effect.sentence,
+        "title": f"structure most like {words.quoted(effect.title)}" if finding.doubtful else effect.title,
+        "text": DOUBTFUL if finding.doubtful else effect.sentence,
         "is_noise": False,
         "flexible": effect.flexible,
         "size": effect.size(pictures),

@@ -7,10 +7,10 @@ import re
 import pytest
 
 from scalar.diagnosis import Diagnosis
+from scalar.diagnosis.finding import Finding
 from scalar.diagnosis.fitted_state import refit
 from scalar.diagnosis.grounds import EFFECT, FinalResiduals, Grounds
 from scalar.diagnosis.hold_out import held_out_errors
-from scalar.diagnosis.result import Finding
 from scalar.diagnosis.shipped_fit import shipped_fit
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation.conclude import conclude

@@ -18,7 +18,10 @@ from scalar.report.opening import by_importance, caution, clauses
 def found(effect: Any, before: float, after: float) -> Any:
     """Return a finding that lowers the held-out error from one value to another [m]."""
     return SimpleNamespace(
-        effect=effect, before=SimpleNamespace(rms=before), after=SimpleNamespace(rms=after)
+        effect=effect,
+        before=SimpleNamespace(rms=before),
+        after=SimpleNamespace(rms=after),
+        doubtful=False,
     )
 
 
@@ -60,3 +63,16 @@ def test_an_unsure_cause_is_confirmed_before_anything_is_repaired():
     term = found(UnattributedJoint(1, (Variable.observed("q1", np.linspace(-1.0, 1.0, 5)),)), 3e-4, 1e-4)
     term.confidence, term.confounded_with = 0.5, ()
     assert not caution(diagnosis, term)
+
+
+def test_a_doubtful_name_is_a_hint():
+    """It is told last, as what the structure is most like, and nobody is sent to a repair."""
+    doubtful, certain = (
+        found(JointBacklash(2, "approach"), 3e-4, 1e-4),
+        found(JointBacklash(3, "approach"), 1e-4, 9e-5),
+    )
+    doubtful.doubtful, doubtful.confidence, doubtful.confounded_with = True, 0.3, ()
+    first, last = clauses([doubtful, certain], [])
+    assert "joint 3" in first and "no certain name, most like “joint 2: backlash”" in last
+    warning = caution(SimpleNamespace(findings=()), doubtful)  # type: ignore[arg-type]
+    assert "Look for the cause before anything is repaired" in warning and "30 %" in warning

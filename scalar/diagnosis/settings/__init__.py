@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from scalar.diagnosis.settings.answers import (
+    NamingSettings,
     ObservabilitySettings,
     OuterSplitSettings,
     ShippedFitSettings,
@@ -33,6 +34,7 @@ __all__ = [
     "FlexibleTermSettings",
     "HoldOutSettings",
     "JointSelectionSettings",
+    "NamingSettings",
     "ObservabilitySettings",
     "OuterSplitSettings",
     "RefitSettings",
@@ -64,6 +66,7 @@ class Settings:
     variance_components: VarianceComponentSettings = field(default_factory=VarianceComponentSettings)
     autocorrelation: AutocorrelationSettings = field(default_factory=AutocorrelationSettings)
     observability: ObservabilitySettings = field(default_factory=ObservabilitySettings)
+    naming: NamingSettings = field(default_factory=NamingSettings)
     shipped_fit: ShippedFitSettings = field(default_factory=ShippedFitSettings)
     outer_split: OuterSplitSettings = field(default_factory=OuterSplitSettings)
 

@@ -18,6 +18,16 @@ class ObservabilitySettings:
 
 
 @dataclass(frozen=True)
+class NamingSettings:
+    """When what was found is given a name."""
+
+    least_confidence: float = setting(
+        0.5, "of 1", "a name with less confidence is not given, and what was found is unattributed",
+        "Bayes' rule where a wrong name costs as much as a missing one: a name has to be likelier right than wrong",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
 class ShippedFitSettings:
     """Which fit becomes ``after.json``."""
 

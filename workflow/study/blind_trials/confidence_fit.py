@@ -8,7 +8,7 @@ seen more causes than either.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -41,7 +41,7 @@ def answers_of(sets: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for row in sets.to_dict("records"):
         truth, found = truth_in(row), json.loads(row["found"])
-        for entry in found:
+        for entry in every_answer(found):
             kind = kind_of(entry)
             rows.append(
                 {"number": row["number"], "seed": row["seed"], "half": half_of(row, truth), "row": row["row"], "poses": row["poses"]}
@@ -49,6 +49,15 @@ def answers_of(sets: pd.DataFrame) -> pd.DataFrame:
                 | features(grounds_from(kind, entry["grounds"]))
             )  # fmt: skip
     return pd.DataFrame(rows)
+
+
+def every_answer(found: Sequence[Mapping[str, Any]]) -> Iterator[Mapping[str, Any]]:
+    """Yield the entries of a diagnosis, and instead of one that only gathers doubtful names, each of these names."""
+    for entry in found:
+        names = entry.get("most_like", ())
+        yield from names
+        if not names or entry.get("corrected_by_flexible_term"):
+            yield entry
 
 
 def kind_of(entry: Mapping[str, Any]) -> str:
