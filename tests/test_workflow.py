@@ -19,6 +19,8 @@ import pandas as pd
 import pytest
 from PIL import Image
 
+from scalar.data.io.plain_yaml import load_yaml
+
 ROOT = Path(__file__).parents[1]
 SMOKE = ("--configfile", "configs/smoke.yaml")
 RESULTS = Path("results/smoke")
@@ -367,7 +369,14 @@ def test_the_papers_config_is_sound():
     assert started["calibrate"] == 8
     assert started["draw_sweep"] == 2 * started["collect_sweep"]
     curves = pd.read_csv(ROOT / "workflow/resources/published_curves.csv")
-    assert started["sweep"] >= len(curves)
+    config = load_yaml(ROOT / "configs/paper.yaml")
+    grids = {
+        axis["published"]: axis["grid"] for axis in config["sweeps"]["axes"].values() if "published" in axis
+    }
+    for sweep, points in curves.groupby("sweep"):
+        assert len(pd.read_csv(ROOT / grids[sweep])) >= len(points)
+    cases = sum(len(pd.read_csv(ROOT / axis["grid"])) for axis in config["sweeps"]["axes"].values())
+    assert cases / config["sweeps"]["cases_per_job"] <= started["sweep"] < cases
 
 
 NO_NETWORK = 'addresses: ["http://127.0.0.1:9/{path}"]'

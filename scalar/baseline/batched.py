@@ -22,6 +22,8 @@ from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
 from scalar.geometry.robot import link_transforms
 from scalar.geometry.se3 import Array, exp_so3, transform
+from scalar.kernels import LIBRARY
+from scalar.kernels.published_problem import PublishedProblem
 from scalar.sensors import Scans, as_scans, measure
 
 _CONTACT = [3, 0, 2]  # columns of a frame that meet a plane's row: the origin, the axes X and Z
@@ -132,6 +134,13 @@ class Distances:
         self.free = np.array([i for i, name in enumerate(names) if name not in not_free])
         self.evaluations = 0
         self.latest = np.full(len(self.free), np.nan)
+        self._problem: PublishedProblem | None = None
+        robot = how.nominal
+        if LIBRARY is not None and not robot.prismatic:
+            self._problem = PublishedProblem(
+                q, self.index, self.R, robot.geometry[-1], robot.T_base_0, robot.T_n_flange,
+                len(how.planes.names), reading,
+            )  # fmt: skip
         self._found: Array | None = None
         self._derived: tuple[Array, Array] | None = None
 
@@ -163,6 +172,8 @@ class Distances:
 
     def rows(self, values: Array) -> Array:
         """Return the compressed distances ``(3 N,)`` [m] at all parameters ``(P,)``."""
+        if self._problem is not None:
+            return self._problem.rows(values)
         robot, T_flange_sensor, normals, distances = self.how.unpack(values)
         T = robot.flange(self.q) @ T_flange_sensor
         plane = np.column_stack([normals, -distances])[self.index]
@@ -176,12 +187,17 @@ class Distances:
         values = self.values(x)
         steps = self.step * np.abs(values)
         steps[steps == 0] = self.step
-        columns = self._columns(values, steps)[self.free]
-        J = (self.R @ columns.transpose(1, 2, 0)).reshape(-1, len(self.free)) / steps[self.free]
+        J = self._changes(values, steps)[:, self.free] / steps[self.free]
         if np.isnan(J).any():
             raise _NotANumber
         self._derived = np.array(x), J
         return J
+
+    def _changes(self, values: Array, steps: Array) -> Array:
+        """Return how the rows change when each parameter is stepped, ``(3 N, P)``."""
+        if self._problem is not None:
+            return self._problem.changes(values, steps)
+        return (self.R @ self._columns(values, steps).transpose(1, 2, 0)).reshape(-1, len(values))
 
     def _columns(self, values: Array, steps: Array) -> Array:
         """Return how the contacts ``(n.o - d, n.X, n.Z)`` change when each parameter is stepped, ``(P, N, 3)``."""

@@ -9,9 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import lmfit
 import numpy as np
 
 from scalar.baseline.parameterisation import READINGS, Parameterisation
@@ -25,6 +24,9 @@ from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 from scalar.sensors import Scans, as_scans, measure
 from scalar.sensors.linear_guess import linear_guess
+
+if TYPE_CHECKING:
+    import lmfit
 
 POINTS = ("all", "compressed")
 DEFAULTS: dict[str, dict[str, Any]] = {
@@ -146,6 +148,8 @@ class _End:
 def _run(
     distances: _Distances, parameters: lmfit.Parameters, max_nfev: int, defaults: dict[str, Any]
 ) -> _End:
+    import lmfit  # slow to import, and not needed for a first guess
+
     minimiser = lmfit.Minimizer(distances, parameters, max_nfev=max_nfev, nan_policy="raise")
     varying = sum(parameter.vary for parameter in parameters.values())
     with np.errstate(all="ignore"):  # lmfit sets this for itself, and leaves it so when it raises

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import lmfit
 import numpy as np
 
 from scalar.estimation.lmfit_parameters import lmfit_names
@@ -19,6 +19,9 @@ from scalar.estimation.reporting import reporting
 from scalar.geometry.planes import Planes
 from scalar.geometry.robot import GEOMETRY, Robot
 from scalar.geometry.se3 import Array, exp_so3, transform
+
+if TYPE_CHECKING:
+    import lmfit
 
 READINGS = {"raise": "sqrt({})", "clip": "sqrt(max(0, {}))", "abs": "sqrt(abs({}))"}
 """How the square root of the constraints is read, as an lmfit expression."""
@@ -72,6 +75,8 @@ class Parameterisation:
             fixed: Names of those that do not vary.
             reading: A key of ``READINGS``.
         """
+        import lmfit
+
         parameters = lmfit.Parameters()
         safe = dict(zip(self.names, lmfit_names(self.names), strict=True))
         for name, value in zip(self.names, values, strict=True):

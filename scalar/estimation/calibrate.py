@@ -35,6 +35,7 @@ def calibrate(
     fixed_effects: Sequence[Effect] = (),
     fix: Sequence[str] = (),
     settings: EstimationSettings = DEFAULTS,
+    explain: bool = True,
 ) -> Calibration:
     """Return the calibration of a dataset: robot, sensor, target and effects at once.
 
@@ -44,6 +45,8 @@ def calibrate(
         fixed_effects: To apply as they are.
         fix: Further parameters to fix at their nominal values, by name.
         settings: Thresholds.
+        explain: Whether a refusal says what would make the data fit: wrong signs, zeros, units, labels, or single poses. The search takes
+            seconds, which a Monte Carlo need not spend that only counts refusals.
 
     Raises:
         InvalidInput: The data contradict themselves.
@@ -59,25 +62,34 @@ def calibrate(
         prepared = prepare(dataset, fix, settings, lean_on_priors=dataset.robot.tolerance is not None)
         found, residuals = fit_all(dataset, prepared, effects, fixed_effects, settings)
         distances = residuals.pose_distances(found.model)
-        if np.median(distances) > MOST_LEFT:
+        if explain and np.median(distances) > MOST_LEFT:
             refuse_wrong_setup(dataset)
         if distances.max() > settings.sufficiency.gross_error:
-            _refuse_gross_errors(dataset, settings)
+            if explain:
+                _refuse_gross_errors(dataset, settings)
             raise misfit_refused(dataset, distances)
         return conclude(dataset, prepared, found, residuals, settings.fit)
     except TooManyUnknowns:
         raise
-    except NotConverged:
+    except (InvalidInput, Undetermined) as error:
+        if explain:
+            _explain(error, dataset, settings)
+        raise
+
+
+def _explain(error: InvalidInput | Undetermined, dataset: Dataset, settings: EstimationSettings) -> None:
+    """Refuse a dataset for what is behind an error; do nothing where nothing is found.
+
+    Raises:
+        InvalidInput: Its set-up is another than described, or poses contradict the rest.
+        Undetermined: So many poses contradict each other that none can be trusted.
+    """
+    if isinstance(error, Undetermined) or any(
+        (fault.column or "").startswith("planes.") for fault in error.faults
+    ):
         refuse_wrong_setup(dataset)
+    if isinstance(error, NotConverged):
         _refuse_gross_errors(dataset, settings)
-        raise
-    except Undetermined:
-        refuse_wrong_setup(dataset)
-        raise
-    except InvalidInput as error:
-        if any((fault.column or "").startswith("planes.") for fault in error.faults):
-            refuse_wrong_setup(dataset)
-        raise
 
 
 def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import keyword
 import re
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-import lmfit
 import numpy as np
 
 from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    import lmfit
 
 
 def lmfit_names(names: Sequence[str]) -> list[str]:
@@ -35,6 +38,8 @@ def to_lmfit(names: Sequence[str], values: Array) -> list[lmfit.Parameter]:
     A list, which lmfit's Minimizer takes as it is; a ``Parameters`` it would copy deeply, at a tenth of the
     cost of a fit.
     """
+    import lmfit  # slow to import, and the names need none of it
+
     return [lmfit.Parameter(name, value=float(x)) for name, x in zip(lmfit_names(names), values, strict=True)]
 
 

@@ -30,6 +30,15 @@ class ProblemStruct(ctypes.Structure):
     )
 
 
+class PublishedStruct(ctypes.Structure):
+    """``Published`` of ``published_model.h``: the original paper's model of arm, sensor and planes."""
+
+    _fields_ = (
+        *((name, _int) for name in ("N", "n", "K", "reading")),
+        *((name, _at) for name in ("q", "index", "factors", "beta", "T_base_0", "T_n_flange")),
+    )
+
+
 class FreeStruct(ctypes.Structure):
     """``Free`` of ``kernels.c``: which coordinates are free, with their priors."""
 
@@ -39,6 +48,7 @@ class FreeStruct(ctypes.Structure):
 _ARGUMENTS = {
     "frames": (_int, _int, _at, _at, _at, _at),
     "compress": (_int, _at, _at, _at, ctypes.c_int, _float, _at),
+    "published": (ctypes.POINTER(PublishedStruct), _at, _at, _at, _at),
     "linearise": (ctypes.POINTER(ProblemStruct), _at, _at, _at),
     "fit": (
         ctypes.POINTER(ProblemStruct), ctypes.POINTER(FreeStruct), _float, _float, _int, _at,

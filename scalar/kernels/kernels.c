@@ -6,6 +6,7 @@ The sums are written in a fixed order, and no flag lets the compiler change it: 
 */
 
 #include "levenberg_marquardt.h"
+#include "published_model.h"
 #include "scans.h"
 
 #ifndef SOURCE_CHECKSUM

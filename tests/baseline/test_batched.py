@@ -9,6 +9,8 @@ import lmfit
 import numpy as np
 import pytest
 
+from scalar import kernels
+from scalar.baseline import batched
 from scalar.baseline.batched import Distances, Ended, fit_baseline
 from scalar.baseline.fit import DEFAULTS, calibrate_baseline, first_guess
 from scalar.baseline.parameterisation import READINGS, Parameterisation
@@ -49,6 +51,24 @@ def test_the_columns_are_forward_differences_of_the_residual(reading, upright):
         column = (distances.rows(distances.values(stepped)) - base) / step
         rounding = 1e-14 / step
         assert np.abs(J[:, j] - column).max() < 1e-9 * max(1.0, np.abs(column).max()) + rounding
+
+
+@pytest.mark.skipif(kernels.LIBRARY is None, reason="no compiled kernels here: no C compiler")
+@pytest.mark.parametrize("reading", READINGS)
+@pytest.mark.parametrize("upright", [False, True])
+def test_rows_and_columns_of_the_compiled_library_are_those_of_numpy(reading, upright, monkeypatch):
+    """For every reading of the root, where its argument is negative as well: the same rows and changes to rounding, or none in both."""
+    compiled, x = distances_of(dataset(upright), reading)
+    monkeypatch.setattr(batched, "LIBRARY", None)
+    by_numpy, _ = distances_of(dataset(upright), reading)
+    with np.errstate(invalid="ignore"):
+        values = compiled.values(x)
+        steps = np.where(values == 0, STEP, STEP * np.abs(values))
+        rows = [way.rows(values) for way in (compiled, by_numpy)]
+        changes = [way._changes(values, steps) for way in (compiled, by_numpy)]
+    assert reading == "raise" or not np.isnan(rows[1]).any()
+    np.testing.assert_allclose(*rows, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(*changes, rtol=1e-10, atol=1e-14)
 
 
 @functools.cache

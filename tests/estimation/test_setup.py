@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from scalar.cli import cli
 from scalar.data.dataset import Dataset
 from scalar.diagnosis import diagnose
-from scalar.errors import InvalidInput
+from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.alternatives import (
     alternatives,
@@ -85,6 +85,14 @@ def test_a_wrong_setup_is_named_with_the_residual_before_and_after(sound, what, 
         suspicions = [{**s.to_mapping(), "sentence": s.sentence} for s in refusal.suspicions]
         assert suspicions[0]["rms_after_mm"] < 1.0 < suspicions[0]["rms_before_mm"]
     assert (suspicions[0]["what"], suspicions[0]["where"]) == (what, where)
+
+
+def test_a_refusal_that_need_not_be_explained_is_a_refusal(sound):
+    """Whether a dataset is refused does not depend on whether the cause is looked for; the sentence that names it does."""
+    for explain, named in ((True, True), (False, False)):
+        with pytest.raises((InvalidInput, Undetermined)) as refused:
+            calibrate(spoiled(sound, "joint_sign"), explain=explain)
+        assert isinstance(refused.value, WrongSetup) == named
 
 
 def test_lengths_in_another_unit_are_not_passed_in_silence(sound):

@@ -1,10 +1,18 @@
 # Sweeps: errors over one key of the scene, a figure a sweep and kind of walls. A config without `sweeps` has none.
-from study.sweeps.cases import most_poses, refuse_cases_off_the_axis, values_on_axis
+from study.sweeps.cases import in_groups, most_poses, refuse_cases_off_the_axis, values_on_axis
 
-SWEEPS = config.get("sweeps") or {"axes": {}, "walls": {}, "methods": [], "seeds": 1, "seeds_per_job": 1}
+SWEEPS = config.get("sweeps") or {
+    "axes": {},
+    "walls": {},
+    "methods": [],
+    "seeds": 1,
+    "seeds_per_job": 1,
+    "cases_per_job": 1,
+}
 AXES = SWEEPS["axes"]
 WALLS = {walls: named(scene) for walls, scene in SWEEPS["walls"].items()}  # {kind of walls: its scene}
 SWEEP_CASES = checked_grids(AXES)
+SWEEP_GROUPS = {sweep: in_groups(cases, SWEEPS["cases_per_job"]) for sweep, cases in SWEEP_CASES.items()}
 SWEEP_BATCHES = batch_names(config["first_seed"], SWEEPS["seeds"], SWEEPS["seeds_per_job"])
 SWEEP_DIR = f"{RESULTS}/sweeps"
 SWEEP_FIGURES = expand(
@@ -22,6 +30,7 @@ except InvalidInput as error:
 wildcard_constraints:
     sweep="|".join(AXES) or "none",
     walls="|".join(WALLS) or "none",
+    group=r"[A-Za-z0-9][A-Za-z0-9_.-]*",
 
 
 rule plan_sweeps:
@@ -52,22 +61,23 @@ rule sweep:
         plans=[f"{SWEEP_DIR}/plans/{walls}/{{batch}}.npz" for walls in WALLS],
         modules=modules("study.sweeps.run", "study.common.tables"),
     output:
-        f"{SWEEP_DIR}/{{sweep}}/cases/{{case}}/{{batch}}.csv",
+        f"{SWEEP_DIR}/{{sweep}}/cases/{{group}}/{{batch}}.csv",
     log:
-        f"{RESULTS}/logs/sweep/{{sweep}}/{{case}}/{{batch}}.log",
+        f"{RESULTS}/logs/sweep/{{sweep}}/{{group}}/{{batch}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/sweep/{{sweep}}/{{case}}/{{batch}}.tsv"
+        f"{RESULTS}/benchmarks/sweep/{{sweep}}/{{group}}/{{batch}}.tsv"
     conda:
         ENVIRONMENT
     threads: 1
     params:
-        case=lambda w: w.case,
-        overrides=lambda w: SWEEP_CASES[w.sweep][w.case].overrides,
+        cases=lambda w: {
+            case: SWEEP_CASES[w.sweep][case].overrides for case in SWEEP_GROUPS[w.sweep][w.group]
+        },
         seeds=lambda w: batch_seeds(w.batch),
         methods=SWEEPS["methods"],
         walls=list(WALLS),
     message:
-        "Sweeping {wildcards.sweep}: {wildcards.case}, {wildcards.batch}"
+        "Sweeping {wildcards.sweep}: {wildcards.group}, {wildcards.batch}"
     script:
         "../scripts/sweep.py"
 
@@ -75,7 +85,7 @@ rule sweep:
 rule collect_sweep:
     input:
         tables=lambda w: expand(
-            rules.sweep.output[0], sweep=w.sweep, case=SWEEP_CASES[w.sweep], batch=SWEEP_BATCHES
+            rules.sweep.output[0], sweep=w.sweep, group=SWEEP_GROUPS[w.sweep], batch=SWEEP_BATCHES
         ),
         published=resource("published_curves.csv"),
         modules=modules("study.sweeps.summary", "study.common.tables"),

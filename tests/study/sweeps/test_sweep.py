@@ -7,7 +7,7 @@ from study.common.bound import bound_errors
 from study.common.grid import with_overrides
 from study.common.memory import dataset_in_memory
 from study.sweeps.plans import read_plans, serves, write_plans
-from study.sweeps.run import SWEEP_COLUMNS, sweep_case
+from study.sweeps.run import SWEEP_COLUMNS, sweep_cases
 from study.sweeps.summary import join_cases, place_published_curve, summarise_sweep
 
 from scalar.data.dataset import read_dataset
@@ -110,8 +110,8 @@ def test_the_bound_is_proportional_to_the_noise(repository):
 def test_a_calibration_at_the_bound_has_the_error_of_the_efficient_estimate(plans, repository):
     """Seed by seed, with small noise: ours is efficient. And over seeds that estimate scatters as the bound says."""
     overrides = SMALL | {"noise.range_noise_std_m": 1e-6}
-    table = sweep_case(
-        "fine", {"upright": repository / SCENE}, overrides, [1, 2], ["proposed"], {"upright": plans}
+    table = sweep_cases(
+        {"fine": overrides}, {"upright": repository / SCENE}, [1, 2], ["proposed"], {"upright": plans}
     )
     raw = table[table["alignment"] == "raw"].set_index(["method", "seed"])[["position_mean_mm"]]
     ratio = raw.loc["proposed"] / raw.loc["efficient"]
@@ -130,7 +130,7 @@ def test_a_fit_that_fails_is_a_row_and_is_counted(plans, repository):
     """Refused and raised fits stay in the table, and the summary counts each once."""
     methods = ["baseline-raise", "proposed"]
     scenes, shared = {"upright": repository / SCENE}, {"upright": plans}
-    table = sweep_case("few", scenes, SMALL | {"poses_per_plane": 5}, [1, 2], methods, shared)
+    table = sweep_cases({"few": SMALL | {"poses_per_plane": 5}}, scenes, [1, 2], methods, shared)
     assert list(table.columns) == list(SWEEP_COLUMNS)
     assert len(table) == 2 * 3 * 2  # seeds, initial model and methods, alignments; no bound
     errors = join_cases([table], {"few": 15.0})
@@ -172,8 +172,8 @@ def test_readings_of_the_root_agree_where_it_is_never_negative(tmp_path, reposit
     scene, own = "configs/scenes/paper_tilted.yaml", tmp_path / "plans.npz"
     write_plans(repository / scene, 12, [1], own)
     tables = [
-        sweep_case(
-            "tilted", {"leaning": repository / scene}, SMALL, [1], methods, {"leaning": own}
+        sweep_cases(
+            {"tilted": SMALL}, {"leaning": repository / scene}, [1], methods, {"leaning": own}
         ).set_index(["method", "alignment"])
         for methods in (["baseline-clip", "baseline-raise"], ["baseline-clip"])
     ]

@@ -2,7 +2,7 @@
 
 import pytest
 from study.common.grid import Case
-from study.sweeps.cases import most_poses, refuse_cases_off_the_axis, values_on_axis
+from study.sweeps.cases import in_groups, most_poses, refuse_cases_off_the_axis, values_on_axis
 
 from scalar.errors import InvalidInput
 
@@ -28,6 +28,16 @@ def test_every_case_off_the_axis_is_named():
     assert [fault.file for fault in refused.value.faults] == ["grids/noise.csv"] * 2
     for name, fault in zip(("silent", "elsewhere"), refused.value.faults, strict=True):
         assert name in str(fault) and AXIS["key"] in str(fault)
+
+
+def test_groups_hold_every_case_once_in_order_and_a_row_more_leaves_full_ones_alone():
+    """A job's name says which rows of the grid it runs, so a row at the end changes no job that is full."""
+    cases = {f"case-{k}": LOW for k in range(7)}
+    groups = in_groups(cases, 3)
+    assert [name for group in groups.values() for name in group] == list(cases)
+    more = in_groups({**cases, "one-more": HIGH}, 3)
+    assert {name: more[name] for name in list(groups)[:2]} == dict(list(groups.items())[:2])
+    assert in_groups({}, 3) == {}
 
 
 def test_a_posture_plan_holds_the_largest_case():

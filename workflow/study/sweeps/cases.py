@@ -39,6 +39,16 @@ def values_on_axis(axis: Mapping[str, Any], cases: Cases) -> dict[str, float]:
     return {name: case.overrides[axis["key"]] * factor for name, case in cases.items()}
 
 
+def in_groups(cases: Cases, per_group: int) -> dict[str, list[str]]:
+    """Return ``{group: names of its cases}``: cases that follow one another in their grid, named by the first and the last.
+
+    A row added at a grid's end leaves the groups that are full as they are.
+    """
+    names = list(cases)
+    groups = [names[k : k + per_group] for k in range(0, len(names), per_group)]
+    return {own[0] if len(own) == 1 else f"{own[0]}_to_{own[-1]}": own for own in groups}
+
+
 def most_poses(cases: Mapping[str, Cases]) -> int:
     """Return the most poses a plane that any case of any sweep asks for; 1 where none says."""
     asked = [case.overrides.get("poses_per_plane", 1) for sweep in cases.values() for case in sweep.values()]

@@ -1,4 +1,4 @@
-"""One case of a sweep over walls and seeds, in memory: simulate, calibrate in every way, compare with the truth.
+"""Cases of a sweep over walls and seeds, in memory: simulate, calibrate in every way, compare with the truth.
 
 No dataset is kept; a row of the table is a seed and a way, and a fit that fails keeps its row. In a sweep the
 baseline holds what the paper holds, the parameters that the scene declares exact, however few the poses are,
@@ -28,7 +28,7 @@ from study.common.grid import with_overrides
 from study.common.memory import dataset_in_memory
 from study.common.methods import BOUND, CONVERGED, EFFICIENT, INITIAL, METHODS, Method
 from study.common.statistics import POSE_ERROR_COLUMNS, QUANTITIES
-from study.sweeps.plans import read_plans, serves
+from study.sweeps.plans import Shared, read_plans, serves
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -53,20 +53,18 @@ DIGITS = 6
 """Of a number in a table: a fit ends where its last steps no longer count, and further digits follow the last bit."""
 
 
-def sweep_case(
-    case: str,
+def sweep_cases(
+    cases: Mapping[str, Mapping[str, Any]],
     scenes: Mapping[str, str | Path],
-    overrides: Mapping[str, Any],
     seeds: Sequence[int],
     methods: Sequence[str],
     plans: Mapping[str, str | Path],
 ) -> pd.DataFrame:
-    """Return the errors of every method, of the initial model and of the bound: a row a walls, seed, method and alignment.
+    """Return the errors of every method, of the initial model and of the bound: a row a walls, case, seed, method and alignment.
 
     Args:
-        case: Name, for the table.
+        cases: ``{case: {dotted key: value}}``.
         scenes: ``{walls: config file of the scene}``.
-        overrides: ``{dotted key: value}`` of the case.
         seeds: To run.
         methods: Keys of ``study.common.methods.METHODS``.
         plans: ``{walls: postures and scans, as write_plans wrote them}``; a case of another workcell finds its own.
@@ -77,9 +75,10 @@ def sweep_case(
     """
     rows: list[dict[str, Any]] = []
     for walls, scene in scenes.items():
-        key = {"walls": walls, "case": case}
-        for row in _rows_of_scene(Path(scene), overrides, seeds, methods, plans[walls]):
-            rows.append(key | row)
+        shared = read_plans(plans[walls])
+        for case, overrides in cases.items():
+            key = {"walls": walls, "case": case}
+            rows += [key | row for row in _rows_of_scene(Path(scene), overrides, seeds, methods, shared)]
     table = pd.DataFrame(rows).reindex(columns=list(SWEEP_COLUMNS))
     return table.round(dict.fromkeys(QUANTITIES, FINEST))
 
@@ -89,13 +88,12 @@ def _rows_of_scene(
     overrides: Mapping[str, Any],
     seeds: Sequence[int],
     methods: Sequence[str],
-    plans: str | Path,
+    shared: Mapping[int, Shared],
 ) -> Iterator[dict[str, Any]]:
     # The simulator is an extra; a study of one's own data does without.
     from scalar.simulation.config import load_config
     from scalar.simulation.scene import simulate
 
-    shared = read_plans(plans)
     config = with_overrides(load_config(scene), overrides)
     config["truth_poses"] = min(config["truth_poses"], POSES)
     held = config.get("initial_model", {}).get("exact", ())
@@ -159,7 +157,7 @@ def _calibrated(method: str, dataset: Dataset, held: Sequence[str]) -> tuple[Cal
         end = fit_baseline(dataset, wanted.reading, held, MAX_EVALUATIONS, wanted.defaults)
         ended = {"status": end.status, "evaluations": end.evaluations, "residual_rms_mm": end.rms / MM}
         return Calibration(end.model, sensor_mapping(dataset)), ended
-    found = calibrate(dataset)
+    found = calibrate(dataset, explain=False)
     return found, {
         "status": CONVERGED,
         "evaluations": found.summary.get("evaluations"),

@@ -22,10 +22,10 @@ PLACED_COLUMNS = [
 
 
 def join_cases(tables: Sequence[pd.DataFrame], values: Mapping[str, float]) -> pd.DataFrame:
-    """Return the tables of single cases as one, by walls, with the place on the axis of each.
+    """Return the tables of groups of cases as one, by walls, with the place on the axis of each.
 
     Args:
-        tables: As ``sweep_case`` gives them.
+        tables: As ``sweep_cases`` gives them.
         values: ``{case: value on the axis, in the unit of its label}``.
     """
     parts = [table.dropna(axis=1, how="all") for table in tables]

@@ -1,0 +1,77 @@
+"""The original paper's model on planes: rows, and their changes by steps of its parameters, in the compiled library."""
+
+from __future__ import annotations
+
+import ctypes
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scalar.kernels import LIBRARY, Array, PublishedStruct, checked, contiguous
+
+READINGS = ("raise", "abs", "clip")
+"""Of the root of a negative number, in the order in which ``published_model.h`` counts them."""
+
+
+class PublishedProblem:
+    """N poses that measure K planes with three rows each: ``factors @ c``, c the contact vector ``(n.o - d, n.X, n.Z)``.
+
+    Parameters ``(P,)`` are a, alpha, d, theta ``(4, n)``, the sensor's axis, angle and place, and normal and distance of every plane.
+    """
+
+    def __init__(
+        self,
+        q: Array,
+        index: NDArray[np.intp],
+        factors: Array,
+        beta: Array,
+        T_base_0: Array,
+        T_n_flange: Array,
+        n_planes: int,
+        reading: str,
+    ) -> None:
+        """Keep what does not change with the parameters.
+
+        Args:
+            q: ``(N, n)`` [rad].
+            index: ``(N,)``, which plane each pose measures.
+            factors: ``(N, 3, 3)``.
+            beta: ``(n,)`` [rad].
+            T_base_0: ``(4, 4)``, before the first joint.
+            T_n_flange: ``(4, 4)``, after the last joint.
+            n_planes: K.
+            reading: One of ``READINGS``.
+        """
+        floats = [contiguous(each) for each in (q, factors, beta, T_base_0, T_n_flange)]
+        index = np.ascontiguousarray(index, dtype=np.int64)
+        self._kept = (*floats, index)  # the structure holds their addresses
+        N, n = q.shape
+        self.shape = N, 4 * n + 7 + 4 * n_planes
+        at = [each.ctypes.data for each in floats]
+        self._struct = PublishedStruct(
+            N, n, n_planes, READINGS.index(reading), at[0], index.ctypes.data, *at[1:]
+        )
+
+    def rows(self, values: Array) -> Array:
+        """Return the rows ``(3 N,)`` at parameters ``(P,)``."""
+        return self._found(values, None)[0]
+
+    def changes(self, values: Array, steps: Array) -> Array:
+        """Return by how much the rows change when each parameter is stepped, the roots with it, ``(3 N, P)``.
+
+        Args:
+            values: ``(P,)``.
+            steps: ``(P,)``.
+        """
+        return self._found(values, contiguous(steps))[1]
+
+    def _found(self, values: Array, steps: Array | None) -> tuple[Array, Array]:
+        assert LIBRARY is not None
+        N, P = self.shape
+        values, rows = contiguous(values), np.empty(3 * N)
+        changes = np.empty((0 if steps is None else 3 * N, P))
+        stepped, out = (None, None) if steps is None else (steps.ctypes.data, changes.ctypes.data)
+        checked(
+            LIBRARY.published(ctypes.byref(self._struct), values.ctypes.data, stepped, rows.ctypes.data, out)
+        )
+        return rows, changes
