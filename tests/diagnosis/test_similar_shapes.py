@@ -1,6 +1,6 @@
 """An effect is not named with confidence where something without a name explains the same as well.
 
-Two pulleys of a belt look like a handful of a gear's orders.
+Two pulleys of a belt look like a handful of a gear's orders; a sensor whose place wanders looks as if it had slipped once.
 """
 
 import numpy as np
@@ -8,7 +8,7 @@ import pytest
 
 from scalar.diagnosis.diagnose import diagnose
 from tests.diagnosis.cases import harmonic
-from tests.effects.injected import Flaws, make_cell, on_joint
+from tests.effects.injected import Flaws, make_cell, on_joint, true_frames
 
 
 def two_pulleys(joint, slow, fast):
@@ -42,3 +42,30 @@ def test_a_harmonic_of_the_joint_keeps_its_name():
     (effect,) = diagnose(cell.dataset).to_mapping()["effects"]
     assert effect["name"] == name and effect["target"] == target
     assert effect["confidence"] > 0.5
+
+
+def wandering(truth, seed):
+    """The sensor goes back and forth along its own z axis by about 0.2 mm, a random walk that is drawn back within 40 poses."""
+    steps = np.random.default_rng(seed).standard_normal(1000)
+    walk = np.zeros(1000)
+    for k in range(1, 1000):
+        walk[k] = np.exp(-1 / 40) * walk[k - 1] + np.sqrt(1 - np.exp(-2 / 40)) * steps[k]
+
+    def motion(at):
+        T = true_frames(truth, Flaws(), at, np.zeros_like(at.q))
+        M = np.tile(np.eye(4), (len(T), 1, 1))
+        M[:, :3, 3] = T[:, :3, 2] * 2e-4 * walk[at.order.astype(int)][:, None]
+        return M
+
+    return Flaws(base=motion)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_sensor_that_wanders_has_not_slipped(seed):
+    """Nothing is named with a confidence of 0.8 or more: a walk of a hundred poses explains as much as one step."""
+    truth = make_cell(seed=seed, poses_per_plane=3).scene.truth
+    cell = make_cell(wandering(truth, seed), seed=seed, poses_per_plane=34)
+    content = diagnose(cell.dataset).to_mapping()
+    assert not [
+        e["name"] for e in content["effects"] if e["confidence"] >= 0.8 and e["name"] != "unattributed"
+    ]

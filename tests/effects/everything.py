@@ -15,6 +15,7 @@ from scalar.effects.flexible.sensor import UnattributedSensor
 from scalar.effects.flexible.shape import UnattributedShape
 from scalar.effects.flexible.sway import UnattributedSway
 from scalar.effects.flexible.variable import GRAVITY, Variable
+from scalar.effects.flexible.wander import UnattributedWander
 from scalar.effects.flexible.wave import UnattributedWave
 from scalar.effects.joint_backlash import JointBacklash
 from scalar.effects.joint_compliance import JointCompliance
@@ -87,6 +88,8 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         UnattributedWave(5, (q[5],), 3.6, 1),
         UnattributedSway(Variable("time", 0.0, 1e4), 1.7),
         UnattributedSway(Variable("order", half, half), 3.2, turns=False),
+        UnattributedWander(Variable("time", 0.0, 1e4), "rx"),
+        UnattributedWander(Variable("order", half, half), "z"),
         UnattributedLink(4, "q4"),
         UnattributedLink(3, GRAVITY),
         UnattributedSensor(Variable(GRAVITY, 0.0, 1.0)),

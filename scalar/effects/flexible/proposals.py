@@ -15,6 +15,7 @@ from scalar.effects.flexible.sensor import UnattributedSensor
 from scalar.effects.flexible.shape import UnattributedShape
 from scalar.effects.flexible.sway import UnattributedSway
 from scalar.effects.flexible.variable import GRAVITY, Variable
+from scalar.effects.flexible.wander import COMPONENTS, UnattributedWander
 from scalar.effects.flexible.wave import OVERTONES, WAVE_STEP, UnattributedWave
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
@@ -75,6 +76,8 @@ def _in_time(dataset: Dataset, moving: list[int]) -> list[Effect]:
             UnattributedShape(j, (clock,), "step", at, STEP_WIDTHS[0], slides=slides)
             for at in _places(STEP_WIDTHS[0])
         ]
+    wandering = COMPONENTS if turns else COMPONENTS[3:]
+    found += [UnattributedWander(clock, component) for component in wandering]
     return found + [UnattributedSway(clock, periods, turns) for periods in SWAY_PERIODS]
 
 
