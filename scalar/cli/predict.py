@@ -22,6 +22,11 @@ from scalar.cli.terminal import say
     is_flag=True,
     help="Write the standard deviations x_std..rz_std of every pose as well, and the correlations of every two of them.",
 )
+@click.option(
+    "--target",
+    metavar="NAME",
+    help="The frame of this target, where several were measured on one flange; else that of the first.",
+)
 @UNITS
 @EFFECTS_MODULE
 def predict(
@@ -29,6 +34,7 @@ def predict(
     joints: Path,
     output: Path,
     with_std: bool,
+    target: str | None,
     units: str | None,
     effects_modules: Sequence[Path],
 ) -> None:
@@ -62,11 +68,11 @@ def predict(
         table = read_pose_table(
             joints, robot.n_joints, limits=robot.limits, units=in_units, prismatic=robot.prismatic
         )
-    covariance = model.predict_covariance(table) if with_std else None
+    covariance = model.predict_covariance(table, target=target) if with_std else None
     write_frames(
         output,
         table["pose"].to_numpy(),
-        model.predict(table),
+        model.predict(table, target=target),
         covariance,
         units=in_units,
         orientation_known=model.observes_orientation,

@@ -16,6 +16,8 @@ from scalar.units import MM
 
 if TYPE_CHECKING:
     from scalar.data.folder import Content
+    from scalar.data.located_table import Table
+    from scalar.data.sensor_formats import MeasuredTable
 
 
 @cli.command()
@@ -41,6 +43,20 @@ def _joints(joints: Sequence[Mapping[str, Any]]) -> str:
     return f"{count} ({', '.join(sliding)} prismatic)" if sliding else count
 
 
+def _measurements(points: Table, layout: MeasuredTable | None) -> list[str]:
+    """Return how many targets each pose shows, and whether orientations were measured, a line each."""
+    lines: list[str] = []
+    if layout is None:
+        return lines
+    if layout.item is not None and layout.item in points.columns:
+        counts = Counter(points.columns[layout.item])
+        lines.append(f"  {layout.item}s: {', '.join(f'{name} {count}' for name, count in counts.items())}")
+    turned = [name for group in layout.together for name in group if name in points.columns]
+    if turned:
+        lines.append(f"  whole poses: {','.join(turned)} are measured too")
+    return lines
+
+
 def describe_content(content: Content) -> str:
     """Return what a dataset holds, a few lines."""
     from scalar.sensors import kind_named
@@ -62,6 +78,14 @@ def describe_content(content: Content) -> str:
     if kind.scans and points is not None:
         sizes = Counter(points.columns["pose"].tolist()).values()
         lines.append(f"  {points.n_rows} points, {min(sizes)} to {max(sizes)} a scan")
+    if points is not None:
+        lines += _measurements(points, kind.format.table)
     noise = sensor.get("noise")
-    lines.append(f"  noise {'not stated' if noise is None else f'{noise / MM:g} mm'}; no fault found")
+    if points is not None and "noise" in points.columns:
+        least, most = (
+            f"{bound / MM:g}" for bound in (points.columns["noise"].min(), points.columns["noise"].max())
+        )
+        lines.append(f"  noise of each measurement stated, {least} to {most} mm; no fault found")
+    else:
+        lines.append(f"  noise {'not stated' if noise is None else f'{noise / MM:g} mm'}; no fault found")
     return "\n".join(lines)

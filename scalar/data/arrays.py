@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike
 from scalar.data.description import Description, check_description
 from scalar.data.folder import Content
 from scalar.data.located_table import Layout, Table, check_cells, header_faults
-from scalar.data.sensor_formats import SensorFormat
-from scalar.data.table_consistency import check_points, check_poses, poses_layout
+from scalar.data.table_consistency import check_points, check_poses, points_layout, poses_layout
 from scalar.data.unit_suspicions import suspect_description, suspect_joint_angles, suspect_points
 from scalar.errors import Fault, InvalidInput
 
@@ -27,6 +26,7 @@ def content_of_arrays(
     plane: Sequence[str] | None,
     pose_ids: ArrayLike | None,
     columns: Mapping[str, ArrayLike],
+    point_columns: Mapping[str, Any],
 ) -> Content:
     """Return the content of the folder that would hold these arrays.
 
@@ -37,6 +37,7 @@ def content_of_arrays(
         plane: ``(N,)`` names of planes; None for a sensor that measures none.
         pose_ids: ``(N,)`` integers; 1 to N if None.
         columns: further columns of poses.csv by name, ``(N,)`` each; ``approach`` may be ``(N, n)``.
+        point_columns: further columns of the points by name, ``(P,)`` each.
 
     Raises:
         InvalidInput: with all the faults found.
@@ -57,7 +58,7 @@ def content_of_arrays(
         suspect_joint_angles(poses, description, faults)
     table = None
     if description.format is not None:
-        table = _points(points, ids, description.format, faults)
+        table = _points(points, ids, description, point_columns, faults)
         if table is not None and description.format.table is not None:
             check_points(table, poses, description.format.table, faults)
             suspect_points(table, description.format.table, faults)
@@ -111,8 +112,16 @@ def _poses(
     return table
 
 
-def _points(points: Any, ids: np.ndarray, format: SensorFormat, faults: list[Fault]) -> Table | None:
+def _points(
+    points: Any,
+    ids: np.ndarray,
+    description: Description,
+    further: Mapping[str, Any],
+    faults: list[Fault],
+) -> Table | None:
     """Return the table of points, None for a sensor that has none or where the arrays do not fit it."""
+    format = description.format
+    assert format is not None
     kind = format.kind
     if format.table is None:
         if points is not None:
@@ -136,6 +145,19 @@ def _points(points: Any, ids: np.ndarray, format: SensorFormat, faults: list[Fau
         return None
     owner = np.repeat(ids, [len(each) for each in of_poses]).astype(float)
     stacked = np.concatenate(of_poses) if of_poses else np.empty((0, width))
-    table = _table("points", {"pose": owner, **dict(zip(names[1:], stacked.T, strict=True))})
-    check_cells(table, Layout(names), faults)
+    layout = points_layout(format.table, description)
+    columns = {"pose": owner, **dict(zip(names[1:], stacked.T, strict=True))}
+    for name, values in further.items():
+        text = name in layout.text
+        column = np.array([str(v).strip() for v in values] if text else values, object if text else float)
+        if column.shape != owner.shape:
+            faults.append(Fault("points", f"of shape {column.shape}; write ({len(owner)},)", None, name))
+            return None
+        columns[name] = column
+    wrong = header_faults("points", list(columns), layout, None)
+    faults += wrong
+    if wrong:
+        return None
+    table = _table("points", columns)
+    check_cells(table, layout, faults)
     return table

@@ -14,7 +14,7 @@ from typing import Any
 from scalar.data.description import DESCRIPTION
 from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.atomic import atomic_directory
-from scalar.data.sensor_formats import SensorFormat
+from scalar.data.sensor_formats import MeasuredTable, SensorFormat
 from scalar.errors import printable
 from scalar.units import DEG, MM
 
@@ -167,7 +167,23 @@ def _readme(n: int, format: SensorFormat) -> str:
             f"{table.files[0]}: {rows}; pose as in {_POSES}, {units}. An example row:",
             "  " + ",".join(table.columns),
             "  " + ",".join(["0", *values]),
+            *_further(table),
             "Data in another form (degrees, millimetres, other columns): see `scalar import --help`.",
         ]
     lines += ["", "Then: scalar calibrate FOLDER -o OUT, and scalar diagnose FOLDER -o OUT."]
     return "\n".join(lines) + "\n"
+
+
+def _further(table: MeasuredTable) -> list[str]:
+    """Return what README.txt says of columns that the table may have besides."""
+    if not table.further:
+        return []
+    columns = [
+        f"{name} [{table.optional[name]}]" if name in table.optional else name for name in table.further
+    ]
+    several = (
+        [f"With {table.item}, a name, a pose has a row for each of several {table.item}s that it shows."]
+        if table.item is not None
+        else []
+    )
+    return [f"Optional columns: {', '.join(columns)}.", *several]

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -53,6 +53,8 @@ class Dataset:
         points: ``(P, k)``, the table of the measurements, its columns as the kind of the sensor has them: x and z
             in the sensor frame, or x, y and z in a tracker's frame [m]; ``(0, 2)`` for a sensor without a table.
         starts: ``(N + 1,)`` int64; pose row i owns ``points[starts[i]:starts[i + 1]]``.
+        point_columns: the optional columns of that table by name, ``(P,)`` float64 each; ``target`` holds which of `targets`.
+        targets: the names of the targets on the flange, in the order of the file; empty where the table names none.
     """
 
     name: str
@@ -63,6 +65,8 @@ class Dataset:
     poses: pd.DataFrame
     points: np.ndarray
     starts: np.ndarray
+    point_columns: Mapping[str, np.ndarray] = field(default_factory=dict[str, np.ndarray])
+    targets: tuple[str, ...] = ()
 
     @classmethod
     def from_arrays(
@@ -75,6 +79,7 @@ class Dataset:
         planes: Sequence[PlaneGuess] = (),
         plane: Sequence[str] | None = None,
         columns: Mapping[str, ArrayLike] | None = None,
+        point_columns: Mapping[str, Any] | None = None,
         pose_ids: ArrayLike | None = None,
         name: str = "arrays",
         source: str = "",
@@ -91,6 +96,8 @@ class Dataset:
             plane: ``(N,)``, the name of the plane that each pose measures; None for a tracker.
             columns: the optional columns of poses.csv by name, ``(N,)`` each: ``order``, ``time`` [s], ``temperature``
                 [deg C], ``session``, ``approach`` as ``(N, n)`` of -1 and 1, and any covariate.
+            point_columns: the optional columns of the points by name, ``(P,)`` each, in the order of the points: ``target``
+                (names; a pose may then have several points, ``(K, 3)``), ``noise`` [m], ``rx``, ``ry``, ``rz`` [rad], ``rotation_noise`` [rad].
             pose_ids: ``(N,)`` integers, which results use to name a pose; 1 to N if None.
             name: of the dataset.
             source: free text.
@@ -116,7 +123,7 @@ class Dataset:
             (2, (2, 3))
         """
         mapping = description(name, source, robot, sensor, planes)
-        content = content_of_arrays(mapping, q, points, plane, pose_ids, columns or {})
+        content = content_of_arrays(mapping, q, points, plane, pose_ids, columns or {}, point_columns or {})
         # Not the rotation vectors that dataset.yaml would hold: they keep the last digit of a transform only nearly.
         return replace(_build(content), robot=robot, sensor=sensor, planes=tuple(map(unit_plane, planes)))
 
@@ -137,6 +144,11 @@ class Dataset:
         if layout is not None:
             table = pd.DataFrame(self.points, columns=list(layout.units))
             table.insert(0, "pose", np.repeat(self.pose_ids, np.diff(self.starts)))
+            for name, values in self.point_columns.items():
+                if name == layout.item:
+                    table.insert(1, name, np.array(self.targets, dtype=object)[values.astype(int)])
+                else:
+                    table[name] = values
             tables[layout.stem] = table
         mapping = description(self.name, self.source, self.robot, self.sensor, self.planes)
         write_dataset(path, mapping=mapping, poses=self.poses, table_format=table_format, **tables)
@@ -229,6 +241,7 @@ class Dataset:
             .reset_index(drop=True),
             points=self.points[taken],
             starts=starts,
+            point_columns={name: values[taken] for name, values in self.point_columns.items()},
         )
 
 
@@ -265,7 +278,7 @@ def _build(content: Content) -> Dataset:
         frame = frame.sort_values("order", kind="stable").reset_index(drop=True)
     robot, sensor, planes = declared_parts(mapping)
     format = sensor_formats()[sensor.kind]
-    xyz, starts = _group_points(_values(frame, "pose", np.int64), format, content.points)
+    xyz, starts, further, targets = _group_points(_values(frame, "pose", np.int64), format, content.points)
     return Dataset(
         name=mapping["name"],
         source=mapping.get("source") or "",
@@ -275,6 +288,8 @@ def _build(content: Content) -> Dataset:
         poses=frame,
         points=xyz,
         starts=starts,
+        point_columns=further,
+        targets=targets,
     )
 
 
@@ -310,14 +325,21 @@ def _values(table: Any, columns: str | list[str], dtype: type[np.float64 | np.in
 
 def _group_points(
     pose_ids: np.ndarray, format: SensorFormat, points: Table | None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points sorted by pose row, file order kept within a pose, and where each pose's begin."""
+) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray], tuple[str, ...]]:
+    """Return the points sorted by pose row, file order kept within a pose, where each pose's begin, further columns, and names of targets."""
     if points is None or format.table is None:
-        return np.empty((0, 2)), np.zeros(len(pose_ids) + 1, dtype=np.int64)
+        return np.empty((0, 2)), np.zeros(len(pose_ids) + 1, dtype=np.int64), {}, ()
     by_id = np.argsort(pose_ids, kind="stable")
     rows = by_id[np.searchsorted(pose_ids, points.columns["pose"].astype(np.int64), sorter=by_id)]
     xyz = np.column_stack([points.columns[name] for name in format.table.units])
+    further = {name: points.columns[name] for name in format.table.further if name in points.columns}
+    targets: tuple[str, ...] = ()
+    if (item := format.table.item) in further:
+        targets = tuple(dict.fromkeys(str(name) for name in further[item]))
+        code = {name: i for i, name in enumerate(targets)}
+        further[item] = np.array([code[str(name)] for name in further[item]], dtype=float)
     if np.any(np.diff(rows) < 0):
-        xyz = xyz[np.argsort(rows, kind="stable")]
+        by_row = np.argsort(rows, kind="stable")
+        xyz, further = xyz[by_row], {name: values[by_row] for name, values in further.items()}
     counts = np.bincount(rows, minlength=len(pose_ids))
-    return xyz, np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    return xyz, np.concatenate([[0], np.cumsum(counts)]).astype(np.int64), further, targets

@@ -9,9 +9,15 @@ from scalar.data.formats import refuse_files
 from scalar.data.io.csv_reader import read_csv
 from scalar.data.io.parquet_reader import read_parquet
 from scalar.data.io.plain_yaml import load_yaml_lines
-from scalar.data.located_table import Layout, Table, did_you_mean
+from scalar.data.located_table import Table, did_you_mean
 from scalar.data.sensor_formats import MeasuredTable, sensor_formats
-from scalar.data.table_consistency import check_points, check_poses, poses_layout, unknown_data_files
+from scalar.data.table_consistency import (
+    check_points,
+    check_poses,
+    points_layout,
+    poses_layout,
+    unknown_data_files,
+)
 from scalar.data.unit_suspicions import suspect_description, suspect_joint_angles, suspect_points
 from scalar.errors import Fault, InvalidInput
 
@@ -69,7 +75,7 @@ def examine_folder(path: Path, faults: list[Fault]) -> Content | None:
     faults += refuse_files(description.get("format"), names)
     table = None if description.format is None else description.format.table
     if kind is not None and table is not None:
-        points = _read_points(path, kind, table, names, faults)
+        points = _read_points(path, description, table, names, faults)
         if points is not None:
             check_points(points, poses, table, faults)
             suspect_points(points, table, faults)
@@ -122,7 +128,7 @@ def _missing(file: str, names: list[str]) -> Fault:
 
 
 def _read_points(
-    path: Path, kind: str, layout: MeasuredTable, names: list[str], faults: list[Fault]
+    path: Path, description: Description, layout: MeasuredTable, names: list[str], faults: list[Fault]
 ) -> Table | None:
     """Return the table of the measurements, None if there is none to use."""
     files = [name for name in layout.files if name in names]
@@ -134,10 +140,15 @@ def _read_points(
     if not files:
         units = ",".join(dict.fromkeys(layout.units.values()))
         message = (
-            f"the file is missing; a {kind} needs {' or '.join(layout.files)} with the columns "
+            f"the file is missing; a {description.kind} needs {' or '.join(layout.files)} with the columns "
             f"{','.join(layout.columns)} [{units}]"
         )
         faults.append(Fault(layout.files[0], message))
         return None
     read = read_parquet if files[0].endswith(".parquet") else read_csv
-    return read(path / files[0], Layout(layout.columns), faults)
+    allowed = points_layout(layout, description)
+    table = read(path / files[0], allowed, faults)
+    if table is not None:  # a column that is refused says nothing more
+        known = {*allowed.required, *allowed.optional}
+        table.columns = {name: values for name, values in table.columns.items() if name in known}
+    return table

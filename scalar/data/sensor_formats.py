@@ -18,9 +18,13 @@ class MeasuredTable:
     Attributes:
         stem: Of the name of the file.
         units: ``{column: unit}`` of every column besides ``pose``, in the order of ``Dataset.points``; a unit is ``m`` or ``rad``.
-        several_rows: Whether a pose has one row or more; else it has exactly one.
+        several_rows: Whether a pose has one row or more; else it has exactly one, or one for each item.
         row: What a row is, in messages.
         largest: No real length is beyond this [m]; a number that is must be in other units.
+        optional: ``{column: unit}`` of columns that version 2 of the format may have beside them.
+        together: Groups of optional columns that come together or not at all.
+        noises: Those of the optional columns that are standard deviations.
+        item: Text column that names which of several things a row measures, one row for each that a pose shows; None where there is none.
     """
 
     stem: str
@@ -28,11 +32,20 @@ class MeasuredTable:
     several_rows: bool
     row: str
     largest: float
+    optional: Mapping[str, str] = field(default_factory=dict[str, str])
+    together: tuple[tuple[str, ...], ...] = ()
+    noises: tuple[str, ...] = ()
+    item: str | None = None
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Return the names of all columns, ``pose`` first."""
         return ("pose", *self.units)
+
+    @property
+    def further(self) -> tuple[str, ...]:
+        """Return the names of the columns that version 2 may have beside them."""
+        return (*([] if self.item is None else [self.item]), *self.optional)
 
     @property
     def files(self) -> tuple[str, str]:

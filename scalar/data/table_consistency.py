@@ -16,6 +16,7 @@ from scalar.data.located_table import Layout, Table, did_you_mean, shorten
 from scalar.data.sensor_formats import MeasuredTable, sensor_formats
 from scalar.errors import Fault
 
+_NAME = re.compile(r"[A-Za-z0-9_-]+")
 _JOINT_COLUMN = re.compile(r"(q|approach|qc|tau)([0-9]+)")
 
 
@@ -80,7 +81,61 @@ def _on_planes(description: Description) -> bool:
     return description.format is not None and description.format.on_planes
 
 
-def _check_unique(table: Table, column: str, faults: list[Fault]) -> None:
+def _several_items(layout: MeasuredTable) -> str:
+    """Return what to say of a pose with several rows, where a column could name what each of them measures."""
+    if layout.item is None:
+        return ""
+    return f", or name in a column '{layout.item}' which of several each row measures ({DATASET_FORMAT})"
+
+
+def _check_items(points: Table, item: str, faults: list[Fault]) -> None:
+    """Add rows that measure the same thing at the same pose, and names that parameters cannot have."""
+    if "pose" not in points.columns:
+        return
+    ids, names = points.columns["pose"], points.columns[item].astype(str)
+    unfit = np.array([not _NAME.fullmatch(name) and bool(name) for name in names], dtype=bool)
+    points.report(
+        faults,
+        item,
+        unfit,
+        lambda i: f"not a name ({shorten(names[i])}); write letters, digits, _ or - only",
+    )
+    lines = points.line_numbers()
+    first: dict[tuple[float, str], int] = {}
+    repeated = np.zeros(points.n_rows, dtype=bool)
+    for i, key in enumerate(zip(ids.tolist(), names.tolist(), strict=True)):
+        repeated[i] = first.setdefault(key, i) != i and not np.isnan(key[0])
+
+    def message(i: int) -> str:
+        row = lines[first[float(ids[i]), str(names[i])]]
+        return f"{item} {names[i]} of pose {ids[i]:.15g} stands already in row {row}; correct or remove one"
+
+    points.report(faults, item, repeated, message)
+
+
+def _check_further(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
+    """Add optional columns that lack those they come with, and noises that are not positive."""
+    for group in layout.together:
+        there = [name for name in group if name in points.columns]
+        for name in group if there else ():
+            if name not in there:
+                message = f"the column is missing; {', '.join(group)} come together or not at all"
+                faults.append(Fault(points.file, message, 1, name))
+    for name in layout.noises:
+        if name in points.columns:
+            values = points.columns[name]
+            unit = layout.optional[name]
+            points.report(
+                faults,
+                name,
+                values <= 0,
+                lambda i, v=values, u=unit: (
+                    f"a noise of {v[i]:g} {u}; write one standard deviation, greater than 0"
+                ),
+            )
+
+
+def _check_unique(table: Table, column: str, faults: list[Fault], or_else: str = "") -> None:
     if column not in table.columns:
         return
     values = table.columns[column]
@@ -93,7 +148,7 @@ def _check_unique(table: Table, column: str, faults: list[Fault]) -> None:
 
     def message(i: int) -> str:
         row = lines[first[i]]
-        return f"{column} {values[i]:.15g} stands already in row {row}; correct or remove one"
+        return f"{column} {values[i]:.15g} stands already in row {row}; correct or remove one{or_else}"
 
     table.report(faults, column, repeated, message)
 
@@ -118,13 +173,23 @@ def _check_plane_names(poses: Table, description: Description, faults: list[Faul
         faults.append(Fault(poses.file, text, column="plane"))
 
 
+def points_layout(table: MeasuredTable, description: Description) -> Layout:
+    """Return the columns of the table of the measurements that this description allows."""
+    further = table.further if description.get("format") == DATASET_FORMAT else ()
+    text = frozenset() if table.item is None else frozenset({table.item})
+    return Layout(table.columns, further, text & frozenset(further))
+
+
 def check_points(points: Table, poses: Table | None, layout: MeasuredTable, faults: list[Fault]) -> None:
     """Add the points of unknown poses, and the poses without a point, or with more than one where one is due."""
     if points.whole and points.n_rows == 0:
         faults.append(Fault(points.file, "there is no point; write a row a point"))
         return
-    if not layout.several_rows:
-        _check_unique(points, "pose", faults)
+    if layout.item is not None and layout.item in points.columns:
+        _check_items(points, layout.item, faults)
+    elif not layout.several_rows:
+        _check_unique(points, "pose", faults, _several_items(layout))
+    _check_further(points, layout, faults)
     if poses is None or "pose" not in poses.columns or "pose" not in points.columns:
         return
     known, ids = poses.columns["pose"], points.columns["pose"]

@@ -156,16 +156,19 @@ def _suspect_travel(poses: Table, name: str, limits: np.ndarray | None, faults: 
 
 
 def suspect_points(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
-    """Add columns of points that look like millimetres: one fault a column, with its largest number."""
-    limit = layout.largest
-    for name, unit in layout.units.items():
-        if unit != "m" or name not in points.columns or not points.n_rows:
+    """Add columns of points that look like millimetres or degrees: one fault a column, with its largest number."""
+    for name, unit in (*layout.units.items(), *layout.optional.items()):
+        if name not in points.columns or not points.n_rows:
             continue
+        if name in layout.noises:
+            limit = MAX_NOISE if unit == "m" else MAX_NORMAL_STD
+        else:
+            limit = layout.largest if unit == "m" else MAX_ANGLE_PARAMETER
         beyond, worst, value = _beyond(points.columns[name], limit)
         if beyond:
             message = (
-                f"suspect: {value:g} m, and {beyond} of {points.n_rows} numbers are "
-                f"beyond {limit:g} m; {_AS_METRES}, or remove the points"
+                f"suspect: {value:g} {unit}, and {beyond} of {points.n_rows} numbers are "
+                f"beyond {limit:.4g} {unit}; {_AS_METRES if unit == 'm' else _AS_RADIANS}, or remove the points"
             )
             faults.append(Fault(points.file, message, int(points.line_numbers()[worst]), name))
 

@@ -131,6 +131,11 @@ def _selected(
     tried = named_candidates(cleaned.dataset)
     progress("selecting effects")
     found = select_together(before, select_forward(before, tried), tried)
+    # What a model lacks enlarges a noise that is estimated from its residual, so the weights are estimated anew with what was found.
+    again = rows.reweighted(found.residuals, found.model)
+    if again is not None:
+        before = refit(cleaned.dataset, model, prepared.free, (), settings, again)
+        found = select_together(before, select_forward(before, tried), tried)
     return Explained(cleaned, prepared, before, found, tried)
 
 

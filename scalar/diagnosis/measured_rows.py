@@ -13,13 +13,18 @@ from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import WithinScanNoiseSettings
 from scalar.sensors import Measurement, PoseNoise, measure
 
+_LITTLE = 0.1  # relative change of an estimated noise that is within its own error for a hundred measurements
+
 
 class MeasuredRows:
     """The rows of a dataset, compressed when they are first used."""
 
-    def __init__(self, dataset: Dataset, noise: PoseNoise | None = None) -> None:
-        """Take the dataset, which must not change, and the noise within its poses where it is not white and of one size."""
+    def __init__(
+        self, dataset: Dataset, noise: PoseNoise | None = None, like: Measurement | None = None
+    ) -> None:
+        """Take the dataset, which must not change, the noise within its poses where it is not white and of one size, and estimated weights."""
         self._dataset = dataset
+        self._like = like
         self.noise = noise
         self._known: dict[tuple[str, ...], Measurement] = {}
 
@@ -27,8 +32,25 @@ class MeasuredRows:
         """Return the rows with some functions of a point kept, as ``scalar.sensors.measure`` gives them."""
         names = tuple(extra_basis)
         if names not in self._known:
-            self._known[names] = measure(self._dataset, names).given_noise(self.noise)
+            rows = measure(self._dataset, names).given_noise(self.noise)
+            self._known[names] = rows if self._like is None else rows.weighted_like(self._like)
         return self._known[names]
+
+    def reweighted(self, residuals: Residuals, model: Model) -> MeasuredRows | None:
+        """Return the rows with weights estimated anew from what a model leaves; None where that changes them little or nothing is estimated.
+
+        Args:
+            residuals: Of the same dataset.
+            model: At its optimum.
+        """
+        if self._like is None or not self._like.estimated_noise:
+            return None
+        T_base_sensor = residuals.kinematics(model).T_base_sensor
+        like = measure(self._dataset).reweighted(T_base_sensor, model.target)
+        pairs = zip(self._like.estimated_noise, like.estimated_noise, strict=True)
+        if all(abs(new.value / old.value - 1.0) < _LITTLE for old, new in pairs):
+            return None
+        return MeasuredRows(self._dataset, self.noise, like)
 
 
 def rows_given_own_noise(dataset: Dataset, model: Model, settings: WithinScanNoiseSettings) -> MeasuredRows:
@@ -42,5 +64,7 @@ def rows_given_own_noise(dataset: Dataset, model: Model, settings: WithinScanNoi
     residuals = Residuals.of(dataset, model).reweighted(model)
     T_base_sensor = residuals.kinematics(model).T_base_sensor
     return MeasuredRows(
-        dataset, residuals.measurement.noise_within_poses(T_base_sensor, model.target, settings)
+        dataset,
+        residuals.measurement.noise_within_poses(T_base_sensor, model.target, settings),
+        residuals.measurement,
     )

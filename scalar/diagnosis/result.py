@@ -170,7 +170,7 @@ class Diagnosis:
                 "within_scan_mm": within_scans(self.after) / MM,
                 "between_scans_mm": between_scans(self.after) / MM,
                 "components": [
-                    component.to_mapping() for component in self.after.residuals.measurement.noise_components
+                    component.to_mapping() for component in self.after.residuals.measurement.listed_noise
                 ],
             },
             "residual": {

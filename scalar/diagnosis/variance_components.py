@@ -144,6 +144,11 @@ class WhitenedMeasurement(Measurement):
         return (*self.inner.noise_components, self.component)
 
     @property
+    def estimated_noise(self) -> tuple[NoiseComponent, ...]:
+        """Return that of the inner measurement."""
+        return self.inner.estimated_noise
+
+    @property
     def rows_per_pose(self) -> int:  # type: ignore[override]
         """Return the rows of the inner measurement."""
         return self.inner.rows_per_pose

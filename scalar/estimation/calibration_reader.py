@@ -16,7 +16,7 @@ VERSION_1 = "scalar-calibration/1"
 """Read, no longer written: it nests the names of the free parameters and their matrix under ``covariance``."""
 KEYS = frozenset(
     {"format", "robot", "sensor", "parameters", "gauge", "effects", "residual_rms_m", "planes", "tracker_frames", "summary"}
-    | {"names", "covariance", "target", "noise"}
+    | {"names", "covariance", "target", "targets", "noise"}
 )  # fmt: skip
 PARAMETER_KEYS = frozenset({"value", "std", "unit", "held", "reason", "prior"})
 

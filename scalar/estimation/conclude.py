@@ -98,7 +98,7 @@ def conclude(
         ),
         residual_rms=residuals.rms(model),
         summary=summary,
-        noise=tuple(component.to_mapping() for component in residuals.measurement.noise_components),
+        noise=tuple(component.to_mapping() for component in residuals.measurement.listed_noise),
     )
 
 

@@ -16,7 +16,7 @@ from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals, plane_problem
 from scalar.geometry.se3 import Array
-from scalar.sensors import Measurement
+from scalar.sensors import Measurement, by_coordinates
 
 
 def perfect_jacobian(
@@ -70,11 +70,8 @@ def _of_any_kind(measurement: Measurement, model: Model, q: Array, index: Array)
         q = q + measurement.contact_step(at.T_base_sensor, model.target, index, by_joint * moving)
         at = kinematics(q)
     wrench, by_target, usable = measurement.perfect_rows(at.T_base_sensor, model.target, index)
-    N, m, t = by_target.shape
     J = wrench @ at.screws()
     where = model.blocks["target"]
-    if t:  # a target that is known has no coordinates
-        items = np.zeros((N, m, (where.stop - where.start) // t, t))
-        items[np.arange(N), :, index] = by_target
-        J[:, :, where] = items.reshape(N, m, -1)
+    if by_target.shape[2]:  # a target that is known has no coordinates
+        J[:, :, where] = by_coordinates(model.target, by_target, index)
     return J[usable].reshape(-1, J.shape[2])

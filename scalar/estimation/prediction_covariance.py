@@ -11,15 +11,21 @@ import numpy as np
 
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
+from scalar.estimation.targets_on_flange import own_screws, sensor_to_target
 from scalar.geometry.se3 import Array
 
 
 def pose_deviations(
-    model: Model, kinematics: Kinematics, free: Sequence[str], covariance: Array
+    model: Model,
+    kinematics: Kinematics,
+    free: Sequence[str],
+    covariance: Array,
+    on_flange: str | None = None,
 ) -> Array | None:
     """Return independent deviations of the predicted poses, of one standard deviation each, ``(N, 6, K)`` [m, rad]; None without covariance.
 
-    The first three rows are the shift of the sensor's origin, the others a small turn about its origin, both in the base frame.
+    The first three rows are the shift of the origin of the sensor, or of one of several targets on the flange, the others a small turn about
+    its origin, both in the base frame.
     Their products ``D D'`` are the covariances ``(N, 6, 6)``.
 
     Args:
@@ -27,16 +33,26 @@ def pose_deviations(
         kinematics: Of the predicted poses.
         free: F names of what was estimated.
         covariance: ``(F, F)``.
+        on_flange: Name of a target beside the sensor; None for the sensor.
     """
     index = np.array([model.names.index(name) for name in free], dtype=int)
     # What is measured against moves no prediction, so only the marginal covariance of the rest is asked for, by its square root.
     target = model.blocks["target"]
-    moves = (index < target.start) | (index >= target.stop)
+    place = sensor_to_target(model, on_flange)
+    own = own_screws(model, on_flange)
+    moves = (index < target.start) | (index >= target.stop - own.shape[1])
+    moves |= index >= target.stop
     marginal = covariance[np.ix_(moves, moves)]
     if not np.all(np.isfinite(marginal)):
         return None
     values, vectors = np.linalg.eigh(marginal)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    screws = kinematics.screws()[:, :, index[moves]] @ root
-    shift = screws[:, 3:] + np.cross(screws[:, :3], kinematics.T_base_sensor[:, :3, 3, None], axis=1)
-    return np.concatenate([shift, screws[:, :3]], axis=1)
+    T = kinematics.T_base_sensor @ place
+    screws = kinematics.screws()
+    moved = np.concatenate(
+        [screws[:, 3:] + np.cross(screws[:, :3], T[:, :3, 3, None], axis=1), screws[:, :3]], axis=1
+    )
+    R = kinematics.T_base_sensor[:, :3, :3]
+    shared = slice(target.stop - own.shape[1], target.stop)
+    moved[:, :, shared] = np.concatenate([R @ own[:3], R @ own[3:]], axis=1)
+    return moved[:, :, index[moves]] @ root

@@ -24,7 +24,7 @@ from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 from scalar.kernels import LIBRARY
 from scalar.kernels.plane_problem import PlaneProblem
-from scalar.sensors import Measurement, Rows, measure
+from scalar.sensors import Measurement, Rows, by_coordinates, measure
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,11 +138,9 @@ class Residuals:
         # Effects on joints multiply the derivatives by the joints, which stand at theta (or d): m columns each instead of six.
         jacobian = rows.wrench @ kinematics.screws(joint_effects=False)
         blocks = model.blocks
-        at, per_item = blocks["target"], rows.target.shape[2]
-        if per_item:  # a target that is known has no coordinates
-            items = jacobian[:, :, at].reshape(N, m, -1, per_item)
-            items[np.arange(N), :, self.measurement.target_index] = rows.target
-            jacobian[:, :, at] = items.reshape(N, m, -1)
+        at = blocks["target"]
+        if rows.target.shape[2]:  # a target that is known has no coordinates
+            jacobian[:, :, at] = by_coordinates(model.target, rows.target, self.measurement.target_index)
         start = blocks["effects"].start
         by_joint = jacobian[:, :, model.robot.by_joint]
         for basis, where in self.bases.joints:

@@ -24,6 +24,7 @@ from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model, ParameterPrior
 from scalar.estimation.prediction_covariance import pose_deviations
 from scalar.estimation.reporting import reporting, sensor_mapping
+from scalar.estimation.targets_on_flange import sensor_to_target
 from scalar.geometry.robot import Robot, fixed_transform_mapping
 from scalar.geometry.se3 import Array, log_so3, transform_from_rotation_vector
 from scalar.sensors import kind_named, kind_of
@@ -109,12 +110,15 @@ class Calibration:
             for name, value, unit in zip(model.names, model.vector, model.units, strict=True)
         }
 
-    def predict(self, q: ArrayLike | pd.DataFrame, **columns: ArrayLike) -> Array:
+    def predict(
+        self, q: ArrayLike | pd.DataFrame, *, target: str | None = None, **columns: ArrayLike
+    ) -> Array:
         """Return the sensor's frames in the base frame ``(N, 4, 4)``, all effects applied.
 
         Args:
             q: ``(N, n)`` [rad], joint angles as the encoders read them; or a table with q1..qn and the optional columns
                 of poses.csv.
+            target: Name of a target, where several were measured on one flange; the sensor is the first of them.
             columns: The optional columns of poses.csv that an effect needs, by name, if ``q`` is an array: ``temperature``
                 [deg C], ``time`` [s], ``order`` (without it: the state at the end), ``approach`` as ``(N, n)``; ``(N,)``
                 each, or one number for all poses.
@@ -137,7 +141,8 @@ class Calibration:
             >>> T_base_sensor.shape, float(T_base_sensor[1, 2, 3])
             ((3, 4, 4), 0.3)
         """
-        return self._kinematics(q, columns).T_base_sensor
+        T = self._kinematics(q, columns).T_base_sensor
+        return T if target is None else T @ sensor_to_target(self.model, target)
 
     def correct(self, q: ArrayLike | pd.DataFrame, **columns: ArrayLike) -> Array:
         """Return joint angles ``(N, n)`` [rad] at which the real arm stands where the nominal arm would stand at ``q``.
@@ -182,7 +187,9 @@ class Calibration:
             return unknown, unknown
         return np.linalg.norm(deviations[:, :3], axis=(1, 2)), np.linalg.norm(deviations[:, 3:], axis=(1, 2))
 
-    def predict_covariance(self, q: ArrayLike | pd.DataFrame, **columns: ArrayLike) -> Array:
+    def predict_covariance(
+        self, q: ArrayLike | pd.DataFrame, *, target: str | None = None, **columns: ArrayLike
+    ) -> Array:
         """Return the covariances ``(N, 6, 6)`` [m, rad] of the predicted poses, what is held being taken as exact.
 
         The first three coordinates are a shift of the sensor's origin, the others a small turn about it, in the base frame. NaN where
@@ -190,10 +197,11 @@ class Calibration:
 
         Args:
             q: As in ``predict``.
+            target: As in ``predict``.
             columns: As in ``predict``.
         """
         kinematics = self._kinematics(q, columns)
-        deviations = pose_deviations(self.model, kinematics, self.free, self.covariance)
+        deviations = pose_deviations(self.model, kinematics, self.free, self.covariance, target)
         if deviations is None:
             return np.full((len(kinematics.T_base_sensor), 6, 6), np.nan)
         return deviations @ np.swapaxes(deviations, 1, 2)

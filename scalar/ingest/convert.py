@@ -2,7 +2,6 @@
 
 A mapping file says which column is which (`scalar.ingest.mapping`), the tables are read as they stand (`scalar.ingest.foreign_tables`),
 and the result passes the checks of a dataset folder before anything is written. Faults name the foreign file, its row and its column.
-Left out: the orientation that some trackers give, which the format has no place for.
 """
 
 import os
@@ -15,8 +14,8 @@ import numpy as np
 import pandas as pd
 
 from scalar.data.dataset_writer import write_dataset
-from scalar.data.located_table import Layout, check_cells
-from scalar.data.table_consistency import check_points, check_poses, poses_layout
+from scalar.data.located_table import check_cells
+from scalar.data.table_consistency import check_points, check_poses, points_layout, poses_layout
 from scalar.data.unit_suspicions import suspect_joint_angles, suspect_points
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.imported_table import ImportedTable, by_file
@@ -59,7 +58,7 @@ def import_dataset(
         ids = poses.columns["pose"][points.columns.pop("_row").astype(int)]
         points.columns = {"pose": ids, **points.columns}
     elif points is None and mapping.point_columns:
-        names = ("pose", *mapping.point_columns)
+        names = ("pose", *mapping.measured_columns)
         points = replace(poses, columns={name: poses.columns[name] for name in names}, bad={})
     _check(mapping, poses, points, faults)
     if faults:
@@ -81,7 +80,7 @@ def _check(
             replace(fault, column=poses.labels.get(fault.column or "", fault.column)) for fault in found
         ]
     if points is not None and layout is not None:
-        check_cells(points, Layout(("pose", *mapping.point_columns)), faults)
+        check_cells(points, points_layout(layout, description), faults)
         own = [] if points.good("pose") else ["pose"]  # reported with the poses already
         if not own:
             check_points(points, poses, layout, faults)
@@ -99,11 +98,12 @@ def _write(
     joints = [f"q{i + 1}" for i in range(n)]
     approach = [f"approach{i + 1}" for i in range(n)]
     first = ["pose", "plane", *joints, "order", "time", "temperature", "session", *approach]
-    rest = [name for name in poses.columns if name not in (*first, *mapping.point_columns)]
+    rest = [name for name in poses.columns if name not in (*first, *mapping.measured_columns)]
     frame = _frame(poses, [name for name in (*first, *rest) if name in poses.columns], joints)
     measured = {}
     if points is not None and mapping.table is not None:
-        measured[mapping.table.stem] = _frame(points, list(mapping.table.columns), mapping.point_columns)
+        names = ["pose", *mapping.measured_columns]
+        measured[mapping.table.stem] = _frame(points, names, mapping.measured_columns)
     content = mapping.description.mapping
     write_dataset(dataset_dir, mapping=content, poses=frame, **measured)
 

@@ -10,7 +10,7 @@ from scalar.data.formats import COMMANDED, PAYLOAD, TORQUE
 from scalar.data.sensor_formats import MeasuredTable
 from scalar.ingest.raw_table import Reference
 
-TEXT_COLUMNS = ("plane", "session")
+TEXT_COLUMNS = ("plane", "session", "target")
 JOINT = re.compile(r"qc?[1-9][0-9]*")
 _BY_JOINT = re.compile(rf"(q|{COMMANDED}|{TORQUE})([1-9][0-9]*)")
 
@@ -92,6 +92,17 @@ class MappingFile:
         return () if self.table is None else tuple(self.table.units)
 
     @property
+    def further_points(self) -> tuple[str, ...]:
+        """Return the columns that the sensor's table may have beside these."""
+        return () if self.table is None else self.table.further
+
+    @property
+    def measured_columns(self) -> tuple[str, ...]:
+        """Return the columns of the sensor's table that this mapping gives: the coordinates, and those of the further ones that it names."""
+        columns = (self.poses if self.points is None else self.points).columns
+        return (*self.point_columns, *(name for name in self.further_points if name in columns))
+
+    @property
     def table(self) -> MeasuredTable | None:
         """Return the table that the sensor needs, or None."""
         return None if self.description.format is None else self.description.format.table
@@ -99,7 +110,9 @@ class MappingFile:
     @property
     def several_points(self) -> bool:
         """Return whether the rows of the poses are points, several a pose."""
-        return self.table is not None and self.table.several_rows and self.points is None
+        if self.table is None or self.points is not None:
+            return False
+        return self.table.several_rows or self.table.item in self.poses.columns
 
 
 def quantity_of(name: str, table: MeasuredTable | None, description: Description) -> str | None:
@@ -118,6 +131,6 @@ def quantity_of(name: str, table: MeasuredTable | None, description: Description
         return "length" if slides else "angle"
     if name in PAYLOAD:
         return "mass" if name == PAYLOAD[0] else "length"
-    if table is not None and name in table.units:
-        return {"m": "length", "rad": "angle"}[table.units[name]]
+    if table is not None and name in (units := {**table.units, **table.optional}):
+        return {"m": "length", "rad": "angle"}[units[name]]
     return {"time": "time", "temperature": "temperature"}.get(name)

@@ -19,7 +19,8 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
     plane = ["plane"] if format is None or format.on_planes else []
     by_joint = [f"{stem}{i + 1}" for stem in ("approach", COMMANDED, TORQUE) for i in range(n)]
     optional = ["pose", "order", "time", "temperature", "session", *by_joint, *PAYLOAD]
-    known = [*joints, *plane, *([] if mapping.points else points), *optional]
+    measured = [*points, *mapping.further_points]
+    known = [*joints, *plane, *([] if mapping.points else measured), *optional]
     set_by_file = (
         set.intersection(*({*rule.text} for rule in mapping.poses.files)) if mapping.poses.files else set()
     )
@@ -31,7 +32,7 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
             ("points",), f"a {sensor} has no points of its own, only {', '.join(kinds)} have; remove this key"
         )
     else:
-        _check_block(given, "points", ["pose", *points], ["pose", *points], mapping)
+        _check_block(given, "points", ["pose", *points], ["pose", *measured], mapping)
         required.append("pose")
         if not mapping.poses.files:
             given.fault(
@@ -44,7 +45,7 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
             "missing; add it: the column that tells the scans apart, a point being a row",
         )
     _check_block(given, "poses", required, known, mapping)
-    own = {*known, *TEXT_COLUMNS, *points, "x", "y", "z"}
+    own = {*known, *TEXT_COLUMNS, *measured, "x", "y", "z"}
     covariates = [(("poses", "covariates", name), name) for name in given.get("poses", "covariates") or {}]
     for i, rule in enumerate(mapping.poses.files):
         covariates += [(("poses", "files", i, "covariates", name), name) for name in rule.covariates]

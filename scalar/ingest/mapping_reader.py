@@ -163,7 +163,7 @@ def _column(
         if key in entry and not JOINT.fullmatch(name):
             given.fault((*path, key), "only joints have one; remove this key")
     if "names" in entry and name not in TEXT_COLUMNS:
-        given.fault((*path, "names"), "only plane and session have names; remove this key")
+        given.fault((*path, "names"), f"only {', '.join(TEXT_COLUMNS)} have names; remove this key")
     to_si = units.get(unit or "", lambda value: value)
     offset, names = float(entry.get("offset", 0.0)), entry.get("names")
     return Column(entry["column"], to_si, float(entry.get("sign", 1)), offset, names)

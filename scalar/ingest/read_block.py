@@ -42,7 +42,7 @@ def read_block(
             table.columns["pose"] = np.arange(start, start + table.n_rows, dtype=float)
             next_id = start + table.n_rows
         if spread:
-            coordinates = {name: whole.columns[name] for name in mapping.point_columns}
+            coordinates = {name: whole.columns[name] for name in mapping.measured_columns}
             for name in coordinates:
                 del table.columns[name]
             coordinates["_row"] = owner + float(n_poses)

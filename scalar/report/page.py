@@ -93,6 +93,8 @@ def _about(diagnosis: Diagnosis) -> str:
     parts.append(f"{dataset.n_poses} poses")
     if len(dataset.planes):
         parts.append(f"{len(np.unique(dataset.plane_index))} target planes")
+    if len(dataset.targets) > 1:
+        parts.append(f"{len(dataset.targets)} targets on the flange")
     if kind_of(dataset).scans:
         parts.append(f"{len(dataset.points):,} points".replace(",", "\u202f"))
     return " · ".join(parts)

@@ -7,7 +7,7 @@ from scalar.sensors.protocol import Measurement
 from scalar.sensors.registry import kind_named, kind_of, measure, register, unregister
 from scalar.sensors.rows import Pieces, Rows, stated_sigma
 from scalar.sensors.scans import Scans, as_scans
-from scalar.sensors.target import Guess, Target
+from scalar.sensors.target import Guess, Target, by_coordinates, on_flange
 
 __all__ = [
     "FixedTarget",
@@ -21,9 +21,11 @@ __all__ = [
     "Scans",
     "Target",
     "as_scans",
+    "by_coordinates",
     "kind_named",
     "kind_of",
     "measure",
+    "on_flange",
     "register",
     "stated_sigma",
     "unregister",

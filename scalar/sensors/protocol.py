@@ -197,6 +197,24 @@ class Measurement(ABC):
         """Return the same measurement, whitened for the geometry of the estimate: itself where the weights do not depend on it."""
         return self
 
+    def weighted_like(self, other: Measurement) -> Self:
+        """Return the same measurement, with weights that another of the same poses has estimated and that stay as they are: itself.
+
+        Args:
+            other: Reweighted at an estimate. Squared residuals of two models compare only under the same weights.
+        """
+        return self
+
+    @property
+    def estimated_noise(self) -> tuple[NoiseComponent, ...]:
+        """Return what of the noise the weights take from the residual of a fit, for files: here nothing."""
+        return ()
+
+    @property
+    def listed_noise(self) -> tuple[NoiseComponent, ...]:
+        """Return what files list of the sensor's own noise; white noise of one stated size is none of it."""
+        return (*self.noise_components, *self.estimated_noise)
+
     @property
     def sigma_known(self) -> bool:
         """Return whether ``sigma`` is known independently of the fit: stated, or measured from the scatter of the points."""

@@ -26,7 +26,7 @@ class Rows:
     Attributes:
         residual: ``(N, m)``, in standard deviations.
         wrench: ``(N, m, 6)``, derivative by a screw of the sensor in the base frame [1/rad, 1/m].
-        target: ``(N, m, t)``, derivative by the coordinates of the pose's own target item.
+        target: ``(N, m, t + common)``, derivative by the coordinates of the pose's own target item, then by those that all items share.
         extra: ``(N, m, k)``, derivative by the coefficients of effects on points and surfaces.
     """
 

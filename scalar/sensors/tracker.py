@@ -1,6 +1,9 @@
-"""A laser tracker: the sensor's origin measured in the tracker's own frame, ``f = R o + t - y``, with an unknown rigid frame.
+"""A laser tracker: targets on the flange measured in the tracker's own frame, ``f = R o + t - y``, with an unknown rigid frame.
 
-Three signed components a pose instead of one or two. ``T_tracker_base = (R, t)`` stands in the place of the planes, one for each session.
+Three signed components a target instead of one or two. ``T_tracker_base = (R, t)`` stands in the place of the planes, one for each session.
+A pose may show several targets, some of them or all, each by its position or by its whole pose; every measurement may have a noise of
+its own. The rows of a pose are the positions of all targets, then their rotations, ``log(R R_base_target R_measured')``; a target that
+is not seen has rows that are zero for every model.
 """
 
 from __future__ import annotations
@@ -12,95 +15,65 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scalar.data.sensor_formats import MeasuredTable, SensorFormat
-from scalar.geometry.robot import fixed_transform_mapping
-from scalar.geometry.se3 import (
-    Array,
-    cross,
-    exp_so3,
-    left_jacobian_so3,
-    log_so3,
-    transform,
-    transform_from_rotation_vector,
-)
-from scalar.sensors.point_by_point import PointByPoint
-from scalar.sensors.rows import stated_sigma
+from scalar.geometry.se3 import Array, exp_so3
+from scalar.sensors.pose_noise import NoiseComponent
+from scalar.sensors.protocol import Measurement
+from scalar.sensors.rows import Rows
 from scalar.sensors.target import Target
+from scalar.sensors.tracker_frames import TargetOffsets, TrackerFrames
+from scalar.sensors.tracker_noise import TrackerNoise
+from scalar.sensors.tracker_rows import tracked_rows
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-_PARAMETERS = ("x", "y", "z", "rx", "ry", "rz")
+_ALTERNATIONS = (
+    60  # between frames and targets, from targets that all sit at the sensor: each halves the error or better
+)
+_TURN = ("rx", "ry", "rz")
 
 
 @dataclass(frozen=True, eq=False)
-class TrackerFrames:
-    """The tracker's frames ``T_tracker_base`` of S sessions: ``p_tracker = exp(r) R_reference p_base + t``.
+class Tracker(Measurement):
+    """What a tracker measured of K targets in N poses.
 
     Attributes:
-        names: S names.
-        reference_rotations: ``(S, 3, 3)``.
-        coordinates: ``(S, 6)``, t [m] and r [rad].
+        names: K names of targets.
+        positions: ``(N, K, 3)`` [m]; zero where a target is not seen.
+        rotations: ``(N, K, 3, 3)``, from a target's frame to the tracker's; None where positions alone were measured.
+        noise_of: Standard deviations of all of them.
+        target_index: ``(N,)``, the session of each pose.
     """
 
     names: tuple[str, ...]
-    reference_rotations: Array
-    coordinates: Array
-
-    @property
-    def rotations(self) -> Array:
-        """Return the rotations ``(S, 3, 3)``."""
-        return exp_so3(self.coordinates[:, 3:]) @ self.reference_rotations
-
-    @property
-    def transforms(self) -> Array:
-        """Return ``T_tracker_base`` ``(S, 4, 4)``."""
-        return transform(self.rotations, self.coordinates[:, :3])
-
-    @property
-    def parameter_names(self) -> list[str]:
-        """Return ``<name>_x .. <name>_rz`` of every frame."""
-        return [f"{name}_{p}" for name in self.names for p in _PARAMETERS]
-
-    @property
-    def parameter_units(self) -> list[str]:
-        """Return the units, in the order of the names."""
-        return ["m", "m", "m", "rad", "rad", "rad"] * len(self.names)
-
-    @property
-    def vector(self) -> Array:
-        """Return the coordinates ``(6 S,)``."""
-        return self.coordinates.ravel()
-
-    def with_vector(self, vector: Array) -> TrackerFrames:
-        """Return the frames at coordinates ``(6 S,)`` about the same references."""
-        return replace(self, coordinates=np.array(vector, dtype=float).reshape(-1, 6))
-
-    def rebased(self) -> TrackerFrames:
-        """Return the same frames, their references moved to where they are."""
-        coordinates = self.coordinates.copy()
-        coordinates[:, 3:] = 0.0
-        return replace(self, reference_rotations=self.rotations, coordinates=coordinates)
-
-    def expressed_about(self, guess: TrackerFrames) -> TrackerFrames:
-        """Return the same frames with absolute rotation vectors; ``guess`` says nothing of them."""
-        coordinates = np.concatenate([self.coordinates[:, :3], log_so3(self.rotations)], axis=1)
-        return TrackerFrames(self.names, np.tile(np.eye(3), (len(self.names), 1, 1)), coordinates)
-
-
-@dataclass(frozen=True, eq=False)
-class Tracker(PointByPoint):
-    """The tracked positions ``(N, 3)`` [m] of a dataset."""
-
-    values: Array
+    positions: Array
+    rotations: Array | None
+    noise_of: TrackerNoise
     target_index: Array
-    sigma: float
-    sigma_stated: bool
+    observes_orientation: bool = False
 
     format = SensorFormat(
         "tracker",
         on_planes=False,
         needs_nominal_pose=True,
-        table=MeasuredTable("points", {"x": "m", "y": "m", "z": "m"}, False, "row", largest=200.0),
+        table=MeasuredTable(
+            "points",
+            {"x": "m", "y": "m", "z": "m"},
+            False,
+            "row",
+            largest=200.0,
+            optional={"noise": "m", **dict.fromkeys(_TURN, "rad"), "rotation_noise": "rad"},
+            together=(_TURN,),
+            noises=("noise", "rotation_noise"),
+            item="target",
+        ),
+        options={
+            "rotation_noise": {
+                "type": "number",
+                "exclusiveMinimum": 0,
+                "description": "one standard deviation of a measured orientation about each axis, greater than 0 [rad]",
+            }
+        },
     )
     words = "tracker"
     measured = "tracked"
@@ -109,70 +82,229 @@ class Tracker(PointByPoint):
 
     @classmethod
     def of(cls, dataset: Dataset, extra_basis: Sequence[str] = ()) -> Tracker:
-        """Return the positions of a dataset."""
-        noise = dataset.sensor.noise
+        """Return what was measured of the targets that occur in a dataset."""
         session = dataset.session if dataset.session is not None else np.zeros(dataset.n_poses, dtype=int)
-        return cls(
-            np.asarray(dataset.points, dtype=float),
-            np.asarray(session),
-            stated_sigma(noise),
-            noise is not None,
+        pose = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
+        columns = dataset.point_columns
+        named = columns.get("target")
+        which = np.zeros(len(pose), dtype=int) if named is None else named.astype(int)
+        present, item = np.unique(which, return_inverse=True)
+        names = tuple(dataset.targets[i] for i in present) if dataset.targets else ("",)
+        shape = (dataset.n_poses, len(names))
+        seen = np.zeros(shape, dtype=bool)
+        seen[pose, item] = True
+        positions = np.zeros((*shape, 3))
+        positions[pose, item] = dataset.points
+        rotations = None
+        if _TURN[0] in columns:
+            rotations = np.tile(np.eye(3), (*shape, 1, 1))
+            rotations[pose, item] = exp_so3(np.column_stack([columns[name] for name in _TURN]))
+        unknowns = 4 * dataset.robot.n_joints + 6 * (int(session.max()) + 1) + 6 * len(names)
+        of_positions = dataset.sensor.noise, _placed(columns.get("noise"), pose, item, shape)
+        of_turns = (
+            dataset.sensor.options.get("rotation_noise"),
+            _placed(columns.get("rotation_noise"), pose, item, shape),
         )
+        noise = TrackerNoise.of(seen, of_positions, None if rotations is None else of_turns, unknowns)
+        return cls(names, positions, rotations, noise, np.asarray(session), rotations is not None)
+
+    @property
+    def seen(self) -> Array:
+        """Return which targets each pose shows, ``(N, K)`` bool."""
+        return self.noise_of.seen
+
+    @property
+    def sigma(self) -> float:  # type: ignore[override]
+        """Return the root mean square standard deviation of a coordinate [m]."""
+        return self.noise_of.typical
+
+    @property
+    def sigma_stated(self) -> bool:  # type: ignore[override]
+        """Return whether the noise of positions is stated, for all or for each."""
+        return self.noise_of.position_stated
+
+    @property
+    def rows_per_pose(self) -> int:  # type: ignore[override]
+        """Return three rows for each target, and three more for its rotation where that was measured."""
+        return len(self.names) * (3 if self.rotations is None else 6)
+
+    @property
+    def equations(self) -> Array:
+        """Return how many rows of each pose are measured ``(N,)`` int."""
+        return self.seen.sum(axis=1) * (3 if self.rotations is None else 6)
 
     def initial_target(self, dataset: Dataset) -> TrackerFrames:
-        """Return frames at the identity: nothing is stated of the tracker's place."""
+        """Return frames at the identity and targets at the sensor: nothing is stated of their places."""
         n = int(self.target_index.max()) + 1
         names = ("tracker",) if n == 1 else tuple(f"tracker@{s + 1}" for s in range(n))
-        return TrackerFrames(names, np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 6)))
+        targets = TargetOffsets.at_sensor(self.names, self.rotations is not None)
+        return TrackerFrames(names, np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 6)), targets)
 
     def fitted_target(self, T_base_sensor: Array, target: Target) -> TrackerFrames:
-        """Return the rigid frames of least squares (Kabsch), the sensor's poses given."""
+        """Return the rigid frames of least squares (Kabsch) and the targets' places, the sensor's poses given; in turn where there are several."""
         assert isinstance(target, TrackerFrames)
+        frames = self._frames(T_base_sensor, target)
+        if len(self.names) == 1:
+            return frames
+        for _ in range(_ALTERNATIONS):
+            frames = self._frames(
+                T_base_sensor, replace(frames, targets=self._targets(T_base_sensor, frames))
+            )
+        return frames
+
+    def _frames(self, T_base_sensor: Array, target: TrackerFrames) -> TrackerFrames:
+        """Return the frames that fit best to the targets where they sit."""
         rotations, coordinates = target.rotations, target.coordinates.copy()
+        places = self._places(T_base_sensor, target.targets)
         for s in range(len(rotations)):
-            mine = self.target_index == s
-            o, y = T_base_sensor[mine, :3, 3], self.values[mine]
+            mine = self.seen & (self.target_index == s)[:, None] & np.isfinite(places).all(axis=2)
+            o, y = places[mine], self.positions[mine]
             U, _, Vt = np.linalg.svd((y - y.mean(0)).T @ (o - o.mean(0)))
             rotations[s] = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
             coordinates[s] = np.r_[y.mean(0) - rotations[s] @ o.mean(0), 0.0, 0.0, 0.0]
-        return TrackerFrames(target.names, rotations, coordinates)
+        return TrackerFrames(target.names, rotations, coordinates, target.targets)
 
-    def predicted(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
-        """Return the sensor's origin in the tracker's frame ``(N, 3)`` [m], its wrench and its derivative by the frame ``(N, 3, 6)``."""
+    def _targets(self, T_base_sensor: Array, target: TrackerFrames) -> TargetOffsets:
+        """Return the targets that fit best to the frames: means of where each is seen from the sensor."""
+        targets = target.targets
+        R_tracker_sensor = target.rotations[self.target_index] @ T_base_sensor[:, :3, :3]
+        at = np.einsum("nij,nj->ni", target.rotations[self.target_index], T_base_sensor[:, :3, 3])
+        at = at + target.coordinates[self.target_index, :3]
+        coordinates, references = targets.coordinates.copy(), targets.rotations
+        for k, name in enumerate(self.names):
+            i, seen = targets.index(name), self.seen[:, k]
+            if i is None or i == 0 or not seen.any():
+                continue
+            back = np.swapaxes(R_tracker_sensor[seen], 1, 2)
+            coordinates[i] = 0.0
+            coordinates[i, :3] = np.mean(
+                (back @ (self.positions[seen, k] - at[seen])[:, :, None])[..., 0], axis=0
+            )
+            if self.rotations is not None:
+                U, _, Vt = np.linalg.svd(np.mean(back @ self.rotations[seen, k], axis=0))
+                references[i] = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
+        return replace(targets, references=references, coordinates=coordinates)
+
+    def _places(self, T_base_sensor: Array, targets: TargetOffsets) -> Array:
+        """Return where the targets are in the base frame ``(N, K, 3)`` [m]; NaN for one that the model does not have."""
+        places = np.full(self.positions.shape, np.nan)
+        for k, name in enumerate(self.names):
+            i = targets.index(name)
+            if i == 0:
+                places[:, k] = T_base_sensor[:, :3, 3]
+            elif i is not None:
+                offset = targets.coordinates[i, :3]
+                places[:, k] = T_base_sensor[:, :3, :3] @ offset + T_base_sensor[:, :3, 3]
+        return places
+
+    def _linear(
+        self, T_base_sensor: Array, target: Target, index: Array, *, perfect: bool = False
+    ) -> tuple[Array, Array, Array]:
+        """Return residuals [m, rad] and derivatives as ``tracked_rows`` does; of measurements without error if ``perfect``."""
         assert isinstance(target, TrackerFrames)
-        o, R = T_base_sensor[:, :3, 3], target.rotations[index]
-        turned = (R @ o[:, :, None])[:, :, 0]
-        wrench = np.concatenate([cross(np.broadcast_to(o[:, None, :], R.shape), R), R], axis=2)
-        by_target = np.zeros((len(o), 3, 6))
-        by_target[:, :, :3] = np.eye(3)
-        left = np.stack([left_jacobian_so3(r) for r in target.coordinates[:, 3:]])[index]
-        # d(exp(r) R0 o) = (J_l dr) x (R o): a column is J_l's column crossed with the turned point.
-        columns = cross(np.swapaxes(left, 1, 2), np.broadcast_to(turned[:, None, :], R.shape))
-        by_target[:, :, 3:] = np.swapaxes(columns, 1, 2)
-        return turned + target.coordinates[index, :3], wrench, by_target
+        measured = (None, None) if perfect else (self.positions, self.rotations)
+        return tracked_rows(
+            T_base_sensor, target, index, self.names, *measured, oriented=self.rotations is not None
+        )
+
+    def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
+        """Return ``(R o + t - y) / sigma``, and ``log(R R_base_target R_measured') / sigma_rotation``, with their derivatives."""
+        if point_effects:
+            raise NotImplementedError(f"effects on points do not act on a {self.words}")
+        residual, wrench, by_target = self._linear(T_base_sensor, target, self.target_index)
+        scale = self.noise_of.weights()[:, :, None]
+        return Rows(
+            residual * scale[:, :, 0], wrench * scale, by_target * scale, np.zeros((*residual.shape, 0))
+        )
+
+    def distances(
+        self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
+    ) -> tuple[Array, Array]:
+        """Return per pose the squared distances between model and measurement [m^2], and how many targets are seen; positions alone."""
+        assert isinstance(target, TrackerFrames)
+        squares = self._residuals(T_base_sensor, target)[0] ** 2 * self.seen[:, :, None]
+        known = self.seen & np.array([target.targets.index(name) is not None for name in self.names])
+        return np.sum(squares, axis=(1, 2)), np.maximum(known.sum(axis=1), 1)
+
+    def _residuals(self, T_base_sensor: Array, target: Target) -> tuple[Array, Array]:
+        """Return the residuals of positions ``(N, K, 3)`` [m] and of orientations ``(N, K, 3)`` [rad], the latter empty where there are none."""
+        N, K = self.seen.shape
+        residual = self._linear(T_base_sensor, target, self.target_index)[0]
+        return residual[:, : 3 * K].reshape(N, K, 3), residual[:, 3 * K :].reshape(N, -1, 3)
+
+    def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
+        """Return the derivatives of measurements of all targets: every pose can be measured."""
+        _, wrench, by_target = self._linear(T_base_sensor, target, index, perfect=True)
+        return wrench, by_target, np.ones(len(wrench), dtype=bool)
+
+    # Weights and noise
+
+    def reweighted(self, T_base_sensor: Array, target: Target) -> Tracker:
+        """Return the same measurement with a noise that is not stated estimated from what the model leaves, where two kinds are weighed."""
+        if self.rotations is None:
+            return self
+        noise = self.noise_of.estimated(*self._residuals(T_base_sensor, target))
+        return self if noise is self.noise_of else replace(self, noise_of=noise)
+
+    def weighted_like(self, other: Measurement) -> Tracker:
+        """Return the same measurement with the noise that another of the same poses has, which stays as it is."""
+        assert isinstance(other, Tracker)
+        return replace(self, noise_of=replace(other.noise_of, settled=True))
+
+    @property
+    def estimated_noise(self) -> tuple[NoiseComponent, ...]:
+        """Return the noise of orientations where it is estimated."""
+        component = self.noise_of.component()
+        return () if component is None else (component,)
+
+    def in_metres(self) -> tuple[Tracker, float]:
+        """Return the positions alone, all weighted alike, and the factor that makes metres of their rows."""
+        sigma = self.sigma
+        noise = replace(self.noise_of, position=np.full(self.seen.shape, sigma), rotation=None)
+        return replace(self, rotations=None, noise_of=noise), sigma
+
+    def noise_floor(self, T_base_sensor: Array, target: Target) -> float:
+        """Return the root mean square distance [m] of a target that the noise alone makes."""
+        return self.sigma * float(np.sqrt(3))
+
+    def common_error(self, T_base_sensor: Array, target: Target) -> Array:
+        """Return how a shift of all targets of a pose enters the rows, ``(N, m, 3)`` [1/m]."""
+        N, K = self.seen.shape
+        found = np.zeros((N, self.rows_per_pose, 3))
+        found[:, : 3 * K] = np.tile(np.eye(3), (K, 1)) * self.noise_of.weights()[:, : 3 * K, None]
+        return found
+
+    # How the residual is shown
+
+    def shift(self, predicted: Array, residual: Array) -> tuple[Array, Array, Array]:
+        """Return each pose's predicted shift [m], the residual's shift along it [m], and its standard error [m]: of positions."""
+        n, sigma = 3 * len(self.names), self.noise_of.of_poses
+        size = np.linalg.norm(predicted[:, :n], axis=1)
+        along = predicted[:, :n] / np.maximum(size, 1e-300)[:, None]
+        return size * sigma, np.sum(along * residual[:, :n], axis=1) * sigma, sigma
+
+    def shown_residual(self, residual: Array) -> Array:
+        """Return the size of the shift of each pose's targets ``(N,)`` [m]."""
+        return np.linalg.norm(residual[:, : 3 * len(self.names)], axis=1) * self.noise_of.of_poses
+
+    # How the target is saved
 
     @classmethod
     def target_to_mapping(cls, target: Target, std: Mapping[str, float]) -> dict[str, Any]:
-        """Return the frames; their standard errors stand with the parameters."""
+        """Return the frames and targets; their standard errors stand with the parameters."""
         assert isinstance(target, TrackerFrames)
-        frames = zip(target.names, target.transforms, strict=True)
-        return {
-            "tracker_frames": [
-                {"name": name, "T_tracker_base": fixed_transform_mapping(T)} for name, T in frames
-            ]
-        }
+        return target.to_mapping()
 
     @classmethod
     def target_from_mapping(cls, mapping: Mapping[str, Any]) -> TrackerFrames:
-        """Return the frames of ``target_to_mapping``."""
-        frames = mapping["tracker_frames"]
-        coordinates = [
-            np.r_[T[:3, 3], log_so3(T[:3, :3])]
-            for T in (
-                transform_from_rotation_vector(t["translation"], t["rotation_vector"])
-                for t in (frame["T_tracker_base"] for frame in frames)
-            )
-        ]
-        names = tuple(frame["name"] for frame in frames)
-        references = np.tile(np.eye(3), (len(names), 1, 1))
-        return TrackerFrames(names, references, np.array(coordinates).reshape(-1, 6))
+        """Return the frames and targets of ``target_to_mapping``."""
+        return TrackerFrames.from_mapping(mapping)
+
+
+def _placed(values: Array | None, pose: Array, item: Array, shape: tuple[int, int]) -> Array | None:
+    """Return a column of the table as ``(N, K)``, one where a target is not seen; None where there is no column."""
+    if values is None:
+        return None
+    found = np.ones(shape)
+    found[pose, item] = values
+    return found

@@ -95,10 +95,69 @@ def test_nests_are_refused_in_version_2(tmp_path: Path, version: int, refused: b
 
 
 @pytest.mark.parametrize("column", ["target", "rx", "noise"])
-def test_columns_of_points_that_are_not_supported_are_refused_by_name(tmp_path: Path, column: str) -> None:
-    """A tracker's points have their position alone; further columns of version 2 are refused by name."""
+def test_version_1_has_no_further_columns_of_points(tmp_path: Path, column: str) -> None:
+    """A tracker's points of version 1 have their position alone; columns of version 2 are refused by name."""
+    mapping = small_datasets.description("tracker") | {"format": "scalar-dataset/1"}
     tables = small_datasets.tables("tracker")
     tables["points"][column] = 1.0
-    write_dataset(tmp_path / "d", mapping=small_datasets.description("tracker"), **tables)
+    write_dataset(tmp_path / "d", mapping=mapping, **tables)
     (fault,) = validate_dataset(tmp_path / "d")
     assert (fault.file, fault.column) == ("points.csv", column)
+
+
+def with_points(folder: Path, **columns: object) -> Path:
+    """Write a small dataset of a tracker with further columns in points.csv."""
+    tables = small_datasets.tables("tracker")
+    tables["points"] = tables["points"].assign(**columns)
+    write_dataset(folder, mapping=small_datasets.description("tracker"), **tables)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("columns", "row", "column", "said"),
+    [
+        ({"noise": [1e-4] * 8 + [0.0]}, 10, "noise", "greater than 0"),
+        ({"noise": [0.1] * 9}, 2, "noise", "millimetres"),
+        ({"rx": 0.1, "ry": 0.1}, 1, "rz", "come together"),
+        ({"rx": 90.0, "ry": 0.1, "rz": 0.1}, 2, "rx", "degrees"),
+        ({"target": ["A"] * 8 + ["B C"]}, 10, "target", "letters"),
+        ({"target": ["A"] * 8 + [""]}, 10, "target", "empty"),
+        ({"pose": [10, 10, *range(12, 19)]}, 3, "pose", "in a column 'target'"),
+        ({"pose": [10, 10, *range(12, 19)], "target": "A"}, 3, "target", "already in row 2"),
+        ({"wobble": 1.0}, 1, "wobble", "unknown column"),
+    ],
+)
+def test_faults_of_points_are_named(
+    tmp_path: Path, columns: dict[str, object], row: int, column: str, said: str
+) -> None:
+    """Every wrong cell or column of points.csv is refused by its row and column, with what to do."""
+    faults = validate_dataset(with_points(tmp_path / "d", **columns))
+    found = [fault for fault in faults if fault.file == "points.csv"]
+    assert [(fault.row, fault.column) for fault in found] == [(row, column)]
+    assert said in found[0].message
+
+
+@pytest.mark.parametrize("table_format", ["csv", "parquet"])
+def test_further_columns_of_points_come_back_as_they_were(tmp_path: Path, table_format: str) -> None:
+    """Targets, orientations and noises are read as they were written; a part of the poses keeps its own; rows may stand in any order."""
+    rng = np.random.default_rng(1)
+    tables = small_datasets.tables("tracker")
+    ids = np.repeat(tables["poses"]["pose"].to_numpy(), 2)
+    points = pd.DataFrame({"pose": ids, "target": ["B", "A"] * small_datasets.N_POSES})
+    for name in ("x", "y", "z", "rx", "ry", "rz", "noise"):
+        points[name] = rng.uniform(1e-4, 2e-4, len(points))
+    shuffled = points.sample(frac=1.0, random_state=2)
+    write_dataset(
+        tmp_path / "d", mapping=small_datasets.description("tracker"), **tables | {"points": shuffled}
+    )
+    dataset = read_dataset(tmp_path / "d")
+    dataset.write(tmp_path / "e", table_format=table_format)
+    again = read_dataset(tmp_path / "e").subset(np.array([4, 2]))
+    expected = points[points["pose"].isin(again.pose_ids)].set_index(["pose", "target"])
+    for i, pose in enumerate(again.pose_ids):
+        for k in range(*again.starts[i : i + 2]):
+            name = again.targets[int(again.point_columns["target"][k])]
+            row = expected.loc[(pose, name)]
+            np.testing.assert_array_equal(again.points[k], row[["x", "y", "z"]])
+            for column in ("rx", "ry", "rz", "noise"):
+                assert again.point_columns[column][k] == row[column]

@@ -9,7 +9,7 @@ from scalar.data.sensor_formats import sensor_formats
 
 ROOT = Path(__file__).parents[2]
 CLASSES = {"LineLaser", "Probe", "Tracker", "TrackerFrames"}
-MODULES = {"line_laser", "probe", "tracker"}
+MODULES = {"line_laser", "probe", "tracker", "tracker_frames", "tracker_noise", "tracker_rows"}
 MAKES_DATA = (
     ROOT / "workflow/study/sensitivity/datasets.py"
 )  # of a kind of its own choice, as the simulator does
@@ -47,7 +47,7 @@ def test_no_module_outside_sensors_names_a_kind():
     [
         "dataset.sensor.kind == 'line-laser'",
         "isinstance(m, LineLaser)",
-        "from scalar.sensors.tracker import TrackerFrames",
+        "from scalar.sensors.tracker_frames import TrackerFrames",
         "from scalar.sensors import probe",
     ],
 )

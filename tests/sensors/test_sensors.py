@@ -9,7 +9,7 @@ import pytest
 
 from scalar.geometry.planes import Planes
 from scalar.sensors import measure
-from scalar.sensors.tracker import TrackerFrames
+from scalar.sensors.tracker_frames import TrackerFrames
 from tests import helpers
 
 

@@ -1,4 +1,4 @@
-"""Read Parquet files, damaged ones included, as tables of numbers."""
+"""Read Parquet files, damaged ones included, as tables of numbers, and of text where the layout says so."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from scalar.errors import Fault, InvalidInput
 
 
 def read_parquet(path: Path, layout: Layout, faults: list[Fault]) -> Table | None:
-    """Return the table of numbers in a Parquet file, None if nothing of it can be used; faults are added."""
+    """Return the table in a Parquet file, None if nothing of it can be used; faults are added."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -31,13 +31,16 @@ def read_parquet(path: Path, layout: Layout, faults: list[Fault]) -> Table | Non
         return None
     faults += header_faults(file, content.column_names, layout, None)
     table = Table(file, {}, lambda: np.arange(1, content.num_rows + 1))
-    for name in layout.required:
+    for name in (*layout.required, *(name for name in layout.optional if name in content.column_names)):
         if content.column_names.count(name) != 1:
             continue
         column = content[name]
         if pa.types.is_dictionary(column.type):
             column = column.cast(column.type.value_type)
         kind = column.type
+        if name in layout.text:
+            table.columns[name] = np.array([str(cell or "").strip() for cell in column.to_pylist()], object)
+            continue
         if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
             faults.append(Fault(file, f"holds {kind}, not numbers; write it as double or int64", column=name))
             continue

@@ -1,0 +1,40 @@
+"""Where the targets sit that were measured beside the sensor on one flange, for predictions of one of them by its name."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scalar.errors import Fault, InvalidInput
+from scalar.estimation.model import Model
+from scalar.geometry.se3 import Array
+from scalar.sensors import on_flange
+
+
+def sensor_to_target(model: Model, name: str | None) -> Array:
+    """Return ``T_sensor_target`` ``(4, 4)``; the identity for the sensor, which is the first of several targets.
+
+    Args:
+        model: As calibrated.
+        name: Of a target; None for the sensor.
+
+    Raises:
+        InvalidInput: No target has that name.
+    """
+    if name is None:
+        return np.eye(4)
+    targets = on_flange(model.target)
+    names = [] if targets is None else [known for known in targets.names if known]
+    if targets is None or name not in names:
+        known = f"it has {', '.join(names)}" if names else "it names none; leave out --target"
+        raise InvalidInput(Fault("--target", f"the calibration has no target {name!r}; {known}"))
+    return targets.transforms[names.index(name)]
+
+
+def own_screws(model: Model, name: str | None) -> Array:
+    """Return how a target moves with the model's last coordinates, in axes of the sensor's frame: ``(6, k)``; k is 0 for the sensor.
+
+    Args:
+        model: As calibrated.
+        name: Of a target that the model has; None for the sensor.
+    """
+    return np.zeros((6, 0)) if name is None else on_flange(model.target).screws(name)

@@ -1,0 +1,132 @@
+"""An arm with several targets on its flange before a tracker, simulated by elementary matrices: nothing here calls the estimator's formulas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.data.declared import Sensor
+from scalar.geometry.robot import Robot
+from tests import helpers
+
+GUESS = helpers.shift(0, 0.05) @ helpers.shift(2, 0.1)
+
+
+@dataclass(frozen=True, eq=False)
+class TrackedArm:
+    """The true workcell.
+
+    Attributes:
+        name: Of the arm in ``configs/robots``.
+        geometry: ``(5, n)``, with errors of a millimetre and milliradians.
+        targets: ``{name: T_flange_target}``.
+        T_tracker_base: ``(S, 4, 4)``, one for each session.
+    """
+
+    name: str
+    geometry: np.ndarray
+    targets: dict[str, np.ndarray]
+    T_tracker_base: np.ndarray
+
+    @classmethod
+    def drawn(
+        cls, rng: np.random.Generator, names: tuple[str, ...], name: str = "vs060", sessions: int = 1
+    ) -> TrackedArm:
+        """Return a workcell whose targets sit within 0.15 m of the flange, the first near ``GUESS``."""
+        joints = helpers.robot_mapping(name)["joints"]
+        geometry = np.array([[j.get(kind, 0.0) for j in joints] for kind in helpers.KINDS])
+        size = np.array([1e-3, 2e-3, 1e-3, 2e-3, 0.0])[:, None]
+        error = size * rng.uniform(-1, 1, geometry.shape)
+        error[1, np.abs(np.sin(geometry[1])) < 0.1] *= 0.5
+        targets = {names[0]: GUESS @ helpers._random_transform(rng, 3e-3, 2e-2)}
+        for other in names[1:]:
+            targets[other] = GUESS @ helpers._random_transform(rng, 0.15, 1.5)
+        frames = np.stack([helpers._random_transform(rng, 2.0, 1.0) for _ in range(sessions)])
+        return cls(name, geometry + error, targets, frames)
+
+    @property
+    def robot(self) -> Robot:
+        """Return the nominal arm."""
+        return Robot.from_mapping({"name": self.name, **helpers.robot_mapping(self.name)})
+
+    def poses(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Return joint angles ``(N, n)`` [rad] within the limits."""
+        return rng.uniform(*self.robot.limits.T, (count, self.robot.n_joints))
+
+    def at(self, q: np.ndarray, target: str) -> np.ndarray:
+        """Return where a target is in the base frame ``(N, 4, 4)``."""
+        flange = helpers.fixed(helpers.robot_mapping(self.name).get("flange"))
+        return helpers.chain(self.geometry, q) @ flange @ self.targets[target]
+
+    def dataset(
+        self,
+        q: np.ndarray,
+        rng: np.random.Generator,
+        *,
+        noise: Any = 0.0,
+        turn_noise: float | None = None,
+        seen: np.ndarray | None = None,
+        session: np.ndarray | None = None,
+        stated: dict[str, Any] | None = None,
+        q_true: np.ndarray | None = None,
+        columns: dict[str, Any] | None = None,
+    ) -> Dataset:
+        """Return what the tracker sees.
+
+        Args:
+            q: ``(N, n)`` [rad], as the encoders read them.
+            rng: Draws the noise.
+            noise: Of a coordinate [m], one number or ``(N, K)``.
+            turn_noise: Of a rotation about each axis [rad]; None: positions alone.
+            seen: ``(N, K)`` bool, which targets each pose shows; None: all.
+            session: ``(N,)``, of each pose.
+            stated: ``noise``, ``rotation_noise`` of the sensor, and ``point_columns`` beside those that are measured.
+            q_true: ``(N, n)`` [rad], where the joints are; None: where the encoders read.
+            columns: Of poses.csv.
+        """
+        stated = dict(stated or {})
+        N, K = len(q), len(self.targets)
+        seen = np.ones((N, K), dtype=bool) if seen is None else seen
+        frames = self.T_tracker_base[np.zeros(N, dtype=int) if session is None else session]
+        T = np.stack([frames @ self.at(q if q_true is None else q_true, k) for k in self.targets], axis=1)
+        noise = np.broadcast_to(noise, (N, K))
+        points = T[:, :, :3, 3] + noise[:, :, None] * rng.normal(size=(N, K, 3))
+        further: dict[str, Any] = {}
+        if K > 1:
+            further["target"] = np.tile(np.array(list(self.targets), dtype=object), (N, 1))[seen]
+        if turn_noise is not None:
+            small = turn_noise * rng.normal(size=(N, K, 3))
+            turns = np.array(
+                [
+                    helpers.rotate_about(v, float(np.linalg.norm(v))) if np.any(v) else np.eye(3)
+                    for v in small.reshape(-1, 3)
+                ]
+            ).reshape(N, K, 3, 3)
+            vectors = helpers.rotation_vector(turns @ T[:, :, :3, :3])[seen]
+            further |= dict(zip(("rx", "ry", "rz"), vectors.T, strict=True))
+        for name, values in stated.pop("point_columns", {}).items():
+            further[name] = np.broadcast_to(values, (N, K))[seen]
+        if session is not None:
+            columns = {**(columns or {}), "session": [f"day {s}" for s in session]}
+        options = {key: stated[key] for key in ("rotation_noise",) if key in stated}
+        return Dataset.from_arrays(
+            robot=self.robot,
+            sensor=Sensor("tracker", GUESS, noise=stated.get("noise"), options=options),
+            q=q,
+            points=[points[i][seen[i]] for i in range(N)],
+            point_columns=further,
+            columns=columns,
+        )
+
+
+def relative(T: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """Return poses ``(N, 4, 4)`` after the rigid motion that fits their places best to those of others (Kabsch): the base's place is free."""
+    a, b = T[:, :3, 3], reference[:, :3, 3]
+    U, _, Vt = np.linalg.svd((b - b.mean(0)).T @ (a - a.mean(0)))
+    R = U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt
+    moved = np.eye(4)
+    moved[:3, :3], moved[:3, 3] = R, b.mean(0) - R @ a.mean(0)
+    return moved @ T
