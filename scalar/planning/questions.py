@@ -74,7 +74,11 @@ def open_pairs(
             if effect is None or rival is None or not _by_poses(effect, rival):
                 beyond.append(f"{_named(entry)} or {_named(other)}")
                 continue
-            pairs.append(Pair(_sized(effect, entry), rival))
+            pair = Pair(_sized(effect, entry), rival)
+            if not any(
+                _same_pair(pair, known) for known in pairs
+            ):  # terms of one rival are listed one by one
+                pairs.append(pair)
     for entry in diagnosis.get("unobservable", diagnosis.get("silent", ())):
         effect = wanted(entry)
         if effect is None or not effect.natural_sizes.any() or not _by_poses(effect):
@@ -154,6 +158,11 @@ def _is(effect: Effect, entry: Mapping[str, Any]) -> bool:
 
 def _same(one: Effect, other: Effect) -> bool:
     return one.name == other.name and one.target == other.target and one.term_names == other.term_names
+
+
+def _same_pair(one: Pair, other: Pair) -> bool:
+    assert one.rival is not None
+    return other.rival is not None and _same(one.effect, other.effect) and _same(one.rival, other.rival)
 
 
 def _by_poses(*effects: Effect) -> bool:

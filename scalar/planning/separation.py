@@ -145,3 +145,14 @@ def separating_poses(
         for a, before, limit in zip(asked, now, limits, strict=True)
     ]
     return chosen, answered
+
+
+def noncentralities(questions: Sequence[Question], start: Array, rows: Array) -> list[float]:
+    """Return the noncentrality of each question if poses are added.
+
+    Args:
+        questions: To be answered.
+        start: ``(P, P)``, information that is there.
+        rows: ``(N, m, P)``, whitened, of all poses that are added.
+    """
+    return [_Asked(question, start, rows).limit() for question in questions]

@@ -1,6 +1,7 @@
-# Do planned poses match twice as many random ones? A target of its own, some minutes; its summary is committed:
+# Do planned poses match twice as many random ones, and do further planned poses separate causes that a diagnosis could not distinguish? A
+# target of its own, half an hour or so; its summaries are committed:
 #   snakemake planning --cores 2
-#   cp results/planning/{summary.csv,numbers.json} paper/summaries/planning/
+#   cp results/planning/{summary.csv,numbers.json,separation.csv,separation.json} paper/summaries/planning/
 PLANNING = config.get("planning") or {
     "scene": STUDIES["headline"]["scene"],
     "seeds": 30,
@@ -9,6 +10,29 @@ PLANNING = config.get("planning") or {
     "pool_per_plane": 400,
 }
 PLANNING_DIR = f"{RESULTS}/planning"
+SEPARATION = PLANNING.get("separation") or {
+    "cases": [
+        "joint_compliance",
+        "joint_harmonic",
+        "joint_scale",
+        "joint_coupling",
+        "base_compliance",
+        "axis_nonparallel",
+        "range_offset",
+        "range_distortion",
+    ],
+    "repetitions": 2,
+    "first_poses_per_plane": 20,
+    "pool_per_plane": 400,
+    "further_poses": 20,
+}
+SEPARATION_JOBS = [
+    (case, workcell, f"{k:03d}-{k:03d}")
+    for case in SEPARATION["cases"]
+    for workcell in TRIALS.workcells
+    if TRIALS.cases[case].possible(workcell)
+    for k in range(1, SEPARATION["repetitions"] + 1)
+]
 
 
 localrules:
@@ -66,6 +90,53 @@ rule collect_plans:
         "../scripts/collect_plans.py"
 
 
+rule separate_plans:
+    input:
+        scene=lambda w: files_of_scene(ROOT / TRIALS.workcells[w.workcell]["scene"]),
+        modules=modules("study.planning.separate", "study.common.tables"),
+    output:
+        f"{PLANNING_DIR}/separation/{{case}}/{{workcell}}/{{repetitions}}.csv",
+    log:
+        f"{RESULTS}/logs/separate_plans/{{case}}/{{workcell}}/{{repetitions}}.log",
+    conda:
+        ENVIRONMENT
+    threads: 1
+    params:
+        config=local(TRIALS_CONFIG),
+        root=local(ROOT),
+        sizes={
+            "first": SEPARATION["first_poses_per_plane"],
+            "pool": SEPARATION["pool_per_plane"],
+            "further": SEPARATION["further_poses"],
+        },
+    message:
+        "Separating confounded causes: {wildcards.case} in {wildcards.workcell}"
+    script:
+        "../scripts/separate_plans.py"
+
+
+rule collect_separations:
+    input:
+        tables=[
+            f"{PLANNING_DIR}/separation/{case}/{workcell}/{repetitions}.csv"
+            for case, workcell, repetitions in SEPARATION_JOBS
+        ],
+        modules=modules("study.planning.separation_summary", "study.common.tables"),
+    output:
+        pairs=f"{PLANNING_DIR}/separation.csv",
+        numbers=f"{PLANNING_DIR}/separation.json",
+    log:
+        f"{RESULTS}/logs/collect_separations.log",
+    conda:
+        ENVIRONMENT
+    threads: 1
+    message:
+        "Collecting confounded causes"
+    script:
+        "../scripts/collect_separations.py"
+
+
 rule planning:
     input:
         rules.collect_plans.output,
+        rules.collect_separations.output,

@@ -1,0 +1,231 @@
+"""Do further poses, planned by `scalar plan --after`, separate what a diagnosis could not distinguish?
+
+The sets are those of the blind trials with one effect that acts by the joint angles, at the same sizes and from the same seeds, but with fewer poses,
+so that more causes are confounded. Each is diagnosed; where causes are confounded, further poses are chosen from a pool of postures from which
+the scanner sees its plane. As many are drawn at random from the pool, as a control. Both are then measured in the same simulated scene and the
+diagnosis is made anew, which shows whether what was expected comes true. A row is a pair of confounded causes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.dataset import Dataset
+from scalar.data.io.atomic import plain
+from scalar.diagnosis import diagnose
+from scalar.effects import Effect
+from scalar.errors import ScalarError
+from scalar.geometry.se3 import Array
+from scalar.planning.questions import Pair, asked, open_pairs
+from scalar.planning.separation import ANSWERED, noncentralities, separating_poses
+from scalar.planning.workcell import View, Workcell
+from study.blind_trials.cases import Set, Study
+from study.blind_trials.score import Entry, same
+from study.common.memory import dataset_in_memory
+from study.common.scene_config import scene_config
+from study.planning.bound import best_noncentrality
+
+PLANNED, RANDOM = "planned", "random"
+SEPARATION_COLUMNS = {
+    "case": "of the blind trials",
+    "workcell": "robot, scanner and target planes",
+    "seed": "of all chance in the scene",
+    "size": "multiple of the effect's natural size",
+    "pairs": "of confounded causes in the set; without any the rest of the row is empty",
+    "effect": "that was found",
+    "rival": "that would explain the same as well",
+    "right": "effect, rival or neither: which was injected",
+    "now": "standard errors of the signal that tells them apart, with the poses that were diagnosed",
+    "planned": "with the planned poses as well",
+    "random": "with as many random ones instead",
+    "best": "a bound that no choice of as many poses of the pool exceeds",
+    "limit": "with all of the pool",
+    "separable": "whether any choice of as many poses may separate them: the bound is five standard errors or more",
+    "separable_by_all": "whether the whole pool does",
+    "separated": "whether the planned poses are expected to",
+    "separated_at_random": "whether the random ones are",
+    "distinguished": "whether the diagnosis with the planned poses names one of the two and does not list the other",
+    "distinguished_at_random": "the same with the random ones",
+    "right_then": "whether the injected effect is named with the planned poses, and nothing listed beside it is",
+    "right_then_at_random": "the same with the random ones",
+}
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Numbers of poses.
+
+    Attributes:
+        first: Of each plane, that are diagnosed first.
+        pool: Of each plane, to choose from.
+        further: That are added.
+    """
+
+    first: int
+    pool: int
+    further: int
+
+
+def separate_sets(
+    study: Study, case: str, workcell: str, repetitions: str, root: Path, sizes: Sizes
+) -> pd.DataFrame:
+    """Return the pairs of confounded causes of a job of the blind trials, columns ``SEPARATION_COLUMNS``.
+
+    Args:
+        study: The blind trials.
+        case, workcell, repetitions: A job of it.
+        root: Where the paths of scenes start.
+        sizes: Numbers of poses.
+
+    Raises:
+        InvalidInput: The scene is at fault.
+        SimulationError: Too few postures see a target plane.
+    """
+    # The simulator is an extra; a study of one's own data does without.
+    from scalar.simulation.plan import PosePlan, plan_poses
+
+    scene = root / study.workcells[workcell]["scene"]
+    overrides = (
+        study.scene,
+        study.workcells[workcell]["overrides"],
+        {"poses_per_plane": sizes.first + sizes.pool, "truth_poses": 1},
+    )
+    rows: list[dict[str, Any]] = []
+    plans: dict[int, PosePlan] = {}
+    for wanted in study.sets(case, workcell, repetitions):
+        config = scene_config(scene, overrides, seed=wanted.seed, name=workcell)
+        plan = plans.get(wanted.seed)
+        if plan is None:
+            plan = plans[wanted.seed] = plan_poses(config, base_dir=scene.parent)
+        found = _pairs_of_set(wanted, config, scene.parent, plan, sizes)
+        rows += found
+        print(
+            f"{case} {workcell} seed {wanted.seed} size {wanted.size:g}: {found[0]['pairs']} pairs",
+            flush=True,
+        )
+    return pd.DataFrame(rows).reindex(columns=list(SEPARATION_COLUMNS))
+
+
+def _pairs_of_set(
+    wanted: Set, config: Mapping[str, Any], base_dir: Path, plan: Any, sizes: Sizes
+) -> list[dict[str, Any]]:
+    from scalar.simulation.errors import SimulationError
+    from scalar.simulation.scene import simulate
+
+    key = {
+        "case": wanted.case,
+        "workcell": wanted.workcell,
+        "seed": wanted.seed,
+        "size": wanted.size,
+        "pairs": 0,
+    }
+    entries = {**config, **wanted.overrides, "injected": [dict(entry) for entry in wanted.injected]}
+    try:
+        simulated = simulate(entries, base_dir=base_dir, plan=plan)
+        every = dataset_in_memory(simulated)
+        first = first_of_each_plane(every.plane_index, sizes.first)
+        dataset = every.subset(first)
+        diagnosis = diagnose(dataset)
+    except (ScalarError, SimulationError):
+        return [key]
+    mapping = plain(diagnosis.to_mapping())
+    calibration = diagnosis.calibration_after
+    pairs, _ = open_pairs(mapping, calibration.model.effects, dataset)
+    confounded = [pair for pair in pairs if pair.rival is not None]
+    if not confounded:
+        return [key]
+    pool = np.setdiff1d(np.arange(every.n_poses), first)
+    view = View(points=config["sensor"]["points_per_scan"])
+    cell = Workcell.of(every.robot, every.sensor, every.planes, calibration, view, same_campaign=True)
+    misfit = max(float(calibration.summary.get("misfit", 1.0)), 1.0)
+    candidates = cell.dataset(every.q[pool], every.plane_index[pool])
+    what = asked(cell, pairs, dataset, candidates, misfit)
+    chosen, answers = separating_poses(what.questions, what.start, what.rows, sizes.further)
+    rng = np.random.default_rng([wanted.seed, sizes.further])
+    drawn = rng.choice(len(pool), sizes.further, replace=False)
+    at_random = noncentralities(what.questions, what.start, what.rows[drawn])
+    injected = simulated.truth["effects"][0]
+    again = {
+        way: _effects_of(every.subset(np.concatenate([first, pool[which]])))
+        for way, which in ((PLANNED, chosen), (RANDOM, drawn))
+    }
+    rows = []
+    for pair, answer, random in zip(pairs, answers, at_random, strict=True):
+        if pair.rival is None:
+            continue
+        best = best_noncentrality(answer.question, what.start, what.rows, sizes.further)
+        rows.append(
+            key
+            | {
+                "pairs": len(confounded),
+                "effect": pair.effect.title,
+                "rival": pair.rival.title,
+                "right": _right(pair, injected),
+                "now": answer.now**0.5,
+                "planned": answer.planned**0.5,
+                "random": random**0.5,
+                "best": best**0.5,
+                "limit": answer.limit**0.5,
+                "separable": best >= ANSWERED,
+                "separable_by_all": answer.separable,
+                "separated": answer.separated,
+                "separated_at_random": random >= ANSWERED,
+                "distinguished": distinguished(pair, again[PLANNED]),
+                "distinguished_at_random": distinguished(pair, again[RANDOM]),
+                "right_then": named_alone(injected, again[PLANNED]),
+                "right_then_at_random": named_alone(injected, again[RANDOM]),
+            }
+        )
+    return rows
+
+
+def first_of_each_plane(plane: Array, count: int) -> Array:
+    """Return the rows of the first ``count`` poses of each plane, ascending."""
+    return np.sort(np.concatenate([np.flatnonzero(plane == k)[:count] for k in np.unique(plane)]))
+
+
+def distinguished(pair: Pair, effects: Sequence[Entry] | None) -> bool:
+    """Return whether a diagnosis names one of a pair and does not list the other, as found or as confounded with it.
+
+    Args:
+        pair: With a rival.
+        effects: Entries of ``diagnosis.json``; None where the diagnosis failed.
+    """
+    assert pair.rival is not None
+    either = [pair.effect, pair.rival]
+    named = [any(_is(effect, entry) for entry in effects or ()) for effect in either]
+    listed = [
+        any(_is(effect, other) for entry in effects or () for other in entry["confounded_with"])
+        for effect in either
+    ]
+    return sum(named) == 1 and not listed[named.index(False)]
+
+
+def named_alone(injected: Entry, effects: Sequence[Entry] | None) -> bool:
+    """Return whether a diagnosis names what was injected, at its place, and lists nothing else in its place."""
+    return any(same(entry, injected) and not entry["confounded_with"] for entry in effects or ())
+
+
+def _effects_of(dataset: Dataset) -> Sequence[Entry] | None:
+    try:
+        return plain(diagnose(dataset).to_mapping())["effects"]
+    except ScalarError:
+        return None
+
+
+def _right(pair: Pair, injected: Entry) -> str:
+    """Return which of a pair was injected."""
+    for which, effect in (("effect", pair.effect), ("rival", pair.rival)):
+        if effect is not None and same({"name": effect.name, "target": plain(effect.target)}, injected):
+            return which
+    return "neither"
+
+
+def _is(effect: Effect, entry: Entry) -> bool:
+    return effect.name == entry["name"] and plain(effect.target) == entry["target"]
