@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from scalar.data.table_units import TableUnits
-    from scalar.estimation.correction import Correction
+    from scalar.estimation.correction import Correction, Sensitivity
     from scalar.estimation.model import Model
     from scalar.geometry.robot import Robot
     from scalar.geometry.se3 import Array
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 _FRAME = ("x", "y", "z", "rx", "ry", "rz")
 _MOST_SHOWN = 10
 _FAR = 20.0  # times all links together: a hand's breadth in millimetres is farther
+_MOST_TURN = 180.0  # deg or mm for a shift of 1 mm: beyond it a number says no more than that
 _REMEDY = "; move the pose, or leave it out with --leave-out"
 
 
@@ -56,9 +57,13 @@ def correct(
                           beside them, these give the posture, else it is chosen near that of the row before
 
     pose is a whole number. Angles are in rad, lengths and the travel of joints that slide in m (see --units). All calibrated effects are
-    applied; what they need (approach1..n, temperature, time, order) stands in columns of TARGETS and is written again. The output has
-    pose,q1..qn, the joint angles to command, and two columns of 0 and more: beyond_limits, the number of joints beyond
-    their limits, and near_singular. `scalar predict` gives the wanted frames for them to 1e-6 m.
+    applied; what they need (approach1..n, temperature, time, order) stands in columns of TARGETS.
+
+    The output has pose,q1..qn, the joint angles to command, and every other column of TARGETS as it is (a speed, a tool's number), but not
+    what is said of the wanted frame: x..rz, and their standard deviations and correlations as `scalar predict --std` writes them. Three columns
+    follow: beyond_limits, the number of joints beyond their limits; near_singular, 1 near a singularity; and smallest_singular_value, how near: 0 is
+    singular, and below 0.02 is called near (of the Jacobian, lengths in units of the arm's). `scalar predict` gives the wanted frames
+    for these joint angles to 1e-6 m.
 
     \b
     Example:
@@ -67,8 +72,9 @@ def correct(
     import numpy as np
 
     from scalar.data.pose_tables import read_pose_table
+    from scalar.data.poses import Poses
     from scalar.data.table_units import base_name, columns_of, units_named
-    from scalar.estimation.correction import correct_table
+    from scalar.estimation.correction import correct_table, sensitivity
     from scalar.estimation.result import load_calibration
 
     in_units = units_named(units)
@@ -104,9 +110,10 @@ def correct(
     for fault in _cannot(str(targets), ids[wrong], found, wrong) if len(wrong) else ():
         say(f"  left out: {fault.message.partition(_REMEDY)[0]}")
     kept = np.flatnonzero(found.reached)
-    for line in _said(robot, ids, found, kept):
+    near = sensitivity(model, Poses.from_frame(table, robot.n_joints, order_is_row=False), found.q)
+    for line in _said(robot, ids, found, near, kept):
         say(line)
-    _write(output, table, found, kept, in_units.sliding(robot.prismatic))
+    _write(output, table, found, near, kept, in_units.sliding(robot.prismatic))
     say(f"written: {output}, {len(kept)} poses")
 
 
@@ -176,7 +183,7 @@ def _few(faults: list[Fault], file: str) -> list[Fault]:
     return [*faults[:_MOST_SHOWN], more]
 
 
-def _said(robot: Robot, ids: Array, found: Correction, kept: Array) -> list[str]:
+def _said(robot: Robot, ids: Array, found: Correction, near: Sensitivity, kept: Array) -> list[str]:
     """Return what a user has to know of the poses that are written."""
     import numpy as np
 
@@ -191,10 +198,33 @@ def _said(robot: Robot, ids: Array, found: Correction, kept: Array) -> list[str]
         )
     shown = _some(lines)
     singular = [
-        f"  pose {ids[i]}: near a singularity; a small error takes a large change of the joints"
-        for i in kept[found.near_singular[kept]]
+        f"  pose {ids[i]}: near a singularity ({_how_near(robot, near, i)})" for i in kept[_near(near)[kept]]
     ]
     return [*shown, *_some(singular)]
+
+
+def _near(near: Sensitivity) -> Array:
+    """Return which poses are called near a singularity ``(N,)`` bool."""
+    from scalar.estimation.correction import CorrectionSettings
+
+    return near.singular_value < CorrectionSettings().near_singular
+
+
+def _how_near(robot: Robot, near: Sensitivity, i: int) -> str:
+    """Return by how much a joint moves for a small shift there."""
+    import numpy as np
+
+    # Of joints that turn and such that slide the largest number of degrees or millimetres is named.
+    units = [("mm", MM) if joint in robot.prismatic else ("deg", DEG) for joint in range(robot.n_joints)]
+    moves = near.travel[i] * MM / np.array([size for _, size in units])
+    joint = int(np.argmax(moves))
+    unit = units[joint][0]
+    moved = (
+        f"up to {moves[joint]:.2g} {unit}"
+        if moves[joint] < _MOST_TURN
+        else f"more than {_MOST_TURN:.0f} {unit}"
+    )
+    return f"smallest singular value {near.singular_value[i]:.2g}: to shift the sensor by 1 mm, joint {joint + 1} moves by {moved}"
 
 
 def _some(lines: list[str]) -> list[str]:
@@ -202,22 +232,29 @@ def _some(lines: list[str]) -> list[str]:
     return [*lines[:_MOST_SHOWN], f"  and {more} more poses likewise"] if more > 0 else lines
 
 
-def _write(path: Path, table: pd.DataFrame, found: Correction, kept: Array, units: TableUnits) -> None:
-    """Write the joint angles, with what the effects need and what is to be known of each pose."""
+def _write(
+    path: Path, table: pd.DataFrame, found: Correction, near: Sensitivity, kept: Array, units: TableUnits
+) -> None:
+    """Write the joint angles, with the other columns of the table and what is to be known of each pose."""
     import pandas as pd
 
     from scalar.data.io.atomic import atomic_write
+    from scalar.estimation.frame_tables import tells_of_frame
 
     n = found.q.shape[1]
     columns = {"pose": table["pose"].to_numpy()[kept]}
     for i in range(n):
         name = f"q{i + 1}"
         columns[units.named(name)] = found.q[kept, i] / units.of(name)[1]
-    left = {"pose", *_FRAME, *(f"q{i + 1}" for i in range(n)), "beyond_limits", "near_singular"}
+    own = {
+        "beyond_limits": found.beyond_limits[kept].sum(axis=1),
+        "near_singular": _near(near)[kept].astype(int),
+        "smallest_singular_value": near.singular_value[kept],
+    }
+    joints = {f"q{i + 1}" for i in range(n)}
     for name in table.columns:
-        if name not in left:
+        if name not in ("pose", *joints, *own) and not tells_of_frame(str(name)):
             columns[name] = table[name].to_numpy()[kept]
-    columns["beyond_limits"] = found.beyond_limits[kept].sum(axis=1)
-    columns["near_singular"] = found.near_singular[kept].astype(int)
+    columns |= own
     with atomic_write(path) as temporary:
         pd.DataFrame(columns).to_csv(temporary, index=False, float_format="%.15g")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,12 @@ from scalar.geometry.se3 import Array, log_so3
 
 FRAME_COLUMNS = PREDICTION_COLUMNS[1:]
 _PAIRS = [(i, j) for i in range(6) for j in range(i + 1, 6)]
+_UNCERTAINTY = re.compile(r"(x|y|z|rx|ry|rz)_std(_mm|_deg)?|(x|y|z|rx|ry)_(y|z|rx|ry|rz)_correlation")
+
+
+def tells_of_frame(column: str) -> bool:
+    """Return whether a column says where a frame is, or how well that is known, as tables of predicted frames do."""
+    return column in FRAME_COLUMNS or _UNCERTAINTY.fullmatch(column) is not None
 
 
 def write_frames(

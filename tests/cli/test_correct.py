@@ -1,5 +1,6 @@
 """``scalar correct`` and the units of ``scalar predict``: tables in, tables out, and what is refused."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -176,8 +177,31 @@ def test_limits_and_singular_poses_are_said(cell):
     )
     assert status == 0
     assert "pose 100: joint 1 at" in said and "beyond its limits" in said
-    assert "pose 101" in said and "singular" in said
     assert pd.read_csv(cell / "joints.csv").set_index("pose").loc[100, "beyond_limits"] >= 1
+    found = pd.read_csv(cell / "joints.csv").set_index("pose")
+    assert 101 in found.index[found["near_singular"] == 1]
+    (line,) = [line for line in said.splitlines() if line.startswith("  pose 101:")]
+    stated = float(re.search(r"smallest singular value (\S+):", line)[1])
+    assert stated == pytest.approx(found.loc[101, "smallest_singular_value"], rel=0.1) and stated < 0.02
+    assert re.search(r"to shift the sensor by 1 mm, joint \d moves by (up to|more than) \S+ deg\)$", line)
+    assert (found["smallest_singular_value"] < 0.02).equals(found["near_singular"] == 1)
+
+
+def test_what_is_said_of_the_wanted_frame_is_not_said_of_the_joints(cell):
+    """Frames with their uncertainties, as `predict --std` writes them, and a speed: the speed is carried along, the frame is not."""
+    joints = pd.read_csv(cell / "targets.csv")
+    for units in ([], ["--units", "deg,mm"]):
+        if units:
+            named = joints.rename(columns={name: f"{name}_rad" for name in JOINTS})
+            named.to_csv(cell / "named.csv", index=False, float_format="%.17g")
+        wanted = predicted(cell, "named.csv" if units else "targets.csv", "--std", *units)
+        assert any("std" in name for name in wanted) and any("correlation" in name for name in wanted)
+        rest = joints.drop(columns="pose").assign(speed=250.0)
+        pd.concat([wanted, rest], axis=1).to_csv(cell / "wanted.csv", index=False, float_format="%.17g")
+        table = corrected(cell, "wanted.csv")
+        own = {"beyond_limits", "near_singular", "smallest_singular_value"}
+        assert set(table.columns) == {*joints.columns, "speed", *own}
+        assert (table["speed"] == 250.0).all()
 
 
 @pytest.mark.parametrize(

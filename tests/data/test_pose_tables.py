@@ -49,6 +49,22 @@ def test_faults_are_named(
     assert (row, column) in {(fault.row, fault.column) for fault in caught.value.faults}
 
 
+def test_names_where_numbers_of_poses_are_needed_are_one_fault(tmp_path: Path, poses: pd.DataFrame) -> None:
+    """A column of names A, P1 ...: one line says that whole numbers are needed and how to number, and speaks of no decimals; a single name is
+    at its row."""
+    poses["pose"] = ["A", *(f"P{i}" for i in range(1, len(poses)))]
+    poses.to_csv(tmp_path / "joints.csv", index=False)
+    with pytest.raises(InvalidInput) as caught:
+        read_pose_table(tmp_path / "joints.csv", 6, FRAME)
+    (fault,) = caught.value.faults
+    assert fault.column == "pose" and fault.row == 2
+    assert "'A'" in fault.message and "whole numbers" in fault.message and "0.123" not in fault.message
+    poses["pose"] = range(len(poses))
+    poses.astype({"pose": str}).replace({"pose": {"1": "B7"}}).to_csv(tmp_path / "joints.csv", index=False)
+    with pytest.raises(InvalidInput, match="not a whole number \\('B7'\\); write one that no other pose has"):
+        read_pose_table(tmp_path / "joints.csv", 6, FRAME)
+
+
 def test_a_row_too_long_does_not_shift_the_columns(tmp_path: Path, poses: pd.DataFrame) -> None:
     """A cell too many in every row is a fault, and never taken for an index."""
     edit_lines(tmp_path, "joints.csv", lambda lines: [lines[0], *(line + ",0" for line in lines[1:])])

@@ -16,7 +16,7 @@ from scalar.effects.pose_lag import PoseLag
 from scalar.effects.sensor_slip import SensorSlip
 from scalar.effects.thermal_drift import ThermalDrift
 from scalar.errors import InvalidInput
-from scalar.estimation.correction import correct_frames, correct_joints, postures_for
+from scalar.estimation.correction import correct_frames, correct_joints, postures_for, sensitivity
 from scalar.export.rigid_part import rigid_part
 from scalar.export.urdf import put_calibration, text_of
 from scalar.geometry.robot import Robot
@@ -226,3 +226,24 @@ def test_an_effect_of_the_pose_before_is_that_of_the_corrected_pose_before():
     corrected = table.assign(**dict(zip(table.columns[:6], calibration.correct(table).T, strict=True)))
     off = calibration.predict(corrected) - robot.flange(q) @ T_SENSOR
     assert np.abs(off[:, :3, 3]).max() < 1e-6
+
+
+def test_the_sensitivity_is_how_far_joints_move_for_a_small_shift():
+    """Of corrections for shifts by 0.01 mm in many directions, none moves a joint by more, and some by as much; a singular pose is the nearest."""
+    model = calibrated(robot_of("vs060"), np.random.default_rng(4)).model
+    q = np.array([0.3, 0.2, 1.2, 0.4, 0.8, -0.5])
+    directions = np.random.default_rng(5).standard_normal((2000, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    poses = Poses.from_arrays(np.tile(q, (len(directions), 1)), {}, 6)
+    wanted = model.robot.flange(poses.q) @ model.T_flange_sensor
+    shift = 1e-5
+    wanted[:, :3, 3] += shift * directions
+    found = correct_frames(model, poses, wanted)
+    moved = np.abs(found.q - q).max(axis=0) / shift
+    near = sensitivity(model, Poses.from_arrays(q[None], {}, 6), q[None])
+    np.testing.assert_allclose(moved, near.travel[0], rtol=0.02)
+    straight = q.copy()
+    straight[4] = 0.0
+    both = np.stack([q, straight])
+    values = sensitivity(model, Poses.from_arrays(both, {}, 6), both).singular_value
+    assert values[1] < 0.02 < values[0]

@@ -18,6 +18,9 @@ _LINE_END = re.compile(r"\r\n|\r|\n")
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
 
 
+_DIGIT_AT_THE_START = re.compile(r"[-+.,]*[0-9]")
+
+
 def read_csv(path: Path, layout: Layout, faults: list[Fault]) -> Table | None:
     """Return the table in a CSV file, None if nothing of it can be used; faults are added to `faults`."""
     file = path.name
@@ -156,10 +159,24 @@ def _check_text_cells(table: Table, name: str, cells: list[str], layout: Layout,
         table.bad[name] = np.ones(len(cells), dtype=bool)
         return
 
+    filled = wrong & np.array([bool(c) for c in cells], dtype=bool)
+    if name in layout.integers and 2 * np.count_nonzero(filled) > len(cells):
+        table.report(faults, name, wrong & (np.cumsum(filled) == 1) & filled, lambda i: _labels(cells[i]))
+        table.bad[name] |= filled
+
     def message_of(i: int) -> str:
         if not cells[i]:
             return "an empty cell; write the number, or remove the row"
+        if name in layout.integers and not _DIGIT_AT_THE_START.match(cells[i]):
+            return f"not a whole number ({shorten(cells[i])}); write one that no other pose has"
         hint = "write a decimal point, as in 0.123" if "," in cells[i] else "write it as 0.123"
         return f"not a number ({shorten(cells[i])}); {hint}"
 
     table.report(faults, name, wrong, message_of)
+
+
+def _labels(cell: str) -> str:
+    return (
+        f"names such as {shorten(cell)}, and whole numbers are needed; number the rows that belong together 1, 2, 3 ..., "
+        "alike in all tables"
+    )

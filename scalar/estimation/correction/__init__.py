@@ -2,14 +2,17 @@
 
 from scalar.estimation.correction.correct import Correction, correct_frames, correct_joints
 from scalar.estimation.correction.postures import postures_for
+from scalar.estimation.correction.sensitivity import Sensitivity, sensitivity
 from scalar.estimation.correction.settings import CorrectionSettings
 from scalar.estimation.correction.tables import correct_table
 
 __all__ = [
     "Correction",
     "CorrectionSettings",
+    "Sensitivity",
     "correct_frames",
     "correct_joints",
     "correct_table",
     "postures_for",
+    "sensitivity",
 ]

@@ -20,7 +20,7 @@ from scalar.geometry.se3 import Array, cross, log_so3
 _LEAST = 1e-13  # of a matrix's size: what keeps an exactly singular one from having no inverse
 _TINY = 1e-300
 _FACTOR, _MOST = 10.0, 1e6  # by which a damping is adapted, and where no step helps
-_WHOLE_POSE = 6  # joints that take any place and orientation
+WHOLE_POSE = 6  # joints that take any place and orientation
 Standing = Callable[[Array, Array], Kinematics]
 """The kinematics of the model at joint angles ``(M, n)`` [rad] of the poses with indices ``(M,)``."""
 
@@ -90,7 +90,7 @@ class Inverse:
 
     def __init__(self, standing: Standing, robot: Robot, settings: CorrectionSettings) -> None:
         self.standing, self.settings = standing, settings
-        self.place_alone = robot.n_joints < _WHOLE_POSE
+        self.place_alone = robot.n_joints < WHOLE_POSE
         length = arm_length(robot)
         turn = settings.orientation_weight if self.place_alone else 1.0
         self.weights = np.array([turn, turn, turn, 1 / length, 1 / length, 1 / length])
