@@ -15,7 +15,7 @@ from scalar.errors import Fault, InvalidInput
 from scalar.ingest.bag import LEAST, SETTLED, STILL
 
 if TYPE_CHECKING:
-    from scalar.ingest.bag.to_dataset import Cut
+    from scalar.ingest.bag.losses import Cut
 
 
 @cli.command("import-bag")
@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Time that the arm then stands at least [s].",
 )
+@click.option("--accept-losses", is_flag=True, help="Write the dataset although most stops become no pose.")
 def import_bag(
     workcell: Path,
     bag: Path,
@@ -70,6 +71,7 @@ def import_bag(
     still: float,
     settled: float,
     least: float,
+    accept_losses: bool,
 ) -> None:
     """Import a ROS bag into a dataset.
 
@@ -78,7 +80,9 @@ def import_bag(
     and LaserScan or PointCloud2 messages. ROS need not be installed.
 
     The arm has to stop at every pose for half a second or more. Of each stop the scan in the middle is taken, cut to its longest straight
-    piece, and given the name of the plane on which it lies; scans near no plane, or near two, are left out and counted.
+    piece, and given the name of the plane on which it lies; scans near no plane, or near two, are left out and counted. Where more than half
+    of the stops would be left out, nothing is written (exit status 3): the main reason is said, and what to try; often the joints are recorded in
+    another order, or the scanner's axes point elsewhere.
 
     \b
     Example:
@@ -97,7 +101,10 @@ def import_bag(
     content = load_workcell(workcell)
     recording = read_bag(bag, joint_topic, scan_topic)
     cut = dataset_of(
-        recording, content, BagSettings(tuple(listed(joint_names)), still, settled, least), output
+        recording,
+        content,
+        BagSettings(tuple(listed(joint_names)), still, settled, least, accept_losses),
+        output,
     )
     say(f"  joints q1..qn: {', '.join(cut.joint_names)}")
     for line in _left_out(cut):
@@ -109,11 +116,5 @@ def import_bag(
 def _left_out(cut: Cut) -> list[str]:
     """Return how many stops there were, and why some of them are no poses."""
     lines = [f"  {cut.still} stops"]
-    for count, why in (
-        (cut.without_scan, "no scan meanwhile"),
-        (cut.without_piece, "no straight piece in the scan"),
-        (cut.without_plane, "on no plane, or near two"),
-    ):
-        if count:
-            lines.append(f"  left out: {count}, {why}")
+    lines += [f"  left out: {count}, {why}" for why, count in cut.reasons.items()]
     return lines

@@ -38,9 +38,9 @@ def with_clutter(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def messages(
-    dataset: Dataset, store: Any, kind: str, *, moving: bool = False
+    dataset: Dataset, store: Any, kind: str, *, moving: bool = False, blind: int = 0
 ) -> Iterator[tuple[str, float, Any]]:
-    """Yield topic, stamp and message of a campaign: a move to each pose, a stop, scans all the time."""
+    """Yield topic, stamp and message of a campaign: a move to each pose, a stop, scans all the time, but at ``blind`` of each blind + 1 stops."""
     rng = np.random.default_rng(1)
     q = dataset.q
     order = [int(name[6:]) - 1 for name in names(q.shape[1])[:-1]]
@@ -53,6 +53,8 @@ def messages(
             yield JOINTS, t0 + t, joint_state(store, t0 + t, [*now[order], 0.02])
         scan = with_clutter(dataset.points[dataset.starts[k] : dataset.starts[k + 1]], rng)
         for t in np.arange(0.05, MOVE + STOP, 1 / SCAN_RATE):
+            if t > MOVE and k % (blind + 1):
+                continue
             shown = scan if t > MOVE else scan * [1.0, 0.7]
             yield (
                 SCANS,
@@ -111,8 +113,10 @@ def cloud(store: Any, stamp: float, points: np.ndarray) -> Any:
     )  # fmt: skip
 
 
-def write_bag(dataset: Dataset, path: Path, version: int, kind: str, *, moving: bool = False) -> Path:
-    """Write the campaign as a bag of ROS 1 or 2 and return its path; one topic more holds neither joints nor scans."""
+def write_bag(
+    dataset: Dataset, path: Path, version: int | str, kind: str, *, moving: bool = False, blind: int = 0
+) -> Path:
+    """Write the campaign as a bag of ROS 1, ROS 2 (MCAP) or ``db3`` (ROS 2, SQLite); one topic more holds neither joints nor scans."""
     store = get_typestore(Stores.ROS1_NOETIC if version == 1 else Stores.ROS2_HUMBLE)
     types = {
         JOINTS: "sensor_msgs/msg/JointState",
@@ -120,14 +124,18 @@ def write_bag(dataset: Dataset, path: Path, version: int, kind: str, *, moving: 
         "/note": "std_msgs/msg/String",
     }
     writer: Any = (
-        Writer1(path) if version == 1 else Writer2(path, version=9, storage_plugin=StoragePlugin.MCAP)
+        Writer1(path)
+        if version == 1
+        else Writer2(
+            path, version=9, storage_plugin=StoragePlugin.SQLITE3 if version == "db3" else StoragePlugin.MCAP
+        )
     )
     with writer:
         connections = {
             topic: writer.add_connection(topic, name, typestore=store) for topic, name in types.items()
         }
         for topic, stamp, message in sorted(
-            messages(dataset, store, kind, moving=moving), key=lambda entry: entry[1]
+            messages(dataset, store, kind, moving=moving, blind=blind), key=lambda entry: entry[1]
         ):
             name = types[topic]
             raw = store.serialize_ros1(message, name) if version == 1 else store.serialize_cdr(message, name)

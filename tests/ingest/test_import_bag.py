@@ -7,6 +7,7 @@ from click.testing import CliRunner
 from scalar.cli import cli
 from scalar.data.dataset import Dataset, read_dataset
 from scalar.data.io.plain_yaml import dump_yaml, load_yaml
+from scalar.geometry.se3 import log_so3, transform_from_rotation_vector
 from scalar.ingest.bag.still import still_moments
 from tests.ingest.bags import JOINTS, SCANS, write_bag
 
@@ -52,7 +53,8 @@ def bag(campaign, tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    "version, kind, within", [(1, "LaserScan", 5e-5), (2, "PointCloud2", 1e-6), (2, "LaserScan", 5e-5)]
+    "version, kind, within",
+    [(1, "LaserScan", 5e-5), (2, "PointCloud2", 1e-6), (2, "LaserScan", 5e-5), ("db3", "LaserScan", 5e-5)],
 )
 def test_a_campaign_comes_back(version, kind, within, campaign, workcell, tmp_path):
     """Every pose once, in order, with its plane; its points are those of the target alone, which a box and stray echoes are not."""
@@ -136,7 +138,42 @@ def test_a_workcell_that_says_too_little_is_refused(workcell, bag, tmp_path):
     mapping["sensor"]["nominal_pose"] = pose | {"translation": [2.0, 2.0, 2.0]}
     dump_yaml(mapping, tmp_path / "dataset.yaml")
     status, said = run("import-bag", tmp_path / "dataset.yaml", bag, "-o", tmp_path / "d")
-    assert status == 3 and "clearly on one plane" in said and not (tmp_path / "d").exists()
+    assert status == 3 and "of the three that are needed" in said and not (tmp_path / "d").exists()
+
+
+def test_a_wrong_order_of_joints_is_told_with_the_right_one(workcell, bag, tmp_path):
+    """Two joints exchanged: exit 3, nothing is written, the reason that dominates is said, and the order with which the scans are on planes."""
+    wrong = ORDER.split(",")
+    wrong[1], wrong[2] = wrong[2], wrong[1]
+    status, said = run("import-bag", workcell, bag, "--joint-names", ",".join(wrong), "-o", tmp_path / "d")
+    assert status == 3 and not (tmp_path / "d").exists()
+    lines = said.splitlines()
+    assert "stops became poses" in lines[0] and "on no plane" in lines[0] and "--joint-names" in lines[0]
+    assert f"--joint-names {ORDER}" in lines[1]
+
+
+def test_axes_of_the_scanner_that_point_elsewhere_are_told(workcell, bag, tmp_path):
+    """With the scanner turned by half a turn about its x axis, z of the scan runs the other way; it is said, and nothing is written."""
+    mapping = load_yaml(workcell)
+    pose = mapping["sensor"]["nominal_pose"]
+    T = transform_from_rotation_vector(pose["translation"], pose["rotation_vector"])
+    turned = T @ np.diag([1.0, -1.0, -1.0, 1.0])
+    pose["rotation_vector"] = log_so3(turned[None, :3, :3])[0].tolist()
+    dump_yaml(mapping, tmp_path / "dataset.yaml")
+    status, said = run("import-bag", tmp_path / "dataset.yaml", bag, "-o", tmp_path / "d")
+    assert status == 3 and not (tmp_path / "d").exists(), said
+    assert "z of the scan" in said and "sensor.nominal_pose" in said
+
+
+def test_losses_may_be_accepted_and_are_counted(workcell, campaign, tmp_path):
+    """Stops without a scan are most of them: exit 3 says so and names the option with which the rest is written."""
+    path = write_bag(campaign, tmp_path / "c.bag", 1, "LaserScan", blind=2)
+    status, said = run("import-bag", workcell, path, "-o", tmp_path / "d")
+    assert status == 3 and "no scan meanwhile" in said and "--accept-losses" in said
+    assert not (tmp_path / "d").exists()
+    status, said = run("import-bag", workcell, path, "--accept-losses", "-o", tmp_path / "d")
+    assert status == 0 and "no scan meanwhile" in said
+    assert read_dataset(tmp_path / "d").n_poses == campaign.n_poses // 3
 
 
 def test_still_moments_are_those_without_motion():

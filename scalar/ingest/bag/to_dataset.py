@@ -20,7 +20,7 @@ from scalar.data.unit_suspicions import suspect_description
 from scalar.errors import Fault, InvalidInput, Undetermined
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array, transform_from_rotation_vector
-from scalar.ingest.bag.labels import label_scans
+from scalar.ingest.bag.losses import LEAST_KEPT, Cut, Pieces, better_reading
 from scalar.ingest.bag.messages import Recording
 from scalar.ingest.bag.pieces import straight_piece
 from scalar.ingest.bag.still import Still, still_moments
@@ -41,31 +41,14 @@ class BagSettings:
         still: By how much a joint that stands may move [rad, m].
         settled: Time after a motion that is left out [s].
         least: Time that the arm then stands at least [s].
+        accept_losses: Whether a dataset is written although most stops become no pose.
     """
 
     joint_names: tuple[str, ...]
     still: float
     settled: float
     least: float
-
-
-@dataclass(frozen=True)
-class Cut:
-    """What became of a recording.
-
-    Attributes:
-        still: Number of moments at which the arm stood still.
-        without_scan: Of these, moments without a scan.
-        without_piece: Scans without a straight piece.
-        without_plane: Pieces near no plane, or near two.
-        joint_names: The recorded joints in the order in which they became q1..qn.
-    """
-
-    still: int
-    without_scan: int
-    without_piece: int
-    without_plane: int
-    joint_names: tuple[str, ...]
+    accept_losses: bool = False
 
 
 def load_workcell(path: Path) -> dict[str, Any]:
@@ -85,7 +68,10 @@ def load_workcell(path: Path) -> dict[str, Any]:
             ("sensor", "kind"), "a recording of scans needs a sensor that scans planes: line-laser"
         )
     elif format is not None and description.get("sensor", "nominal_pose") is None:
-        message = "missing; where the scanner is roughly tells on which plane a scan lies: write flange to sensor [m, rad]"
+        message = (
+            "missing; where the scanner is, roughly, tells on which plane a scan lies: write it under sensor: as "
+            "nominal_pose: {translation: [0.0, 0.0, 0.1], rotation_vector: [0.0, 0.0, 0.0]}, flange to sensor [m, rad]"
+        )
         description.fault(("sensor", "nominal_pose"), message)
     if description.faults:
         raise InvalidInput(description.faults)
@@ -105,7 +91,7 @@ def dataset_of(
 
     Raises:
         InvalidInput: The recorded joints are not those of the robot.
-        Undetermined: The arm never stands still, or no scan is on a plane.
+        Undetermined: The arm never stands still, fewer than three planes are seen, or most stops become no pose.
     """
     robot = Robot.from_mapping(workcell["robot"])
     order, names = _joint_order(recording, workcell["robot"]["joints"], settings.joint_names)
@@ -127,20 +113,27 @@ def dataset_of(
     ]
     pieces = [piece for piece in pieces if len(piece[2])]
     planes = [PlaneGuess.from_mapping(plane) for plane in workcell["planes"]]
-    index = _planes_of(robot, workcell["sensor"]["nominal_pose"], planes, pieces)
+    found = _pieces(robot, workcell["sensor"]["nominal_pose"], planes, pieces)
+    index = found.planes()
     kept = np.flatnonzero(index >= 0)
-    seen = [plane.name for k, plane in enumerate(planes) if k in index]
-    if len(seen) < MIN_PLANES:
-        raise Undetermined(
-            f"of {len(moments)} moments at which the arm stands still, {len(chosen)} have a scan, {len(pieces)} of these a straight "
-            f"piece, and {len(kept)} lie clearly on one plane ({', '.join(seen) or 'none'}), but at least three planes have to be seen: correct "
-            "sensor.nominal_pose and the guesses of the planes, or the order of the joints (--joint-names)"
-        )
-    poses, scans = _tables([pieces[i] for i in kept], [planes[k].name for k in index[kept]])
-    write_dataset(target, mapping=workcell, poses=poses, scans=scans)
-    return Cut(
+    cut = Cut(
         len(moments), len(moments) - len(chosen), len(chosen) - len(pieces), len(pieces) - len(kept), names
     )
+    seen = [plane.name for k, plane in enumerate(planes) if k in index]
+    if len(seen) < MIN_PLANES:
+        on = f"only {' and '.join(seen)} {'is' if len(seen) == 1 else 'are'}" if seen else "no plane is"
+        on = f", and {on} seen of the three that are needed"
+        raise Undetermined(_lines(cut.sentence(on), better_reading(found, names)))
+    if cut.kept < LEAST_KEPT * cut.still and not settings.accept_losses:
+        said = f"{cut.sentence()}; --accept-losses writes the dataset all the same"
+        raise Undetermined(_lines(said, better_reading(found, names)))
+    poses, scans = _tables([pieces[i] for i in kept], [planes[k].name for k in index[kept]])
+    write_dataset(target, mapping=workcell, poses=poses, scans=scans)
+    return cut
+
+
+def _lines(said: str, better: str | None) -> list[str]:
+    return [said] if better is None else [said, better]
 
 
 def _joint_order(
@@ -172,25 +165,23 @@ def _scan_of(recording: Recording, moment: Still) -> tuple[float, Array] | None:
     return float(recording.scan_times[i]), recording.scans[i]
 
 
-def _planes_of(
+def _pieces(
     robot: Robot,
     nominal_pose: dict[str, Any],
     planes: Sequence[PlaneGuess],
     pieces: Sequence[tuple[Still, float, Array]],
-) -> Array:
-    """Return the plane of each piece, -1 where it is not clear."""
-    if not pieces:
-        return np.zeros(0, dtype=int)
-    T_sensor = transform_from_rotation_vector(
-        nominal_pose.get("translation", [0.0, 0.0, 0.0]), nominal_pose.get("rotation_vector", [0.0, 0.0, 0.0])
+) -> Pieces:
+    none = [0.0, 0.0, 0.0]
+    return Pieces(
+        robot,
+        transform_from_rotation_vector(
+            nominal_pose.get("translation", none), nominal_pose.get("rotation_vector", none)
+        ),
+        np.array([moment.q for moment, _, _ in pieces]).reshape(-1, robot.n_joints),
+        [points for _, _, points in pieces],
+        np.array([plane.normal for plane in planes]),
+        np.array([plane.distance for plane in planes]),
     )
-    T = robot.flange(np.array([moment.q for moment, _, _ in pieces])) @ T_sensor
-    scans = [
-        points[:, :1] * pose[:3, 0] + points[:, 1:] * pose[:3, 2] + pose[:3, 3]
-        for pose, (_, _, points) in zip(T, pieces, strict=True)
-    ]
-    normals = np.array([plane.normal for plane in planes])
-    return label_scans(scans, normals, np.array([plane.distance for plane in planes])).index
 
 
 def _tables(

@@ -1,0 +1,137 @@
+"""What to say where most stops of a recording become no pose: which reason dominates, and which other joint order or scanner axes would fit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
+from scalar.ingest.bag.labels import FARTHEST, label_scans
+
+LEAST_KEPT = 0.5
+"""Share of the stops that have to become poses. Chosen: idle stops are a few, and with a wrong order of joints hardly any scan is on a plane."""
+_ENOUGH = 0.8  # of the pieces that have to lie on planes for another order or other axes to be named
+_AXES = {
+    "x of the scan the other way round": np.array([[-1.0, 0.0], [0.0, 1.0]]),
+    "z of the scan the other way round": np.array([[1.0, 0.0], [0.0, -1.0]]),
+    "x and z of the scan both the other way round": np.array([[-1.0, 0.0], [0.0, -1.0]]),
+    "x and z of the scan exchanged": np.array([[0.0, 1.0], [1.0, 0.0]]),
+}
+_REMEDIES = {
+    "no scan meanwhile": "record the scanner all the time, stop longer than a scan takes, and check that the stamps of both topics are of one clock",
+    "no straight piece in the scan": (
+        "check that the scanner sees 2 cm or more of a target plane there, that its topic is in metres, and that sensor.noise is not too small"
+    ),
+    "on no plane, or near two": (
+        "check the order of the joints (--joint-names), sensor.nominal_pose with the direction of its axes, and the guesses of the planes, which "
+        f"may be off by {FARTHEST:g} m"
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Cut:
+    """What became of a recording.
+
+    Attributes:
+        still: Number of moments at which the arm stood still.
+        without_scan: Of these, moments without a scan.
+        without_piece: Scans without a straight piece.
+        without_plane: Pieces near no plane, or near two.
+        joint_names: The recorded joints in the order in which they became q1..qn.
+    """
+
+    still: int
+    without_scan: int
+    without_piece: int
+    without_plane: int
+    joint_names: tuple[str, ...]
+
+    @property
+    def kept(self) -> int:
+        """Return how many became poses."""
+        return self.still - self.without_scan - self.without_piece - self.without_plane
+
+    @property
+    def reasons(self) -> dict[str, int]:
+        """Return how many stops were left out for which reason, the most frequent first."""
+        counts = (self.without_scan, self.without_piece, self.without_plane)
+        found = zip(_REMEDIES, counts, strict=True)
+        return dict(sorted(((why, n) for why, n in found if n), key=lambda entry: -entry[1]))
+
+    def sentence(self, more: str = "") -> str:
+        """Return how many stops became poses, what more is to be said of them, why most of the others did not, and what to try."""
+        reasons = self.reasons
+        listed = ", ".join(f"{n} {why}" for why, n in reasons.items())
+        left = f" (left out: {listed})" if reasons else ""
+        first = next(iter(reasons), "on no plane, or near two")
+        return f"{self.kept} of {self.still} stops became poses{left}{more}: {_REMEDIES[first]}"
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Straight pieces of scans, one of each stop, and what they are to lie on.
+
+    Attributes:
+        robot: Nominal.
+        T_sensor: Of the scanner on the flange, as declared.
+        q: ``(S, n)`` [rad, m], the recorded joint positions of the robot's joints, in the order that is taken for q1..qn.
+        points: S arrays ``(M, 2)`` [m], x and z.
+        normals, distances: ``(K, 3)`` and ``(K,)`` [m], guesses of the planes.
+    """
+
+    robot: Robot
+    T_sensor: Array
+    q: Array
+    points: Sequence[Array]
+    normals: Array
+    distances: Array
+
+    def planes(self, order: Sequence[int] | None = None, axes: Array | None = None) -> Array:
+        """Return the plane of each piece ``(S,)``, -1 where it is not clear; for another order of joints or other axes of the scan where given."""
+        if not len(self.points):
+            return np.zeros(0, dtype=int)
+        q = self.q if order is None else self.q[:, list(order)]
+        T = self.robot.flange(q) @ self.T_sensor
+        turned = self.points if axes is None else [points @ axes.T for points in self.points]
+        scans = [
+            points[:, :1] * pose[:3, 0] + points[:, 1:] * pose[:3, 2] + pose[:3, 3]
+            for pose, points in zip(T, turned, strict=True)
+        ]
+        return label_scans(scans, self.normals, self.distances).index
+
+
+def better_reading(pieces: Pieces, names: Sequence[str]) -> str | None:
+    """Return another order of the joints, or other axes of the scan, with which nearly all pieces lie on planes, as a sentence; None without any.
+
+    Args:
+        pieces: Of the recording.
+        names: The recorded joints in the order that is taken.
+    """
+    total = len(pieces.points)
+    best, words = int(np.count_nonzero(pieces.planes() >= 0)), None
+    for order in _orders(len(names), names):
+        found = int(np.count_nonzero(pieces.planes(order) >= 0))
+        if found > best and found >= _ENOUGH * total:
+            other = ",".join(names[i] for i in order)
+            best, words = found, f"with --joint-names {other} {found} of {total} scans would lie on a plane"
+    for what, axes in _AXES.items():
+        found = int(np.count_nonzero(pieces.planes(axes=axes) >= 0))
+        if found > best and found >= _ENOUGH * total:
+            best = found
+            words = f"with {what} {found} of {total} scans would lie on a plane: correct the rotation in sensor.nominal_pose"
+    return words
+
+
+def _orders(n: int, names: Sequence[str]) -> Iterator[tuple[int, ...]]:
+    """Yield likely orders of n joints: alphabetical, the other way round, and with two exchanged."""
+    yield tuple(sorted(range(n), key=lambda i: names[i]))
+    yield tuple(reversed(range(n)))
+    for i, j in combinations(range(n), 2):
+        order = list(range(n))
+        order[i], order[j] = j, i
+        yield tuple(order)
