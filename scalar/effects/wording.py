@@ -101,11 +101,14 @@ def periods(numbers: Sequence[int], most: int) -> str:
 
 
 def columns_in_words(names: Sequence[str]) -> str:
-    """Return what columns of poses.csv, and other quantities on which structure may depend, are called in a sentence."""
+    """Return what columns of poses.csv, and other quantities on which structure may depend, are called in a sentence.
+
+    A joint has a position, which is an angle or a travel.
+    """
     joints = [str(j) for j in sorted({int(name[1:]) for name in names if is_joint(name)})]
     found = (
         [
-            f"the angle{'s' if len(joints) > 1 else ''} of joint{'s' if len(joints) > 1 else ''} {listed(joints)}"
+            f"the position{'s' if len(joints) > 1 else ''} of joint{'s' if len(joints) > 1 else ''} {listed(joints)}"
         ]
         if joints
         else []

@@ -26,6 +26,7 @@ from scalar.report.inline_svg import COLOURS, inlined, plain_text
 WIDTH, HEIGHT = 400, 284  # points: the unit of the picture's own coordinates
 _LEFT, _RIGHT, _TOP, _BOTTOM = 46, 12, 40, 40  # the least margins, in the same unit
 _LETTER = 6.3  # width of a digit of a tick's label, in the same unit
+_TALLEST = 1.5  # height over width of axes to scale; what is taller is drawn narrower
 _TICKS = 5  # at most this many intervals between ticks
 _WIDE_ANGLE = 20.0  # degrees: from this span on, ticks stand at parts of a turn
 _FEW_DECADES = 2.2  # up to which a logarithmic axis has three ticks a decade
@@ -51,8 +52,9 @@ class Panel:
         y_label: str,
         x_is_angle: bool = False,
         y_is_log: bool = False,
-        square: bool = False,
+        to_scale: bool = False,
     ) -> None:
+        """Make empty axes; ``to_scale`` draws a unit as long on both, and the picture's height follows."""
         self.y_range, self.x_range = y_range, x_range
         self._titles: dict[str, Sequence[str]] = {}
         with _style():
@@ -71,15 +73,20 @@ class Panel:
             # As much room as the longest label needs; the same for panels with the same range.
             labels = _set_log_ticks(ax.yaxis, y_range) if y_is_log else _set_ticks(ax.yaxis, y_range, False)
             left = max(_LEFT, _LETTER * max(map(len, labels)) + 12)
-            self._axes_width = WIDTH - left - _RIGHT
-            height = self._axes_width + _TOP + _BOTTOM if square else HEIGHT
+            self._axes_width = room = WIDTH - left - _RIGHT
+            height = HEIGHT
+            if to_scale:
+                ratio = (y_range[1] - y_range[0]) / (x_range[1] - x_range[0])
+                self._axes_width = room * min(1.0, _TALLEST / ratio)
+                height = self._axes_width * ratio + _TOP + _BOTTOM
+            left += (room - self._axes_width) / 2
             self._figure.set_size_inches(WIDTH / 72, height / 72)
-            edges = (left / WIDTH, _BOTTOM / height)
-            ax.set_position((*edges, 1.0 - edges[0] - _RIGHT / WIDTH, 1.0 - edges[1] - _TOP / height))
+            inner = (self._axes_width / WIDTH, 1.0 - (_BOTTOM + _TOP) / height)
+            ax.set_position((left / WIDTH, _BOTTOM / height, *inner))
             if y_range[0] < 0 < y_range[1]:
                 ax.axhline(0.0, color=_colour("zero"), linewidth=1, zorder=1)
             place = {"transform": None, "color": _colour("ink")}
-            middle = (left + WIDTH - _RIGHT) / 2
+            middle = left + self._axes_width / 2
             self._figure.text(middle, 8, plain_text(x_label), ha="center", fontsize=11.5, **place)
             self._figure.text(2, height - 13, plain_text(title), fontsize=12.5, weight="bold", **place)
             # Level, not turned: it is read on a phone as well, and has the whole width.

@@ -80,7 +80,10 @@ def workspace_section(
     measured = Kinematics.of(judged.model, seen, bases).T_base_sensor[:, :3, 3]
     side, top = _slices(robot, errors.position, measured)
     before, after = sizes[NOMINAL], sizes[file]
-    pictures = [_draw_slice(view, before, after, file) for view in (side, top)]
+    cells = [Cells.of(view, before, after) for view in (side, top)]
+    shades = np.concatenate([shade for one in cells for shade in one.shades])
+    edges = _edges(float(shades.min()), float(shades.max()))
+    pictures = [_draw_cells(one, edges, file) for one in cells]
     return {
         "rows": [
             {"state": state, "mean": _banded(Banded.of(draws.mean(axis=1))), "most": _banded(_bound(draws))}
@@ -138,46 +141,81 @@ def _slices(robot: Robot, position: Array, measured: Array) -> tuple[Slice, Slic
     )
 
 
-def _draw_slice(view: Slice, before: Array, after: Array, file: str) -> Pair:
-    low, high = view.at.min(axis=0), view.at.max(axis=0)
-    if view.from_axis:
-        low[0] = 0.0
-    width = max(float(np.max(high - low)), _LEAST_SPAN) / (_CELLS_ACROSS - (not view.from_axis))
-    corner = (low + high - _CELLS_ACROSS * width) / 2
-    if view.from_axis:
-        corner[0] = 0.0
-    cell = np.floor((view.at - corner) / width).astype(int)
-    names, index, count = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
-    index = index.ravel()
-    drawn = np.flatnonzero(count >= _LEAST_POSES)
-    means = [_means_of(draws, index, len(count))[:, drawn] for draws in (before, after)]
-    found = [[Banded.of(column) for column in mean.T] for mean in means]
-    shades = [
-        np.array([b.value for b in found[0]]) / MM,
-        np.array([b.high for b in found[1]]) / MM,
-    ]
-    edges = _edges(float(min(map(np.min, shades))), float(max(map(np.max, shades))))
-    centre = corner + (names[drawn] + 0.5) * width
-    spans = tuple((float(c), float(c) + _CELLS_ACROSS * width) for c in corner)
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """A slice in square cells, with the errors in each.
+
+    Attributes:
+        view: The slice.
+        centres: ``(C, 2)`` [m], of the cells that are drawn.
+        width: Of a cell [m].
+        count: ``(C,)``, poses in each.
+        found: Mean error of each cell before and after, with its band.
+    """
+
+    view: Slice
+    centres: Array
+    width: float
+    count: Array
+    found: tuple[list[Banded], list[Banded]]
+
+    @classmethod
+    def of(cls, view: Slice, before: Array, after: Array) -> Cells:
+        """Return the cells of a slice with poses enough, for the errors ``(R, N)`` [m] of the draws before and after."""
+        low, high = view.at.min(axis=0), view.at.max(axis=0)
+        if view.from_axis:
+            low[0] = 0.0
+        width = max(float(np.max(high - low)), _LEAST_SPAN) / (_CELLS_ACROSS - (not view.from_axis))
+        corner = (low + high - _CELLS_ACROSS * width) / 2
+        if view.from_axis:
+            corner[0] = 0.0
+        cell = np.floor((view.at - corner) / width).astype(int)
+        names, index, count = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
+        drawn = np.flatnonzero(count >= _LEAST_POSES)
+        means = [_means_of(draws, index.ravel(), len(count))[:, drawn] for draws in (before, after)]
+        earlier, later = ([Banded.of(column) for column in mean.T] for mean in means)
+        return cls(view, corner + (names[drawn] + 0.5) * width, width, count[drawn], (earlier, later))
+
+    @property
+    def shades(self) -> tuple[Array, Array]:
+        """Return what the colours say [mm]: the error before, and the upper end of the band after."""
+        before, after = self.found
+        return np.array([b.value for b in before]) / MM, np.array([b.high for b in after]) / MM
+
+    @property
+    def spans(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Return from where to where cells and measured poses lie along both axes [m]."""
+        points = np.concatenate(
+            [self.centres - self.width / 2, self.centres + self.width / 2, self.view.measured]
+        )
+        low, high = points.min(axis=0), points.max(axis=0)
+        return (float(low[0]), float(high[0])), (float(low[1]), float(high[1]))
+
+
+def _draw_cells(cells: Cells, edges: Array, file: str) -> Pair:
+    """Return a slice before and after, in classes of colour with these upper edges [mm]."""
+    view, centre = cells.view, cells.centres
+    classes = [np.clip(np.searchsorted(edges, values), 0, _CLASSES - 1) for values in cells.shades]
     panels = []
     titles = (f"before, by the {NOMINAL}", f"after, by {file}: below this with 97.5 % certainty")
-    for title, values, banded in zip(titles, shades, found, strict=True):
-        panel = Panel(*spans, title=title, x_label=view.labels[0], y_label=view.labels[1], square=True)
-        side = panel.points_across(width) - _CELL_GAP
-        shade = np.clip(np.searchsorted(edges, values), 0, _CLASSES - 1)
+    for title, shade, banded in zip(titles, classes, cells.found, strict=True):
+        panel = Panel(
+            *cells.spans, title=title, x_label=view.labels[0], y_label=view.labels[1], to_scale=True
+        )
+        side = panel.points_across(cells.width) - _CELL_GAP
         for k in np.unique(shade):
             mine = np.flatnonzero(shade == k)
-            said = [_said(centre[i], banded[i], int(count[drawn[i]])) for i in mine]
+            said = [_said(centre[i], banded[i], int(cells.count[i])) for i in mine]
             panel.marks(centre[mine, 0], centre[mine, 1], said, f"heat{k}", marker="s", size=side)
         some = np.unique(np.linspace(0, len(view.measured) - 1, _DOTS).astype(int))
         panel.marks(view.measured[some, 0], view.measured[some, 1], None, "ink", size=2.2, alpha=0.55)
         panels.append(panel)
-    used = np.unique(np.concatenate([np.clip(np.searchsorted(edges, v), 0, _CLASSES - 1) for v in shades]))
+    used = np.unique(np.concatenate(classes))
     what = f"mean error of the position over the workspace, seen {view.words}"
     return Pair(
         panels[0].markup(f"{what}, by the {NOMINAL}"),
         panels[1].markup(f"{what}, with {file}: the upper end of the 95 % band"),
-        sentences(f"{what}, in millimetres.", "Both pictures have the same colours."),
+        sentences(f"{what}, in millimetres.", "All maps have the same colours."),
         (
             *(("■", f"heat{k}", _shade_in_words(edges, int(k))) for k in range(used[0], used[-1] + 1)),
             (

@@ -50,7 +50,7 @@ def test_structure_without_a_name_is_told_once():
         for j, a, b in ((1, 1, 4), (2, 1, 6), (3, 4, 6), (4, 1, 4), (5, 1, 6))
     ]
     (text,) = clauses([found(term, 2e-4, 1.9e-4) for term in terms], [])
-    assert text.count("structure") == 1 and text.endswith("the angles of joints 1, 4 and 6")
+    assert text.count("structure") == 1 and text.endswith("the positions of joints 1, 4 and 6")
 
 
 def test_an_unsure_cause_is_confirmed_before_anything_is_repaired():

@@ -28,7 +28,7 @@ def first_steps(names: Sequence[str]) -> list[str]:
     if joints:
         found.append(
             f"Sweep {joints_in_words(joints)} in small steps{', one at a time,' if len(joints) > 1 else ''} while all other joints stand still: "
-            "the curve of the residual over the angle shows more of the cause than random poses do."
+            "the curve of the residual over the joint's position shows more of the cause than random poses do."
         )
     for name in names:
         if not is_joint(name):
