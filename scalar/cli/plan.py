@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,7 @@ from scalar.errors import Fault, InvalidInput
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
+    from scalar.geometry.se3 import Array
     from scalar.planning.candidates import Allowed, Candidates
     from scalar.planning.information import Information
     from scalar.planning.plan import Plan
@@ -80,6 +81,9 @@ def plan(
     Candidates are drawn within the joint limits; the sensor sees its plane from all of
     them, and neither arm nor sensor touches anything (by pybullet, with a body guessed from the arm's reach: look at the moves
     before you run them). Those are chosen from which a calibration is expected to predict positions best.
+
+    With --after, poses are written if they separate anything of what the diagnosis could not distinguish, or more of them
+    would; it is said for every pair. If none of the candidates would separate any, nothing is written, and the exit status is 3.
 
     The accuracy that is told before measuring is that of a model which lacks nothing: noise and repeatability alone.
 
@@ -227,7 +231,6 @@ def _write(
     from scalar.planning.free_moves import ordered
     from scalar.planning.picture import draw_plan
     from scalar.planning.plan import FORMAT
-    from scalar.planning.program_order import move_lengths, tour_length
 
     q, plane = found.q[chosen], found.plane[chosen]
     tour, touching = ordered(q, allowed)
@@ -237,7 +240,6 @@ def _write(
     if cell.on_planes:
         table.insert(1, "plane", [cell.planes[k].name for k in plane])
     table["order"] = range(1, len(q) + 1)
-    length = tour_length(move_lengths(q), list(range(len(q))))
     content = {
         "format": FORMAT,
         **content,
@@ -250,10 +252,8 @@ def _write(
         table.to_csv(temporary, index=False, float_format="%.9g")
     write_json(folder / "plan.json", content)
     with atomic_write(folder / "plan.png") as temporary:
-        draw_plan(temporary, q, cell.model.nominal.limits, curve, random)
-    lines = [
-        f"  moves: {length / DEG:.0f} deg of the farthest joint in all, {length / DEG / max(len(q) - 1, 1):.0f} deg each"
-    ]
+        draw_plan(temporary, q, cell.model.nominal, curve, random)
+    lines = [f"  moves: {_moved(q, cell.model.nominal.prismatic)}"]
     if touching:
         places = ", ".join(str(k + 1) for k in touching[:_TOUCHING_SHOWN])
         more = f" and {len(touching) - _TOUCHING_SHOWN} more" if len(touching) > _TOUCHING_SHOWN else ""
@@ -261,3 +261,19 @@ def _write(
             f"  the straight move after pose {places}{more} touches something: add a pose in between"
         )
     return lines
+
+
+def _moved(q: Array, prismatic: Sequence[int]) -> str:
+    """Return how far the joints move from pose to pose ``(k, n)``: of each move the farthest turn, and the farthest travel."""
+    import numpy as np
+
+    steps = np.abs(np.diff(q, axis=0))
+    slides = np.isin(np.arange(q.shape[1]), list(prismatic))
+    parts = []
+    for part, size, what in ((steps[:, ~slides], DEG, "deg"), (steps[:, slides], MM, "mm")):
+        if part.shape[1]:
+            total = float(part.max(axis=1).sum() / size)
+            parts.append(
+                f"{total:.0f} {what} of the farthest joint in all, {total / max(len(part), 1):.0f} {what} each"
+            )
+    return "; ".join(parts)

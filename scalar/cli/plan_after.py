@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scalar.errors import Fault, InvalidInput
+from scalar.errors import Fault, InvalidInput, Undetermined
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -16,6 +16,10 @@ if TYPE_CHECKING:
 
 _FORMATS = ("scalar-diagnosis/1", "scalar-diagnosis/2")
 _POSES = 20
+_REMEDY = (
+    "nothing is written: these poses would tell nothing; a sensor with less noise, other target planes, wider --range and --fan, or more "
+    "--candidates may help, and so does a temperature or direction of approach that was not recorded"
+)
 
 
 def plan_after(
@@ -30,6 +34,7 @@ def plan_after(
 
     Raises:
         InvalidInput: The file is no diagnosis, or leaves nothing open that poses would answer.
+        Undetermined: No candidates separate any of what it left open.
     """
     from scalar.planning.questions import asked, open_pairs
     from scalar.planning.separation import separating_poses
@@ -49,6 +54,8 @@ def plan_after(
     misfit = max(float(calibration.summary.get("misfit", 1.0)), 1.0)
     what = asked(cell, pairs, dataset, cell.dataset(found.q, found.plane), misfit)
     chosen, answers = separating_poses(what.questions, what.start, what.rows, poses or _POSES)
+    if not any(answer.separable for answer in answers):
+        raise Undetermined([*(_hopeless(answer, len(found.q)) for answer in answers), _REMEDY])
     content = {
         "questions": [
             {
@@ -76,6 +83,15 @@ def _said(answer: Answered) -> list[str]:
     else:
         verdict = f"no poses here separate it (all candidates together: {answer.limit**0.5:.1f})"
     return [f"  {answer.question.title}: {sizes}; {verdict}"]
+
+
+def _hopeless(answer: Answered, candidates: int) -> str:
+    from scalar.planning.separation import ANSWERED
+
+    return (
+        f"{answer.question.title}: no poses separate it; all {candidates} candidates together give a signal of {answer.limit**0.5:.1f} "
+        f"standard errors, and {ANSWERED**0.5:g} are needed"
+    )
 
 
 def _read(path: Path) -> dict[str, Any]:

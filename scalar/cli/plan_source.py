@@ -42,7 +42,10 @@ def declared(
         else:
             robot, sensor, planes = _described(Path(source))
         if sensor.T_flange_sensor is None:
-            message = "is missing; a plan needs to know where the sensor is, roughly"
+            message = (
+                "is missing; a plan needs to know where the sensor is, roughly: write it under sensor: as "
+                "nominal_pose: {translation: [0.0, 0.0, 0.1], rotation_vector: [0.0, 0.0, 0.0]}, flange to sensor [m, rad]"
+            )
             raise InvalidInput(Fault("dataset.yaml", message, None, "sensor.nominal_pose"))
     elif needs_data:
         message = "no such folder; give the folder of the dataset that was diagnosed"

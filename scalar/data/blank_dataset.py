@@ -90,7 +90,9 @@ def _description(
         "nominal_pose: {translation: [0.0, 0.0, 0.1], rotation_vector: [0.0, 0.0, 0.0]}  # flange to sensor"
     )
     needed = (
-        "needed: take away the #, and put in your own numbers" if format.needs_nominal_pose else "optional"
+        "needed: take away the #, and put in your own numbers"
+        if format.needs_nominal_pose
+        else "needed by `scalar plan` and `scalar import-bag`, not by `scalar calibrate`: take away the #, and put in your own numbers"
     )
     lines += [
         f"  # {pose} [m, rad], rough; {needed}",

@@ -1,4 +1,4 @@
-"""The picture of a plan: the angles of each joint in the order of the program, and the expected error over the number of poses."""
+"""The picture of a plan: the position of each joint in the order of the program, and the expected error over the number of poses."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 from scalar.units import DEG, MM
 
@@ -16,14 +17,14 @@ _BLUE, _GREY = "#2a6fb0", "#9a9a9a"
 
 
 def draw_plan(
-    path: Path, q: Array, limits: Array, curve: list[tuple[int, float]], random: tuple[int, float] | None
+    path: Path, q: Array, robot: Robot, curve: list[tuple[int, float]], random: tuple[int, float] | None
 ) -> None:
     """Draw a plan as PNG.
 
     Args:
         path: To write.
-        q: ``(k, n)`` [rad], in the order of the program.
-        limits: ``(n, 2)`` [rad].
+        q: ``(k, n)`` [rad; m of a joint that slides], in the order of the program.
+        robot: Whose limits are drawn.
         curve: Numbers of poses and expected errors [m]; may be empty.
         random: The same for random poses, or None.
     """
@@ -36,12 +37,13 @@ def draw_plan(
     for j in range(n):
         axes = figure.add_subplot(grid[j, 0], sharex=shared)
         shared = shared or axes
-        axes.plot(np.arange(1, len(q) + 1), q[:, j] / DEG, "o-", ms=2.5, lw=0.6, color=_BLUE)
-        low, high = limits[j] / DEG
+        size, unit = (MM, "mm") if j in robot.prismatic else (DEG, "°")
+        axes.plot(np.arange(1, len(q) + 1), q[:, j] / size, "o-", ms=2.5, lw=0.6, color=_BLUE)
+        low, high = robot.limits[j] / size
         axes.set_ylim(low - 0.04 * (high - low), high + 0.04 * (high - low))
         axes.axhline(low, color=_GREY, lw=0.6, ls=":")
         axes.axhline(high, color=_GREY, lw=0.6, ls=":")
-        axes.set_ylabel(f"q{j + 1} [°]", fontsize=8)
+        axes.set_ylabel(f"q{j + 1} [{unit}]", fontsize=8)
         axes.tick_params(labelsize=7, labelbottom=j == n - 1)
     assert shared is not None
     figure.axes[n - 1].set_xlabel("pose, in the order of the program", fontsize=8)

@@ -52,6 +52,16 @@ def test_what_is_missing_is_said_and_nothing_else(kind, tmp_path):
 
 
 @pytest.mark.parametrize("kind", KINDS)
+def test_the_pose_of_the_sensor_is_never_called_optional(kind, tmp_path):
+    """Where it stands, the file says what needs it; it is so for the commands that do."""
+    text = (begun(tmp_path / "cell", "--robot", "ur5e", sensor=kind) / "dataset.yaml").read_text()
+    (line,) = [line for line in text.splitlines() if "nominal_pose" in line]
+    assert "needed" in line and "optional" not in line
+    if kind == "line-laser":
+        assert "scalar plan" in line and "scalar import-bag" in line
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_folder_that_is_filled_is_a_dataset(kind, tmp_path):
     """With the comments taken away from what is needed, and rows under the headers, the folder is read without a fault."""
     folder = begun(tmp_path / "cell", "--robot", "abb_irb120", sensor=kind)

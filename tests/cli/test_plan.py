@@ -163,6 +163,31 @@ def test_poses_that_separate_a_gear_from_a_scale(tmp_path):
     refused(result, "leaves nothing open")
 
 
+def test_poses_that_would_separate_nothing_are_not_written(tmp_path):
+    """A gear of a nanoradian, or a scale: no poses show it. Exit 3 says what it lacks and what may help, and nothing is written."""
+    scene = helpers.make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
+    scene.write(tmp_path / "cell")
+    effect = JointHarmonic(4, (1,), coefficients=np.array([1e-9, 0.0]))
+    made = Calibration.nominal(scene.dataset)
+    out = tmp_path / "out"
+    out.mkdir()
+    replace(made, model=replace(made.model, effects=(effect,))).save(out / "after.json")
+    entry = {
+        "name": effect.name,
+        "target": effect.target,
+        "coefficients": {"sin_rad": {"value": 1e-9}, "cos_rad": {"value": 0.0}},
+        "confounded_with": [{"name": JointScale.name, "target": {"joint": 4}}],
+    }
+    diagnosis = {"format": "scalar-diagnosis/2", "effects": [entry], "unobservable": []}
+    (out / "diagnosis.json").write_text(json.dumps(diagnosis), encoding="utf-8")
+    options = ("--poses", 8, "--candidates", 100, "--no-collisions")
+    result = run("plan", tmp_path / "cell", "--after", out / "diagnosis.json", *options, "-o", tmp_path / "p")
+    assert result.exit_code == 3, result.output
+    first, second = result.stderr.splitlines()
+    assert "no poses separate it" in first and "5 are needed" in first and "--candidates" in second
+    assert not (tmp_path / "p").exists()
+
+
 def test_what_cannot_be_planned_is_refused(laser, tmp_path):
     """Too few poses, no such arm, a bad range, an empty range of the scanner: one line each, nothing written."""
     out = tmp_path / "out"
@@ -180,5 +205,5 @@ def test_an_empty_dataset_of_init_says_what_is_missing(tmp_path):
     assert run("init", tmp_path / "cell", "--robot", "ur10e", "--sensor", "tracker").exit_code == 0
     result = run("plan", tmp_path / "cell", "--candidates", 100, "--no-collisions", "-o", tmp_path / "plan")
     assert result.exit_code == 2
-    assert "nominal_pose" in result.stderr
+    assert "nominal_pose" in result.stderr and "{translation: [" in result.stderr
     assert load_yaml(tmp_path / "cell" / "dataset.yaml")["sensor"]["kind"] == "tracker"
