@@ -9,10 +9,12 @@ from decimal import ROUND_HALF_EVEN, Decimal
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from study.paper.numbers import MOST_DIGITS, POWER, entry, gather, rounded, unit_of
+from study.paper.parts import _workcells
 from study.paper.typeset import typeset
 
 from scalar.errors import InvalidInput
@@ -210,6 +212,20 @@ def test_every_section_can_be_typeset(tmp_path):
     numbers, figures = invented(tmp_path)
     (document,) = typeset(PAPER, numbers, figures)
     assert document.startswith(b"%PDF-")
+
+
+def test_what_is_said_of_other_workcells_has_its_numbers():
+    """The numbers that the default run alone has: small runs have no other workcells, and leave the sentences out."""
+    curves = {
+        "offset_std": {"point": {"position_mean_mm": 0.2, "orientation_mean_deg": 0.1}},
+        "other_workcells": {"near": {"position_mean_mm": -0.3}, "far": {"position_mean_mm": 0.4}},
+    }
+    times = {"position_mean": 4.8, "orientation_mean": 6.6}
+    known = gather({"compared": {"workcells": _workcells(curves, times)}})["numbers"]
+    text = "\n".join(path.read_text(encoding="utf-8") for path in TEXTS)
+    quoted = {key for key in quoted_keys(text) if key.startswith("compared.workcells.")}
+    assert quoted and quoted <= set(known)
+    assert known["compared.workcells.published_in_std.position_mean"]["text"][1] == f"{np.log(4.8) / 0.2:.1f}"
 
 
 def test_same_bytes_whatever_the_machine(tmp_path):

@@ -100,6 +100,7 @@ def settings() -> dict[str, Any]:
         "confounded_margin": DEFAULTS.selection.confounded_margin,
         "variance_component_alpha": DEFAULTS.variance_components.alpha_variance_component,
         "unattributed_alpha": DEFAULTS.flexible_terms.alpha_flexible_term,
+        "least_confidence": DEFAULTS.naming.least_confidence,
         "folds": DEFAULTS.hold_out.folds,
         "blocks": DEFAULTS.hold_out.folds * DEFAULTS.hold_out.blocks_per_fold,
         "point_sigmas": DEFAULTS.estimation.gross_errors.point_sigmas,
