@@ -5,6 +5,7 @@
 # make lint       ruff, pyright, snakefmt, snakemake --lint, the order of imports        make format   let ruff and snakefmt rewrite
 # make docs       the documentation as a site, results/docs/index.html
 # make docs-pictures  the pictures of effects that it shows, from simulated data (docs/pictures)
+# make test-slurm  a sweep on a Slurm cluster that is started here, from Debian's packages
 # make bench      the side-by-side figures       make lock     resolve the requirements again
 # make readme-figures   copies of the figures that the README shows, from results/
 # make release VERSION=0.2.0   set the version everywhere, and close the open section of the changelog
@@ -14,7 +15,7 @@
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all env test test-kernels lint format bench lock clean docs docs-pictures readme-figures release
+.PHONY: all env test test-kernels test-slurm lint format bench lock clean docs docs-pictures readme-figures release
 
 SHELL := /bin/sh
 CORES ?= 2
@@ -48,24 +49,31 @@ COMPILED := .venv/.compiled
 
 env: $(COMPILED)
 
+# Two `make` in one checkout: the second waits, and then finds that its work is done. The system releases the lock when its owner ends,
+# however it ends. Without flock, as on macOS, they do not wait.
+ONE_AT_A_TIME = exec 9>.venv.lock; if command -v flock >/dev/null; then flock 9; fi; \
+	made() { for file in "$$@"; do test $@ -nt "$$file" || return 1; done; }
+
+# uv is some seven times faster than pip here, but does not read pip's configuration (a mirror, a proxy).
+# --compile-bytecode: where Python may not write bytecode (many containers), each start would compile all imports anew.
 $(LOCKED): requirements/bootstrap.txt requirements/lock.txt
-	@$(if $(find_python),,$(error $(no_python)))echo "Building .venv from requirements/lock.txt"
-	@python="$(find_python)" && rm -rf .venv && "$$python" -m venv .venv
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --only-binary :all: \
-		-r requirements/bootstrap.txt
-	@# uv is some seven times faster than pip here, but does not read pip's configuration (a mirror, a proxy).
-	@# --compile-bytecode: where Python may not write bytecode (many containers), each start would compile all imports anew.
-	@$(BIN)/uv pip install --quiet --compile-bytecode --python $(BIN)/python --require-hashes --no-deps --no-build-isolation \
+	@$(if $(find_python),,$(error $(no_python)))set -e; $(ONE_AT_A_TIME); if made $^; then exit 0; fi; \
+	echo "Building .venv from requirements/lock.txt"; \
+	python="$(find_python)"; rm -rf .venv; "$$python" -m venv .venv; \
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --only-binary :all: \
+		-r requirements/bootstrap.txt; \
+	$(BIN)/uv pip install --quiet --compile-bytecode --python $(BIN)/python --require-hashes --no-deps --no-build-isolation \
 		-r requirements/lock.txt || \
 	{ echo "uv could not install the lock; once more with pip" && \
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps \
-		--no-build-isolation -r requirements/lock.txt; }
-	@touch $@
+		--no-build-isolation -r requirements/lock.txt; }; \
+	touch $@
 
 $(INSTALLED): $(LOCKED) pyproject.toml scalar/__init__.py hatch_build.py $(wildcard scalar/kernels/*.[ch])
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-index --no-deps --no-build-isolation \
-		--editable .
-	@touch $@
+	@set -e; $(ONE_AT_A_TIME); if made $^; then exit 0; fi; \
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-index --no-deps --no-build-isolation \
+		--editable .; \
+	touch $@
 
 # Our own modules, for the same reason: those that changed since the stamp. Checked by a hash of the source, not by its time,
 # so that no stale bytecode is ever run, whatever a checkout or an editor does to the times of files.
@@ -108,6 +116,10 @@ docs-pictures: env
 
 readme-figures: env
 	$(RUN) python paper/refresh_figures.py
+
+# On a real Slurm cluster, of Debian's packages, on the loopback of this machine. Installs nothing; not part of `make test`.
+test-slurm: env
+	$(RUN) PYTHONPATH=.:workflow python -m tests.slurm
 
 bench: env
 	$(RUN) python -m benchmarks

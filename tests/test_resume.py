@@ -49,8 +49,8 @@ def contents(folder: Path) -> dict[str, str]:
     }
 
 
-def killed(folder: Path, arguments: list[str], after: float) -> bool:
-    """Start the workflow and kill it with all its jobs after some seconds; False if it had ended by then."""
+def killed(folder: Path, arguments: list[str], after: float, how: signal.Signals, whole_group: bool) -> bool:
+    """Start the workflow and kill it after some seconds, alone or with all its jobs; False if it had ended by then."""
     command = [
         sys.executable,
         "-m",
@@ -58,7 +58,6 @@ def killed(folder: Path, arguments: list[str], after: float) -> bool:
         "--cores",
         "2",
         "--nocolor",
-        "--rerun-incomplete",
         *arguments,
     ]
     with open(folder / "output.txt", "w") as output:
@@ -67,7 +66,7 @@ def killed(folder: Path, arguments: list[str], after: float) -> bool:
             assert running.wait(after) == 0, (folder / "output.txt").read_text()
             return False
         except subprocess.TimeoutExpired:
-            os.killpg(running.pid, signal.SIGKILL)
+            (os.killpg if whole_group else os.kill)(running.pid, how)
             running.wait()
             return True
 
@@ -75,7 +74,7 @@ def killed(folder: Path, arguments: list[str], after: float) -> bool:
 @pytest.mark.slow
 @pytest.mark.skipif("SCALAR_KILLS" not in os.environ, reason="by hand: SCALAR_KILLS=3")
 def test_killed_anywhere_and_resumed_it_gives_the_same_bytes(tmp_path):
-    """SIGKILL to every process at random moments; after --unlock, --rerun-incomplete carries on."""
+    """SIGKILL or SIGTERM at random moments, to Snakemake alone or to all its jobs as well; a plain call carries on."""
     folders = [copy_checkout(tmp_path / name) for name in ("whole", "killed")]
     arguments = ["--configfile", CONFIG] if CONFIG else [*TARGETS, "--configfile", "configs/small.yaml"]
     for folder in folders:
@@ -89,14 +88,14 @@ def test_killed_anywhere_and_resumed_it_gives_the_same_bytes(tmp_path):
     kills = 0
     while kills < KILLS:
         # Each time it gets on a little; the moments spread over the run, whatever is left of it.
-        if killed(folders[1], arguments, rng.uniform(0.0, 1.0) * length * max(2.0 / KILLS, 0.2)):
+        how, whole_group = rng.choice([signal.SIGKILL, signal.SIGTERM]), rng.random() < 0.5
+        moment = rng.uniform(0.0, 1.0) * length * max(2.0 / KILLS, 0.2)
+        if killed(folders[1], arguments, moment, how, whole_group):
             kills += 1
-            unlocked = snakemake(folders[1], "--unlock", *arguments[-2:])
-            assert unlocked.returncode == 0, unlocked.stdout
         else:
             assert contents(folders[1]) == expected
             assert snakemake(folders[1], "--delete-all-output", *arguments).returncode == 0
-    ran = snakemake(folders[1], "--rerun-incomplete", *arguments)
+    ran = snakemake(folders[1], *arguments)
     assert ran.returncode == 0, ran.stdout
     print(f"killed {kills} times in a run of {length:.0f} s, {len(expected)} files the same")
     assert contents(folders[1]) == expected

@@ -11,7 +11,7 @@ import click
 
 from scalar.cli.corrected import corrected_description
 from scalar.cli.group import cli
-from scalar.cli.options import COMMANDED, EFFECTS_MODULE, OUTPUT, PATH, listed, load_effects, made
+from scalar.cli.options import COMMANDED, EFFECTS_MODULE, OUTPUT, PATH, keep, listed, load_effects
 from scalar.cli.terminal import say
 from scalar.units import DEG, MM
 
@@ -72,7 +72,9 @@ def calibrate(
     from scalar.estimation.calibrate import calibrate
     from scalar.estimation.result import load_calibration
     from scalar.estimation.transfer import carried
+    from scalar.report.output import write_calibration
 
+    keep(output)
     load_effects(effects_modules)
     data = read_dataset(dataset)
     data = data.commanded() if commanded else data
@@ -84,12 +86,7 @@ def calibrate(
         )
     if given:
         result = replace(result, summary={**result.summary, "effects_from": given.to_mapping()})
-    if with_report:
-        from scalar.report.output import write_calibration
-
-        write_calibration(result, data, made(output))
-    else:
-        result.save(made(output) / "calibration.json")
+    write_calibration(result, data, output, with_page=with_report)
     say(describe_calibration(result))
     say(f"written: {output / 'calibration.json'}{', report.html' if with_report else ''}")
 

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from scalar.cli.options import made
 from scalar.cli.terminal import say
 
 CORRECTED = "corrected-dataset.yaml"
@@ -18,7 +17,7 @@ def corrected_description(dataset: Path, output: Path) -> Iterator[None]:
 
     Args:
         dataset: The folder that is read.
-        output: The folder that results go to.
+        output: The folder that results go to; it exists.
     """
     from scalar.data.description import DESCRIPTION
     from scalar.data.io.plain_yaml import dump_yaml, load_yaml
@@ -29,7 +28,7 @@ def corrected_description(dataset: Path, output: Path) -> Iterator[None]:
     except WrongSetup as refusal:
         robot = refusal.suspicions[0].robot
         if robot is not None:
-            path = made(output) / CORRECTED
+            path = output / CORRECTED
             dump_yaml({**load_yaml(dataset / DESCRIPTION), "robot": robot.to_mapping()}, path)
             say(f"scalar: {path} has the table of joints corrected for the first of these", err=True)
         raise

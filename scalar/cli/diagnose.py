@@ -11,7 +11,7 @@ import click
 
 from scalar.cli.corrected import corrected_description
 from scalar.cli.group import cli
-from scalar.cli.options import COMMANDED, EFFECTS_MODULE, OUTPUT, PATH, load_effects, made
+from scalar.cli.options import COMMANDED, EFFECTS_MODULE, OUTPUT, PATH, keep, load_effects
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
 
@@ -79,6 +79,7 @@ def diagnose(
     from scalar.diagnosis.settings import DEFAULTS
     from scalar.report.output import write_diagnosis
 
+    keep(output)
     load_effects(effects_modules)
     folds = 0 if quick else DEFAULTS.outer_split.folds
     if batch:
@@ -91,7 +92,7 @@ def diagnose(
     with corrected_description(dataset, output), stages_and_runs() as (advance, on_fold):
         result = diagnose(data, progress=advance, outer_folds=folds, on_fold=on_fold)
         advance("writing the report")
-        write_diagnosis(result, made(output))
+        write_diagnosis(result, output)
     say(describe_diagnosis(result))
     say(f"written: {output / 'report.html'}, diagnosis.json, before.json, after.json")
 

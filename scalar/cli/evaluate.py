@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from scalar.cli.group import cli
-from scalar.cli.options import OUTPUT, PATH, made
+from scalar.cli.options import OUTPUT, PATH, keep
 from scalar.cli.terminal import say
 
 if TYPE_CHECKING:
@@ -33,11 +33,12 @@ def evaluate(calibration: Path, truth: Path, output: Path) -> None:
     from scalar.evaluate import evaluate
     from scalar.evaluate.truth import read_truth
 
+    keep(output)
     model = load_calibration(calibration)
     robot = model.model.robot
     truth_poses, content = read_truth(truth, robot.n_joints, robot.limits, robot.prismatic)
     result = evaluate(model, truth_poses, content)
-    write_json(made(output) / "evaluation.json", result.to_mapping())
+    write_json(output / "evaluation.json", result.to_mapping())
     say(describe_evaluation(result))
     say(f"written: {output / 'evaluation.json'}")
 

@@ -9,12 +9,8 @@ from __future__ import annotations
 
 import hashlib
 import os
-import re
-import shutil
 import signal
 import sys
-import threading
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from multiprocessing import get_all_start_methods, get_context
@@ -23,6 +19,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scalar.cli import unexpected
+from scalar.data.io.processes import end_with
+from scalar.data.io.temporary import sweep
 from scalar.errors import ScalarError
 
 if TYPE_CHECKING:
@@ -31,8 +29,6 @@ if TYPE_CHECKING:
 RESULT = "batch.json"
 """In the folder of each result: its line of the table, and what it was made from. Its presence says that the result is complete."""
 FORMAT = "scalar-batch/1"
-_PARENT_SEEN = 0.5  # s between looks whether the process that started this one is still there
-_TEMPORARY = re.compile(r"\..+\.(\d+)\.[0-9a-f]{8}\.tmp")
 
 
 @dataclass(frozen=True)
@@ -65,7 +61,7 @@ def run_all(
         done: Called with the index of each job and its line, as they are finished.
     """
     for folder in {job.output.parent for job in jobs}:
-        _sweep(folder)
+        sweep(folder)
     method = "fork" if "fork" in get_all_start_methods() else "spawn"
     context: Any = get_context(method)
     rows: dict[int, dict[str, Any]] = {}
@@ -142,7 +138,7 @@ def _work(job: Job, cores: int, parent: int, load: bool) -> None:
     from scalar.data.io.atomic import atomic_directory, write_json
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that started this one ends it
-    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+    end_with(parent)
     source = made_from(job)
     if load:  # a forked process knows them
         from scalar.cli.options import load_effects
@@ -186,30 +182,3 @@ def _lost(code: int | None) -> dict[str, Any]:
     why = f"by signal {-code}" if code is not None and code < 0 else f"with status {code}"
     message = f"its process ended {why} and left no result, for lack of memory or of space on the disk perhaps; run the same command again"
     return {"status": unexpected.EXIT_STATUS, "message": message}
-
-
-def _end_with(parent: int) -> None:
-    """End this process, whatever it does, when the one that started it has gone: nothing computes on for nobody."""
-    while os.getppid() == parent:
-        time.sleep(_PARENT_SEEN)
-    os._exit(1)
-
-
-def _sweep(folder: Path) -> None:
-    """Remove temporary folders that runs which no longer live have left."""
-    if not folder.is_dir():
-        return
-    for path in folder.iterdir():
-        found = _TEMPORARY.fullmatch(path.name)
-        if found and not _lives(int(found[1])):
-            shutil.rmtree(path, ignore_errors=True)
-
-
-def _lives(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:  # of another user
-        return True
-    return True

@@ -9,7 +9,6 @@ from typing import Any
 
 from scalar.cli.fleet import Job, run_all
 from scalar.cli.fleet_folders import datasets_in, names_of
-from scalar.cli.options import made
 from scalar.cli.progress import progress
 from scalar.cli.terminal import say
 
@@ -34,7 +33,6 @@ def diagnose_fleet(folders: Sequence[Path], output: Path, folds: int, modules: S
 
     datasets = datasets_in(folders)
     names = names_of(datasets)
-    made(output)
     jobs = [
         Job(name, path, output / name, folds, tuple(modules))
         for name, path in zip(names, datasets, strict=True)

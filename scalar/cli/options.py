@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from scalar.errors import Fault, InvalidInput
+from scalar.errors import InvalidInput
 
 PATH = click.Path(path_type=Path)
 OUTPUT = click.option(
@@ -67,18 +67,15 @@ def load_effects(files: Sequence[Path]) -> None:
             registry.load_file(file)
 
 
-def made(folder: Path) -> Path:
-    """Return the folder, which is made if it is missing.
+def keep(folder: Path) -> None:
+    """Make an output folder if it is missing, and keep it for this command until it ends: two commands do not mix their files.
 
     Raises:
-        InvalidInput: The folder cannot be made.
+        InvalidInput: The folder cannot be written, or another process that lives is writing to it.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        message = f"cannot be written ({error.strerror or error}); give another place for the output"
-        raise InvalidInput(Fault(str(folder), message)) from None
-    return folder
+    from scalar.data.io.lock import locked
+
+    click.get_current_context().with_resource(locked(folder))
 
 
 def listed(names: str | None) -> Sequence[str]:

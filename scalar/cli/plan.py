@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from scalar.cli.group import cli
-from scalar.cli.options import OUTPUT, PATH, made
+from scalar.cli.options import OUTPUT, PATH, keep
 from scalar.cli.plan_source import declared
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
@@ -102,6 +103,7 @@ def plan(
     from scalar.planning.candidates import draw_candidates
     from scalar.planning.workcell import View, Workcell
 
+    keep(output)
     arm, sensor, planes, dataset = declared(robot, noise, needs_data=after is not None)
     view = View(*_range(limits), fan * DEG, incidence * DEG)
     calibration = _calibration(near, after, arm)
@@ -122,7 +124,7 @@ def plan(
             result, info, lines = _planned(cell, found, poses, accuracy, criterion, seed)
             chosen, content = result.chosen, result.to_mapping() | {"not_determined": list(info.fixed)}
             curve, random = result.curve, (len(chosen), result.random_error)
-        lines += _write(made(output), cell, found, chosen, content, allowed, curve, random)
+        lines += _write(output, cell, found, chosen, content, allowed, curve, random)
     say(f"{arm.name}, {sensor.kind}: {len(chosen)} poses of {len(found.q)} candidates")
     say("\n".join(lines))
     if no_collisions:
@@ -250,9 +252,13 @@ def _write(
     }
     with atomic_write(folder / "poses.csv") as temporary:
         table.to_csv(temporary, index=False, float_format="%.9g")
-    write_json(folder / "plan.json", content)
     with atomic_write(folder / "plan.png") as temporary:
         draw_plan(temporary, q, cell.model.nominal, curve, random)
+    # Last: what it says of the other two holds as soon as it is there.
+    content["files_sha256"] = {
+        name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in ("poses.csv", "plan.png")
+    }
+    write_json(folder / "plan.json", content)
     lines = [f"  moves: {_moved(q, cell.model.nominal.prismatic)}"]
     if touching:
         places = ", ".join(str(k + 1) for k in touching[:_TOUCHING_SHOWN])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,8 +10,10 @@ from scalar.errors import Fault, InvalidInput, Undetermined
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
+    from scalar.effects import Effect
     from scalar.estimation.result import Calibration
     from scalar.planning.candidates import Candidates
+    from scalar.planning.questions import Pair
     from scalar.planning.separation import Answered
     from scalar.planning.workcell import Workcell
 
@@ -36,15 +39,10 @@ def plan_after(
         InvalidInput: The file is no diagnosis, or leaves nothing open that poses would answer.
         Undetermined: No candidates separate any of what it left open.
     """
-    from scalar.planning.questions import asked, open_pairs
+    from scalar.planning.questions import asked
     from scalar.planning.separation import separating_poses
 
-    diagnosis = _read(path)
-    try:
-        pairs, beyond = open_pairs(diagnosis, calibration.model.effects, dataset)
-    except (KeyError, TypeError) as error:
-        message = f"damaged diagnosis: {type(error).__name__} {error}; diagnose again"
-        raise InvalidInput(Fault(str(path), message)) from None
+    pairs, beyond = read_questions(path, calibration.model.effects, dataset)
     lines = [f"  no poses answer this: {text}" for text in beyond]
     if not pairs:
         message = "leaves nothing open that further poses would answer" + (
@@ -74,6 +72,22 @@ def plan_after(
     return chosen, [*(line for a in answers for line in _said(a)), *lines], content
 
 
+def read_questions(path: Path, found: Sequence[Effect], dataset: Dataset) -> tuple[list[Pair], list[str]]:
+    """Return what the diagnosis in a file leaves open, as ``open_pairs`` has it.
+
+    Raises:
+        InvalidInput: The file is no diagnosis, or is damaged.
+    """
+    from scalar.planning.questions import open_pairs
+
+    diagnosis = _read(path)
+    try:
+        return open_pairs(diagnosis, found, dataset)
+    except (KeyError, TypeError) as error:
+        message = f"damaged diagnosis: {type(error).__name__} {error}; diagnose again"
+        raise InvalidInput(Fault(str(path), message)) from None
+
+
 def _said(answer: Answered) -> list[str]:
     sizes = f"{answer.now**0.5:.1f} -> {answer.planned**0.5:.1f} standard errors"
     if answer.separated:
@@ -96,9 +110,11 @@ def _hopeless(answer: Answered, candidates: int) -> str:
 
 def _read(path: Path) -> dict[str, Any]:
     from scalar.data.io.json_reader import read_json
+    from scalar.data.io.run_id import check_run
 
     if not path.exists():
         raise InvalidInput(Fault(str(path), "no such file; `scalar diagnose DATASET -o DIR` writes one"))
+    check_run(path)
     content: Any = read_json(path)
     if not isinstance(content, dict) or content.get("format") not in _FORMATS:
         raise InvalidInput(

@@ -12,15 +12,17 @@ Bühlmann, Journal of the Royal Statistical Society B 72, 2010).
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
-from multiprocessing import get_all_start_methods, get_context
+from multiprocessing import active_children, get_all_start_methods, get_context
 from typing import Any
 
 import numpy as np
 
 from scalar.data.dataset import Dataset
+from scalar.data.io.processes import end_with
 from scalar.diagnosis.hold_out import HeldOutErrors, blocks
 from scalar.diagnosis.settings import Settings
 from scalar.effects import Effect
@@ -213,15 +215,27 @@ def _run_all(
             on_fold(k + 1, len(jobs))
         return
     # Forked, so that effects from outside are known in the other processes as well.
-    with ProcessPoolExecutor(cores, mp_context=get_context("fork")) as pool:
+    others = set(active_children())
+    with ProcessPoolExecutor(
+        cores, mp_context=get_context("fork"), initializer=_begin_work, initargs=(os.getpid(),)
+    ) as pool:
         try:
             futures = [pool.submit(_answered, *job) for job in jobs]
             for done, _ in enumerate(as_completed(futures), start=1):
                 on_fold(done, len(jobs))
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
+            for worker in set(active_children()) - others:
+                worker.terminate()
             raise
     yield from (future.result() for future in futures)
+
+
+def _begin_work(parent: int) -> None:
+    """Let a worker end with the process that started it, and on its demand; an interruption is that one's matter."""
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with(parent)
 
 
 def _answered(run: Run, dataset: Dataset, settings: Settings) -> Answer | ScalarError:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from scalar.data.io.json_reader import read_json
+from scalar.data.io.run_id import check_run
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.calibration_file import check_calibration
 
@@ -15,7 +16,7 @@ FORMAT = "scalar-calibration/2"
 VERSION_1 = "scalar-calibration/1"
 """Read, no longer written: it nests the names of the free parameters and their matrix under ``covariance``."""
 KEYS = frozenset(
-    {"format", "robot", "sensor", "parameters", "gauge", "effects", "residual_rms_m", "planes", "tracker_frames", "summary"}
+    {"format", "run", "robot", "sensor", "parameters", "gauge", "effects", "residual_rms_m", "planes", "tracker_frames", "summary"}
     | {"names", "covariance", "target", "targets", "noise"}
 )  # fmt: skip
 PARAMETER_KEYS = frozenset({"value", "std", "unit", "held", "reason", "prior"})
@@ -36,6 +37,7 @@ def read_calibration(path: Path, build: Callable[[Mapping[str, Any]], _Built]) -
     """
     if not path.exists():
         raise InvalidInput(Fault(str(path), "no such file; 'scalar calibrate DATASET -o DIR' writes one"))
+    check_run(path)
     content: Any = read_json(path)
     if not isinstance(content, dict) or content.get("format") not in (VERSION_1, FORMAT):
         wrong = f"not a calibration: its format is not '{FORMAT}'"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scalar.data.io.json_reader import read_json
+from scalar.data.io.run_id import RUN, check_truth_run
 from scalar.data.pose_tables import read_pose_table
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.frame_tables import FRAME_COLUMNS
@@ -37,6 +38,7 @@ def read_truth(
     except (TypeError, ValueError, KeyError, AttributeError):
         message = "not a truth: expected 'parameters' and 'planes' as 'scalar simulate' writes them"
         raise InvalidInput([Fault(str(path), message)]) from None
+    check_truth_run(folder, content.get(RUN))
     return poses, content
 
 

@@ -13,31 +13,36 @@ if TYPE_CHECKING:
 DIAGNOSIS, CALIBRATION = "report.html.jinja", "calibration.html.jinja"
 
 
-def render_report(diagnosis: Diagnosis) -> str:
+def render_report(diagnosis: Diagnosis, run: str | None = None) -> str:
     """Return the report as HTML.
 
     Everything stands in the one file: the style, the pictures as SVG. Nothing is fetched, no script runs;
     names from the dataset are escaped, whatever they hold. The same diagnosis gives the same bytes. The page
     stays under 3 MB: where there are more values than it can hold, pictures draw some of them and say so.
+
+    Args:
+        diagnosis: To tell.
+        run: That the other files of the result name, if there are any.
     """
     from scalar.report.page import page
 
-    return _rendered(DIAGNOSIS, page(diagnosis))
+    return _rendered(DIAGNOSIS, page(diagnosis), run)
 
 
-def render_calibration(calibration: Calibration, dataset: Dataset) -> str:
+def render_calibration(calibration: Calibration, dataset: Dataset, run: str | None = None) -> str:
     """Return the page of a calibration as HTML, of the same kind as ``render_report``: the error over the workspace, and every parameter.
 
     Args:
         calibration: To tell.
         dataset: That it was made from.
+        run: As for ``render_report``.
     """
     from scalar.report.calibration_page import calibration_page
 
-    return _rendered(CALIBRATION, calibration_page(calibration, dataset))
+    return _rendered(CALIBRATION, calibration_page(calibration, dataset), run)
 
 
-def _rendered(template: str, content: Mapping[str, Any]) -> str:
+def _rendered(template: str, content: Mapping[str, Any], run: str | None) -> str:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     from scalar import __version__
@@ -51,5 +56,5 @@ def _rendered(template: str, content: Mapping[str, Any]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    filled = environment.get_template(template).render(content, version=__version__, colours=COLOURS)
+    filled = environment.get_template(template).render(content, version=__version__, run=run, colours=COLOURS)
     return visible(filled)

@@ -1,32 +1,49 @@
-"""Write a diagnosis, or a calibration with its page: every file whole or not at all."""
+"""Write a diagnosis, or a calibration with its page: every file whole or not at all, each with its run, the index last."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from scalar.data.dataset import Dataset
-from scalar.data.io.atomic import atomic_write, write_json
-from scalar.diagnosis.result import Diagnosis
-from scalar.estimation.result import Calibration
+from scalar.data.io.atomic import atomic_write, plain, write_json
+from scalar.data.io.run_id import INDEX, run_of, with_run
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+    from scalar.diagnosis.result import Diagnosis
+    from scalar.estimation.result import Calibration
 
 
 def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
-    """Write ``before.json``, ``after.json``, ``diagnosis.json`` and ``report.html`` to a folder that exists."""
+    """Write ``before.json``, ``after.json``, ``report.html`` and, last, ``diagnosis.json`` to a folder that exists."""
     from scalar.report import render_report
 
-    page = render_report(diagnosis)
-    diagnosis.calibration_before.save(folder / "before.json")
-    diagnosis.calibration_after.save(folder / "after.json")
-    write_json(folder / "diagnosis.json", diagnosis.to_mapping())
-    with atomic_write(folder / "report.html") as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    parts = {
+        "before.json": plain(diagnosis.calibration_before.to_mapping()),
+        "after.json": plain(diagnosis.calibration_after.to_mapping()),
+        INDEX: diagnosis.to_mapping(),
+    }
+    run = run_of(*parts.values())
+    page = render_report(diagnosis, run)
+    for name in ("before.json", "after.json"):
+        write_json(folder / name, with_run(parts[name], run))
+    _write_page(folder, page)
+    write_json(folder / INDEX, with_run(parts[INDEX], run))
 
 
-def write_calibration(calibration: Calibration, dataset: Dataset, folder: Path) -> None:
-    """Write ``calibration.json`` and its page ``report.html`` to a folder that exists."""
-    from scalar.report import render_calibration
+def write_calibration(
+    calibration: Calibration, dataset: Dataset, folder: Path, *, with_page: bool = True
+) -> None:
+    """Write the page ``report.html``, if it is wanted, and ``calibration.json``, last, to a folder that exists."""
+    content = plain(calibration.to_mapping())
+    run = run_of(content)
+    if with_page:
+        from scalar.report import render_calibration
 
-    page = render_calibration(calibration, dataset)
-    calibration.save(folder / "calibration.json")
+        _write_page(folder, render_calibration(calibration, dataset, run))
+    write_json(folder / "calibration.json", with_run(content, run))
+
+
+def _write_page(folder: Path, page: str) -> None:
     with atomic_write(folder / "report.html") as temporary:
         temporary.write_text(page, encoding="utf-8")

@@ -1,14 +1,16 @@
 """A simulated scene as folders: `dataset` for whoever calibrates, `truth` for whoever judges."""
 
 from pathlib import Path
+from typing import Any
 
 from scalar.data.dataset_writer import write_dataset
-from scalar.data.io.atomic import atomic_directory, write_json
+from scalar.data.io.atomic import atomic_directory, plain, write_json
+from scalar.data.io.run_id import RUN, run_of, source_with_run
 from scalar.simulation.scene import SimulatedScene
 
 
 def write_scene(scene: SimulatedScene, out_dir: Path, *, table_format: str = "csv") -> None:
-    """Write `out_dir/dataset` and `out_dir/truth`, each whole or not at all; the truth first.
+    """Write `out_dir/dataset` and `out_dir/truth`, each whole or not at all and naming its run; the truth first.
 
     Args:
         scene: to write. out_dir: made if missing. table_format: "csv" or "parquet", of the scans.
@@ -17,12 +19,14 @@ def write_scene(scene: SimulatedScene, out_dir: Path, *, table_format: str = "cs
         InvalidInput: something else is in the way.
     """
     out_dir = Path(out_dir)
+    truth: dict[str, Any] = plain(scene.truth)
+    run = run_of(truth, plain(scene.dataset))
     with atomic_directory(out_dir / "truth", may_replace=_is_truth) as folder:
-        write_json(folder / "truth.json", scene.truth)
+        write_json(folder / "truth.json", {**truth, RUN: run})
         scene.truth_poses.to_csv(folder / "truth_poses.csv", index=False, lineterminator="\n")
     write_dataset(
         out_dir / "dataset",
-        mapping=scene.dataset,
+        mapping={**scene.dataset, "source": source_with_run(scene.dataset["source"], run)},
         poses=scene.poses,
         scans=scene.scans,
         table_format=table_format,  # pyright: ignore[reportArgumentType]

@@ -172,7 +172,7 @@ def test_nothing_is_left_of_a_diagnosis_that_fails(tmp_path, monkeypatch):
     import scalar.report
 
     diagnosis = diagnose(make_cell(seed=15, poses_per_plane=30).dataset)
-    monkeypatch.setattr(scalar.report, "render_report", lambda d: 1 / 0)
+    monkeypatch.setattr(scalar.report, "render_report", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         write_diagnosis(diagnosis, tmp_path)
     assert not list(tmp_path.iterdir())

@@ -1,6 +1,7 @@
 # Checks of the config, and what the rules look up: cases, batches of seeds, the modules a step depends on.
 import sys
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 from git import Repo
@@ -38,10 +39,15 @@ from study.common.renamed import renamed_faults
 from study.common.schema_faults import schema_faults
 from study.common.seeds import batch_names, batch_seeds
 from study.common.sources import source_files
+from study.common.take_over import WORKFLOW_PROCESS, take_over
 from study.common.yaml_numbers import with_numbers
 
-# Jobs import the checkout that the Snakefile stands in.
+# Jobs import the checkout that the Snakefile stands in, and end with the Snakemake that started them.
 os.environ.update(job_environment(list(HOMES.values()), os.environ))
+os.environ[WORKFLOW_PROCESS] = str(os.getpid())
+if workflow.is_main_process:  # and no job of another
+    with suppress(OSError):
+        take_over(Path(".snakemake").absolute())
 
 
 def named(path):

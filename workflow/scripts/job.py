@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from traceback import print_exc
 
+from study.common.take_over import end_with_workflow
+
 
 @contextmanager
 def logged(log: list[str]) -> Iterator[None]:
@@ -14,6 +16,7 @@ def logged(log: list[str]) -> Iterator[None]:
         redirect_stdout(file),
         redirect_stderr(file),
     ):
+        end_with_workflow()
         try:
             yield
         except Exception as error:

@@ -1,39 +1,36 @@
 """Files and folders that appear whole or not at all.
 
 Everything is written under a temporary name beside its destination, on the same file system, and renamed when
-it is complete. A run that dies half-way leaves at most a hidden temporary file, never half an output.
+it is complete. A run that dies half-way leaves at most a hidden temporary file, never half an output; the next one that
+writes to the same folder removes it.
 Left out: protection against power failure (no fsync).
 """
 
+import errno
 import json
 import math
 import os
-import secrets
 import shutil
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from scalar.data.io.temporary import sweep_once, temporary_beside
 from scalar.errors import Fault, InvalidInput
 
-
-def _temporary_beside(path: Path) -> Path:
-    """Return a hidden name in the folder of `path` that nobody else uses.
-
-    Raises:
-        InvalidInput: `path` has no name of its own (``.``, ``..``, ``/``, or nothing at all), or a null character.
-    """
-    if path.name in ("", "..") or "\0" in str(path):
-        raise InvalidInput(Fault(str(path), "no name for an output; give it one, as in out/result"))
-    return path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_BROKEN = (*_NO_ROOM, errno.EROFS, errno.EIO, errno.ESTALE)
 
 
 def _cannot_write(path: Path, error: OSError) -> InvalidInput:
     reason = error.strerror or str(error)
-    return InvalidInput(Fault(str(path), f"cannot be written ({reason}); give another place for the output"))
+    room = "make room, or " if error.errno in _NO_ROOM else ""
+    return InvalidInput(
+        Fault(str(path), f"cannot be written ({reason}); {room}give another place for the output")
+    )
 
 
 @contextmanager
@@ -46,9 +43,10 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
         InvalidInput: the place cannot be written, or is a folder.
     """
     path = Path(path)
-    temporary = _temporary_beside(path)
+    temporary = temporary_beside(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        sweep_once(path.parent)
         if path.is_dir():
             raise IsADirectoryError(None, "a folder of that name is there")
         temporary.open("xb").close()
@@ -60,8 +58,11 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
             temporary.replace(path)
         except OSError as error:
             raise _cannot_write(path, error) from error
-    except BaseException:
-        temporary.unlink(missing_ok=True)
+    except BaseException as error:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.errno in _BROKEN:  # the disk is full, or went away
+            raise _cannot_write(path, error) from error
         raise
 
 
@@ -79,7 +80,8 @@ def atomic_directory(
         InvalidInput: the place cannot be written, or holds something that may not be replaced.
     """
     path = Path(path)
-    temporary = _temporary_beside(path)
+    temporary = temporary_beside(path)
+    sweep_once(path.parent)
     if path.exists() and not (path.is_dir() and (not any(path.iterdir()) or may_replace(path))):
         message = "already there, and not an output of this kind; remove it, or give another place"
         raise InvalidInput(Fault(str(path), message))
@@ -94,8 +96,10 @@ def atomic_directory(
             _swap_in(temporary, path)
         except OSError as error:
             raise _cannot_write(path, error) from error
-    except BaseException:
+    except BaseException as error:
         shutil.rmtree(temporary, ignore_errors=True)
+        if isinstance(error, OSError) and error.errno in _BROKEN:
+            raise _cannot_write(path, error) from error
         raise
 
 
@@ -104,7 +108,7 @@ def _swap_in(new: Path, path: Path) -> None:
     if not path.exists():
         new.rename(path)
         return
-    old = _temporary_beside(path)
+    old = temporary_beside(path, "old")
     path.rename(old)
     try:
         new.rename(path)

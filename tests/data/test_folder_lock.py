@@ -1,0 +1,188 @@
+"""One writer for a folder at a time, and nothing left of those that were killed."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from scalar.data.io.atomic import atomic_directory, atomic_write
+from scalar.data.io.lock import LOCK, locked
+from scalar.data.io.processes import lives
+from scalar.data.io.temporary import sweep, temporary_beside
+from scalar.errors import InvalidInput
+
+HOLDS = """
+import sys, time
+from pathlib import Path
+from scalar.data.io.atomic import atomic_write
+from scalar.data.io.lock import locked
+with locked(Path(sys.argv[1])) as folder, atomic_write(folder / "half.txt") as temporary:
+    temporary.write_text("half")
+    print("held", flush=True)
+    time.sleep(600)
+"""
+
+
+@contextmanager
+def holder(folder: Path) -> Iterator[subprocess.Popen[str]]:
+    """Run another process that holds a folder, with a file half-written."""
+    process = subprocess.Popen([sys.executable, "-c", HOLDS, folder], stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None and process.stdout.readline() == "held\n"
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_a_living_owner_is_respected_and_named(tmp_path: Path) -> None:
+    """While another process holds a folder it is refused, with the number of that process; nothing of it is touched."""
+    with holder(tmp_path) as process:
+        before = sorted(os.listdir(tmp_path))
+        with (
+            pytest.raises(InvalidInput, match=f"process {process.pid} on .* wait") as caught,
+            locked(tmp_path),
+        ):
+            pass
+        assert caught.value.exit_status == 2
+        assert sorted(os.listdir(tmp_path)) == before
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
+def test_a_dead_owners_lock_is_taken_over_and_its_remains_are_swept(tmp_path: Path, how: int) -> None:
+    """After a kill the lock is free at once, and what the owner had half-written is gone when the next one begins."""
+    with holder(tmp_path) as process:
+        process.send_signal(how)
+        process.wait()
+        assert len(os.listdir(tmp_path)) == 2  # the lock, and what was half-written
+        with locked(tmp_path):
+            assert os.listdir(tmp_path) == [LOCK]
+            assert (tmp_path / LOCK).read_text().split()[0] == str(os.getpid())
+    assert not os.listdir(tmp_path)
+
+
+def test_a_process_does_not_let_itself_in_twice(tmp_path: Path) -> None:
+    """Record locks do not exclude their own process; the folder is refused all the same, and free afterwards."""
+    with locked(tmp_path):
+        with pytest.raises(InvalidInput, match=f"process {os.getpid()}"), locked(tmp_path):
+            pass
+        assert (tmp_path / LOCK).exists()
+    with locked(tmp_path):
+        pass
+
+
+def test_a_folder_that_stays_empty_is_not_left(tmp_path: Path) -> None:
+    """What was made for a result that never came is removed; a folder that was there, or holds something, stays."""
+    with pytest.raises(KeyError), locked(tmp_path / "a" / "b"):
+        raise KeyError
+    assert not os.listdir(tmp_path)
+    with locked(tmp_path / "a" / "b") as folder:
+        (folder / "result").touch()
+    assert os.listdir(tmp_path / "a" / "b") == ["result"]
+
+
+def test_a_place_that_is_no_folder_is_refused(tmp_path: Path) -> None:
+    """A file in the place of the folder, or above it, and a name with a null character."""
+    (tmp_path / "file").touch()
+    for path in (tmp_path / "file", tmp_path / "file" / "below", Path("a\0b")):
+        with pytest.raises(InvalidInput, match="cannot be written"), locked(path):
+            pass
+
+
+def dead_pid() -> int:
+    """Return the number of a process that has ended."""
+    process = subprocess.Popen([sys.executable, "-c", ""])
+    process.wait()
+    return process.pid
+
+
+def as_if_by(pid: int, path: Path) -> Path:
+    """Return a temporary name as another process would have given it."""
+    return path.with_name(path.name.replace(f".{os.getpid()}.", f".{pid}."))
+
+
+def test_only_what_the_dead_of_this_machine_left_is_swept(tmp_path: Path) -> None:
+    """Files of the living, of other machines, of other forms and of other folders stay."""
+    dead = dead_pid()
+    mine = temporary_beside(tmp_path / "a.json")
+    left = as_if_by(dead, mine)
+    parts = left.name.split(".")
+    parts[3] = "000000" if parts[3] != "000000" else "000001"
+    elsewhere = left.with_name(".".join(parts))
+    others = [tmp_path / name for name in (".a.json.tmp", "a.json", f"..{dead}.tmp")]
+    for path in (mine, left, elsewhere, *others):
+        path.touch()
+    (as_if_by(dead, temporary_beside(tmp_path / "folder"))).mkdir()
+    sweep(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {p.name for p in (mine, elsewhere, *others)}
+
+
+@pytest.mark.parametrize("replaced", [False, True])
+def test_a_folder_that_was_moved_aside_comes_back(tmp_path: Path, replaced: bool) -> None:
+    """Killed between the two renames of an exchange, the old folder gets its name again, unless a new one has it."""
+    aside = as_if_by(dead_pid(), temporary_beside(tmp_path / "data", "old"))
+    aside.mkdir()
+    (aside / "old").touch()
+    if replaced:
+        (tmp_path / "data").mkdir()
+        (tmp_path / "data" / "new").touch()
+    sweep(tmp_path)
+    assert [p.name for p in tmp_path.rglob("*")] == ["data", "new" if replaced else "old"]
+
+
+def test_writers_sweep_where_they_write(tmp_path: Path) -> None:
+    """An output of one file needs no lock, and removes what a killed writer has left as well."""
+    dead = dead_pid()
+    for name, write in (("file", atomic_write), ("folder", atomic_directory)):
+        place = tmp_path / f"of-{name}"
+        place.mkdir()
+        as_if_by(dead, temporary_beside(place / name)).touch()
+        with write(place / name) as temporary:
+            assert list(place.iterdir()) == [temporary]
+
+
+def test_no_room_on_the_disk_is_the_users_matter(tmp_path: Path) -> None:
+    """Whatever part of the writing meets the full disk: one sentence, the old output unchanged, nothing beside it."""
+    (tmp_path / "out").write_text("old")
+    for error in (28, 122, 27, 30):  # ENOSPC, EDQUOT, EFBIG, EROFS
+        with pytest.raises(InvalidInput, match=r"cannot be written .* give another place"):
+            with atomic_write(tmp_path / "out"):
+                raise OSError(error, os.strerror(error))
+        with pytest.raises(InvalidInput, match=r"cannot be written .* give another place"):
+            with atomic_directory(tmp_path / "folder"):
+                raise OSError(error, os.strerror(error))
+    assert [p.name for p in tmp_path.iterdir()] == ["out"] and (tmp_path / "out").read_text() == "old"
+
+
+WORKS = """
+import os, sys, time
+from scalar.data.io.processes import end_with
+if os.fork() == 0:
+    end_with(os.getppid())
+    print(os.getpid(), flush=True)
+    time.sleep(600)
+os.wait()
+"""
+
+
+def test_who_works_for_another_ends_with_it() -> None:
+    """A process that computes for one that was killed ends within seconds."""
+    process = subprocess.Popen([sys.executable, "-c", WORKS], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    worker = int(process.stdout.readline())
+    process.kill()
+    process.wait()
+    process.stdout.close()
+    until = time.monotonic() + 30
+    while lives(worker) and Path(f"/proc/{worker}/stat").exists() and time.monotonic() < until:
+        if Path(f"/proc/{worker}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
+            break
+        time.sleep(0.1)
+    else:
+        assert not lives(worker)

@@ -1,0 +1,213 @@
+"""Kill the commands at random moments, look at what is left, and run them again.
+
+    python -m tests.endurance.kills --kills 50
+
+A result of another dataset lies in the folder already, so that a kill may leave files of two runs. After each kill every file is whole: that of the
+first result or that of the second, byte by byte; files of two runs are refused by the command that reads them; a plain second call succeeds, gives
+the bytes of an undisturbed run, and leaves nothing hidden.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from scalar.data.io.lock import LOCK
+
+SCALAR = (sys.executable, "-m", "scalar.cli")
+COMMANDS = {
+    "calibrate": ("calibrate", "{data}", "-o", "{out}", "--report"),
+    "diagnose --quick": ("diagnose", "{data}", "-o", "{out}", "--quick"),
+    "diagnose": ("diagnose", "{data}", "-o", "{out}"),
+    "diagnose --batch": ("diagnose", "--batch", "{data}", "-o", "{out}", "--quick"),
+    "simulate": ("simulate", "{data}/../scene.yaml", "-o", "{out}"),
+    "plan": ("plan", "{data}", "--poses", "12", "--no-collisions", "--candidates", "200", "-o", "{out}"),
+    "predict": ("predict", "{data}/../calibration.json", "{data}/poses.csv", "-o", "{out}/frames.csv"),
+}
+HOWS = (signal.SIGTERM, signal.SIGKILL)
+
+
+@dataclass
+class Outcome:
+    """What was seen of one command.
+
+    Attributes:
+        kills: That met a living process.
+        left: Number of kills after which files of two runs lay in the folder.
+        refused: Number of those that a reader refused.
+        faults: What should not have been, a sentence each.
+    """
+
+    kills: int = 0
+    left: int = 0
+    refused: int = 0
+    faults: list[str] = field(default_factory=list)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return every file below a folder that is not hidden, by its name."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and not any(part.startswith(".") for part in path.relative_to(folder).parts)
+    }
+
+
+def hidden(folder: Path) -> list[str]:
+    """Return the names of everything hidden below a folder."""
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob(".*"))
+
+
+def command(name: str, data: Path, out: Path) -> list[str]:
+    """Return a command line."""
+    return [*SCALAR, *(part.format(data=data, out=out) for part in COMMANDS[name])]
+
+
+def run(arguments: Sequence[str]) -> tuple[int, str]:
+    """Return the exit status of a command and what it said on stderr."""
+    done = subprocess.run(arguments, capture_output=True, text=True, check=False)
+    return done.returncode, done.stderr
+
+
+def killed(arguments: Sequence[str], after: float, how: signal.Signals, whole_group: bool) -> bool:
+    """Start a command and kill it after some seconds, alone or with what it started; False if it had ended by then."""
+    process = subprocess.Popen(
+        arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+    )
+    try:
+        process.wait(after)
+        return False
+    except subprocess.TimeoutExpired:
+        (os.killpg if whole_group else os.kill)(process.pid, how)
+        process.wait()
+        return True
+
+
+def endure(name: str, datasets: tuple[Path, Path], kills: int, rng: random.Random, root: Path) -> Outcome:
+    """Return what was seen of one command that was killed some times."""
+    old, new, out = root / "old", root / "new", root / "out"
+    for folder, data in ((old, datasets[0]), (new, datasets[1])):
+        started = time.monotonic()
+        status, said = run(command(name, data, folder))
+        length = time.monotonic() - started
+        assert status == 0, said
+    of_old, of_new = contents(old), contents(new)
+    outcome = Outcome()
+    while outcome.kills < kills:
+        if not out.exists():
+            shutil.copytree(old, out)
+        # Most of the time nothing is written: every other kill falls into the last tenth.
+        begin = 0.9 if rng.random() < 0.5 else 0.0
+        how, whole_group = rng.choice(HOWS), rng.random() < 0.5
+        if not killed(command(name, datasets[1], out), length * rng.uniform(begin, 1.05), how, whole_group):
+            continue
+        outcome.kills += 1
+        case = f"{name}, {how.name} to {'its group' if whole_group else 'it alone'}"
+        left = contents(out)
+        for file, content in left.items():
+            if content not in (of_old.get(file), of_new.get(file)):
+                outcome.faults.append(f"{case}: {file} is neither of the old run nor of the new")
+        if any(name not in left for name in of_old.keys() & of_new.keys()):
+            outcome.faults.append(f"{case}: a file of the old run is gone, and no new one there")
+        if name.startswith("diagnose") and "--batch" not in name:
+            _read_a_mix(out, left, of_new, datasets[1], outcome, case)
+        status, said = run(command(name, datasets[1], out))
+        if status != 0:
+            outcome.faults.append(f"{case}: the second call ended with {status}: {said.strip()[:200]}")
+        elif {**of_old, **of_new} != contents(out):
+            outcome.faults.append(f"{case}: the second call gave other bytes")
+        if hidden(out):
+            outcome.faults.append(f"{case}: left hidden after the second call: {', '.join(hidden(out))}")
+        shutil.rmtree(out)
+    for folder in (old, new):
+        shutil.rmtree(folder)
+    return outcome
+
+
+def _read_a_mix(
+    out: Path, left: dict[str, bytes], of_new: dict[str, bytes], data: Path, outcome: Outcome, case: str
+) -> None:
+    """Count files of two runs, and whether a reader of the new one refuses it."""
+    new = [file for file in ("before.json", "after.json") if left[file] == of_new[file]]
+    if not new or left["diagnosis.json"] == of_new["diagnosis.json"]:
+        return
+    outcome.left += 1
+    status, said = run(
+        [
+            *SCALAR,
+            "predict",
+            str(out / new[-1]),
+            str(data / "poses.csv"),
+            "-o",
+            str(out.parent / "frames.csv"),
+        ]
+    )
+    if status == 2 and "of run" in said:
+        outcome.refused += 1
+    else:
+        outcome.faults.append(f"{case}: {new[-1]} of the new run was read beside diagnosis.json of the old")
+
+
+def write_datasets(root: Path) -> tuple[Path, Path]:
+    """Write two datasets of one workcell, each with a scene and a calibration beside it."""
+    from scalar.data.dataset import read_dataset
+    from scalar.data.io.plain_yaml import dump_yaml, load_yaml
+    from scalar.estimation.calibrate import calibrate
+    from scalar.simulation import load_config, simulate, write_scene
+
+    configs = Path(__file__).parents[2] / "configs"
+    found = []
+    for seed in (1, 2):
+        folder = root / f"seed-{seed}"
+        scene = load_yaml(configs / "scenes" / "paper.yaml") | {
+            "seed": seed,
+            "poses_per_plane": 14,
+            "truth_poses": 1000,
+        }
+        folder.mkdir(parents=True)
+        scene["robot"] = str((configs / "scenes" / scene["robot"]).resolve())
+        dump_yaml(scene, folder / "scene.yaml")
+        write_scene(simulate(load_config(folder / "scene.yaml"), base_dir=folder), folder)
+        calibrate(read_dataset(folder / "dataset")).save(folder / "calibration.json")
+        found.append(folder / "dataset")
+    return found[0], found[1]
+
+
+def main() -> None:
+    """Run from the command line; exit status 1 if anything was not as it should be."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--kills", type=int, default=50, help="of all commands together")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", nargs="*", choices=COMMANDS, default=list(COMMANDS), help="these commands")
+    wanted = parser.parse_args()
+    rng = random.Random(wanted.seed)
+    shares = Counter(wanted.only[k % len(wanted.only)] for k in range(wanted.kills))
+    faults = []
+    with tempfile.TemporaryDirectory() as folder:
+        datasets = write_datasets(Path(folder) / "data")
+        for name, kills in shares.items():
+            outcome = endure(name, datasets, kills, rng, Path(folder))
+            faults += outcome.faults
+            print(
+                f"{name:18s} {outcome.kills:4d} kills, {outcome.left} left files of two runs, {outcome.refused} of these refused, "
+                f"{len(outcome.faults)} faults",
+                flush=True,
+            )
+    print("\n".join(faults))
+    print(f"{sum(shares.values())} kills, {len(faults)} faults; the lock is called {LOCK}")
+    sys.exit(1 if faults else 0)
+
+
+if __name__ == "__main__":
+    main()
