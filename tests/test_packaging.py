@@ -116,7 +116,7 @@ def test_pybullet_is_an_extra() -> None:
     """The core dependencies hold neither the simulator nor the workflow nor the developer's tools."""
     core = {canonicalize_name(Requirement(text).name) for text in PYPROJECT["project"]["dependencies"]}
     extras = PYPROJECT["project"]["optional-dependencies"]
-    assert set(extras) == {"bags", "simulation", "workflow", "docs", "dev"}
+    assert set(extras) == {"bags", "simulation", "slurm", "workflow", "docs", "dev"}
     for group in extras.values():
         assert core.isdisjoint(canonicalize_name(Requirement(text).name) for text in group)
 
