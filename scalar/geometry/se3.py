@@ -88,5 +88,10 @@ def left_jacobian_so3(rotation_vector: ArrayLike) -> Array:
 
 
 def rotation_angle(R: Array) -> Array:
-    """Return the angle ``(...)`` [rad] of rotations ``(..., 3, 3)``, accurate near zero."""
-    return np.linalg.norm(log_so3(R), axis=-1)
+    """Return the angle ``(...)`` [rad], 0 to pi, of rotations ``(..., 3, 3)``, accurate near zero.
+
+    ``R - R'`` holds twice the sine times the axis, and the trace is 1 and twice the cosine.
+    """
+    sine = np.stack([R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]])
+    trace = R[..., 0, 0] + R[..., 1, 1] + R[..., 2, 2]
+    return np.arctan2(np.linalg.norm(sine, axis=0), trace - 1.0)

@@ -109,7 +109,7 @@ def test_batches_are_the_single_results_stacked(outer, inner):
             np.testing.assert_array_equal(se3.inverse(T)[i, j], se3.inverse(T[i, j]))
 
 
-@given(directions, small_angles)
-def test_rotation_angle_is_accurate_near_zero(direction, angle):
+@given(directions, st.one_of(small_angles, st.floats(1e-3, np.pi)))
+def test_rotation_angle_is_accurate_near_zero_and_up_to_half_a_turn(direction, angle):
     """A tiny angle comes back to relative accuracy, not as the arc cosine of one."""
     assert se3.rotation_angle(se3.exp_so3(direction * angle)) == pytest.approx(angle, rel=1e-9, abs=1e-15)

@@ -83,10 +83,9 @@ def read_plans(path: str | Path) -> dict[int, Shared]:
 
 
 def serves(plan: PosePlan, config: Mapping[str, Any]) -> bool:
-    """Return whether a plan holds the postures that a config asks for: same workcell, enough of them."""
-    from scalar.simulation.config import complete_config, poses_wanted
+    """Return whether a plan holds the postures that a complete config asks for: same workcell, enough of them."""
+    from scalar.simulation.config import poses_wanted
     from scalar.simulation.plan import workcell_text
 
-    complete = complete_config(config)
-    enough = all(len(q) >= k for q, k in zip(plan.q, poses_wanted(complete), strict=True))
-    return enough and plan.workcell == workcell_text(complete)
+    enough = all(len(q) >= k for q, k in zip(plan.q, poses_wanted(config), strict=True))
+    return enough and plan.workcell == workcell_text(config)

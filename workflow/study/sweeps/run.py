@@ -91,14 +91,14 @@ def _rows_of_scene(
     shared: Mapping[int, Shared],
 ) -> Iterator[dict[str, Any]]:
     # The simulator is an extra; a study of one's own data does without.
-    from scalar.simulation.config import load_config
+    from scalar.simulation.config import complete_config, load_config
     from scalar.simulation.scene import simulate
 
-    config = with_overrides(load_config(scene), overrides)
+    config = complete_config(with_overrides(load_config(scene), overrides), base_dir=scene.parent)
     config["truth_poses"] = min(config["truth_poses"], POSES)
     held = config.get("initial_model", {}).get("exact", ())
     truth_poses: pd.DataFrame | None = None
-    T_true = np.zeros((0, 4, 4))
+    T_true, q_evaluated = np.zeros((0, 4, 4)), np.zeros((0, 0))
     for seed in seeds:
         of_seed = config | {"seed": seed}
         known = serves(shared[seed].plan, of_seed)
@@ -111,6 +111,7 @@ def _rows_of_scene(
         if truth_poses is None or "true_robot_errors" in config:  # else every seed has the same true arm
             truth_poses = simulated.truth_poses
             T_true = true_frames(truth_poses)
+            q_evaluated = truth_poses[[f"q{i + 1}" for i in range(simulated.q.shape[1])]].to_numpy()
         dataset = dataset_in_memory(simulated)
         ends = []
         bound = bound_errors(dataset, simulated.truth, held, truth_poses)
@@ -124,7 +125,7 @@ def _rows_of_scene(
                 found = [row | {"method": method} for row in as_it_is]
             else:
                 key = {"seed": seed, "method": method}
-                found = _rows_of_method(key, dataset, held, T_true, truth_poses)
+                found = _rows_of_method(key, dataset, held, T_true, q_evaluated)
             as_it_is = found if method == _AS_IT_IS.name else as_it_is
             ends.append(f"{method} {found[0]['status']}")
             yield from found
@@ -132,7 +133,7 @@ def _rows_of_scene(
 
 
 def _rows_of_method(
-    key: dict[str, Any], dataset: Dataset, held: Sequence[str], T_true: Array, truth_poses: pd.DataFrame
+    key: dict[str, Any], dataset: Dataset, held: Sequence[str], T_true: Array, q_evaluated: Array
 ) -> list[dict[str, Any]]:
     """Return the raw and the aligned row of one method."""
     try:
@@ -141,7 +142,7 @@ def _rows_of_method(
         status = _status(error)
         reason = str(error).splitlines()[0]
         return [key | {"status": status, "alignment": a, "reason": reason} for a in ("raw", "aligned")]
-    T_hat = calibration.predict(truth_poses)
+    T_hat = calibration.predict(q_evaluated)  # no effect asks for more of a pose
     return [
         key | ended | {"alignment": alignment} | pose_errors(T_true, T).to_mapping()
         for alignment, T in (("raw", T_hat), ("aligned", aligned_to(T_true, T_hat)))
