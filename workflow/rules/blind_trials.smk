@@ -126,6 +126,9 @@ rule blind_trials:
 
 # The stratified trials: scanners, surfaces, effects, numbers of poses and robots crossed so that every pair occurs. Resumed job by job.
 #   snakemake blind_trials_stratified --cores 2 --config blind_trials_stratified=MY_DESIGN.yaml
+# The paper reports the sealed ones, whose summaries are committed:
+#   snakemake blind_trials_stratified --cores 2 --config blind_trials_stratified=configs/blind_trials_sealed.yaml
+#   cp results/blind_trials_stratified/summaries/* paper/summaries/stratified/
 STRATIFIED_DIR = f"{RESULTS}/blind_trials_stratified"
 STRATIFIED_TABLES = ["table", "ratios", "confidence", "conditions"]
 
@@ -168,6 +171,8 @@ rule summarise_stratified_trials:
     conda:
         ENVIRONMENT
     threads: 1
+    params:
+        design=STRATIFIED.content,
     message:
         "Scoring the stratified blind trials"
     script:

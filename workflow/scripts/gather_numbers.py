@@ -29,6 +29,6 @@ with logged(snakemake.log):
     if given.stratified:
         now, first = map(read_table, given.stratified)
         parts["stratified"] |= reported_stratified(now)
-        parts["stratified"]["first"] |= reported_stratified(first)
+        parts["stratified"]["first"] = reported_stratified(first)
     parts["compared"] = compared(parts)
     write_json(snakemake.output[0], {"draft": snakemake.params.draft} | gather(parts))

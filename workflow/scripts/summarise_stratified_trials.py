@@ -7,7 +7,7 @@ with logged(snakemake.log):
     from study.blind_trials.trial_summaries import summarise_trials
     from study.common.tables import read_tables, write_table
 
-    numbers, tables = summarise_trials(read_tables(snakemake.input.sets))
+    numbers, tables = summarise_trials(read_tables(snakemake.input.sets), snakemake.params.design)
     for name, table in tables.items():
         write_table(snakemake.output[name], table)
     write_json(snakemake.output.numbers, numbers)

@@ -224,6 +224,7 @@ def test_a_small_run_is_scored():
     again = run_trials(small, range(2, 3), ROOT)
     assert again["found"].tolist() == sets["found"].tolist()[1:]
     assert again["position_after_mm"].tolist() == sets["position_after_mm"].tolist()[1:]
-    numbers, tables = summarise_trials(sets)
+    numbers, tables = summarise_trials(sets, {"seed": 7, "sealed_after": "0" * 40})
+    assert numbers["design"]["seed"] == 7 and numbers["design"]["sealed_after"] == "0" * 40
     assert numbers["sets"] == 2 and set(tables["table"]["row"]) == {*sets["row"], "all"}
     assert json.dumps(numbers)

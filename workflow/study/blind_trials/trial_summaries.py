@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from hashlib import sha256
 from itertools import pairwise
 from typing import Any
 
@@ -123,8 +124,15 @@ def _number(value: Any) -> float | None:
     return None if value is None or not np.isfinite(value) else float(value)
 
 
-def summarise_trials(sets: pd.DataFrame) -> tuple[dict[str, Any], dict[str, pd.DataFrame]]:
-    """Return numbers (what made the tables, how long it took) and the tables ``table, ratios, confidence, conditions``."""
+def summarise_trials(
+    sets: pd.DataFrame, design: Mapping[str, Any]
+) -> tuple[dict[str, Any], dict[str, pd.DataFrame]]:
+    """Return numbers (what made the tables, how long it took) and the tables ``table, ratios, confidence, conditions``.
+
+    Args:
+        sets: A row a set.
+        design: Content of the config that they were drawn from.
+    """
     judged: Any = scored(sets)
     by_condition = [
         {"factor": factor, "level": level, "sets": len(group)}
@@ -136,6 +144,13 @@ def summarise_trials(sets: pd.DataFrame) -> tuple[dict[str, Any], dict[str, pd.D
     seconds = {key: float(columns[key].sum()) for key in ("simulate_s", "diagnose_s")}
     numbers = {
         "code": code_version(),
+        "design": {
+            "seed": design["seed"],
+            "sealed_after": design.get("sealed_after"),
+            "sha256": sha256(json.dumps(design, sort_keys=True).encode()).hexdigest(),
+        },
+        "failed": int(judged["failed"].sum()),
+        "worst_after_over_before": float(judged.loc[~judged["failed"], "after_over_before"].max()),
         "sets": len(sets),
         "not_simulated": int((columns["status"] == "not_simulated").sum()),
         "processor_hours": sum(seconds.values()) / 3600,

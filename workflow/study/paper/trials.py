@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from study.blind_trials.numbers import UNOBSERVABLE
@@ -156,22 +157,33 @@ def _row(row: Mapping[Any, Any]) -> dict[str, Any]:
     }
 
 
+STRATIFIED_RATES = ("clean", "missed", "wrong_sure", "worse", "much_worse")  # that the paper reports
+
+
 def reported_stratified(table: pd.DataFrame) -> dict[str, Any]:
     """Return the rates of the stratified trials: of each row of the table, and of all, with Wilson's intervals (each set is a scene).
 
     Args:
-        table: ``row, sets, clean, missed, worse, much_worse``, counts; an empty cell was not recorded.
+        table: ``row, rate, sets, count``, as the summaries have it, its last row ``all``; or a record of an earlier run, counts in the columns
+            ``row, sets, clean, missed, worse, much_worse``, of which an empty cell was not recorded.
     """
+    columns = ("sets", *STRATIFIED_RATES)
+    if "rate" in table:
+        counts: Any = table.pivot(index="row", columns="rate", values="count")
+        sets = table.drop_duplicates("row").set_index("row")["sets"]
+        table = counts.assign(sets=sets).loc[sets.index].reset_index()
+        alone: Any = table[table["row"] != "all"]
+        table = alone
     rows = [_rates(str(row["row"]), row) for row in table.to_dict("records")]
-    columns = ("sets", "clean", "missed", "worse", "much_worse")
-    return {"rows": rows, "all": _rates("all", {name: table[name].sum(skipna=False) for name in columns})}
+    together = {name: table[name].sum(skipna=False) for name in columns if name in table}
+    return {"rows": rows, "all": _rates("all", together)}
 
 
 def _rates(name: str, row: Mapping[Any, Any]) -> dict[str, Any]:
     sets = int(row["sets"])
     rates: dict[str, Any] = {"row": name, "sets": sets}
-    for key in ("clean", "missed", "worse", "much_worse"):
-        if pd.isna(row[key]):
+    for key in STRATIFIED_RATES:
+        if pd.isna(row.get(key, np.nan)):
             rates[key] = {"count": None, "share": None}
             continue
         count = int(row[key])
