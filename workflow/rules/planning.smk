@@ -29,6 +29,7 @@ SEPARATION = PLANNING.get("separation") or {
 SEPARATION_JOBS = [
     (case, workcell, f"{k:03d}-{k:03d}")
     for case in SEPARATION["cases"]
+    if case in TRIALS.cases
     for workcell in TRIALS.workcells
     if TRIALS.cases[case].possible(workcell)
     for k in range(1, SEPARATION["repetitions"] + 1)
