@@ -1,6 +1,6 @@
 # The paper: its numbers and figures from the results, its text from paper/. A part of the results that a config does
 # not ask for is left out, section and all, and the title says that it is a draft.
-from study.paper.trials import TABLES as REPORTED_TABLES
+from study.paper.reported import TABLES as REPORTED_TABLES
 
 PAPER = ROOT / "paper"
 PAPER_NUMBERS = {"headline": f"{HEADLINE}/numbers.json"}  # {part: file whose leaves the text quotes}

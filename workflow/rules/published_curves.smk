@@ -33,6 +33,7 @@ rule predict_published_curves:
     conda:
         ENVIRONMENT
     threads: 1
+    priority: 2
     params:
         options=PUBLISHED_CURVES_OPTIONS,
     message:
@@ -67,6 +68,7 @@ rule explain_published_curves:
     conda:
         ENVIRONMENT
     threads: 1
+    priority: 3
     params:
         options=PUBLISHED_CURVES_OPTIONS,
         sweeps=list(PUBLISHED_CURVES_SWEEPS),

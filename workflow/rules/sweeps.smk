@@ -33,6 +33,7 @@ wildcard_constraints:
     group=r"[A-Za-z0-9][A-Za-z0-9_.-]*",
 
 
+# What the longest chain waits for comes first: plans, sweeps, the published curves, the paper. All else fills the other cores meanwhile.
 rule plan_sweeps:
     input:
         scene=lambda w: local(WALLS[w.walls]),
@@ -45,6 +46,7 @@ rule plan_sweeps:
     conda:
         ENVIRONMENT
     threads: 1
+    priority: 3
     params:
         poses=most_poses(SWEEP_CASES),
         seeds=lambda w: batch_seeds(w.batch),
@@ -69,6 +71,7 @@ rule sweep:
     conda:
         ENVIRONMENT
     threads: 1
+    priority: 1
     params:
         cases=lambda w: {
             case: SWEEP_CASES[w.sweep][case].overrides for case in SWEEP_GROUPS[w.sweep][w.group]
@@ -103,6 +106,7 @@ rule collect_sweep:
     conda:
         ENVIRONMENT
     threads: 1
+    priority: 2
     params:
         values=lambda w: values_on_axis(AXES[w.sweep], SWEEP_CASES[w.sweep]),
         published=lambda w: AXES[w.sweep].get("published"),

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from study.blind_trials.statistics import clustered, wilson
 from study.common.tables import read_table
-from study.paper.trials import TABLES, reported_stratified, reported_trials
+from study.paper.reported import TABLES
+from study.paper.trials import reported_stratified, reported_trials
 
 SUMMARIES = Path(__file__).parents[3] / "paper/summaries"
 

@@ -17,8 +17,6 @@ from study.blind_trials.score import NOISES, SLACK_POSES
 from study.blind_trials.statistics import LEVEL, clustered, wilson
 from study.blind_trials.summaries import NATURAL
 
-TABLES = ("by_scene", "power", "errors", "unknown")
-
 SAME_FORMULA = (
     "angle_bump",
     "angle_step",
@@ -38,7 +36,7 @@ def reported_trials(tables: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     """Return the figures that the paper quotes beside ``numbers.json``.
 
     Args:
-        tables: ``TABLES`` of the summaries, by name.
+        tables: ``study.paper.reported.TABLES`` of the summaries, by name.
     """
     errors: Any = tables["errors"]
     return {
