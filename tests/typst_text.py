@@ -158,7 +158,7 @@ def typed_numbers(text: str) -> list[str]:
     return found
 
 
-_READS = re.compile(r"\b(n|v|says|pct|name|listed)\(\s*\"([^\"]+)\"\s*[,)]")
+_READS = re.compile(r"\b(n|v|says|pct|name|symbol|listed)\(\s*\"([^\"]+)\"\s*[,)]")
 _SHORT = re.compile(r"#let (\w+)\(key, digits: 2\) = (n|v)\(\"([^\"]+)\" \+ key, digits: digits\)")
 _PICTURES = re.compile(r"#picture\(\s*\"([^\"]+)\"")
 
@@ -170,6 +170,23 @@ def quoted_keys(text: str) -> dict[str, str]:
     for short, how, prefix in _SHORT.findall(text):
         keys |= {prefix + key: how for key in re.findall(rf"\b{short}\(\s*\"([^\"]+)\"", text)}
     return keys
+
+
+def picture_widths(text: str, page: float, column: float) -> dict[str, float]:
+    """Return how wide each figure of a Typst text is printed, in the unit of the two widths given.
+
+    Args:
+        text: Of one file or several. page: Width of what floats over both columns. column: Of one column.
+    """
+    text = without_comments(text)
+    widths = {}
+    for found in _PICTURES.finditer(text):
+        settings = re.match(r"(?:\s*,\s*(?:width: [\d.]+%|in-column: true))*", text[found.end() :])
+        assert settings is not None
+        share = re.search(r"width: ([\d.]+)%", settings[0])
+        room = column if "in-column: true" in settings[0] else page
+        widths[found[1]] = room * (float(share[1]) / 100.0 if share else 1.0)
+    return widths
 
 
 def pictures(text: str) -> list[str]:

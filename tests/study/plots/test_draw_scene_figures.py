@@ -5,7 +5,7 @@ import pandas as pd
 from matplotlib.image import imsave
 from study.plots.correlation import draw_correlation, grouped
 from study.plots.scene import draw_scene
-from study.plots.style import save_figure
+from study.plots.style import save_figure, symbol
 from study.plots.workspace import draw_workspace
 
 NAMES = ["a_2", "theta_3", "d_4", "sensor_x", "normal_floor_u", "distance_floor", "joint_scale.3"]
@@ -49,8 +49,8 @@ def test_parameters_are_grouped_and_none_is_lost():
 def test_strong_correlations_have_their_number():
     """The one that is strong, and once."""
     text = words(draw_correlation(correlations()))
-    assert text.count("−.93") == 1
-    assert all(name in text for name in NAMES)
+    assert text.count(".93") == 1
+    assert all(symbol(name) in text for name in NAMES)
 
 
 def test_the_map_has_units_and_states():

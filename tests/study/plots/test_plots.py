@@ -97,10 +97,10 @@ def test_every_axis_names_its_quantity_and_unit():
 def test_the_papers_values_stand_in_the_figures():
     """What is compared with is written out, with its number."""
     drawn = figures()
-    assert {"14.6", "paper 0.0887"} <= {
+    assert {"14.6", "published 0.0887"} <= {
         t.get_text() for t in drawn["errors"].findobj() if hasattr(t, "get_text")
     }
-    assert "paper 14.6 mm" in words(drawn["initial"])
+    assert "published 14.6 mm" in words(drawn["initial"])
     assert "within 0.1 mm" in words(drawn["planes"])
     assert "within 0.01°" in words(drawn["planes"])
 

@@ -1,14 +1,18 @@
-"""Every figure can be read: no text below 6 pt, none that stands on other text or reaches over the edge, no data cut off.
+"""Every figure can be read: no text below 6 pt where the paper shows it, none that stands on other text or reaches over the edge, no data cut off.
 
+The width at which the paper shows a figure is read from its text; an index or an exponent counts with the text that it belongs to.
 Drawn of the committed summaries where there are some, else of tables as full as those of a whole run.
 """
 
+import re
+import tempfile
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.image import imsave
 from study.common.methods import BOUND, METHODS
 from study.common.tables import read_table
 from study.headline.summary import QUANTITIES
@@ -16,9 +20,10 @@ from study.plots import blind_trials, measured
 from study.plots.confidence import draw_confidence
 from study.plots.correlation import draw_correlation
 from study.plots.published_curves import draw_curves, draw_recovery, draw_support
+from study.plots.scene import draw_scene
 from study.plots.sensitivity import draw_sensitivity
 from study.plots.sequential import draw_sequential
-from study.plots.style import PAGE_IN, new_figure, styled
+from study.plots.style import COLUMN_IN, PAGE_IN, new_figure, save_figure, styled
 from study.plots.sweep import draw_sweep
 from study.plots.sweep_overview import draw_overview
 from study.plots.worked_example import draw_worked_example
@@ -27,13 +32,14 @@ from study.sequential.summary import summarise_sequential
 from study.sweeps.summary import summarise_sweep
 
 from tests.study.plots import readable, test_draw_scene_figures, test_draw_sequential, test_plots
+from tests.typst_text import picture_widths
 
 ROOT = Path(__file__).parents[3]
 CURVES = read_table(ROOT / "workflow/resources/published_curves.csv")
 AXES = {
     "noise": {"label": "noise of a point [mm]", "published": "noise"},
-    "plane_offset": {"label": "rough planes off by [mm]", "published": "plane_offset"},
-    "plane_tilt": {"label": "rough planes tilted by [°]", "scale": "linear", "published": "plane_tilt"},
+    "plane_offset": {"label": "offset of the initial planes [mm]", "published": "plane_offset"},
+    "plane_tilt": {"label": "tilt of the initial planes [°]", "scale": "linear", "published": "plane_tilt"},
     "poses": {"label": "poses on three planes", "published": "poses"},
 }
 
@@ -173,8 +179,25 @@ def sequential() -> Figure:
     return draw_sequential(table, summarise_sequential(table))
 
 
+def scene() -> Figure:
+    """Return the picture of a workcell with its parts named."""
+    picture = np.full((300, 400, 3), 255, dtype=np.uint8)
+    picture[20:280, 20:380] = 90
+    places = {
+        "floor": (150.0, 250.0),
+        "wall_x": (300.0, 60.0),
+        "scanner": (250.0, 120.0),
+        "base": (100.0, 180.0),
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "picture.png"
+        imsave(path, picture)
+        return draw_scene(path, places)
+
+
 DRAWN = {
     "headline": test_plots.figures,
+    "scene": lambda: {"": scene()},
     "correlation": lambda: {"": draw_correlation(correlations())},
     "workspace": lambda: {"": draw_workspace(test_draw_scene_figures.errors(), 5)},
     "sequential": lambda: {"": sequential()},
@@ -208,19 +231,57 @@ DRAWN = {
 }
 
 
-PRINTED = {
-    **{("headline", part): PAGE_IN for part in ("errors", "parameters")},
-    ("headline", "singular_values"): 0.72 * PAGE_IN,
-    **{
-        (name, ""): PAGE_IN for name in ("correlation", "workspace", "sequential", "sweeps", "worked example")
-    },
-    **{("blind trials", part): PAGE_IN for part in ("confusion", "power", "errors")},
-    ("published curves", "curves"): PAGE_IN,
-    ("measured", "gears"): PAGE_IN,
-    ("confidence", ""): PAGE_IN,
-    ("sensitivity", ""): PAGE_IN,
+IN_PAPER = {
+    "headline/errors": ("headline", "errors"),
+    "headline/parameters": ("headline", "parameters"),
+    "headline/singular_values": ("headline", "singular_values"),
+    "headline/scene": ("scene", ""),
+    "headline/workspace": ("workspace", ""),
+    "headline/correlation": ("correlation", ""),
+    "sweeps/overview_upright": ("sweeps", ""),
+    "sequential/sequential": ("sequential", ""),
+    "published_curves/curves": ("published curves", "curves"),
+    "worked_example/worked_example": ("worked example", ""),
+    "blind_trials/power": ("blind trials", "power"),
+    "blind_trials/errors": ("blind trials", "errors"),
+    "confidence/reliability": ("confidence", ""),
+    "measured/gears": ("measured", "gears"),
+    "sensitivity/sensitivity": ("sensitivity", ""),
 }
-"""Width of the figures that the paper shows [in]; the others are looked at on a screen."""
+"""The figure drawn here for each that the paper shows; the others are looked at on a screen."""
+TEXT = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "paper").rglob("*.typ")))
+WIDTHS = picture_widths(TEXT, PAGE_IN, COLUMN_IN)
+PRINTED = {IN_PAPER[name.removesuffix(".svg")]: width for name, width in WIDTHS.items()}
+"""Width at which the paper shows a figure [in], as its text has it."""
+
+
+def test_the_widths_are_those_of_the_page():
+    """Page and column are what the style of the paper leaves of A4, and each figure that is measured is one that the paper shows."""
+    style = (ROOT / "paper/style.typ").read_text(encoding="utf-8")
+    margin, gutter = (
+        float(re.findall(pattern, style)[0])
+        for pattern in (r"margin = \(x: ([\d.]+)mm", r"gutter: ([\d.]+)mm")
+    )
+    assert pytest.approx((210.0 - 2 * margin) / 25.4, abs=0.005) == PAGE_IN
+    assert pytest.approx((210.0 - 2 * margin - gutter) / 2 / 25.4, abs=0.005) == COLUMN_IN
+    assert {f"{name}.svg" for name in IN_PAPER} == set(WIDTHS)
+
+
+def test_a_width_is_read_from_the_text():
+    """Over the page, over a share of it, and in a column."""
+    text = '#picture("a.svg", [x])\n#picture("b.svg", width: 50%, [x])\n#picture(\n  "c.svg", in-column: true,\n  [x])'
+    assert picture_widths(text, 8.0, 3.0) == {"a.svg": 8.0, "b.svg": 4.0, "c.svg": 3.0}
+
+
+def test_a_file_is_as_wide_as_its_figure(tmp_path):
+    """Sizes of type are scaled from the width of the figure: the file that the paper shows has the same."""
+    figure = flawed("")
+    save_figure(figure, [tmp_path / "figure.svg"])
+    written = re.search(
+        r'<svg[^>]* width="([\d.]+)pt"', (tmp_path / "figure.svg").read_text(encoding="utf-8")
+    )
+    assert written is not None
+    assert float(written[1]) / 72.0 == pytest.approx(figure.get_size_inches()[0], rel=1e-3)
 
 
 @pytest.mark.parametrize("name", DRAWN)

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from scalar.errors import Fault, InvalidInput
-from scalar.units import MM, MRAD
+from scalar.units import DEG, MM, MRAD, UM
 
 MOST_DIGITS = 5  # significant ones that a text may ask for
 EXPONENT_BELOW, EXPONENT_FROM = 1e-4, 1e6  # outside them a number is written with a power of ten
@@ -30,8 +30,10 @@ UNITS = {
     "percent": "%",
 }
 """Last word of a name: what stands behind the number."""
-TO_PAPER = {"m": ("mm", 1 / MM), "rad": ("mrad", 1 / MRAD)}
+SMALL = {"m": ("mm", 1 / MM)}
 """Units in which nobody reads small errors, and what they become where the number is below a tenth."""
+ANGLES = {"rad": ("deg", 1 / DEG), "mrad": ("deg", MRAD / DEG), "urad": ("deg", UM / DEG)}
+"""All angles of the paper are in degrees, whatever the results have."""
 POWER = "×10^"
 """Stands before the exponent of a number too small or too large to be written out; the text sets it as a power."""
 
@@ -83,8 +85,9 @@ def entry(value: Any, unit: str) -> dict[str, Any]:
         return {"text": [value], "unit": ""}
     if not math.isfinite(value):
         return {"text": ["∞" if value > 0 else "–"], "unit": ""}
-    if unit in TO_PAPER and 0 < abs(value) < 0.1:
-        unit, factor = TO_PAPER[unit]
+    other = ANGLES.get(unit) or (SMALL.get(unit) if 0 < abs(value) < 0.1 else None)
+    if other is not None:
+        unit, factor = other
         value *= factor
     mark = UNITS.get(unit, "")
     shown = {"text": [rounded(value, digits) for digits in range(1, MOST_DIGITS + 1)]}

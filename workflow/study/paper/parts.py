@@ -31,6 +31,14 @@ CLIPPED = "baseline-clip"
 """The reading of the root that needs no more than a root that is defined: what the manifold adds is judged beside it."""
 FEW_POSES = 60
 """Poses of the row of the stratified trials that is named after them."""
+SIZE_UNITS = {
+    "mrad": ("°", MRAD / DEG),
+    "factor": ("σ", 1.0),
+    "share": ("σ", 1.0),
+    "relative": ("tolerance", 1.0),
+    "count": ("iterations", 1.0),
+}
+"""What the magnitudes of explanations of the published curves are given in: σ is the stated noise, angles are in degrees."""
 VARIANCE_COMPONENTS = 2
 """Effects that are variance components: jitter of the poses, and an error common to a scan."""
 
@@ -186,6 +194,7 @@ def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
     if "published_curves" in parts:
         chosen = [e for e in parts["published_curves"]["left_out"] if e["reason"] == LEFT_OUT]
         found["left_out"] = {e["sweep"]: int(e["value"]) for e in chosen}
+        found["sizes"] = _sizes(parts["published_curves"]["candidates"])
         found["workcells"] = _workcells(parts["published_curves"], found["published_over_proposed"])
     found["nonparallel"] = _nonparallel(parts.get("measured", {}).get("sets", {}))
     curve = sorted(map(float, parts["published"]["curves"]["noise"]))
@@ -215,6 +224,18 @@ def _nonparallel(sets: Mapping[str, Any]) -> dict[str, Any]:
         for effect in content["effects"]
         if effect["name"] == AxisNonparallel.name
     }
+
+
+def _sizes(candidates: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fitted magnitudes of each explanation, in the units of the paper: ``{name: {"1": {value, low, high, unit}}}``."""
+    sizes: dict[str, Any] = {}
+    for name, row in candidates.items():
+        for k in ("1", "2"):
+            if isinstance(row.get(f"unit_{k}"), str):
+                unit, factor = SIZE_UNITS.get(row[f"unit_{k}"], (row[f"unit_{k}"], 1.0))
+                of_one = {bound: row[f"{bound}_{k}"] * factor for bound in ("value", "low", "high")}
+                sizes.setdefault(name, {})[k] = of_one | {"unit": unit}
+    return sizes
 
 
 def _workcells(curves: Mapping[str, Any], times: Mapping[str, float]) -> dict[str, Any]:

@@ -12,21 +12,41 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from study.plots.style import LOOKS, new_figure, numeral, styled
+from scalar.units import DEG, MM, MRAD, UM
+from study.plots.style import (
+    COLOURS,
+    EDGE,
+    FAINT,
+    LINE,
+    OURS,
+    OURS_DARK,
+    OURS_LIGHT,
+    new_figure,
+    styled,
+)
 
 WORDS = {"none": "nothing", "unattributed": "unattributed", "failed": "no answer"}
 KINDS = (  # column of power.csv, words, colour, hatch: distinguished in grey as well
-    ("right", "named right, target included", "#0072b2", ""),
-    ("listed", "another name, the right one listed beside it", "#56b4e9", "///"),
-    ("elsewhere", "right name, wrong target", "#e69f00", "..."),
-    ("wrong", "wrong name", "#d55e00", "xxx"),
-    ("unattributed", "unattributed", "#cc79a7", "\\\\\\"),
-    ("unobservable", "declared unobservable", "#999999", ""),
-    ("missed", "nothing found", "#eeeeee", ""),
+    ("right", "named right, target included", OURS, ""),
+    ("listed", "another name, the right one listed beside it", COLOURS["another name"], "///"),
+    ("elsewhere", "right name, wrong target", COLOURS["wrong target"], "..."),
+    ("wrong", "wrong name", COLOURS["wrong name"], "xxx"),
+    ("unattributed", "unattributed", COLOURS["unattributed"], "\\\\\\"),
+    ("unobservable", "declared unobservable", COLOURS["unobservable"], ""),
+    ("missed", "nothing found", COLOURS["nothing"], ""),
 )
-_GREYS = LinearSegmentedColormap.from_list("shares", ["#ffffff", "#9ecae1", "#08306b"])
+_GREYS = LinearSegmentedColormap.from_list("shares", ["white", OURS_LIGHT, OURS_DARK])
+_SHOWN_IN = {  # {unit of the tables: (factor, unit of the figure)}: angles in degrees, lengths in millimetres
+    "rad": (1.0 / DEG, "°"),
+    "rad/(N m)": (1000.0 / DEG, "°/(kN m)"),
+    "m": (1.0 / MM, "mm"),
+    "m/m": (1.0 / UM, "µm/m"),
+    "rad/rad": (1.0 / MRAD, "‰"),
+    "1/m": (1.0, "1/m"),
+}
+_WHOLE_FROM = 10.0  # ratios from here on are written without decimals
+_LEAST = 0.0001  # smaller numbers below a bar are written as less than this
 _DARK = 0.55  # of the colour scale: text on darker cells is white
-_OURS = LOOKS["proposed"].colour
 
 
 def words(case: str) -> str:
@@ -84,7 +104,7 @@ def draw_confusion(confusion: pd.DataFrame, least_size: float = 1.0) -> Figure:
 def _frame(x: float, y: float) -> Any:
     from matplotlib.patches import Rectangle
 
-    return Rectangle((x - 0.5, y - 0.5), 1, 1, fill=False, edgecolor="black", linewidth=1.3)
+    return Rectangle((x - 0.5, y - 0.5), 1, 1, fill=False, edgecolor=LINE, linewidth=1.3)
 
 
 def draw_power(power: pd.DataFrame, thresholds: pd.DataFrame) -> Figure:
@@ -94,10 +114,10 @@ def draw_power(power: pd.DataFrame, thresholds: pd.DataFrame) -> Figure:
         power: power.csv. thresholds: thresholds.csv.
     """
     cases = list(dict.fromkeys(power["case"]))
-    columns = 4
+    columns = 5
     rows = -(-len(cases) // columns)
     with styled():
-        figure = new_figure(9.2, 0.9 + 2.0 * rows)
+        figure = new_figure(9.2, 0.9 + 1.6 * rows)
         axes = np.atleast_2d(figure.subplots(rows, columns, sharey=True))
         for ax in axes.ravel()[len(cases) :]:
             ax.set_axis_off()
@@ -107,11 +127,11 @@ def draw_power(power: pd.DataFrame, thresholds: pd.DataFrame) -> Figure:
         for ax in axes[:, 0]:
             ax.set_ylabel("share of sets")
         handles: list[Any] = [
-            Patch(facecolor=colour, hatch=hatch, edgecolor="#444444", linewidth=0.4, label=label)
+            Patch(facecolor=colour, hatch=hatch, edgecolor=EDGE, linewidth=0.4, label=label)
             for _, label, colour, hatch in KINDS
         ]
         handles.append(
-            Line2D([], [], color="black", marker="|", markersize=9, label="half named right, 95 % interval")
+            Line2D([], [], color=LINE, marker="|", markersize=9, label="half named right, 95 % interval")
         )
         figure.legend(handles=handles, loc="outside upper center", ncols=4, fontsize=8)
     return figure
@@ -126,23 +146,29 @@ def _power_panel(ax: Axes, rows: Any, half: Any) -> None:
     total = rows["right_sets"].to_numpy(dtype=float)
     for name, _, colour, hatch in KINDS:
         part = rows[name].to_numpy(dtype=float) / total
-        style: Any = {"color": colour, "hatch": hatch, "edgecolor": "#444444", "linewidth": 0.4}
+        style: Any = {"color": colour, "hatch": hatch, "edgecolor": EDGE, "linewidth": 0.4}
         ax.bar(place, part, width, bottom=below, **style)
         below += part
     if half["half_size"] > 0:
         low, high = half["half_size_low"], half["half_size_high"]
         left = np.log10(low) if low > 0 else place[0] - 0.4
         right = np.log10(high) if np.isfinite(high) else place[-1] + 0.4
-        ax.plot([left, right], [1.07, 1.07], color="black", linewidth=1.4, clip_on=False)
-        ax.plot([np.log10(half["half_size"])], [1.07], "|", color="black", markersize=9, clip_on=False)
+        ax.plot([left, right], [1.07, 1.07], color=LINE, linewidth=1.4, clip_on=False)
+        ax.plot([np.log10(half["half_size"])], [1.07], "|", color=LINE, markersize=9, clip_on=False)
     labels = []
-    for size, signal in zip(sizes, rows["signal_over_noise"], strict=True):
-        labels.append(f"{numeral(size, 1)}\n{numeral(float(signal), 1) if np.isfinite(signal) else '–'}")
+    factor, unit = _SHOWN_IN[str(rows["unit"].iloc[0])]
+    for size, signal in zip(sizes * factor, rows["signal_over_noise"], strict=True):
+        labels.append(f"{_short(size)}\n{_short(signal) if np.isfinite(signal) else '–'}")
     ax.set_xticks(place, labels, fontsize=8)
     ax.set_ylim(0, 1.13)
     ax.set_yticks([0, 0.5, 1])
     ax.grid(visible=False, axis="x")
-    ax.set_title(f"{words(rows['case'].iloc[0])} [{rows['unit'].iloc[0]}]", fontsize=8.5, pad=7)
+    ax.set_title(f"{words(rows['case'].iloc[0])}\n[{unit}]", fontsize=8, pad=7)
+
+
+def _short(value: float) -> str:
+    """Return a number rounded to one digit; what is smaller than any that matters as less than that."""
+    return f"{float(f'{value:.1g}'):.4g}" if value >= _LEAST else f"<{_LEAST:.4f}"
 
 
 def draw_errors_after(errors: pd.DataFrame, size: float = 1.0) -> Figure:
@@ -155,21 +181,21 @@ def draw_errors_after(errors: pd.DataFrame, size: float = 1.0) -> Figure:
     rows = rows[~rows["case"].str.startswith("null")]
     place = -np.arange(len(rows))
     with styled():
-        figure = new_figure(8.6, 1.2 + 0.22 * len(rows))
+        figure = new_figure(8.6, 1.0 + 0.175 * len(rows))
         ax = figure.subplots()
         columns = [rows[f"mean_{when}_mm"].to_numpy(dtype=float) for when in ("before", "after", "control")]
         before, after, control = columns
-        ax.hlines(place, np.min(columns, axis=0), np.max(columns, axis=0), color="#bbbbbb", linewidth=1.2)
-        look: Any = {"linestyle": "none", "markersize": 7, "markeredgecolor": "black", "markeredgewidth": 0.7}
-        ax.plot(before, place, "D", color="#bbbbbb", label="before: no effect in the model", **look)
-        ax.plot(after, place, "o", color=_OURS, label="after: the effects found in the model", **look)
-        bar: Any = {"color": "black", "markersize": 13, "markeredgewidth": 1.8, "linestyle": "none"}
+        ax.hlines(place, np.min(columns, axis=0), np.max(columns, axis=0), color=FAINT, linewidth=1.2)
+        look: Any = {"linestyle": "none", "markersize": 7, "markeredgecolor": LINE, "markeredgewidth": 0.7}
+        ax.plot(before, place, "D", color=FAINT, label="before: no effect in the model", **look)
+        ax.plot(after, place, "o", color=OURS, label="after: the effects found in the model", **look)
+        bar: Any = {"color": LINE, "markersize": 9, "markeredgewidth": 1.8, "linestyle": "none"}
         ax.plot(control, place, "|", label="matched control: the same scene without the effect", **bar)
         ax.set_xscale("log")
         ax.set_xlabel("mean position error over 10,000 poses, base aligned [mm]")
         ratio = rows["after_over_control"].to_numpy(dtype=float)
         right = ax.secondary_yaxis("right")
-        right.set_yticks(place, [f"{numeral(r, 3)}" for r in ratio], fontsize=7.5)
+        right.set_yticks(place, [f"{r:.2f}" if r < _WHOLE_FROM else f"{r:.0f}" for r in ratio], fontsize=7.5)
         right.set_ylabel("after / matched control, median", fontsize=8)
         right.tick_params(length=0)
         ax.set_yticks(
@@ -190,12 +216,12 @@ def draw_reliability(reliability: pd.DataFrame) -> Figure:
     with styled():
         figure = new_figure(5.4, 4.6)
         ax = figure.subplots()
-        ax.plot([0, 1], [0, 1], "--", color="#777777", linewidth=1.2, label="as stated")
+        ax.plot([0, 1], [0, 1], "--", color=EDGE, linewidth=1.2, label="as stated")
         x = stated["mean_stated"].to_numpy(dtype=float)
         y = stated["right_share"].to_numpy(dtype=float)
         low, high = (stated[f"right_{side}"].to_numpy(dtype=float) for side in ("low", "high"))
         ax.errorbar(
-            x, y, [y - low, high - y], fmt="o", color=_OURS, capsize=3, label="measured, 95 % interval"
+            x, y, [y - low, high - y], fmt="o", color=OURS, capsize=3, label="measured, 95 % interval"
         )
         for at, share, n in zip(x, y, stated["answers"], strict=True):
             note: Any = {"xytext": (6, -10), "textcoords": "offset points", "fontsize": 7.5}

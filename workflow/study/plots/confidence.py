@@ -9,14 +9,13 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from study.blind_trials.confidence_fit import KINDS
-from study.plots.style import new_figure, styled
+from study.plots.style import EDGE, OURS, new_figure, styled
 
 TITLES = {
     "effect": "effects",
-    "component": "components of the noise",
-    "structure": "structure without a name",
+    "component": "variance components",
+    "structure": "unmodelled structure",
 }
-_COLOUR = "#0072b2"
 
 
 def draw_confidence(reliability: pd.DataFrame) -> Figure:
@@ -26,13 +25,13 @@ def draw_confidence(reliability: pd.DataFrame) -> Figure:
         reliability: reliability.csv.
     """
     with styled():
-        figure = new_figure(8.6, 3.5)
+        figure = new_figure(8.6, 2.7)
         for ax, kind in zip(figure.subplots(1, len(KINDS), sharex=True, sharey=True), KINDS, strict=True):
             some: Any = reliability[(reliability["kind"] == kind) & (reliability["answers"] > 0)]
             x, y = (some[name].to_numpy(dtype=float) for name in ("mean_stated", "share"))
             low, high = (some[name].to_numpy(dtype=float) for name in ("low", "high"))
-            ax.plot([0, 1], [0, 1], "--", color="#777777", linewidth=1.2)
-            ax.errorbar(x, y, np.maximum([y - low, high - y], 0.0), fmt="o", color=_COLOUR, capsize=3)
+            ax.plot([0, 1], [0, 1], "--", color=EDGE, linewidth=1.2)
+            ax.errorbar(x, y, np.maximum([y - low, high - y], 0.0), fmt="o", color=OURS, capsize=3)
             for at, share, n in zip(x, y, some["answers"], strict=True):
                 ax.annotate(
                     str(int(n)), (at, share), xytext=(6, -10), textcoords="offset points", fontsize=7.5

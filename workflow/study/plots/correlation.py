@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from study.plots.style import new_figure, styled
+from study.plots.style import LINE, new_figure, styled, symbol
 
 _GROUPS = (
     ("lengths of the arm", r"[ad]_\d+"),
@@ -33,7 +33,7 @@ def grouped(names: list[str]) -> tuple[list[str], dict[str, int]]:
 
 
 def draw_correlation(correlation: pd.DataFrame) -> Figure:
-    """Return the matrix: colour is sign and size, numbers where two parameters can hardly be distinguished.
+    """Return the matrix: colour is sign and size, the size as a number where two parameters can hardly be distinguished.
 
     Args:
         correlation: As ``study.headline.workspace.correlation`` gives it.
@@ -43,16 +43,16 @@ def draw_correlation(correlation: pd.DataFrame) -> Figure:
     matrix = table.loc[names, names].to_numpy(dtype=float)
     count = len(names)
     with styled():
-        figure = new_figure(8.6, 7.8)
+        figure = new_figure(8.6, 5.2)
         ax = figure.subplots()
-        shown = ax.imshow(matrix, cmap="RdBu_r", vmin=-1, vmax=1)
+        shown = ax.imshow(matrix, cmap="RdBu_r", vmin=-1, vmax=1, aspect="auto")
         bar = figure.colorbar(shown, ax=ax, shrink=0.7, pad=0.02)
         bar.set_label("correlation of the estimates")
         ax.grid(visible=False)
         for spine in ax.spines.values():
             spine.set_visible(False)
-        ax.set_xticks(range(count), names, rotation=90, fontsize=7.5)
-        ax.set_yticks(range(count), names, fontsize=7.5)
+        ax.set_xticks(range(count), list(map(symbol, names)), rotation=90, fontsize=8.5)
+        ax.set_yticks(range(count), list(map(symbol, names)), fontsize=8.5)
         ax.tick_params(length=0)
         edge = 0
         for group, size in sizes.items():
@@ -60,9 +60,9 @@ def draw_correlation(correlation: pd.DataFrame) -> Figure:
             ax.text(middle, -1.1, group, ha="center", va="bottom", fontsize=9, fontweight="bold")
             edge += size
             if edge < count:
-                ax.axhline(edge - 0.5, color="black", linewidth=1.0)
-                ax.axvline(edge - 0.5, color="black", linewidth=1.0)
+                ax.axhline(edge - 0.5, color=LINE, linewidth=1.0)
+                ax.axvline(edge - 0.5, color=LINE, linewidth=1.0)
         for i, j in zip(*np.nonzero(np.abs(np.tril(matrix, -1)) > _SHOWN), strict=True):
-            text = f"{matrix[i, j]:.2f}".replace("0.", ".").replace("-", "−")
+            text = f"{abs(matrix[i, j]):.2f}".replace("0.", ".")
             ax.text(float(j), float(i), text, ha="center", va="center", fontsize=7.5, color="white")
     return figure

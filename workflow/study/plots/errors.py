@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from study.plots.style import LOOKS, PUBLISHED_COLOUR, QUANTITY_LABELS, new_figure, numeral, styled
+from study.plots.style import BAND, LINE, LOOKS, PUBLISHED, QUANTITY_LABELS, new_figure, numeral, styled
 
 _SPREAD = 0.11  # half the width over which the dots of one column stand
 _CROSS, _RAW, _ALIGNED = -0.5, -0.17, 0.19  # where things stand beside the tick
@@ -27,7 +27,7 @@ def draw_errors(errors: pd.DataFrame, summary: pd.DataFrame, published: pd.DataF
     methods = list(dict.fromkeys(errors["method"]))
     stated: Any = published.set_index("state")
     with styled():
-        figure = new_figure(9.2, 7.4)
+        figure = new_figure(9.2, 5.8)
         axes = figure.subplots(2, 2, sharex=True)
         for row, names in zip(axes, _PANELS, strict=True):
             for ax, quantity in zip(row, names, strict=True):
@@ -77,7 +77,7 @@ def _column(
             linestyle="none",
         )
     middle = [x - width / 2, x + width / 2]
-    ax.plot(middle, [band["median"]] * 2, color="black", linewidth=1.4, solid_capstyle="butt")
+    ax.plot(middle, [band["median"]] * 2, color=LINE, linewidth=1.4, solid_capstyle="butt")
     if raw:
         place = {"xytext": (0, 4), "textcoords": "offset points", "ha": "center", "fontsize": 8}
         ax.annotate(numeral(band["mean"], 2), (x, band["max"]), **place)
@@ -88,13 +88,11 @@ def _published(ax: Axes, methods: list[str], stated: Any) -> None:
     place = {"textcoords": "offset points", "ha": "right", "va": "center", "fontsize": 8}
     if "initial" in methods:
         x = methods.index("initial") + _CROSS
-        ax.plot([x], [stated["initial"]], "x", color=PUBLISHED_COLOUR, markersize=8, markeredgewidth=2.2)
+        ax.plot([x], [stated["initial"]], "x", color=PUBLISHED, markersize=8, markeredgewidth=2.2)
         ax.annotate(numeral(stated["initial"], 4), (x, stated["initial"]), xytext=(-7, 0), **place)
-    ax.plot(
-        [0.5, len(methods) - 0.45], [stated["calibrated"]] * 2, "--", color=PUBLISHED_COLOUR, linewidth=1.2
-    )
+    ax.plot([0.5, len(methods) - 0.45], [stated["calibrated"]] * 2, "--", color=PUBLISHED, linewidth=1.2)
     ax.annotate(
-        f"paper {numeral(stated['calibrated'])}", (0.5, stated["calibrated"]), xytext=(-3, 0), **place
+        f"published {numeral(stated['calibrated'])}", (0.5, stated["calibrated"]), xytext=(-3, 0), **place
     )
 
 
@@ -114,23 +112,28 @@ def _tick(method: str, summary: pd.DataFrame) -> str:
 
 
 def _legend(n_seeds: int) -> list[Line2D | Patch]:
-    grey = {"color": "#555555", "linestyle": "none", "marker": "o", "markersize": 4}
+    grey = {"color": BAND, "linestyle": "none", "marker": "o", "markersize": 4}
     return [
         Line2D([], [], **grey, label="raw, a dot a seed (fixed parameters at their true values)"),
         Line2D([], [], **grey, markerfacecolor="white", label="aligned (best rigid motion of the base)"),
-        Patch(facecolor="#555555", alpha=0.22, label=f"5 to 95 % of {n_seeds} seeds"),
-        Line2D([], [], color="black", linewidth=1.4, label="median; number: mean over the seeds, raw"),
+        Patch(facecolor=BAND, alpha=0.22, label=f"5 to 95 % of {n_seeds} seeds"),
+        Line2D([], [], color=LINE, linewidth=1.4, label="median; number: mean over the seeds, raw"),
         Line2D(
             [],
             [],
-            color="black",
+            color=PUBLISHED,
             linestyle="none",
             marker="x",
             markersize=8,
             markeredgewidth=2,
-            label="paper, initial model (one run, raw)",
+            label="published, initial model (one run, raw)",
         ),
         Line2D(
-            [], [], color="black", linestyle="--", linewidth=1.2, label="paper, calibrated (one run, raw)"
+            [],
+            [],
+            color=PUBLISHED,
+            linestyle="--",
+            linewidth=1.2,
+            label="published, calibrated (one run, raw)",
         ),
     ]

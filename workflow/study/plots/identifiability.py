@@ -5,8 +5,9 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.figure import Figure
 
-from study.plots.style import new_figure, styled
+from study.plots.style import COLUMN_IN, LINE, OURS, new_figure, styled, symbol
 
+_WIDTH_IN = 1.3 * COLUMN_IN  # text of 8 pt is above 6 pt in a column of the paper
 _FLOOR = 1e-19  # a singular value that is exactly zero is drawn here
 
 
@@ -17,7 +18,7 @@ def draw_singular_values(values: pd.DataFrame, directions: pd.DataFrame) -> Figu
         values: singular_values.csv. directions: null_directions.csv.
     """
     with styled():
-        figure = new_figure(7.4, 3.8)
+        figure = new_figure(_WIDTH_IN, 3.0)
         ax = figure.subplots()
         height = values["singular_value"].clip(lower=_FLOOR)
         null = values["null"].to_numpy(dtype=bool)
@@ -25,7 +26,7 @@ def draw_singular_values(values: pd.DataFrame, directions: pd.DataFrame) -> Figu
             values["index"][~null],
             height[~null],
             "o",
-            color="#0072b2",
+            color=OURS,
             markersize=5,
             label=f"{(~null).sum()} identified directions",
         )
@@ -34,25 +35,25 @@ def draw_singular_values(values: pd.DataFrame, directions: pd.DataFrame) -> Figu
             height[null],
             "s",
             markerfacecolor="white",
-            markeredgecolor="#d55e00",
+            markeredgecolor=OURS,
             markeredgewidth=1.4,
             markersize=6,
             label=f"{null.sum()} counted as zero",
         )
         ax.axhline(
             values["tolerance"].iloc[0],
-            color="black",
+            color=LINE,
             linestyle="--",
             linewidth=1,
-            label="limit: below it a value counts as zero",
+            label="limit: below it, zero",
         )
         ax.set_yscale("log")
         ax.set_ylim(_FLOOR, 3)
         ax.set_xlim(0, len(values) + 1)
         ax.set_xlabel(f"index among the {len(values)} columns")
-        ax.set_ylabel("singular value / largest (columns of unit length)")
+        ax.set_ylabel("singular value / largest")
         if len(directions):
-            held = ", ".join(directions["held"])
+            held = ", ".join(map(symbol, directions["held"]))
             ax.set_title(f"fixed because of them: {held}", fontsize=9)
-        ax.legend(loc="lower left")
+        ax.legend(loc="center left", bbox_to_anchor=(0.0, 0.3), fontsize=8)
     return figure

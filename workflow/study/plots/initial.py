@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from study.plots.style import LOOKS, PUBLISHED_COLOUR, QUANTITY_LABELS, new_figure, styled, with_unit
+from study.plots.style import LOOKS, PUBLISHED, QUANTITY_LABELS, new_figure, styled, with_unit
 
 
 def draw_initial(errors: pd.DataFrame, placed: pd.DataFrame) -> Figure:
@@ -29,7 +29,7 @@ def draw_initial(errors: pd.DataFrame, placed: pd.DataFrame) -> Figure:
             ax.plot(
                 ours[quantity], [-4.0e-2] * len(ours), "|", color=look.colour, markersize=6, clip_on=False
             )
-            ax.axvline(row["published"], color=PUBLISHED_COLOUR, linestyle="--", linewidth=1.4)
+            ax.axvline(row["published"], color=PUBLISHED, linestyle="--", linewidth=1.4)
             ax.set_title(_place(row, quantity), fontsize=8.5)
             ax.set_xlabel(label)
             ax.set_xlim(left=0)
@@ -40,7 +40,7 @@ def draw_initial(errors: pd.DataFrame, placed: pd.DataFrame) -> Figure:
 
 
 def _place(row: Any, quantity: str) -> str:
-    value = f"paper {with_unit(row['published'], quantity, 4)}:"
+    value = f"published {with_unit(row['published'], quantity, 4)}:"
     if row["percentile"] >= 100:
         return f"{value}\nabove all of ours"
     if row["percentile"] <= 0:

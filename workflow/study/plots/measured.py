@@ -8,16 +8,21 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from study.plots.style import new_figure, numeral, styled
+from scalar.units import DEG, MRAD
+from study.plots.style import COLOURS, OURS, OURS_LIGHT, new_figure, numeral, styled
 
 MODELS = (  # model in errors.csv, words, colour, hatch
-    ("base_and_tool", "base and tool only", "#999999", ""),
-    ("geometry", "and the geometry", "#56b4e9", "///"),
-    ("geometry_and_effects", "and the effects found", "#0072b2", ""),
-    ("effects_of", "another campaign's effects, fixed", "#009e73", "..."),
-    ("effects_on_shuffled_angles", "control: angles of other poses", "#d55e00", "xxx"),
+    ("base_and_tool", "base and tool only", COLOURS["initial"], ""),
+    ("geometry", "and the geometry", OURS_LIGHT, "///"),
+    ("geometry_and_effects", "and the effects found", OURS, ""),
+    ("effects_of", "another campaign's effects, fixed", COLOURS["second campaign"], "..."),
+    ("effects_on_shuffled_angles", "control: angles of other poses", COLOURS["nothing"], "xxx"),
 )
-CAMPAIGNS = (("#0072b2", "-"), ("#d55e00", "--"), ("#009e73", ":"))
+CAMPAIGNS = (
+    ("first campaign", COLOURS["first campaign"], "-"),
+    ("second campaign", COLOURS["second campaign"], "--"),
+    ("third campaign", COLOURS["third campaign"], ":"),
+)
 _FAINT = 0.25
 
 
@@ -65,26 +70,24 @@ def draw_gears(gears: pd.DataFrame) -> Figure:
     shown: Any = gears[gears["set"].isin(campaigns)]
     joints = sorted(shown["joint"].unique())
     with styled():
-        figure = new_figure(7.4, 0.9 + 1.35 * max(len(joints), 1))
+        figure = new_figure(7.4, 0.9 + 1.0 * max(len(joints), 1))
         axes = figure.subplots(max(len(joints), 1), 1, sharex=True, squeeze=False)[:, 0]
         for ax, joint in zip(axes, joints, strict=False):
-            for name, (colour, line) in zip(campaigns, CAMPAIGNS, strict=False):
+            for name, (label, colour, line) in zip(campaigns, CAMPAIGNS, strict=False):
                 rows = shown[(shown["set"] == name) & (shown["joint"] == joint)]
                 if not len(rows):
                     continue
                 x, seen = rows["angle_deg"].to_numpy(), rows["seen"].to_numpy(dtype=bool)
-                y = rows["error_mrad"].to_numpy()
+                y = rows["error_mrad"].to_numpy() * (MRAD / DEG)
                 y = y - (y[seen].mean() if seen.any() else 0.0)
-                std = 2 * rows["std_mrad"].to_numpy()
+                std = 2 * rows["std_mrad"].to_numpy() * (MRAD / DEG)
                 ax.plot(x, y, line, color=colour, alpha=_FAINT, linewidth=0.8)
-                ax.plot(
-                    x, np.where(seen, y, np.nan), line, color=colour, linewidth=1.3, label=set_words(name)
-                )
+                ax.plot(x, np.where(seen, y, np.nan), line, color=colour, linewidth=1.3, label=label)
                 ax.fill_between(x, y - std, y + std, where=seen, color=colour, alpha=_FAINT, linewidth=0)
                 top = np.abs(y[seen]).max(initial=0.0)
                 low, high = ax.get_ylim()
                 ax.set_ylim(min(low, -1.2 * top), max(high, 1.2 * top))
-            ax.set_ylabel(f"joint {joint}\n[mrad]")
+            ax.set_ylabel(f"joint {joint}\n[°]")
         if len(joints):
             axes[0].legend(loc="upper left", ncols=3, fontsize=7.5)
         axes[-1].set_xlabel("joint angle [°]")

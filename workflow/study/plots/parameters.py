@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from study.plots.style import LOOKS, new_figure, styled
+from study.plots.style import COLOURS, LINE, LOOKS, new_figure, styled, symbol
 
 _LIMIT = 5.0  # standard errors: what lies farther is drawn at the edge
 
@@ -24,7 +24,7 @@ def draw_parameters(parameters: pd.DataFrame, summary: pd.DataFrame, method: str
     rows: Any = summary[summary["method"] == method]
     every: Any = parameters[(parameters["method"] == method) & parameters["std"].notna()]
     with styled():
-        figure = new_figure(8.6, 6.4)
+        figure = new_figure(8.6, 4.9)
         if rows.empty:
             figure.text(0.5, 0.5, f"{look.label}: no fit gave standard errors", ha="center")
             return figure
@@ -33,8 +33,8 @@ def draw_parameters(parameters: pd.DataFrame, summary: pd.DataFrame, method: str
             _sizes(parts[unit], rows[rows["unit"] == unit], unit, title, look.colour)
         ax = parts["normalized"]
         names = list(rows["parameter"])
-        ax.axhspan(-2, 2, color="#eeeeee", label="±2 standard errors: 95 % should lie inside")
-        ax.axhline(0, color="black", linewidth=0.8)
+        ax.axhspan(-2, 2, color=COLOURS["nothing"], label="±2 standard errors: 95 % should lie inside")
+        ax.axhline(0, color=LINE, linewidth=0.8)
         shown = every["normalized_error"].clip(-_LIMIT, _LIMIT)
         seeds = every["seed"].rank(method="dense", pct=True) - 0.5
         x = every["parameter"].map({name: i for i, name in enumerate(names)}) + 0.6 * seeds
@@ -55,7 +55,7 @@ def draw_parameters(parameters: pd.DataFrame, summary: pd.DataFrame, method: str
                 range(len(names)),
                 edge,
                 "_",
-                color="black",
+                color=LINE,
                 markersize=11,
                 markeredgewidth=2,
                 label=label,
@@ -83,7 +83,7 @@ def _sizes(ax: Axes, rows: pd.DataFrame, unit: str, title: str, colour: str) -> 
         x,
         rows["error_rms"],
         "_",
-        color="black",
+        color=LINE,
         markersize=9,
         markeredgewidth=2,
         label="error found, root mean square",
@@ -96,6 +96,6 @@ def _sizes(ax: Axes, rows: pd.DataFrame, unit: str, title: str, colour: str) -> 
 
 
 def _name_columns(ax: Axes, names: list[str]) -> None:
-    ax.set_xticks(range(len(names)), names, rotation=90, fontsize=7.5)
+    ax.set_xticks(range(len(names)), list(map(symbol, names)), fontsize=9)
     ax.set_xlim(-0.7, len(names) - 0.3)
     ax.grid(visible=False, axis="x")

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from study.plots.style import LOOKS, PUBLISHED_COLOUR, new_figure, styled, with_unit
+from study.plots.style import LOOKS, PUBLISHED, new_figure, styled, with_unit
 
 _COLUMNS = {
     "distance_error_mm": "size of the distance error [mm]",
@@ -48,7 +48,7 @@ def draw_planes(planes: pd.DataFrame, published: pd.DataFrame) -> Figure:
                 )
             claim = float(published[column].iloc[0])
             text = f"paper: within {with_unit(claim, column)}"
-            line = ax.axhline(claim, color=PUBLISHED_COLOUR, linestyle="--", linewidth=1.2)
+            line = ax.axhline(claim, color=PUBLISHED, linestyle="--", linewidth=1.2)
             ax.legend([line], [text], loc="upper right")
             ax.set_yscale("log")
             ax.set_ylim(_EDGE / 2, 5 * ax.get_ylim()[1])  # room for the legend

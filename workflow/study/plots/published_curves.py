@@ -11,7 +11,18 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
-from study.plots.style import PUBLISHED_COLOUR, QUANTITY_LABELS, new_figure, numeral, styled
+from study.plots.style import (
+    COLOURS,
+    EDGE,
+    LINE,
+    OURS,
+    PUBLISHED,
+    QUANTITY_LABELS,
+    new_figure,
+    numeral,
+    spaced_labels,
+    styled,
+)
 
 _SWEEPS = {
     "noise": "noise of a point [mm]",
@@ -21,9 +32,18 @@ _SWEEPS = {
     "plane_tilt": "tilt of the initial planes [°]",
 }
 _STATED = "stated"
-_SHOWN = 3  # explanations beside the stated noise: more bands than this hide one another
-_LOOKS = (("#0072b2", "-"), ("#d55e00", "--"), ("#009e73", "-."))
-_VERDICTS = {"supported": "#0072b2", "disfavoured": "#e69f00", "excluded": "#999999"}
+_SHOWN = 2  # explanations beside the stated noise: more bands than this hide one another
+_LOOKS = ((COLOURS["first explanation"], "-"), (COLOURS["second explanation"], "--"))
+_QUANTITIES = (
+    "position_mean_mm",
+    "orientation_mean_deg",
+)  # the maxima look the same; predictions.csv has them
+_NEAR = 0.24  # of a panel: labels of ticks nearer than this to one another are left out
+_VERDICTS = {
+    "supported": COLOURS["first explanation"],
+    "disfavoured": COLOURS["second explanation"],
+    "excluded": EDGE,
+}
 _MARKS = {"supported": "o", "disfavoured": "D", "excluded": "X"}
 _FARTHEST = 300.0  # of the axis of support: beyond it a candidate stands at the edge
 
@@ -42,9 +62,9 @@ def draw_curves(candidates: pd.DataFrame, predictions: pd.DataFrame) -> Figure:
     sweeps = [name for name in _SWEEPS if name in set(table["sweep"])]
     looks: Any = _LOOKS
     with styled():
-        figure = new_figure(1.84 * max(len(sweeps), 3), 8.6)
-        axes = np.atleast_2d(figure.subplots(len(QUANTITY_LABELS), len(sweeps), sharey="row", squeeze=False))
-        for row, quantity in zip(axes, QUANTITY_LABELS, strict=True):
+        figure = new_figure(1.84 * max(len(sweeps), 3), 4.6)
+        axes = np.atleast_2d(figure.subplots(len(_QUANTITIES), len(sweeps), sharey="row", squeeze=False))
+        for row, quantity in zip(axes, _QUANTITIES, strict=True):
             for ax, sweep in zip(row, sweeps, strict=True):
                 here = table[(table["sweep"] == sweep) & (table["quantity"] == quantity)]
                 _panel(ax, here, names, sweep)
@@ -52,13 +72,9 @@ def draw_curves(candidates: pd.DataFrame, predictions: pd.DataFrame) -> Figure:
         for ax, sweep in zip(axes[-1], sweeps, strict=True):
             ax.set_xlabel(_SWEEPS[sweep].replace(" of ", "\nof ").replace(" on ", "\non "))
         handles: list[Any] = [
-            Line2D(
-                [], [], marker="o", linestyle="", color=PUBLISHED_COLOUR, label="published, one run a point"
-            )
+            Line2D([], [], marker="o", linestyle="", color=PUBLISHED, label="published, one run a point")
         ]
-        handles.append(
-            Line2D([], [], color="#666666", linestyle=":", label="stated noise alone, our workcell")
-        )
+        handles.append(Line2D([], [], color=OURS, linestyle=":", label="stated noise alone, our workcell"))
         for name, (colour, line) in zip(names, looks, strict=False):
             handles.append(Line2D([], [], color=colour, linestyle=line, linewidth=1.8, label=labels[name]))
         figure.legend(handles=handles, loc="outside upper center", ncols=3)
@@ -69,16 +85,17 @@ def _panel(ax: Axes, table: Any, names: list[str], sweep: str) -> None:
     """Draw one sweep and quantity."""
     stated = table[table["candidate"] == _STATED].sort_values("value")
     x = stated["value"].to_numpy(dtype=float)
-    ax.plot(x, stated["without_offset"], ":", color="#666666", linewidth=1.8)
+    ax.plot(x, stated["without_offset"], ":", color=OURS, linewidth=1.8)
     for name, (colour, line) in zip(names, _LOOKS, strict=False):
         mine = table[table["candidate"] == name].sort_values("value")
         ax.fill_between(x, mine["p05"], mine["p95"], color=colour, alpha=0.12, linewidth=0)
         ax.plot(x, mine["median"], line, color=colour, linewidth=1.6)
-    ax.plot(x, stated["published"], "o", color=PUBLISHED_COLOUR, markersize=4.5, markeredgecolor="white")
+    ax.plot(x, stated["published"], "o", color=PUBLISHED, markersize=4.5, markeredgecolor="white")
     ax.set_yscale("log")
     ax.set_xscale("linear" if sweep == "plane_tilt" else "log")
-    ticks = x if len(x) <= 6 else x[:: 2 if len(x) <= 9 else 3]
-    ax.set_xticks(ticks, [numeral(value) for value in ticks], fontsize=8)
+    at = x if sweep == "plane_tilt" else np.log(x)
+    places = (at - at.min()) / (np.ptp(at) or 1.0)
+    ax.set_xticks(x, spaced_labels(places, [numeral(value) for value in x], _NEAR), fontsize=8)
     ax.xaxis.set_minor_locator(NullLocator())
 
 
@@ -115,7 +132,7 @@ def draw_support(candidates: pd.DataFrame) -> Figure:
             (3.0, "indistinguishable ", "right"),
             (np.log(1000.0), " factor 1000", "left"),
         ):
-            ax.axvline(limit, color="black", linestyle="--", linewidth=0.9)
+            ax.axvline(limit, color=LINE, linestyle="--", linewidth=0.9)
             ax.text(limit, top, text, fontsize=7.5, ha=side)
         ax.set_xscale("symlog", linthresh=3.0)
         ax.set_xlim(-0.4, _FARTHEST * 1.15)
@@ -129,7 +146,7 @@ def draw_support(candidates: pd.DataFrame) -> Figure:
             for name, colour in _VERDICTS.items()
         ]
         handles.append(
-            Line2D([], [], marker="|", linestyle="", color="#444444", label="under another way of weighing")
+            Line2D([], [], marker="|", linestyle="", color=EDGE, label="under another way of weighing")
         )
         figure.legend(handles=handles, loc="outside lower center", ncols=4)
     return figure

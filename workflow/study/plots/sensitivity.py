@@ -9,10 +9,10 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from study.plots.style import new_figure, styled
+from study.plots.style import LINE, OURS, OURS_LIGHT, new_figure, styled
 
-NAMING = ("#d55e00", "what is refused, named, or named where")
-OTHER = ("#9ecae1", "another statement or number")
+NAMING = (OURS, "what is refused, named, or named where")
+OTHER = (OURS_LIGHT, "another statement or number")
 
 
 def draw_sensitivity(table: pd.DataFrame, most: int = 30) -> Figure:
@@ -40,7 +40,7 @@ def draw_sensitivity(table: pd.DataFrame, most: int = 30) -> Figure:
             for row in shown.to_dict("records")
         ]
         ax.set_yticks(place, labels, fontsize=7)
-        ax.axvline(0, color="black", linewidth=0.8)
+        ax.axvline(0, color=LINE, linewidth=0.8)
         ax.set_xlim(-105, 105)
         ax.set_xticks([-100, -50, 0, 50, 100], ["100", "50", "0", "50", "100"])
         ax.set_xlabel("← halved    share of the sets whose answer changes [%]    doubled →", fontsize=8)

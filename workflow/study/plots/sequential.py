@@ -11,13 +11,13 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from study.plots.style import Look, new_figure, numeral, styled
+from study.plots.style import COLOURS, GRID, LINE, OURS, Look, new_figure, numeral, styled
 
-_AT_ONCE = Look("all at once", "#0072b2", "o")
+_AT_ONCE = Look("all at once", OURS, "o")
 _WAYS = {
-    "scanner_first": Look("scanner first, then arm", "#d55e00", "^"),
-    "robot_first": Look("arm first, scanner as declared", "#009e73", "s"),
-    "robot_first_linear": Look("arm first, scanner at linear guess", "#7f7f7f", "D"),
+    "scanner_first": Look("scanner first, then arm", COLOURS["scanner first"], "^"),
+    "robot_first": Look("arm first, scanner as declared", COLOURS["arm first"], "s"),
+    "robot_first_linear": Look("arm first, scanner at linear guess", COLOURS["arm first, linear"], "D"),
 }
 _QUANTITY = "position_mean_mm"
 _BAND = (0.05, 0.95)
@@ -61,10 +61,10 @@ def _by_passes(ax: Axes, rows: Any) -> None:
         ax.fill_between(x, bands[0], bands[2], color=look.colour, alpha=0.15, linewidth=0)
         ax.plot(x, bands[1], color=look.colour, marker=look.marker, markersize=5, label=look.label)
     ax.plot(
-        [0], [before.median()], "X", color="black", markersize=7, linestyle="none", label="initial model (median)"
+        [0], [before.median()], "X", color=COLOURS["initial"], markersize=7, linestyle="none", label="initial model (median)"
     )  # fmt: skip
     ax.set_yscale("log")
-    _plain_numbers(ax.yaxis)
+    _plain_numbers(ax.yaxis, (1.0, 2.0, 5.0))
     ax.set_xlim(-0.3, most + 0.3)
     ax.set_xticks(range(0, most + 1, max(1, most // 6)))
     ax.set_xlabel("passes (each block fitted once a pass)")
@@ -86,11 +86,16 @@ def _single_passes(ax: Axes, raw: Any, summary: pd.DataFrame) -> None:
                 times, y, look.marker, color=look.colour, markersize=3.4, alpha=0.6, linestyle="none", markeredgewidth=0
             )  # fmt: skip
             ax.plot(
-                [times.median()] * 2, -i + places[way] + np.array([-0.11, 0.11]), color="black", linewidth=1.6
+                [times.median()] * 2, -i + places[way] + np.array([-0.11, 0.11]), color=LINE, linewidth=1.6
             )
         before = own[own["way"] == "initial"].set_index("seed")[_QUANTITY]
         ax.plot(
-            [(before / at_once).median()], [-i - 0.4], "X", color="black", markersize=6, markeredgewidth=0
+            [(before / at_once).median()],
+            [-i - 0.4],
+            "X",
+            color=COLOURS["initial"],
+            markersize=6,
+            markeredgewidth=0,
         )
     ax.axvline(1, color=_AT_ONCE.colour, linewidth=1.8)
     ax.set_xscale("log")
@@ -100,16 +105,16 @@ def _single_passes(ax: Axes, raw: Any, summary: pd.DataFrame) -> None:
     ax.set_ylim(-len(cases) + 0.42, 0.45)
     ax.grid(visible=False, axis="y")
     ax.tick_params(axis="y", length=0)
-    _plain_numbers(ax.xaxis)
+    _plain_numbers(ax.xaxis, (1.0,))
     for i in range(1, len(cases)):
-        ax.axhline(0.45 - i, color="#dddddd", linewidth=0.6)
+        ax.axhline(0.45 - i, color=GRID, linewidth=0.6)
     ax.set_xlabel("error after one pass / error of all at once (mean position)")
     ax.set_title("left of the line a single pass is better", fontsize=9)
 
 
-def _plain_numbers(axis: Axis) -> None:
-    """Label the 1, 2 and 5 of each decade of a logarithmic axis, as decimal numbers, and no other tick."""
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+def _plain_numbers(axis: Axis, labelled: tuple[float, ...]) -> None:
+    """Label some multiples of each decade of a logarithmic axis, as decimal numbers, and no other tick."""
+    axis.set_major_locator(LogLocator(subs=labelled))
     axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter(NullFormatter())
 

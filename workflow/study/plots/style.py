@@ -1,7 +1,8 @@
-"""One look for all figures: colours that the colour-blind tell apart, a marker each for grey paper."""
+"""One look for all figures: the table of colours, each with one meaning throughout, a marker each for grey paper, symbols of parameters."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -24,20 +25,53 @@ class Look:
     marker: str
 
 
+COLOURS = {
+    "ours": "#0072b2",  # the proposed method, and what the diagnosis makes of it
+    "published": "#000000",
+    "initial": "#7f7f7f",
+    "baseline-abs": "#d55e00",
+    "baseline-abs-2018": "#009e73",
+    "baseline-clip": "#e69f00",
+    "baseline-raise": "#cc79a7",
+    "scanner first": "#882255",
+    "arm first": "#999933",
+    "arm first, linear": "#88ccee",
+    "first explanation": "#332288",
+    "second explanation": "#cc6677",
+    "first campaign": "#8c510a",
+    "second campaign": "#35978f",
+    "third campaign": "#c51b7d",
+    "floor": "#4d4d4d",
+    "first wall": "#6b8cae",
+    "second wall": "#b08d57",
+    "another name": "#9ecae1",
+    "wrong target": "#dfc27d",
+    "wrong name": "#a50f15",
+    "unattributed": "#9e9ac8",
+    "unobservable": "#999999",
+    "nothing": "#eeeeee",
+}
+"""The one table of colours, by what they mean; none means two things. Okabe and Ito's for the methods."""
+OURS, PUBLISHED = COLOURS["ours"], COLOURS["published"]
+OURS_LIGHT, OURS_DARK = "#c6dbef", "#08306b"
+"""Shades of ours, where a figure shows ours alone: less of it, more of it."""
+LINE, EDGE, FAINT, GRID = "#000000", "#444444", "#bbbbbb", "#dddddd"
+"""What has no meaning of its own: axes and limits, edges of bars, lines between dots, grids."""
+BAND = "#555555"
+"""A band or a dot in a legend, of any method."""
+
 LOOKS = {
-    "initial": Look("initial model", "#7f7f7f", "D"),
-    "baseline-abs": Look("baseline, √|·|", "#d55e00", "^"),
-    "baseline-abs-2018": Look("baseline, √|·|, lmfit of 2018", "#009e73", "P"),
-    "baseline-clip": Look("baseline, √max(0, ·)", "#e69f00", "v"),
-    "baseline-raise": Look("baseline, √ as it is", "#cc79a7", "s"),
-    "proposed": Look("proposed method", "#0072b2", "o"),
+    "initial": Look("initial model", COLOURS["initial"], "D"),
+    "baseline-abs": Look("baseline, √|·|", COLOURS["baseline-abs"], "^"),
+    "baseline-abs-2018": Look("baseline, √|·|, lmfit of 2018", COLOURS["baseline-abs-2018"], "P"),
+    "baseline-clip": Look("baseline, √max(0, ·)", COLOURS["baseline-clip"], "v"),
+    "baseline-raise": Look("baseline, √ as it is", COLOURS["baseline-raise"], "s"),
+    "proposed": Look("proposed method", OURS, "o"),
 }
 """The argument of the root in the baseline may become negative; the name says what is done then."""
 
 PAGE_IN, COLUMN_IN = 6.93, 3.33
 """Width of a figure of the paper over the page, and in one of its columns."""
-
-PUBLISHED_COLOUR = "#000000"
 
 QUANTITY_LABELS = {
     "position_mean_mm": "mean position error [mm]",
@@ -56,9 +90,10 @@ _RC: Any = {
     "axes.spines.right": False,
     "axes.grid": True,
     "axes.axisbelow": True,
-    "grid.color": "#dddddd",
+    "grid.color": GRID,
     "grid.linewidth": 0.6,
     "legend.frameon": False,
+    "mathtext.fontset": "dejavusans",
     "svg.hashsalt": "scalar",
     "svg.fonttype": "path",
     "pdf.fonttype": 42,
@@ -108,3 +143,45 @@ def with_unit(value: float, column: str, digits: int = 3) -> str:
 def numeral(value: float, digits: int = 3) -> str:
     """Return a number for a label: ``digits`` significant ones, no exponent where it can be read without."""
     return f"{value:.{digits}g}" if 1e-4 <= abs(value) < 1e5 or value == 0 else f"{value:.{digits - 1}e}"
+
+
+_GREEK = {"alpha": r"\alpha", "theta": r"\theta", "beta": r"\beta", "a": "a", "d": "d"}
+
+
+def symbol(parameter: str) -> str:
+    """Return the symbol of a parameter, as the text of the paper has it; a name without one stays as it is.
+
+    ``alpha_4`` is α with index 4; ``sensor_x`` and ``sensor_rx`` the scanner's place and its rotation vector, x with index s and r with index x;
+    ``normal_floor_u`` and ``distance_floor`` u and d with the plane's name.
+    """
+    if found := re.fullmatch(r"(a|d|alpha|theta|beta)_(\d+)", parameter):
+        return f"${_GREEK[found[1]]}_{{{found[2]}}}$"
+    if found := re.fullmatch(r"sensor_(r?)([xyz])", parameter):
+        return f"$r_{{{found[2]}}}$" if found[1] else f"${found[2]}_{{s}}$"
+    if found := re.fullmatch(r"normal_(\w+)_([uv])", parameter):
+        return f"${found[2]}$, {plane_name(found[1])}"
+    if found := re.fullmatch(r"distance_(\w+)", parameter):
+        return f"$d$, {plane_name(found[1])}"
+    return parameter
+
+
+def plane_name(plane: str) -> str:
+    """Return a target plane's name as a label."""
+    return plane.replace("_", " ")
+
+
+def spaced_labels(places: Sequence[float], labels: Sequence[str], least: float) -> list[str]:
+    """Return the labels with those blanked that would stand nearer than ``least`` to the one before, both ends kept.
+
+    Args:
+        places: Where they stand, ascending, in units of the axis' length as it is drawn. labels: One each. least: In the same unit.
+    """
+    if not len(places):
+        return []
+    kept, last = [0], places[0]
+    for i in range(1, len(places) - 1):
+        if places[i] - last >= least and places[-1] - places[i] >= least:
+            kept.append(i)
+            last = places[i]
+    kept.append(len(places) - 1)
+    return [label if i in kept else "" for i, label in enumerate(labels)]

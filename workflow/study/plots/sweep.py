@@ -1,4 +1,4 @@
-"""Errors over a sweep: a panel a quantity, a band a way, the bound, the published points, and what failed below."""
+"""Errors over a sweep: a panel a quantity, a band a method, the bound, the published points, and what failed below."""
 
 from __future__ import annotations
 
@@ -9,10 +9,20 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import NullFormatter, NullLocator
 
-from study.plots.style import LOOKS, PUBLISHED_COLOUR, QUANTITY_LABELS, new_figure, numeral, styled
+from study.plots.style import (
+    BAND,
+    LINE,
+    LOOKS,
+    PUBLISHED,
+    QUANTITY_LABELS,
+    new_figure,
+    numeral,
+    spaced_labels,
+    styled,
+)
 
 _PANELS = (("position_mean_mm", "position_max_mm"), ("orientation_mean_deg", "orientation_max_deg"))
 BOUND_ROWS = "cramer-rao"
@@ -25,7 +35,8 @@ _LINES: dict[str, Any] = {
 }
 _FLOOR = {"mm": 1e-4, "deg": 1e-5}  # smaller errors are drawn as triangles on the lower edge
 _ZERO = 3.0  # on a logarithmic axis 0 stands this factor left of the smallest value
-_NEAR = 0.055  # of the axis: labels of ticks nearer than this to one another are left out, numbers are turned
+_NEAR_IN = 0.36  # labels of ticks nearer than this to one another are left out [in]
+_STRIP = 0.8  # height of the strip of failures of a method, of what a line has
 
 
 def draw_sweep(summary: pd.DataFrame, published: pd.DataFrame, label: str, scale: str = "log") -> Figure:
@@ -48,7 +59,7 @@ def draw_sweep(summary: pd.DataFrame, published: pd.DataFrame, label: str, scale
                 draw_panel(ax, raw, published, methods, quantity, scale)
         for ax in axes[2]:
             set_x_axis(ax, values, label, scale)
-            write_failures(ax, raw, methods, values, scale)
+            draw_failures(ax, raw, methods, values, scale)
         seeds = int(raw.loc[raw["method"] != BOUND_ROWS, "seeds"].max())
         figure.legend(
             handles=legend_entries(methods, seeds, len(published) > 0), loc="outside upper center", ncols=3
@@ -78,7 +89,7 @@ def draw_panel(ax: Axes, raw: Any, published: Any, methods: list[str], quantity:
         place_values(bound["value"], values, scale),
         bound["median"],
         ":",
-        color="black",
+        color=LINE,
         linewidth=1.8,
         zorder=4,
     )
@@ -88,7 +99,7 @@ def draw_panel(ax: Axes, raw: Any, published: Any, methods: list[str], quantity:
             x,
             published[quantity],
             "o",
-            color=PUBLISHED_COLOUR,
+            color=PUBLISHED,
             markersize=6,
             markeredgecolor="white",
             zorder=5,
@@ -109,45 +120,50 @@ def set_x_axis(ax: Axes, values: np.ndarray, label: str, scale: str) -> None:
     """Set ticks at the cases, labels where there is room."""
     ax.set_xscale(scale)
     at = place_values(values, values, scale)
-    place = np.log(at) if scale == "log" else at
-    width, last, labels = np.ptp(place) or 1.0, -np.inf, []
-    for x, value in zip(place, values, strict=True):
-        room = x - last >= _NEAR * width
-        labels.append(numeral(value, 4) if room else "")
-        last = x if room else last
-    ax.set_xticks(at, labels, fontsize=7.5, rotation=45 if len(values) > 7 else 0)
+    places = _along(at, scale)
+    width = float(ax.get_position().width * ax.get_figure().get_size_inches()[0])
+    labels = [numeral(value, 4) for value in values]
+    ax.set_xticks(at, spaced_labels(places, labels, _NEAR_IN / width), fontsize=8)
     ax.xaxis.set_minor_locator(NullLocator())
     ax.xaxis.set_minor_formatter(NullFormatter())
     ax.set_xlabel(label)
 
 
-def write_failures(ax: Axes, raw: Any, methods: list[str], values: np.ndarray, scale: str) -> None:
-    """Write for each method and case how many fits failed, and how many converged elsewhere."""
+def _along(at: np.ndarray, scale: str) -> np.ndarray:
+    """Return places on an axis in units of the stretch between the first and the last."""
+    place = np.log(at) if scale == "log" else at
+    return (place - place.min()) / (np.ptp(place) or 1.0)
+
+
+def draw_failures(ax: Axes, raw: Any, methods: list[str], values: np.ndarray, scale: str) -> None:
+    """Draw a strip a method: a cell a case, the darker the more of its fits failed or converged elsewhere; their sum on the right.
+
+    A cell reaches half the way to its neighbours, so that it stands below its case; a method without a failure has no strip but its sum.
+    """
     rows = raw[raw["quantity"] == "position_mean_mm"]
     at = place_values(values, values, scale)
-    at = np.log(at) if scale == "log" else at
-    gaps = np.diff(at, prepend=-np.inf, append=np.inf) / (np.ptp(at) or 1.0)
-    near = dict(zip(values, np.minimum(gaps[:-1], gaps[1:]) < _NEAR, strict=True))
+    places = np.log(at) if scale == "log" else at
+    middles = (places[1:] + places[:-1]) / 2
+    ends = 2 * places[[0, -1]] - middles[[0, -1]] if len(places) > 1 else places[0] + np.array([-0.5, 0.5])
+    edges = np.concatenate([ends[:1], middles, ends[1:]])
+    edges = np.exp(edges) if scale == "log" else edges
     for line, method in enumerate(methods):
-        mine = rows[rows["method"] == method]
-        for row in mine.to_dict("records"):
-            x = float(place_values(row["value"], values, scale))
-            text = str(row["failed"] + row["lost"])
-            none = text == "0"
-            look: Any = {
-                "color": "#aaaaaa" if none else LOOKS[method].colour,
-                "fontweight": "normal" if none else "bold",
-            }
-            place: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7.5}
-            if near[row["value"]]:
-                place |= {"fontsize": 7.5, "rotation": 90}  # upright numbers would stand on one another
-            ax.text(x, -line, "·" if none else text, **place, **look).set_in_layout(False)
+        mine: Any = rows[rows["method"] == method].set_index("value")
+        ended = mine["failed"] + mine["lost"]
+        for k, value in enumerate(values):
+            share = float(ended[value] / mine.loc[value, "seeds"]) if value in mine.index else 0.0
+            place = (edges[k], -line - _STRIP / 2)
+            look: Any = {"facecolor": LOOKS[method].colour, "edgecolor": "none"}
+            ax.add_patch(Rectangle(place, edges[k + 1] - edges[k], _STRIP, alpha=share, **look))
+        ax.annotate(
+            str(int(ended.sum())), (1.0, -line), xycoords=("axes fraction", "data"), fontsize=8,
+            xytext=(3, 0), textcoords="offset points", ha="left", va="center", annotation_clip=False,
+        )  # fmt: skip
     ax.set_ylim(-len(methods) + 0.5, 0.5)
-    names = [LOOKS[method].label.replace("baseline, ", "") for method in methods]
-    ax.set_yticks(-np.arange(len(methods)), names, fontsize=7.5)
+    names = [LOOKS[method].label.replace("baseline, ", "").replace(" method", "") for method in methods]
+    ax.set_yticks(-np.arange(len(methods)), names, fontsize=8)
     ax.tick_params(axis="y", length=0)
     ax.grid(visible=False)
-    ax.set_ylabel("failed\n+ lost", fontsize=7.5, rotation=0, ha="right", va="center")
 
 
 def legend_entries(methods: list[str], seeds: int, has_published: bool) -> list[Line2D | Patch]:
@@ -156,10 +172,10 @@ def legend_entries(methods: list[str], seeds: int, has_published: bool) -> list[
         look = LOOKS[method]
         style = {"linestyle": _LINES[method], "marker": look.marker, "markersize": 4.5}
         ways.append(Line2D([], [], color=look.colour, label=look.label, **style))
-    ways.append(Patch(facecolor="#555555", alpha=0.2, label=f"5 to 95 % of {seeds} seeds; line: median"))
-    ways.append(Line2D([], [], color="black", linestyle=":", linewidth=1.8, label="Cramér-Rao bound"))
+    ways.append(Patch(facecolor=BAND, alpha=0.2, label=f"5 to 95 % of {seeds} seeds; line: median"))
+    ways.append(Line2D([], [], color=LINE, linestyle=":", linewidth=1.8, label="Cramér-Rao bound"))
     if has_published:
         ways.append(
-            Line2D([], [], color="black", linestyle="none", marker="o", label="paper (one run a point)")
+            Line2D([], [], color=PUBLISHED, linestyle="none", marker="o", label="published (one run a point)")
         )
     return ways

@@ -12,14 +12,15 @@ from matplotlib.figure import Figure
 from study.plots.style import LOOKS, new_figure, styled
 from study.plots.sweep import (
     BOUND_ROWS,
+    draw_failures,
     draw_panel,
     legend_entries,
     place_values,
     set_x_axis,
-    write_failures,
 )
 
-COLUMNS = 2
+COLUMNS = 3
+_LONG = 36  # letters of a label that a panel has room for
 QUANTITY = "position_mean_mm"
 
 
@@ -37,8 +38,10 @@ def draw_overview(
     columns = min(COLUMNS, len(summaries))
     seeds, methods = 0, []
     with styled():
-        figure = new_figure(4.3 * columns, (0.9 if columns > 1 else 1.8) + 3.0 * rows)
-        grid = figure.subplots(2 * rows, columns, squeeze=False, height_ratios=[3.0, 1.15] * rows)
+        figure = new_figure(
+            3.06 * columns if columns > 1 else 4.3, (0.9 if columns > 1 else 1.8) + 2.75 * rows
+        )
+        grid = figure.subplots(2 * rows, columns, squeeze=False, height_ratios=[3.0, 1.3] * rows)
         for ax in grid.ravel()[2 * columns * (rows - 1) :]:
             ax.set_axis_off()
         for k, (name, summary) in enumerate(summaries.items()):
@@ -51,20 +54,25 @@ def draw_overview(
             above.set_axis_on()
             below.set_axis_on()
             draw_panel(above, raw, curve, methods, QUANTITY, scale)
-            set_x_axis(below, values, axes[name]["label"].replace(" [", "\n["), scale)
+            set_x_axis(below, values, _wrapped(axes[name]["label"]), scale)
             above.set_xscale(scale)
             above.set_xlim(*_range(values, scale))
             above.tick_params(axis="x", which="both", length=0, labelbottom=False)
-            write_failures(below, raw, methods, values, scale)
+            draw_failures(below, raw, methods, values, scale)
             below.set_xlim(*_range(values, scale))
             if k % COLUMNS:
                 above.set_ylabel("")
-                below.set_ylabel("")
+                below.set_yticklabels([])
             seeds = max(seeds, int(raw.loc[raw["method"] != BOUND_ROWS, "seeds"].max()))
         entries = legend_entries(methods, seeds, True)
         # A single panel is too narrow for entries side by side.
         figure.legend(handles=entries, loc="outside upper center", ncols=3 if columns > 1 else 1, fontsize=8)
     return figure
+
+
+def _wrapped(label: str) -> str:
+    """Return a label on two lines, its unit below, if it is longer than a panel is wide."""
+    return label.replace(" [", "\n[") if len(label) > _LONG else label
 
 
 def _range(values: np.ndarray, scale: str) -> tuple[float, float]:

@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from scalar.units import MM, UM
-from study.plots.style import new_figure, numeral, styled
+from study.plots.style import LINE, new_figure, numeral, styled
 
 _VIEWS = (("side", "distance from the base's axis [m]", "height [m]"), ("above", "x [m]", "y [m]"))
 _STATES = (
@@ -28,7 +28,7 @@ def draw_workspace(errors: pd.DataFrame, seeds: int) -> Figure:
     """
     enough: Any = errors[errors["poses"] >= _FEWEST]
     with styled():
-        figure = new_figure(9.6, 7.6)
+        figure = new_figure(9.2, 5.9)
         if enough.empty:
             figure.text(0.5, 0.5, "no fit gave a calibration", ha="center")
             return figure
@@ -53,7 +53,7 @@ def draw_workspace(errors: pd.DataFrame, seeds: int) -> Figure:
                 ax.set_xlabel(across)
                 if ax in axes[:, 0]:
                     ax.set_ylabel(up)
-                ax.plot([0], [0], "+", color="black", markersize=9, markeredgewidth=1.6, clip_on=False)
+                ax.plot([0], [0], "+", color=LINE, markersize=9, markeredgewidth=1.6, clip_on=False)
             whole = np.sqrt(np.average(rows[state] ** 2, weights=rows["poses"])) * factor
             column[0].set_title(f"{title}: {numeral(whole)} {unit}", fontsize=9.5)
             bar = figure.colorbar(
