@@ -75,9 +75,9 @@ def correlations() -> pd.DataFrame:
     names += [f"{kind}_{i}" for kind in ("alpha", "theta") for i in range(2, 7)]
     names += [f"sensor_{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz")]
     names += [
-        f"{what}_{plane}"
+        name
         for plane in ("floor", "wall_x", "wall_y")
-        for what in ("normal_u", "normal_v", "distance")
+        for name in (f"normal_{plane}_u", f"normal_{plane}_v", f"distance_{plane}")
     ]
     matrix = np.eye(len(names)) - 0.93 * (np.eye(len(names), k=1) + np.eye(len(names), k=-1))
     return pd.DataFrame({"parameter": names}).join(pd.DataFrame(matrix, columns=names))

@@ -43,7 +43,7 @@ def draw_correlation(correlation: pd.DataFrame) -> Figure:
     matrix = table.loc[names, names].to_numpy(dtype=float)
     count = len(names)
     with styled():
-        figure = new_figure(8.6, 5.2)
+        figure = new_figure(8.6, 6.0)
         ax = figure.subplots()
         shown = ax.imshow(matrix, cmap="RdBu_r", vmin=-1, vmax=1, aspect="auto")
         bar = figure.colorbar(shown, ax=ax, shrink=0.7, pad=0.02)
@@ -51,8 +51,8 @@ def draw_correlation(correlation: pd.DataFrame) -> Figure:
         ax.grid(visible=False)
         for spine in ax.spines.values():
             spine.set_visible(False)
-        ax.set_xticks(range(count), list(map(symbol, names)), rotation=90, fontsize=8.5)
-        ax.set_yticks(range(count), list(map(symbol, names)), fontsize=8.5)
+        ax.set_xticks(range(count), list(map(symbol, names)), rotation=90, fontsize=8)
+        ax.set_yticks(range(count), list(map(symbol, names)), fontsize=8)
         ax.tick_params(length=0)
         edge = 0
         for group, size in sizes.items():

@@ -95,7 +95,7 @@ def _panel(ax: Axes, table: Any, names: list[str], sweep: str) -> None:
     ax.set_xscale("linear" if sweep == "plane_tilt" else "log")
     at = x if sweep == "plane_tilt" else np.log(x)
     places = (at - at.min()) / (np.ptp(at) or 1.0)
-    ax.set_xticks(x, spaced_labels(places, [numeral(value) for value in x], _NEAR), fontsize=8)
+    ax.set_xticks(x, spaced_labels(list(places), [numeral(value) for value in x], _NEAR), fontsize=8)
     ax.xaxis.set_minor_locator(NullLocator())
 
 

@@ -36,6 +36,7 @@ _LINES: dict[str, Any] = {
 _FLOOR = {"mm": 1e-4, "deg": 1e-5}  # smaller errors are drawn as triangles on the lower edge
 _ZERO = 3.0  # on a logarithmic axis 0 stands this factor left of the smallest value
 _NEAR_IN = 0.36  # labels of ticks nearer than this to one another are left out [in]
+_END = 0.04  # by how much of the axis the first and the last cell of a strip reach beyond their case
 _STRIP = 0.8  # height of the strip of failures of a method, of what a line has
 
 
@@ -121,9 +122,10 @@ def set_x_axis(ax: Axes, values: np.ndarray, label: str, scale: str) -> None:
     ax.set_xscale(scale)
     at = place_values(values, values, scale)
     places = _along(at, scale)
-    width = float(ax.get_position().width * ax.get_figure().get_size_inches()[0])
+    figure: Any = ax.get_figure()
+    width = float(ax.get_position().width * figure.get_size_inches()[0])
     labels = [numeral(value, 4) for value in values]
-    ax.set_xticks(at, spaced_labels(places, labels, _NEAR_IN / width), fontsize=8)
+    ax.set_xticks(at, spaced_labels(list(places), labels, _NEAR_IN / width), fontsize=8)
     ax.xaxis.set_minor_locator(NullLocator())
     ax.xaxis.set_minor_formatter(NullFormatter())
     ax.set_xlabel(label)
@@ -138,14 +140,13 @@ def _along(at: np.ndarray, scale: str) -> np.ndarray:
 def draw_failures(ax: Axes, raw: Any, methods: list[str], values: np.ndarray, scale: str) -> None:
     """Draw a strip a method: a cell a case, the darker the more of its fits failed or converged elsewhere; their sum on the right.
 
-    A cell reaches half the way to its neighbours, so that it stands below its case; a method without a failure has no strip but its sum.
+    A cell reaches half the way to its neighbours, so that it stands below its case.
     """
     rows = raw[raw["quantity"] == "position_mean_mm"]
     at = place_values(values, values, scale)
     places = np.log(at) if scale == "log" else at
-    middles = (places[1:] + places[:-1]) / 2
-    ends = 2 * places[[0, -1]] - middles[[0, -1]] if len(places) > 1 else places[0] + np.array([-0.5, 0.5])
-    edges = np.concatenate([ends[:1], middles, ends[1:]])
+    ends = places[[0, -1]] + _END * (np.ptp(places) or 1.0) * np.array([-1.0, 1.0])
+    edges = np.concatenate([ends[:1], (places[1:] + places[:-1]) / 2, ends[1:]])
     edges = np.exp(edges) if scale == "log" else edges
     for line, method in enumerate(methods):
         mine: Any = rows[rows["method"] == method].set_index("value")

@@ -33,7 +33,8 @@ def draw_worked_example(
     joint = numbers["found"]["joint"]
     with styled():
         figure = new_figure(8.6, 5.4)
-        above, below = figure.subfigures(2, 1)
+        halves: Any = figure.subfigures(2, 1)
+        above, below = halves
         first, candidates = above.subplots(1, 2, width_ratios=[1.0, 1.1])
         asked, last, bars = below.subplots(1, 3, width_ratios=[1.0, 1.0, 1.45])
         top = (first, asked, last)
