@@ -30,10 +30,10 @@ rule predict_published_curves:
         f"{RESULTS}/logs/predict_published_curves.log",
     benchmark:
         f"{RESULTS}/benchmarks/predict_published_curves.tsv"
+    priority: 2
     conda:
         ENVIRONMENT
     threads: 1
-    priority: 2
     params:
         options=PUBLISHED_CURVES_OPTIONS,
     message:
@@ -65,10 +65,10 @@ rule explain_published_curves:
         f"{RESULTS}/logs/explain_published_curves.log",
     benchmark:
         f"{RESULTS}/benchmarks/explain_published_curves.tsv"
+    priority: 3
     conda:
         ENVIRONMENT
     threads: 1
-    priority: 3
     params:
         options=PUBLISHED_CURVES_OPTIONS,
         sweeps=list(PUBLISHED_CURVES_SWEEPS),

@@ -43,10 +43,10 @@ rule plan_sweeps:
         f"{SWEEP_DIR}/plans/{{walls}}/{{batch}}.npz",
     log:
         f"{RESULTS}/logs/plan_sweeps/{{walls}}/{{batch}}.log",
+    priority: 3
     conda:
         ENVIRONMENT
     threads: 1
-    priority: 3
     params:
         poses=most_poses(SWEEP_CASES),
         seeds=lambda w: batch_seeds(w.batch),
@@ -68,10 +68,10 @@ rule sweep:
         f"{RESULTS}/logs/sweep/{{sweep}}/{{group}}/{{batch}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/sweep/{{sweep}}/{{group}}/{{batch}}.tsv"
+    priority: 1
     conda:
         ENVIRONMENT
     threads: 1
-    priority: 1
     params:
         cases=lambda w: {
             case: SWEEP_CASES[w.sweep][case].overrides for case in SWEEP_GROUPS[w.sweep][w.group]
@@ -103,10 +103,10 @@ rule collect_sweep:
         placed=f"{SWEEP_DIR}/{{sweep}}/published_among_simulated.csv",
     log:
         f"{RESULTS}/logs/collect_sweep/{{sweep}}.log",
+    priority: 2
     conda:
         ENVIRONMENT
     threads: 1
-    priority: 2
     params:
         values=lambda w: values_on_axis(AXES[w.sweep], SWEEP_CASES[w.sweep]),
         published=lambda w: AXES[w.sweep].get("published"),
