@@ -107,7 +107,7 @@ def too_many_columns(count: int) -> str:
 
 def header_faults(file: str, names: list[str], layout: Layout, row: int | None = 1) -> list[Fault]:
     """Return what is wrong with the names of the columns, contents aside."""
-    wanted = ",".join(layout.required)
+    wanted = ",".join(layout.required or layout.optional)
     if len(names) > MAX_COLUMNS:
         return [Fault(file, too_many_columns(len(names)), row)]
     if len(names) == 1 and ";" in names[0]:

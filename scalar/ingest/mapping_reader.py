@@ -17,6 +17,7 @@ from jsonschema import Draft202012Validator
 from scalar.data.description import Description, check_description, check_finite, check_schema
 from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.plain_yaml import load_yaml_lines
+from scalar.data.io.regular_file import path_inside
 from scalar.data.located_table import did_you_mean, shorten
 from scalar.data.sensor_formats import MeasuredTable
 from scalar.data.strict_schema import strict_validator
@@ -85,7 +86,7 @@ def _description(given: Description, path: Path, robot: Mapping[str, Any] | None
     lines = {key[1:]: line for key, line in given.lines.items() if key[:1] == ("dataset",)}
     file = path.name
     if isinstance(inner, str):
-        inline, other = False, path.parent / inner
+        inline, other = False, path_inside(path.parent, inner, path.name, "dataset")
         if units:
             given.fault(("dataset_units",), f"{inner} is in metres and radians already; remove this key")
         inner, lines = load_yaml_lines(other)

@@ -229,7 +229,10 @@ def _read_joints(folder: Path) -> Any:
 
 
 def _make_dh(folder: Path) -> None:
-    rows = ["joint,a,alpha,d,theta,lower,upper", *(f"{k},0.1,{k % 2},0.2,0.0,-2.5,2.5" for k in range(1, 7))]
+    rows = [
+        "a_m,alpha_rad,d_m,theta_rad,lower_rad,upper_rad",
+        *(f"0.1,{k % 2},0.2,0.0,-2.5,2.5" for k in range(1, 7)),
+    ]
     (folder / "dh.csv").write_text("\n".join(rows) + "\n")
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -94,6 +95,8 @@ def disturbed(running: subprocess.Popen[bytes], slurm: Cluster) -> list[str]:
 
 def main() -> int:
     """Return the exit status."""
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, lambda *_: sys.exit(1))  # so that no daemon outlives this process
     folder = Path(tempfile.mkdtemp(prefix="slurm-", dir="/tmp"))  # sockets need short paths
     try:
         alone, spread, root = (folder / name for name in ("alone", "spread", "cluster"))

@@ -35,6 +35,28 @@ def read_regular_file(path: Path, most: int, file: str | None = None) -> bytes:
     return _read(path, most, file, content=True)
 
 
+def path_inside(folder: Path, name: str, file: str, key: str) -> Path:
+    """Return the path of a file that a file of a folder names, and refuse one that leads out of the folder, by its parts or by a link.
+
+    Args:
+        folder: In which both lie.
+        name: As the file has it, relative to the folder.
+        file: The file that names it, in messages.
+        key: Where it does.
+
+    Raises:
+        InvalidInput: The path leads elsewhere, or is none.
+    """
+    try:
+        path = folder / name
+        if path.resolve().is_relative_to(folder.resolve()):
+            return path
+    except (OSError, RuntimeError, ValueError):  # too long a name, a circle of links, a null character
+        pass
+    message = "leads out of the folder of this file; copy the file that it names beside it, and write its name alone"
+    raise InvalidInput(Fault(file, message, column=key))
+
+
 def _read(path: Path, most: int, file: str | None, *, content: bool) -> bytes:
     file = file or path.name or str(path)
     try:

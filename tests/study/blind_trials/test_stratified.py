@@ -50,6 +50,17 @@ def test_a_longer_design_begins_with_a_shorter_one(design):
     assert len({trial.seed for trial in design.trials(200)}) == 200
 
 
+@pytest.mark.parametrize("name", ["../design.yaml", "/etc/hostname", "link.yaml", "a\0b"])
+def test_a_design_extends_files_of_its_own_folder_alone(name, tmp_path):
+    """A path upwards, an absolute one and a link that leads out are refused by the key; nothing of the file is read."""
+    (tmp_path / "design.yaml").write_text(CONFIG.read_text("utf-8"), "utf-8")
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in/link.yaml").symlink_to(tmp_path / "design.yaml")
+    (tmp_path / "in/mine.yaml").write_text(yaml.safe_dump({"extends": name, "sets": 10}), "utf-8")
+    with pytest.raises(InvalidInput, match="extends: leads out of the folder"):
+        load_design(tmp_path / "in/mine.yaml")
+
+
 def test_jobs_hold_every_set_once(design):
     """However many a job takes."""
     small = Design(design.content | {"sets": 23, "sets_per_job": 10})

@@ -18,6 +18,7 @@ import jsonschema
 import numpy as np
 
 from scalar.data.io.plain_yaml import load_yaml
+from scalar.data.io.regular_file import path_inside
 from scalar.errors import Fault, InvalidInput
 
 SCHEMA = Path(__file__).parent / "schemas/stratified.schema.json"
@@ -174,8 +175,10 @@ def load_design(path: str | Path) -> Design:
         InvalidInput: With every fault found.
     """
     content, file = load_yaml(Path(path)), Path(path).name
-    if isinstance(content.get("extends"), str):
-        base = load_yaml(Path(path).parent / content["extends"])
+    if isinstance(content, dict) and isinstance(content.get("extends"), str):
+        base = load_yaml(path_inside(Path(path).parent, content["extends"], file, "extends"))
+        if not isinstance(base, dict):
+            raise InvalidInput(Fault(file, "names a file that holds no design; correct it", column="extends"))
         content = base | {key: value for key, value in content.items() if key != "extends"}
     validator = jsonschema.Draft202012Validator(json.loads(SCHEMA.read_text(encoding="utf-8")))
     faults = [

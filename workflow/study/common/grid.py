@@ -22,12 +22,15 @@ from typing import Any
 import jsonschema
 
 from scalar.data.io.plain_yaml import resolve
+from scalar.data.io.regular_file import read_regular_file
 from scalar.data.located_table import did_you_mean
 from scalar.data.schema_words import in_our_words
 from scalar.errors import Fault, InvalidInput
 
 CASE = "case"
 SCENE = "scene"
+MAX_BYTES = 100_000_000
+"""Length of a grid [bytes]: a million cases."""
 CASE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 
 
@@ -54,17 +57,21 @@ def read_grid(path: str | Path) -> tuple[Case, ...]:
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidInput([Fault(str(path), f"cannot be read: {error}")]) from None
+        text = read_regular_file(path, MAX_BYTES, str(path)).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InvalidInput([Fault(str(path), f"cannot be read: {error}; save it as UTF-8 text")]) from None
     reader = csv.DictReader(text.splitlines())
-    columns = list(reader.fieldnames or ())
-    faults = _column_faults(path.name, columns)
-    if faults:
-        raise InvalidInput(faults)
     cases: list[Case] = []
-    for row in reader:
-        cases.append(_case(path.name, reader.line_num, row, cases, faults))
+    names: set[str] = set()
+    try:
+        faults = _column_faults(path.name, list(reader.fieldnames or ()))
+        if faults:
+            raise InvalidInput(faults)
+        for row in reader:
+            cases.append(_case(path.name, reader.line_num, row, names, faults))
+    except csv.Error as error:
+        message = f"not a table ({error}); save it as CSV text"
+        raise InvalidInput([Fault(path.name, message, reader.line_num)]) from None
     if not cases:
         faults.append(Fault(path.name, "holds no case; write a row below the header"))
     if faults:
@@ -123,8 +130,8 @@ def _column_faults(file: str, columns: list[str]) -> list[Fault]:
     return faults
 
 
-def _case(file: str, line: int, row: Mapping[str, Any], before: list[Case], faults: list[Fault]) -> Case:
-    """Return the case of a row; add what is wrong with it to `faults`."""
+def _case(file: str, line: int, row: Mapping[str, Any], names: set[str], faults: list[Fault]) -> Case:
+    """Return the case of a row; add its name to `names`, and what is wrong with it to `faults`."""
     if None in row or None in row.values():
         faults.append(Fault(file, "has more or fewer cells than the header", line))
     name = (row.get(CASE) or "").strip()
@@ -132,8 +139,9 @@ def _case(file: str, line: int, row: Mapping[str, Any], before: list[Case], faul
         faults.append(
             Fault(file, f"{name!r} is no name for a case: letters, digits, '_', '.' and '-'", line, CASE)
         )
-    if name in [case.name for case in before]:
+    if name in names:
         faults.append(Fault(file, f"{name!r} is the name of another row too", line, CASE))
+    names.add(name)
     overrides: dict[str, Any] = {}
     for column, cell in row.items():
         if column in (CASE, SCENE, None) or not isinstance(cell, str) or not cell.strip():
