@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -42,6 +42,7 @@ class FittedState:
         residuals: Whitened at the optimum.
         settings: Thresholds.
         rows: The dataset reduced to rows, for refits.
+        held_out: Held-out errors that are known already, ``{id of a whitening: (the whitening, errors)}`` (``hold_out.held_out_errors``).
     """
 
     dataset: Dataset
@@ -51,6 +52,7 @@ class FittedState:
     residuals: Residuals
     settings: Settings
     rows: MeasuredRows
+    held_out: dict[int, tuple[Array | None, Any]] = field(default_factory=dict, init=False, repr=False)
 
     def refitted(self, effects: Sequence[Effect], start: Model | None = None) -> FittedState:
         """Return the joint optimum with other effects, from where this state, or another model, stands."""

@@ -76,12 +76,19 @@ def first_times(q: Array, same_pose: float = DEFAULTS.hold_out.same_pose) -> Arr
 
 
 def held_out_errors(state: FittedState, whitening: Array | None = None) -> HeldOutErrors:
-    """Return the held-out errors of a state, every pose held out once.
+    """Return the held-out errors of a state, every pose held out once; computed once for each whitening.
 
     Args:
         state: Model and data at the joint optimum.
         whitening: ``(N, m, m)``, of a variance component of whole poses, if any. States that are compared need the same one.
     """
+    key = id(whitening)
+    if key not in state.held_out:
+        state.held_out[key] = whitening, _held_out_errors(state, whitening)
+    return state.held_out[key][1]
+
+
+def _held_out_errors(state: FittedState, whitening: Array | None) -> HeldOutErrors:
     residual, J = (whitened(whitening, rows) for rows in state.linearised())
     N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
     r_metric, J_metric = _in_metres(state)
