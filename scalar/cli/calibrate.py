@@ -12,6 +12,7 @@ import click
 from scalar.cli.corrected import corrected_description
 from scalar.cli.group import cli
 from scalar.cli.options import COMMANDED, EFFECTS_MODULE, OUTPUT, PATH, keep, listed, load_effects
+from scalar.cli.outputs import FORCE, json_of, page, refuse_foreign
 from scalar.cli.terminal import say
 from scalar.units import DEG, MM
 
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Write DIR/report.html too: the error over the workspace by the data sheet and as calibrated, and every parameter.",
 )
+@FORCE
 def calibrate(
     dataset: Path,
     output: Path,
@@ -54,6 +56,7 @@ def calibrate(
     effects_from: Path | None,
     hold: str | None,
     with_report: bool,
+    force: bool,
 ) -> None:
     """Calibrate robot, sensor and target together.
 
@@ -74,6 +77,9 @@ def calibrate(
     from scalar.estimation.transfer import carried
     from scalar.report.output import write_calibration
 
+    files = [(output / "calibration.json", json_of("calibration"))]
+    files += [(output / "report.html", page)] if with_report else []
+    refuse_foreign(files, force)
     keep(output)
     load_effects(effects_modules)
     data = read_dataset(dataset)

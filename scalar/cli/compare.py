@@ -10,6 +10,7 @@ import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, load_effects
+from scalar.cli.outputs import FORCE, json_of, refuse_foreign
 from scalar.cli.terminal import say
 from scalar.units import DEG, MM
 
@@ -33,8 +34,11 @@ _MISFIT = 1e-3  # probability by chance below which a fit is said not to explain
     show_default=True,
     help="Probability that a change is named where nothing changed, over all parameters together.",
 )
+@FORCE
 @EFFECTS_MODULE
-def compare(a: Path, b: Path, output: Path | None, alpha: float, effects_modules: Sequence[Path]) -> None:
+def compare(
+    a: Path, b: Path, output: Path | None, alpha: float, force: bool, effects_modules: Sequence[Path]
+) -> None:
     """Say what changed in the arm between two calibrations.
 
     A and B are calibration.json (or after.json) of two campaigns with the same arm, the earlier one first: the yearly
@@ -52,6 +56,8 @@ def compare(a: Path, b: Path, output: Path | None, alpha: float, effects_modules
     from scalar.data.io.atomic import write_json
     from scalar.estimation.result import load_calibration
 
+    if output is not None:
+        refuse_foreign([(output, json_of("comparison"))], force, [a, b])
     load_effects(effects_modules)
     found = compare(load_calibration(a), load_calibration(b), alpha)
     say(f"A: {a}\nB: {b}")
@@ -74,14 +80,22 @@ def describe_comparison(comparison: Comparison) -> list[str]:
         one, other = comparison.campaign["names"]
         lines.append(f"note: A calls the arm '{one}' and B '{other}'; the nominal geometry is the same")
     n = len(comparison.changes)
+    # A model that lacks something is fitted a little differently to other poses: that is a difference, and no change of the arm.
+    lacking = any(p < _MISFIT for _, p in comparison.misfits)
+    what = "the calibrations differ" if lacking else "the arm changed"
     if n:
-        lines.append(f"the arm changed: {n} change{'s' if n > 1 else ''} beyond chance")
-    elif comparison.changed:
         lines.append(
-            "the arm changed: the calibrations differ beyond chance, but no single parameter explains it"
+            f"{what}: {n} {'difference' if lacking else 'change'}{'s' if n > 1 else ''} beyond chance"
         )
+    elif comparison.changed:
+        lines.append(f"{what} beyond chance, but no single parameter explains it")
     else:
         lines.append("no change of the arm beyond chance")
+    if lacking and comparison.changed:
+        lines.append(
+            "  this shows no change of the arm yet: a model that lacks something comes out differently where other poses were measured. "
+            "Compare calibrations that hold what it lacks, the second with --effects-from the first, or measure the same poses in both campaigns"
+        )
     for change, moved in zip(comparison.changes, comparison.moved, strict=True):
         lines += _said(comparison, change)
         lines.append(

@@ -10,6 +10,7 @@ import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, advice_on_units, load_effects
+from scalar.cli.outputs import FORCE, refuse_foreign, table_with
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
 from scalar.units import DEG, MM
@@ -38,6 +39,7 @@ _REMEDY = "; move the pose, or leave it out with --leave-out"
 @click.option(
     "--leave-out", is_flag=True, help="Leave out poses that the arm cannot take, instead of refusing."
 )
+@FORCE
 @EFFECTS_MODULE
 def correct(
     calibration: Path,
@@ -45,6 +47,7 @@ def correct(
     output: Path,
     units: str | None,
     leave_out: bool,
+    force: bool,
     effects_modules: Sequence[Path],
 ) -> None:
     """Correct joint angles so that the real arm stands where it is wanted.
@@ -78,6 +81,7 @@ def correct(
     from scalar.estimation.result import load_calibration
 
     in_units = units_named(units)
+    refuse_foreign([(output, table_with("pose", "q1", "near_singular"))], force, [calibration, targets])
     load_effects(effects_modules)
     model = load_calibration(calibration).model
     robot = model.robot

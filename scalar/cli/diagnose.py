@@ -12,6 +12,7 @@ import click
 from scalar.cli.corrected import corrected_description
 from scalar.cli.group import cli
 from scalar.cli.options import COMMANDED, EFFECTS_MODULE, OUTPUT, PATH, keep, load_effects
+from scalar.cli.outputs import FORCE, json_of, page, refuse_foreign
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
 
@@ -40,6 +41,7 @@ _PLAIN = str.maketrans(
     help="Diagnose once instead of six times: findings are not confirmed, and errors on unseen poses stay unknown.",
 )
 @COMMANDED
+@FORCE
 @EFFECTS_MODULE
 @click.pass_context
 def diagnose(
@@ -49,6 +51,7 @@ def diagnose(
     batch: bool,
     quick: bool,
     commanded: bool,
+    force: bool,
     effects_modules: Sequence[Path],
 ) -> None:
     """Find what the model lacks.
@@ -87,6 +90,9 @@ def diagnose(
 
         ctx.exit(diagnose_fleet(datasets, output, folds, effects_modules))
     (dataset,) = datasets
+    calibrations = [(output / name, json_of("calibration")) for name in ("before.json", "after.json")]
+    others = [(output / "diagnosis.json", json_of("diagnosis")), (output / "report.html", page)]
+    refuse_foreign([*calibrations, *others], force)
     data = read_dataset(dataset)
     data = data.commanded() if commanded else data
     with corrected_description(dataset, output), stages_and_runs() as (advance, on_fold):

@@ -9,6 +9,7 @@ import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, keep
+from scalar.cli.outputs import FORCE, json_of, refuse_foreign
 from scalar.cli.terminal import say
 
 if TYPE_CHECKING:
@@ -19,7 +20,8 @@ if TYPE_CHECKING:
 @click.argument("calibration", type=PATH)
 @click.argument("truth", type=PATH)
 @OUTPUT
-def evaluate(calibration: Path, truth: Path, output: Path) -> None:
+@FORCE
+def evaluate(calibration: Path, truth: Path, output: Path, force: bool) -> None:
     """Compare a calibration with a simulated truth.
 
     The errors are taken over the poses of the truth. Writes DIR/evaluation.json and prints a summary.
@@ -33,6 +35,7 @@ def evaluate(calibration: Path, truth: Path, output: Path) -> None:
     from scalar.evaluate import evaluate
     from scalar.evaluate.truth import read_truth
 
+    refuse_foreign([(output / "evaluation.json", json_of("evaluation"))], force)
     keep(output)
     model = load_calibration(calibration)
     robot = model.model.robot

@@ -10,6 +10,7 @@ import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, load_effects
+from scalar.cli.outputs import FORCE, refuse_foreign, text_with
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
 from scalar.units import MM
@@ -23,6 +24,13 @@ _FORMS = {
     ".csv": "a DH table",
     ".md": "DH tables for people",
 }
+_WRITES = {
+    ".urdf": "Joint origins by scalar",
+    ".yaml": "# Written by `scalar export`",
+    ".csv": "joint,",
+    ".md": "with Hayati's beta",
+}
+"""What the beginning of a file says that this command wrote."""
 
 
 @cli.command()
@@ -40,6 +48,7 @@ _FORMS = {
     multiple=True,
     help="What an effect needs, as in temperature=35; may be given again.",
 )
+@FORCE
 @EFFECTS_MODULE
 def export(
     calibration: Path,
@@ -50,6 +59,7 @@ def export(
     sensor_link: str | None,
     ur_hash: str | None,
     at: Sequence[str],
+    force: bool,
     effects_modules: Sequence[Path],
 ) -> None:
     """Write a calibration for other software.
@@ -87,6 +97,7 @@ def export(
     if form != ".urdf" and (urdf or base or tip or sensor_link):
         message = "--urdf, --base, --tip and --sensor-link are for a .urdf; leave them out, or write a .urdf"
         raise InvalidInput(Fault(str(output), message))
+    refuse_foreign([(output, text_with(_WRITES[form]))], force, [calibration, *([urdf] if urdf else [])])
     load_effects(effects_modules)
     model = load_calibration(calibration)
     rigid = rigid_part(model.model, _columns(at))
@@ -95,10 +106,6 @@ def export(
         from scalar.export.urdf import SENSOR_LINK, put_calibration, text_of
         from scalar.ingest.urdf import read_urdf
 
-        if output.exists() and output.samefile(urdf):
-            raise InvalidInput(
-                Fault(str(output), "is the description that is read; give another name for the output")
-            )
         document = read_urdf(urdf)
         put_calibration(document, base, tip, nominal, rigid, sensor_link or SENSOR_LINK)
         content = text_of(document, calibration.name)

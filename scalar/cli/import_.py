@@ -9,6 +9,7 @@ import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import PATH
+from scalar.cli.outputs import FORCE
 from scalar.cli.terminal import say
 from scalar.cli.validate import describe_content
 from scalar.errors import Fault, InvalidInput
@@ -25,6 +26,7 @@ from scalar.errors import Fault, InvalidInput
 @click.option(
     "--tip", metavar="LINK", help="With --urdf: the link that is the flange; left out: the only end."
 )
+@FORCE
 def import_(
     mapping: Path,
     sources: Sequence[Path],
@@ -32,6 +34,7 @@ def import_(
     urdf: Path | None,
     base: str | None,
     tip: str | None,
+    force: bool,
 ) -> None:
     """Import foreign tables into a dataset.
 
@@ -55,6 +58,6 @@ def import_(
     elif base is not None or tip is not None:
         message = "name links of a URDF; give --urdf FILE too, or leave them out"
         raise InvalidInput(Fault("--base, --tip", message))
-    import_dataset(mapping, sources, output, robot)
+    import_dataset(mapping, sources, output, robot, force=force)
     say(describe_content(read_folder(output)))
     say(f"written: {output}")

@@ -9,6 +9,7 @@ import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import PATH, listed
+from scalar.cli.outputs import FORCE
 from scalar.cli.terminal import say
 from scalar.cli.validate import describe_content
 from scalar.errors import Fault, InvalidInput
@@ -61,6 +62,7 @@ if TYPE_CHECKING:
     help="Time that the arm then stands at least [s].",
 )
 @click.option("--accept-losses", is_flag=True, help="Write the dataset although most stops become no pose.")
+@FORCE
 def import_bag(
     workcell: Path,
     bag: Path,
@@ -72,6 +74,7 @@ def import_bag(
     settled: float,
     least: float,
     accept_losses: bool,
+    force: bool,
 ) -> None:
     """Import a ROS bag into a dataset.
 
@@ -94,16 +97,18 @@ def import_bag(
             raise InvalidInput(
                 Fault(name, f"{value:g} is not greater than 0; write a time or an angle, or leave it out")
             )
+    from scalar.data.dataset_writer import refuse_dataset
     from scalar.data.folder import read_folder
     from scalar.ingest.bag.messages import read_bag
     from scalar.ingest.bag.to_dataset import BagSettings, dataset_of, load_workcell
 
+    refuse_dataset(output, force)
     content = load_workcell(workcell)
     recording = read_bag(bag, joint_topic, scan_topic)
     cut = dataset_of(
         recording,
         content,
-        BagSettings(tuple(listed(joint_names)), still, settled, least, accept_losses),
+        BagSettings(tuple(listed(joint_names)), still, settled, least, accept_losses, force),
         output,
     )
     say(f"  joints q1..qn: {', '.join(cut.joint_names)}")

@@ -12,6 +12,7 @@ import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, keep
+from scalar.cli.outputs import FORCE, json_of, refuse_foreign
 from scalar.cli.plan_source import declared
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
@@ -58,6 +59,7 @@ _TOUCHING_SHOWN = 6
               help="How many poses to choose from.")  # fmt: skip
 @click.option("--no-collisions", is_flag=True, help="Do not test for collisions, which needs pybullet.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the candidates.")
+@FORCE
 def plan(
     robot: str,
     output: Path,
@@ -74,6 +76,7 @@ def plan(
     candidates: int,
     no_collisions: bool,
     seed: int,
+    force: bool,
 ) -> None:
     """Plan which poses to measure.
 
@@ -103,6 +106,7 @@ def plan(
     from scalar.planning.candidates import draw_candidates
     from scalar.planning.workcell import View, Workcell
 
+    _refuse_foreign(output, force)
     keep(output)
     arm, sensor, planes, dataset = declared(robot, noise, needs_data=after is not None)
     view = View(*_range(limits), fan * DEG, incidence * DEG)
@@ -130,6 +134,15 @@ def plan(
     if no_collisions:
         say("  not tested for collisions: check every pose and move before you run them")
     say(f"written: {output / 'poses.csv'}, plan.json, plan.png")
+
+
+def _refuse_foreign(folder: Path, force: bool) -> None:
+    """Refuse a folder whose poses.csv is no earlier plan, as that of a dataset is."""
+    said = folder / "plan.json"
+    ours = json_of("plan")
+    earlier = said.is_file() and ours(said.read_text(encoding="utf-8", errors="replace"))
+    plain = [(folder / name, lambda _: earlier) for name in ("poses.csv", "plan.png")]
+    refuse_foreign([(said, ours), *plain], force)
 
 
 def _planned(

@@ -9,6 +9,7 @@ import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, advice_on_units, load_effects
+from scalar.cli.outputs import FORCE, refuse_foreign, table_with
 from scalar.cli.terminal import say
 
 
@@ -28,6 +29,7 @@ from scalar.cli.terminal import say
     help="The frame of this target, where several were measured on one flange; else that of the first.",
 )
 @UNITS
+@FORCE
 @EFFECTS_MODULE
 def predict(
     calibration: Path,
@@ -36,6 +38,7 @@ def predict(
     with_std: bool,
     target: str | None,
     units: str | None,
+    force: bool,
     effects_modules: Sequence[Path],
 ) -> None:
     """Predict the sensor's frame for joint angles.
@@ -61,6 +64,7 @@ def predict(
     from scalar.estimation.result import load_calibration
 
     in_units = units_named(units)
+    refuse_foreign([(output, table_with("pose", "x", "rz"))], force, [calibration, joints])
     load_effects(effects_modules)
     model = load_calibration(calibration)
     robot = model.model.robot

@@ -8,6 +8,7 @@ import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, keep
+from scalar.cli.outputs import FORCE
 from scalar.cli.simulator import simulator
 from scalar.cli.terminal import say
 
@@ -16,7 +17,8 @@ from scalar.cli.terminal import say
 @click.argument("config", type=PATH)
 @OUTPUT
 @click.option("--seed", type=click.IntRange(min=0), help="Instead of the seed in CONFIG.")
-def simulate(config: Path, output: Path, seed: int | None) -> None:
+@FORCE
+def simulate(config: Path, output: Path, seed: int | None, force: bool) -> None:
     """Simulate a dataset with pybullet.
 
     CONFIG describes the scene. Writes the dataset to DIR/dataset and its truth to DIR/truth.
@@ -36,7 +38,7 @@ def simulate(config: Path, output: Path, seed: int | None) -> None:
         content["seed"] = seed
     with progress("placing the scanner") as advance:
         scene = simulation.simulate(content, base_dir=config.parent, progress=advance)
-    simulation.write_scene(scene, output)
+    simulation.write_scene(scene, output, force=force)
     say(
         f"{output / 'dataset'}: {len(scene.poses)} poses, {len(scene.scans)} points; truth in {output / 'truth'}"
     )

@@ -127,15 +127,16 @@ class Dataset:
         # Not the rotation vectors that dataset.yaml would hold: they keep the last digit of a transform only nearly.
         return replace(_build(content), robot=robot, sensor=sensor, planes=tuple(map(unit_plane, planes)))
 
-    def write(self, path: str | os.PathLike[str], *, table_format: str = "csv") -> None:
+    def write(self, path: str | os.PathLike[str], *, table_format: str = "csv", force: bool = False) -> None:
         """Write the dataset as a folder, which appears whole or not at all.
 
         Args:
-            path: of the folder; replaced if it is a dataset already and holds nothing else.
+            path: of the folder; replaced if it is a dataset that SCALAR wrote and nobody changed since.
             table_format: ``csv`` or ``parquet``, for the points.
+            force: whether any other dataset is replaced as well.
 
         Raises:
-            InvalidInput: the folder cannot be written, or holds something else than a dataset.
+            InvalidInput: the folder cannot be written, or holds something else.
         """
         import pandas as pd
 
@@ -151,7 +152,9 @@ class Dataset:
                     table[name] = values
             tables[layout.stem] = table
         mapping = description(self.name, self.source, self.robot, self.sensor, self.planes)
-        write_dataset(path, mapping=mapping, poses=self.poses, table_format=table_format, **tables)
+        write_dataset(
+            path, mapping=mapping, poses=self.poses, table_format=table_format, force=force, **tables
+        )
 
     @property
     def n_poses(self) -> int:

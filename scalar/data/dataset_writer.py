@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,12 +11,15 @@ import numpy as np
 
 from scalar.data.description import DESCRIPTION
 from scalar.data.folder import POSES, known_files
-from scalar.data.io.atomic import atomic_directory
+from scalar.data.io.atomic import atomic_directory, check_replaceable
 from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.errors import InvalidInput
 
 if TYPE_CHECKING:
     import pandas as pd
+
+_MARK = "# Written by SCALAR, and replaced by it while unchanged: "
+_REMEDY = "not a dataset as SCALAR wrote it; give another place, remove it, or, if it is a dataset, say --force to replace it"
 
 
 def write_dataset(
@@ -24,29 +28,43 @@ def write_dataset(
     mapping: dict[str, Any],
     poses: pd.DataFrame,
     table_format: str = "csv",
+    force: bool = False,
     **measured: pd.DataFrame | None,
 ) -> None:
     """Write a dataset folder, which appears whole or not at all; numbers read back exactly as they were.
 
     Args:
-        dataset_dir: replaced if it is a dataset already and holds nothing else.
+        dataset_dir: replaced if it is a dataset that this function wrote and nobody has changed since.
         mapping: the content of dataset.yaml.
         poses: the rows of poses.csv.
         table_format: ``csv`` or ``parquet``, for the measurements.
+        force: whether any other dataset is replaced as well.
         measured: the rows of the measurements, by the name of their file, as in ``scans=`` or ``points=``.
 
     Raises:
-        InvalidInput: the folder cannot be written, or holds something else than a dataset.
+        InvalidInput: the folder cannot be written, or holds something else.
         ValueError: a number is not finite.
     """
     if table_format not in ("csv", "parquet"):
         raise ValueError(f"table_format is csv or parquet, not {table_format!r}")
-    with atomic_directory(dataset_dir, may_replace=_is_dataset) as folder:
+    own = _is_dataset if force else _is_unchanged
+    with atomic_directory(dataset_dir, may_replace=own, remedy=_REMEDY) as folder:
         dump_yaml(mapping, folder / DESCRIPTION)
         _write_table(poses, folder / POSES)
         for name, table in measured.items():
             if table is not None:
                 _write_table(table, folder / f"{name}.{table_format}")
+        with (folder / DESCRIPTION).open("a", encoding="utf-8", newline="\n") as file:
+            file.write(f"{_MARK}{_checksum(folder)}\n")
+
+
+def refuse_dataset(dataset_dir: str | os.PathLike[str], force: bool = False) -> None:
+    """Refuse a place that ``write_dataset`` would refuse, before anything is computed for it.
+
+    Raises:
+        InvalidInput: it holds something that may not be replaced.
+    """
+    check_replaceable(Path(dataset_dir), _is_dataset if force else _is_unchanged, _REMEDY)
 
 
 def _is_dataset(path: Path) -> bool:
@@ -58,6 +76,25 @@ def _is_dataset(path: Path) -> bool:
     except InvalidInput:
         return False
     return isinstance(mapping, dict) and str(mapping.get("format", "")).startswith("scalar-dataset/")
+
+
+def _is_unchanged(path: Path) -> bool:
+    """Return whether a folder is a dataset as ``write_dataset`` wrote it."""
+    if not _is_dataset(path):
+        return False
+    *_, last = (path / DESCRIPTION).read_text(encoding="utf-8").splitlines()
+    return last == f"{_MARK}{_checksum(path)}"
+
+
+def _checksum(folder: Path) -> str:
+    """Return the checksum of the files of a dataset, without the line of dataset.yaml that states it."""
+    digest = hashlib.sha256()
+    for path in sorted(folder.iterdir()):
+        content = path.read_bytes()
+        if path.name == DESCRIPTION:
+            content = content.partition(_MARK.encode())[0]
+        digest.update(path.name.encode() + b"\0" + hashlib.sha256(content).digest())
+    return digest.hexdigest()[:32]
 
 
 def _write_table(table: pd.DataFrame, path: Path) -> None:

@@ -143,7 +143,7 @@ class SensorSlip(SensorEffect):
     @property
     def in_controller(self) -> str:
         """Return what changes in the controller."""
-        return "Teach the tool frame of the sensor again when its mount is tight; the parameters of the arm stay as they are."
+        return "Teach the tool frame of the sensor again when its mount is tight: a slip changes no length or angle of the arm."
 
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the shift along the fitted motion in order of acquisition."""

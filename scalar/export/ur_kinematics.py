@@ -33,7 +33,10 @@ def ur_kinematics(nominal: Robot, rigid: RigidPart, checksum: str | None, file: 
         InvalidInput: The arm is no UR arm in the frames of its controller.
     """
     _check_form(nominal, file)
-    lines = ["kinematics:"]
+    lines = [
+        "# Written by `scalar export`: calibrated kinematics, not those that the controller states.",
+        "kinematics:",
+    ]
     for link, T in zip(LINKS, link_origins(rigid.robot), strict=True):
         lines.append(f"  {link}:")
         values = (*T[:3, 3], *rpy_from_rotation(T[:3, :3]))

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from scalar.data.dataset_writer import write_dataset
+from scalar.data.dataset_writer import refuse_dataset, write_dataset
 from scalar.data.located_table import check_cells
 from scalar.data.table_consistency import check_points, check_poses, points_layout, poses_layout
 from scalar.data.unit_suspicions import suspect_joint_angles, suspect_points
@@ -30,18 +30,22 @@ def import_dataset(
     sources: Sequence[str | os.PathLike[str]],
     dataset_dir: str | os.PathLike[str],
     robot: Mapping[str, Any] | None = None,
+    *,
+    force: bool = False,
 ) -> None:
     """Write a dataset folder from foreign tables; it appears whole or not at all.
 
     Args:
         mapping_path: the mapping file.
         sources: files, or folders that hold the files that the mapping names.
-        dataset_dir: the folder to write; replaced if it is a dataset already.
+        dataset_dir: the folder to write; replaced if it is a dataset that SCALAR wrote and nobody changed.
         robot: the ``robot:`` block of the dataset, where the mapping states none.
+        force: whether any other dataset is replaced as well.
 
     Raises:
         InvalidInput: mapping or tables are at fault; every fault that was found, by file, row and column.
     """
+    refuse_dataset(dataset_dir, force)
     mapping = load_mapping(Path(mapping_path), robot)
     paths = [Path(source) for source in sources]
     chosen = choose_files(mapping, paths, Path(mapping_path).name)
@@ -63,7 +67,7 @@ def import_dataset(
     _check(mapping, poses, points, faults)
     if faults:
         raise InvalidInput(faults)
-    _write(mapping, poses, points, dataset_dir)
+    _write(mapping, poses, points, dataset_dir, force)
 
 
 def _check(
@@ -93,6 +97,7 @@ def _write(
     poses: ImportedTable,
     points: ImportedTable | None,
     dataset_dir: str | os.PathLike[str],
+    force: bool,
 ) -> None:
     n = mapping.description.n_joints
     joints = [f"q{i + 1}" for i in range(n)]
@@ -105,7 +110,7 @@ def _write(
         names = ["pose", *mapping.measured_columns]
         measured[mapping.table.stem] = _frame(points, names, mapping.measured_columns)
     content = mapping.description.mapping
-    write_dataset(dataset_dir, mapping=content, poses=frame, **measured)
+    write_dataset(dataset_dir, mapping=content, poses=frame, force=force, **measured)
 
 
 def _frame(table: ImportedTable, names: Sequence[str], real: Collection[str]) -> pd.DataFrame:

@@ -31,8 +31,10 @@ _LIKEWISE = 6  # findings of a kind that are named with the most important one
 GEOMETRY = (
     "The lengths and angles that were found replace those of the data sheet, if the controller lets them be entered: 'scalar export after.json "
     "-o parameters.csv' writes them. If it does not, 'scalar correct after.json program.csv -o corrected.csv' writes corrected joint angles of a "
-    "program, for geometry and effects together."
+    "program"
 )
+"""What changes in the controller for the geometry; a full stop, or more on effects, follows."""
+
 
 UNKNOWN_CAUSE = (
     "Enter none of the lengths and angles that were found until the cause of the unmodelled structure is known, because they may carry a part of "
@@ -108,7 +110,9 @@ def _in_controller(diagnosis: Diagnosis) -> list[Item]:
     if diagnosis.verdict == UNATTRIBUTED:
         return [Item("In the controller", (UNKNOWN_CAUSE,))]
     asked = [finding.effect.in_controller for finding in by_importance(diagnosis.findings)]
-    return [Item("In the controller", (GEOMETRY, *dict.fromkeys(filter(None, asked))))]
+    # Without effects in after.json there are none to speak of.
+    end = ", effects included." if diagnosis.calibration_after.model.effects else "."
+    return [Item("In the controller", (GEOMETRY + end, *dict.fromkeys(filter(None, asked))))]
 
 
 def _unobservable(diagnosis: Diagnosis) -> list[str]:

@@ -129,8 +129,8 @@ def _row(entry: Entry, decimals: int) -> dict[str, Any]:
 
 
 def _fixed(value: float, decimals: int) -> str:
-    return f"{value + 0.0:.{decimals}f}".replace("-", "−")
+    return f"{round(value, decimals) + 0.0:.{decimals}f}".replace("-", "−")
 
 
 def _signed(value: float, decimals: int) -> str:
-    return f"{value + 0.0:+.{decimals}f}".replace("-", "−")
+    return f"{round(value, decimals) + 0.0:+.{decimals}f}".replace("-", "−")

@@ -3,22 +3,26 @@
 from pathlib import Path
 from typing import Any
 
-from scalar.data.dataset_writer import write_dataset
+from scalar.data.dataset_writer import refuse_dataset, write_dataset
 from scalar.data.io.atomic import atomic_directory, plain, write_json
 from scalar.data.io.run_id import RUN, run_of, source_with_run
 from scalar.simulation.scene import SimulatedScene
 
 
-def write_scene(scene: SimulatedScene, out_dir: Path, *, table_format: str = "csv") -> None:
+def write_scene(
+    scene: SimulatedScene, out_dir: Path, *, table_format: str = "csv", force: bool = False
+) -> None:
     """Write `out_dir/dataset` and `out_dir/truth`, each whole or not at all and naming its run; the truth first.
 
     Args:
         scene: to write. out_dir: made if missing. table_format: "csv" or "parquet", of the scans.
+        force: whether a dataset that was changed, or written by hand, is replaced.
 
     Raises:
         InvalidInput: something else is in the way.
     """
     out_dir = Path(out_dir)
+    refuse_dataset(out_dir / "dataset", force)
     truth: dict[str, Any] = plain(scene.truth)
     run = run_of(truth, plain(scene.dataset))
     with atomic_directory(out_dir / "truth", may_replace=_is_truth) as folder:
@@ -29,6 +33,7 @@ def write_scene(scene: SimulatedScene, out_dir: Path, *, table_format: str = "cs
         mapping={**scene.dataset, "source": source_with_run(scene.dataset["source"], run)},
         poses=scene.poses,
         scans=scene.scans,
+        force=force,
         table_format=table_format,  # pyright: ignore[reportArgumentType]
     )
 

@@ -63,6 +63,18 @@ def test_calibrations_whose_noise_nobody_stated_are_compared(folder):
     assert "joint 3, zero theta_3" in result.output
 
 
+def test_models_that_lack_something_show_no_change_of_the_arm(folder):
+    """Where the residual is many times the noise, a difference beyond chance is said to be one, not to be a change, with what would show one."""
+    for name in ("a.json", "b.json"):
+        content = json.loads((folder / name).read_text(encoding="utf-8"))
+        content["summary"] |= {"misfit": 28.0, "misfit_p_value": 0.0}
+        (folder / name).write_text(json.dumps(content), encoding="utf-8")
+    result = run("compare", folder / "a.json", folder / "b.json")
+    assert result.exit_code == 0, result.output
+    assert "the calibrations differ: 1 difference beyond chance" in result.output
+    assert "the arm changed" not in result.output and "--effects-from" in result.output
+
+
 def test_an_arm_that_stayed_is_said_to_have_stayed(folder):
     """The same file twice: exit 0, no change."""
     result = run("compare", folder / "a.json", folder / "a.json")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from scalar.geometry.robot import Robot
-from scalar.report.parameter_table import parameter_tables
+from scalar.report.parameter_table import _fixed, _signed, parameter_tables
 from tests.calibrated_arms import T_SENSOR, calibrated
 
 ROWS = [
@@ -16,6 +16,12 @@ ROWS = [
     {"a": -0.4, "alpha": 0.2, "d": 0.02, "theta": -1.0},
     {"a": 0.05, "alpha": -1.4, "d": 0.3, "theta": 0.5},
 ]
+
+
+def test_zero_has_no_sign() -> None:
+    """What rounds to nothing is 0.0000, from whichever side; a change of nothing is +0.0000."""
+    for value in (-1e-12, -0.0, 0.0, 1e-12):
+        assert _fixed(value, 4) == "0.0000" and _signed(value, 4) == "+0.0000"
 
 
 @pytest.mark.parametrize("convention", ["modified-dh", "standard-dh"])

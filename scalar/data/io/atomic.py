@@ -68,13 +68,16 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 @contextmanager
 def atomic_directory(
-    path: str | os.PathLike[str], may_replace: Callable[[Path], bool] = lambda _: False
+    path: str | os.PathLike[str],
+    may_replace: Callable[[Path], bool] = lambda _: False,
+    remedy: str = "not an output of this kind; remove it, or give another place",
 ) -> Iterator[Path]:
     """Yield an empty temporary folder beside `path`; rename it to `path` on success, remove it on failure.
 
     Args:
         path: the folder that is to appear. Missing parents are made.
         may_replace: asked about a folder that is already there and not empty; True lets it be replaced.
+        remedy: what is said of one that may not.
 
     Raises:
         InvalidInput: the place cannot be written, or holds something that may not be replaced.
@@ -82,9 +85,7 @@ def atomic_directory(
     path = Path(path)
     temporary = temporary_beside(path)
     sweep_once(path.parent)
-    if path.exists() and not (path.is_dir() and (not any(path.iterdir()) or may_replace(path))):
-        message = "already there, and not an output of this kind; remove it, or give another place"
-        raise InvalidInput(Fault(str(path), message))
+    check_replaceable(path, may_replace, remedy)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         temporary.mkdir()
@@ -101,6 +102,12 @@ def atomic_directory(
         if isinstance(error, OSError) and error.errno in _BROKEN:
             raise _cannot_write(path, error) from error
         raise
+
+
+def check_replaceable(path: Path, may_replace: Callable[[Path], bool], remedy: str) -> None:
+    """Refuse a place for a folder that is taken by something that may not be replaced; arguments as for ``atomic_directory``."""
+    if path.exists() and not (path.is_dir() and (not any(path.iterdir()) or may_replace(path))):
+        raise InvalidInput(Fault(str(path), f"already there, and {remedy}"))
 
 
 def _swap_in(new: Path, path: Path) -> None:

@@ -42,6 +42,7 @@ class BagSettings:
         settled: Time after a motion that is left out [s].
         least: Time that the arm then stands at least [s].
         accept_losses: Whether a dataset is written although most stops become no pose.
+        force: Whether a dataset at the output is replaced, whoever wrote it.
     """
 
     joint_names: tuple[str, ...]
@@ -49,6 +50,7 @@ class BagSettings:
     settled: float
     least: float
     accept_losses: bool = False
+    force: bool = False
 
 
 def load_workcell(path: Path) -> dict[str, Any]:
@@ -87,7 +89,7 @@ def dataset_of(
         recording: What was recorded.
         workcell: The content of dataset.yaml, as ``load_workcell`` has it.
         settings: How to cut.
-        target: The folder; replaced if it is a dataset already.
+        target: The folder; replaced if it is a dataset that SCALAR wrote and nobody changed.
 
     Raises:
         InvalidInput: The recorded joints are not those of the robot.
@@ -128,7 +130,7 @@ def dataset_of(
         said = f"{cut.sentence()}; --accept-losses writes the dataset all the same"
         raise Undetermined(_lines(said, better_reading(found, names)))
     poses, scans = _tables([pieces[i] for i in kept], [planes[k].name for k in index[kept]])
-    write_dataset(target, mapping=workcell, poses=poses, scans=scans)
+    write_dataset(target, mapping=workcell, poses=poses, scans=scans, force=settings.force)
     return cut
 
 
