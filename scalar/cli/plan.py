@@ -141,8 +141,13 @@ def _refuse_foreign(folder: Path, force: bool) -> None:
     said = folder / "plan.json"
     ours = json_of("plan")
     earlier = said.is_file() and ours(said.read_text(encoding="utf-8", errors="replace"))
-    plain = [(folder / name, lambda _: earlier) for name in ("poses.csv", "plan.png")]
-    refuse_foreign([(said, ours), *plain], force)
+
+    def beside_a_plan(_: str) -> bool:
+        return earlier
+
+    refuse_foreign(
+        [(said, ours), (folder / "poses.csv", beside_a_plan), (folder / "plan.png", beside_a_plan)], force
+    )
 
 
 def _planned(

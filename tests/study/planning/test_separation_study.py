@@ -46,13 +46,16 @@ def effect(name, joint):
     return SimpleNamespace(name=name, target={"joint": joint})
 
 
-def test_a_pair_is_distinguished_where_one_is_named_and_the_other_is_not_listed():
-    """Not where both are named, none is, the other is listed, or the diagnosis failed."""
+def test_a_pair_is_distinguished_where_neither_is_named_with_the_other_listed():
+    """One named alone, both found, or something else instead; not where nothing is found, the other is listed, or the diagnosis failed."""
     pair = SimpleNamespace(effect=effect("a", 1), rival=effect("b", 2))
     a, b = ({"name": e.name, "target": e.target, "confounded_with": []} for e in (pair.effect, pair.rival))
-    assert distinguished(pair, [a]) and distinguished(pair, [b])
+    other = {"name": "c", "target": {}, "confounded_with": [{"name": "b", "target": {"joint": 2}}]}
+    for effects in ([a], [b], [a, b], [other]):
+        assert distinguished(pair, effects)
     listed = a | {"confounded_with": [{"name": "b", "target": {"joint": 2}}]}
-    for effects in ([a, b], [], [listed], None):
+    reverse = b | {"confounded_with": [{"name": "a", "target": {"joint": 1}}]}
+    for effects in ([], [listed], [other, reverse], None):
         assert not distinguished(pair, effects)
     assert named_alone({"name": "a", "target": {"joint": 1}}, [a, b])
     assert not named_alone({"name": "a", "target": {"joint": 1}}, [listed])

@@ -50,7 +50,7 @@ SEPARATION_COLUMNS = {
     "separable_by_all": "whether the whole pool does",
     "separated": "whether the planned poses are expected to",
     "separated_at_random": "whether the random ones are",
-    "distinguished": "whether the diagnosis with the planned poses names one of the two and does not list the other",
+    "distinguished": "whether the diagnosis with the planned poses finds something and no longer confounds the two",
     "distinguished_at_random": "the same with the random ones",
     "right_then": "whether the injected effect is named with the planned poses, and nothing listed beside it is",
     "right_then_at_random": "the same with the random ones",
@@ -191,20 +191,21 @@ def first_of_each_plane(plane: Array, count: int) -> Array:
 
 
 def distinguished(pair: Pair, effects: Sequence[Entry] | None) -> bool:
-    """Return whether a diagnosis names one of a pair and does not list the other, as found or as confounded with it.
+    """Return whether a diagnosis finds something, and no longer names one of a pair with the other listed as confounded with it.
+
+    Where neither of the two acts, it may name neither.
 
     Args:
         pair: With a rival.
         effects: Entries of ``diagnosis.json``; None where the diagnosis failed.
     """
     assert pair.rival is not None
-    either = [pair.effect, pair.rival]
-    named = [any(_is(effect, entry) for entry in effects or ()) for effect in either]
-    listed = [
-        any(_is(effect, other) for entry in effects or () for other in entry["confounded_with"])
-        for effect in either
-    ]
-    return sum(named) == 1 and not listed[named.index(False)]
+
+    def confounds(entry: Entry, one: Effect, other: Effect) -> bool:
+        return _is(one, entry) and any(_is(other, listed) for listed in entry["confounded_with"])
+
+    both = (pair.effect, pair.rival), (pair.rival, pair.effect)
+    return bool(effects) and not any(confounds(entry, *way) for entry in effects for way in both)
 
 
 def named_alone(injected: Entry, effects: Sequence[Entry] | None) -> bool:
