@@ -73,6 +73,24 @@ def refuse_foreign(outputs: Sequence[tuple[Path, Own]], force: bool, inputs: Seq
         raise InvalidInput(faults)
 
 
+def refuse_foreign_plan(folder: Path, force: bool) -> None:
+    """Refuse a folder whose poses.csv is no earlier plan, as that of a dataset is.
+
+    Raises:
+        InvalidInput: With a line for each file that is in the way.
+    """
+    said = folder / "plan.json"
+    ours = json_of("plan")
+    earlier = said.is_file() and ours(_head(said))
+
+    def beside_a_plan(_: str) -> bool:
+        return earlier
+
+    refuse_foreign(
+        [(said, ours), (folder / "poses.csv", beside_a_plan), (folder / "plan.png", beside_a_plan)], force
+    )
+
+
 def _head(path: Path) -> str:
     with path.open("rb") as file:
         return file.read(_HEAD).decode("utf-8", "replace")

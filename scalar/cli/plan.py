@@ -12,7 +12,7 @@ import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, keep
-from scalar.cli.outputs import FORCE, json_of, refuse_foreign
+from scalar.cli.outputs import FORCE, refuse_foreign_plan
 from scalar.cli.plan_source import declared
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
@@ -106,7 +106,7 @@ def plan(
     from scalar.planning.candidates import draw_candidates
     from scalar.planning.workcell import View, Workcell
 
-    _refuse_foreign(output, force)
+    refuse_foreign_plan(output, force)
     keep(output)
     arm, sensor, planes, dataset = declared(robot, noise, needs_data=after is not None)
     view = View(*_range(limits), fan * DEG, incidence * DEG)
@@ -134,20 +134,6 @@ def plan(
     if no_collisions:
         say("  not tested for collisions: check every pose and move before you run them")
     say(f"written: {output / 'poses.csv'}, plan.json, plan.png")
-
-
-def _refuse_foreign(folder: Path, force: bool) -> None:
-    """Refuse a folder whose poses.csv is no earlier plan, as that of a dataset is."""
-    said = folder / "plan.json"
-    ours = json_of("plan")
-    earlier = said.is_file() and ours(said.read_text(encoding="utf-8", errors="replace"))
-
-    def beside_a_plan(_: str) -> bool:
-        return earlier
-
-    refuse_foreign(
-        [(said, ours), (folder / "poses.csv", beside_a_plan), (folder / "plan.png", beside_a_plan)], force
-    )
 
 
 def _planned(

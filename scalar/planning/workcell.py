@@ -201,6 +201,6 @@ def _dataset(
         poses.insert(1, "plane", names)
     for name, values in columns.items():
         poses[name] = values
-    return Dataset(
-        "plan", "", robot, sensor, planes, poses, np.empty((0, 2)), np.zeros(len(q) + 1, dtype=np.int64)
-    )
+    table = kind_named(sensor.kind).format.table
+    nothing = np.empty((0, 2 if table is None else len(table.units)))
+    return Dataset("plan", "", robot, sensor, planes, poses, nothing, np.zeros(len(q) + 1, dtype=np.int64))
