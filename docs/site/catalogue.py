@@ -40,6 +40,8 @@ def _injected(effect: str, **entry: Any) -> dict[str, Any]:
 
 CATALOGUE: dict[str, Shown] = {
     "joint_compliance": Shown("joint_compliance", _injected("joint_compliance")),
+    "torque_compliance": Shown("torque_compliance", _injected("torque_compliance")),
+    "payload_deflection": Shown("payload_deflection", _injected("payload_deflection", size=2.0e-5)),
     "base_compliance": Shown("base_compliance", _injected("base_compliance", size=1.0e-5)),
     "joint_harmonic": Shown(
         "joint_harmonic:4:2", _injected("joint_harmonic", target={"joint": 4, "order": 2}, size=3.0e-4)
@@ -59,6 +61,12 @@ CATALOGUE: dict[str, Shown] = {
         "axis_nonparallel:3", _injected("axis_nonparallel", target={"joint": 3}, size=2.0e-3)
     ),
     "thermal_drift": Shown("thermal_drift:temperature", _injected("thermal_drift", size=5.0e-4)),
+    "target_drift": Shown(
+        "target_drift:time",
+        _injected("target_drift", size=5.0e-4),
+        "A diagnosis looks for it where the target is a frame, as a tracker's; planes are looked at each by itself. Nests on the base "
+        "(`nests.csv`) show it directly.",
+    ),
     "sensor_slip": Shown(
         "sensor_slip:150", _injected("sensor_slip", target={"at": {"order": 150}}, size=1.0e-3)
     ),

@@ -170,6 +170,7 @@ def _readme(n: int, format: SensorFormat) -> str:
             "  " + ",".join(table.columns),
             "  " + ",".join(["0", *values]),
             *_further(table),
+            *_references(format.references),
             "Data in another form (degrees, millimetres, other columns): see `scalar import --help`.",
         ]
     lines += ["", "Then: scalar calibrate FOLDER -o OUT, and scalar diagnose FOLDER -o OUT."]
@@ -189,3 +190,13 @@ def _further(table: MeasuredTable) -> list[str]:
         else []
     )
     return [f"Optional columns: {', '.join(columns)}.", *several]
+
+
+def _references(table: MeasuredTable | None) -> list[str]:
+    """Return what README.txt says of points fixed to the base."""
+    if table is None:
+        return []
+    columns = ",".join(("pose", str(table.item), *table.units))
+    return [
+        f"Optional: {table.files[0]}, {columns}: points fixed to the robot's base, measured at the same poses. They show what moves besides the arm."
+    ]

@@ -23,10 +23,11 @@ from scalar.data.arrays import content_of_arrays
 from scalar.data.dataset_writer import write_dataset
 from scalar.data.declared import PlaneGuess, Sensor, description, optional_float, unit_plane
 from scalar.data.folder import Content, examine_folder, read_folder
-from scalar.data.formats import COMMANDED
+from scalar.data.formats import COMMANDED, TARGET_MOTION
 from scalar.data.located_table import Table
 from scalar.data.moves import move_columns, moves
 from scalar.data.poses import Poses
+from scalar.data.references import References
 from scalar.data.sensor_formats import SensorFormat, sensor_formats
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.robot import Robot
@@ -55,6 +56,7 @@ class Dataset:
         starts: ``(N + 1,)`` int64; pose row i owns ``points[starts[i]:starts[i + 1]]``.
         point_columns: the optional columns of that table by name, ``(P,)`` float64 each; ``target`` holds which of `targets`.
         targets: the names of the targets on the flange, in the order of the file; empty where the table names none.
+        references: points fixed to the base that were measured as well, or None.
     """
 
     name: str
@@ -67,6 +69,7 @@ class Dataset:
     starts: np.ndarray
     point_columns: Mapping[str, np.ndarray] = field(default_factory=dict[str, np.ndarray])
     targets: tuple[str, ...] = ()
+    references: References | None = None
 
     @classmethod
     def from_arrays(
@@ -80,6 +83,7 @@ class Dataset:
         plane: Sequence[str] | None = None,
         columns: Mapping[str, ArrayLike] | None = None,
         point_columns: Mapping[str, Any] | None = None,
+        nests: Mapping[str, ArrayLike] | None = None,
         pose_ids: ArrayLike | None = None,
         name: str = "arrays",
         source: str = "",
@@ -98,6 +102,7 @@ class Dataset:
                 [deg C], ``session``, ``approach`` as ``(N, n)`` of -1 and 1, and any covariate.
             point_columns: the optional columns of the points by name, ``(P,)`` each, in the order of the points: ``target``
                 (names; a pose may then have several points, ``(K, 3)``), ``noise`` [m], ``rx``, ``ry``, ``rz`` [rad], ``rotation_noise`` [rad].
+            nests: places of points fixed to the base at every pose, ``(N, 3)`` [m] by name; NaN where one was not measured.
             pose_ids: ``(N,)`` integers, which results use to name a pose; 1 to N if None.
             name: of the dataset.
             source: free text.
@@ -125,7 +130,9 @@ class Dataset:
         mapping = description(name, source, robot, sensor, planes)
         content = content_of_arrays(mapping, q, points, plane, pose_ids, columns or {}, point_columns or {})
         # Not the rotation vectors that dataset.yaml would hold: they keep the last digit of a transform only nearly.
-        return replace(_build(content), robot=robot, sensor=sensor, planes=tuple(map(unit_plane, planes)))
+        references = References.of_arrays(nests) if nests else None
+        declared = {"robot": robot, "sensor": sensor, "planes": tuple(map(unit_plane, planes))}
+        return replace(_build(content), **declared, references=references)
 
     def write(self, path: str | os.PathLike[str], *, table_format: str = "csv", force: bool = False) -> None:
         """Write the dataset as a folder, which appears whole or not at all.
@@ -151,6 +158,9 @@ class Dataset:
                 else:
                     table[name] = values
             tables[layout.stem] = table
+        layout = sensor_formats()[self.sensor.kind].references
+        if layout is not None and self.references is not None:
+            tables[layout.stem] = pd.DataFrame(self.references.columns(layout, self.pose_ids))
         mapping = description(self.name, self.source, self.robot, self.sensor, self.planes)
         write_dataset(
             path, mapping=mapping, poses=self.poses, table_format=table_format, force=force, **tables
@@ -203,7 +213,7 @@ class Dataset:
         """Return the names of the numeric columns that the format does not define, as in the file."""
         n = self.robot.n_joints
         known = {*KNOWN_POSE_COLUMNS, *(f"{stem}{i + 1}" for stem in ("q", "approach") for i in range(n))}
-        known |= {*move_columns(n)}
+        known |= {*move_columns(n), *TARGET_MOTION}
         columns: list[Any] = list(self.poses.columns)
         commanded = {f"{COMMANDED}{i + 1}" for i in range(n)}
         known |= commanded if commanded <= {*columns} else set()
@@ -245,6 +255,7 @@ class Dataset:
             points=self.points[taken],
             starts=starts,
             point_columns={name: values[taken] for name, values in self.point_columns.items()},
+            references=None if self.references is None else self.references.subset(rows, self.n_poses),
         )
 
 
@@ -293,6 +304,9 @@ def _build(content: Content) -> Dataset:
         starts=starts,
         point_columns=further,
         targets=targets,
+        references=None
+        if content.references is None or format.references is None
+        else References.of_table(content.references, format.references, _values(frame, "pose", np.int64)),
     )
 
 

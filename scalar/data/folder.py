@@ -5,13 +5,16 @@ from pathlib import Path
 from typing import Any
 
 from scalar.data.description import DESCRIPTION, Description, check_description
-from scalar.data.formats import refuse_files
+from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.csv_reader import read_csv
 from scalar.data.io.parquet_reader import read_parquet
 from scalar.data.io.plain_yaml import load_yaml_lines
 from scalar.data.located_table import Table, did_you_mean
+from scalar.data.references import check_references, references_layout
 from scalar.data.sensor_formats import MeasuredTable, sensor_formats
 from scalar.data.table_consistency import (
+    check_further,
+    check_items,
     check_points,
     check_poses,
     points_layout,
@@ -26,7 +29,8 @@ POSES = "poses.csv"
 
 def known_files() -> tuple[str, ...]:
     """Return the names of all files that a dataset may have, whatever its sensor."""
-    tables = [format.table for format in sensor_formats().values()]
+    formats = sensor_formats().values()
+    tables = [table for format in formats for table in (format.table, format.references)]
     return (DESCRIPTION, POSES, *(file for table in tables if table is not None for file in table.files))
 
 
@@ -38,11 +42,13 @@ class Content:
         mapping: the plain data of dataset.yaml, as its schema says.
         poses: the table of poses, rows as in the file.
         points: the table of the measurements; None for a sensor that has none.
+        references: the table of points fixed to the base; None where there is none.
     """
 
     mapping: dict[str, Any]
     poses: Table
     points: Table | None
+    references: Table | None = None
 
 
 def examine_folder(path: Path, faults: list[Fault]) -> Content | None:
@@ -71,17 +77,18 @@ def examine_folder(path: Path, faults: list[Fault]) -> Content | None:
         suspect_joint_angles(poses, description, faults)
     kind = description.kind
     if kind is not None:
-        faults += unknown_data_files(kind, names)
-    faults += refuse_files(description.get("format"), names)
+        second = description.get("format") == DATASET_FORMAT
+        faults += unknown_data_files(kind, names, second=second)
     table = None if description.format is None else description.format.table
     if kind is not None and table is not None:
         points = _read_points(path, description, table, names, faults)
         if points is not None:
             check_points(points, poses, table, faults)
             suspect_points(points, table, faults)
+    references = _read_references(path, description, poses, names, faults)
     if faults or poses is None:
         return None
-    return Content(description.mapping, poses, points)
+    return Content(description.mapping, poses, points, references)
 
 
 def read_folder(path: Path) -> Content:
@@ -125,6 +132,26 @@ def _missing(file: str, names: list[str]) -> Fault:
     others = [name for name in names if name not in known_files()]
     hint = did_you_mean(file, others).replace("did you mean", "is it").replace("? ", "? rename it; ")
     return Fault(file, f"the file is missing; {hint}a dataset needs {DESCRIPTION} and {POSES}")
+
+
+def _read_references(
+    path: Path, description: Description, poses: Table | None, names: list[str], faults: list[Fault]
+) -> Table | None:
+    """Return the table of points fixed to the base, None where version 2 has none of this sensor or there is none to use."""
+    layout = None if description.format is None else description.format.references
+    if layout is None or description.get("format") != DATASET_FORMAT:
+        return None
+    files = [name for name in layout.files if name in names]
+    if not files:
+        return None
+    read = read_parquet if files[0].endswith(".parquet") else read_csv
+    table = read(path / files[0], references_layout(layout), faults)
+    if table is not None:
+        check_items(table, str(layout.item), faults)
+        check_further(table, layout, faults)
+        check_references(table, poses, faults)
+        suspect_points(table, layout, faults)
+    return table
 
 
 def _read_points(

@@ -62,6 +62,7 @@ class SensorFormat:
         on_planes: Whether every pose measures one of the planes that dataset.yaml lists and poses.csv names.
         needs_nominal_pose: Whether ``sensor.nominal_pose`` has to be stated.
         table: The table of the measurements; None where the joint angles and the plane say it all.
+        references: The table of points fixed to the base that version 2 may have beside the measurements; None where there is none.
         options: Further keys under ``sensor`` in dataset.yaml, each with its JSON schema; a ``description`` there serves in messages.
     """
 
@@ -69,6 +70,7 @@ class SensorFormat:
     on_planes: bool
     needs_nominal_pose: bool
     table: MeasuredTable | None
+    references: MeasuredTable | None = None
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 

@@ -88,7 +88,7 @@ def _several_items(layout: MeasuredTable) -> str:
     return f", or name in a column '{layout.item}' which of several each row measures ({DATASET_FORMAT})"
 
 
-def _check_items(points: Table, item: str, faults: list[Fault]) -> None:
+def check_items(points: Table, item: str, faults: list[Fault]) -> None:
     """Add rows that measure the same thing at the same pose, and names that parameters cannot have."""
     if "pose" not in points.columns:
         return
@@ -113,7 +113,7 @@ def _check_items(points: Table, item: str, faults: list[Fault]) -> None:
     points.report(faults, item, repeated, message)
 
 
-def _check_further(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
+def check_further(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
     """Add optional columns that lack those they come with, and noises that are not positive."""
     for group in layout.together:
         there = [name for name in group if name in points.columns]
@@ -186,10 +186,10 @@ def check_points(points: Table, poses: Table | None, layout: MeasuredTable, faul
         faults.append(Fault(points.file, "there is no point; write a row a point"))
         return
     if layout.item is not None and layout.item in points.columns:
-        _check_items(points, layout.item, faults)
+        check_items(points, layout.item, faults)
     elif not layout.several_rows:
         _check_unique(points, "pose", faults, _several_items(layout))
-    _check_further(points, layout, faults)
+    check_further(points, layout, faults)
     if poses is None or "pose" not in poses.columns or "pose" not in points.columns:
         return
     known, ids = poses.columns["pose"], points.columns["pose"]
@@ -214,14 +214,22 @@ def check_points(points: Table, poses: Table | None, layout: MeasuredTable, faul
         poses.report(faults, "pose", missing, missing_message)
 
 
-def unknown_data_files(kind: str, names: Sequence[str]) -> list[Fault]:
-    """Return a fault for every data file that a sensor of this kind does not have."""
-    tables = {name: format.table for name, format in sensor_formats().items() if format.table is not None}
-    own = tables[kind].files if kind in tables else ()
+def unknown_data_files(kind: str, names: Sequence[str], *, second: bool = True) -> list[Fault]:
+    """Return a fault for every data file that a sensor of this kind does not have; ``second``: in version 2 of the format."""
+    files = {
+        name: {
+            file
+            for table in (format.table, format.references if second else None)
+            if table is not None
+            for file in table.files
+        }
+        for name, format in sensor_formats().items()
+    }
+    own = files.get(kind, set[str]())
     owners = {
-        file: " or ".join(k for k, table in tables.items() if file in table.files)
-        for table in tables.values()
-        for file in table.files
+        file: " or ".join(k for k, theirs in files.items() if file in theirs)
+        for theirs in files.values()
+        for file in theirs
         if file not in own
     }
     return [

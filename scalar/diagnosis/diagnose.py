@@ -26,6 +26,7 @@ from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.shipped_fit import shipped_fit
 from scalar.diagnosis.unmodelled_structure import evidence_without_a_name
 from scalar.effects import Effect
+from scalar.estimation.measured_effects import with_target_motion
 
 MAX_RANKING = 25
 
@@ -59,6 +60,7 @@ def diagnose(
         >>> diagnosis.verdict, [finding.effect.name for finding in diagnosis.findings]
         ('effect', ['joint_scale'])
     """
+    dataset = with_target_motion(dataset)
     run = explained(dataset, settings, progress)
     left, tried = FinalResiduals.of(run.after), run.tried
     found = _findings(run.before, run.after, tried, left)

@@ -24,7 +24,16 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-PRIOR_STD = {"rad": 3e-3, "m": 0.02, "rad/rad": 0.02, "m/m": 0.02, "1/m": 0.1, "1/K": 1e-3, "1": 1.0}
+PRIOR_STD = {
+    "rad": 3e-3,
+    "m": 0.02,
+    "rad/rad": 0.02,
+    "m/m": 0.02,
+    "1/m": 0.1,
+    "1/K": 1e-3,
+    "1": 1.0,
+    "rad/(N m)": 1e-4,
+}
 """Prior standard deviation of a coefficient by its unit: at least ten times the size in real arms and workcells. Unlisted units have no prior."""
 
 GRAVITY = "gravity"
@@ -166,6 +175,11 @@ class Effect(ABC):
             ValueError: The words name nothing of this dataset; the message says what they may be.
         """
         raise NotImplementedError
+
+    @classmethod
+    def measured(cls, dataset: Dataset) -> Effect | None:
+        """Return the effect as the dataset itself shows it, measured beside the poses, with its coefficients; None where nothing shows it."""
+        return None
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
         """Return flexible effects that might be mistaken for this one, besides those that are tried on every dataset."""

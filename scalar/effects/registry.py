@@ -25,6 +25,7 @@ from scalar.effects.joint_coupling import JointCoupling
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_ripple import JointRipple
 from scalar.effects.joint_scale import JointScale
+from scalar.effects.payload_deflection import PayloadDeflection
 from scalar.effects.plane_bow import PlaneBow
 from scalar.effects.plane_moved import PlaneMoved
 from scalar.effects.pose_lag import PoseLag
@@ -33,7 +34,9 @@ from scalar.effects.range_offset import RangeOffset
 from scalar.effects.range_scale import RangeScale
 from scalar.effects.sensor_map import SensorMap
 from scalar.effects.sensor_slip import SensorSlip
+from scalar.effects.target_drift import TargetDrift
 from scalar.effects.thermal_drift import ThermalDrift
+from scalar.effects.torque_compliance import TorqueCompliance
 from scalar.errors import Fault, InvalidInput
 
 GROUP = "scalar.effects"
@@ -41,6 +44,8 @@ OPTION = "--effects-module"
 
 OURS: tuple[type[Effect], ...] = (
     JointCompliance,
+    TorqueCompliance,
+    PayloadDeflection,
     BaseCompliance,
     JointHarmonic,
     JointRipple,
@@ -50,6 +55,7 @@ OURS: tuple[type[Effect], ...] = (
     PoseLag,
     AxisNonparallel,
     ThermalDrift,
+    TargetDrift,
     SensorSlip,
     RangeScale,
     RangeOffset,

@@ -90,7 +90,7 @@ class SensorSlip(SensorEffect):
     def changes(cls, dataset: Dataset) -> list[tuple[Effect, Array]]:
         """Return a slip at any pose."""
         return [
-            (cls(ALWAYS, turns=kind_of(dataset).observes_orientation), np.ones(dataset.n_poses, dtype=bool))
+            (cls(ALWAYS, turns=kind_of(dataset).shows_turns(dataset)), np.ones(dataset.n_poses, dtype=bool))
         ]
 
     def beginning(self, order: float, time: float | None) -> Self:
@@ -102,7 +102,7 @@ class SensorSlip(SensorEffect):
         """Return a slip from the order of acquisition that is named."""
         if not words:
             raise ValueError("say from which order on, as in sensor_slip:120")
-        return [cls(moment_named(words[0]), turns=kind_of(dataset).observes_orientation)]
+        return [cls(moment_named(words[0]), turns=kind_of(dataset).shows_turns(dataset))]
 
     @property
     def label(self) -> str:

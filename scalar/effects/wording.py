@@ -49,6 +49,7 @@ def coefficient(name: str, value: float, std: float | None) -> tuple[str, str, s
     """
     for ending, scale, unit in (
         ("_rad_per_rad", MRAD, "mrad/rad"),
+        ("_rad_per_Nm", MRAD, "mrad per N m"),
         ("_m_per_m", MM, "mm/m"),
         ("_per_m", MM, "mm/m²"),
         ("_rad", DEG, "°"),
@@ -67,6 +68,7 @@ def coefficient(name: str, value: float, std: float | None) -> tuple[str, str, s
 
 _RATIOS = {
     "rad/rad": (MRAD, "mrad per rad"),
+    "rad/(N m)": (MRAD, "mrad per N m"),
     "m/m": (MM, "mm per m"),
     "1/m": (MM, "mm/m²"),
     "1/K": (MM, "mm per m and kelvin"),

@@ -20,6 +20,7 @@ from scalar.errors import Fault, InvalidInput, NotConverged, Undetermined
 from scalar.estimation.conclude import conclude
 from scalar.estimation.gross_errors import clean
 from scalar.estimation.joint_fit import fit_all
+from scalar.estimation.measured_effects import measured_effects, with_target_motion
 from scalar.estimation.prepare import prepare
 from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, EstimationSettings
@@ -42,7 +43,7 @@ def calibrate(
     Args:
         dataset: What was measured.
         effects: To estimate, from where their coefficients stand.
-        fixed_effects: To apply as they are.
+        fixed_effects: To apply as they are. Effects that the dataset itself shows (references on the base) are fixed as well.
         fix: Further parameters to fix at their nominal values, by name.
         settings: Thresholds.
         explain: Whether a refusal says what would make the data fit: wrong signs, zeros, units, labels, or single poses. The search takes
@@ -58,6 +59,8 @@ def calibrate(
         >>> calibration.residual_rms < 1e-3  # m
         True
     """
+    dataset = with_target_motion(dataset)
+    fixed_effects = (*fixed_effects, *measured_effects(dataset, (*effects, *fixed_effects)))
     try:
         prepared = prepare(dataset, fix, settings, lean_on_priors=dataset.robot.tolerance is not None)
         found, residuals = fit_all(dataset, prepared, effects, fixed_effects, settings)

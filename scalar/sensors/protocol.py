@@ -117,6 +117,19 @@ class Measurement(ABC):
             Wrenches ``(N, m, 6)``, derivatives by the target's item ``(N, m, t)``, and which poses allow such a measurement ``(N,)`` bool.
         """
 
+    @classmethod
+    def target_motion(cls, dataset: Dataset) -> Any:
+        """Return the motion of the base against what measures it, as references on the base show it: screws ``(N, 6)`` [rad, m] in the base frame.
+
+        None where the kind measures no references, or the dataset has none: here always.
+        """
+        return None
+
+    @classmethod
+    def shows_turns(cls, dataset: Dataset) -> bool:
+        """Return whether a small turn of the sensor on the flange would show in a dataset: here as the kind observes orientation."""
+        return cls.observes_orientation
+
     # How the target is saved
 
     @classmethod

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scalar.data.sensor_formats import MeasuredTable, SensorFormat
-from scalar.geometry.se3 import Array, exp_so3
+from scalar.geometry.screws import change_frame
+from scalar.geometry.se3 import Array, exp_so3, inverse
 from scalar.sensors.pose_noise import NoiseComponent
 from scalar.sensors.protocol import Measurement
 from scalar.sensors.rows import Rows
@@ -23,6 +24,7 @@ from scalar.sensors.target import Target
 from scalar.sensors.tracker_frames import TargetOffsets, TrackerFrames
 from scalar.sensors.tracker_noise import TrackerNoise
 from scalar.sensors.tracker_rows import tracked_rows
+from scalar.sensors.tracker_start import Tracked
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -66,6 +68,16 @@ class Tracker(Measurement):
             together=(_TURN,),
             noises=("noise", "rotation_noise"),
             item="target",
+        ),
+        references=MeasuredTable(
+            "nests",
+            {"x": "m", "y": "m", "z": "m"},
+            True,
+            "row",
+            largest=200.0,
+            optional={"noise": "m"},
+            noises=("noise",),
+            item="nest",
         ),
         options={
             "rotation_noise": {
@@ -141,61 +153,10 @@ class Tracker(Measurement):
         return TrackerFrames(names, np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 6)), targets)
 
     def fitted_target(self, T_base_sensor: Array, target: Target) -> TrackerFrames:
-        """Return the rigid frames of least squares (Kabsch) and the targets' places, the sensor's poses given; in turn where there are several."""
+        """Return the rigid frames of least squares and the targets' places, the sensor's poses given."""
         assert isinstance(target, TrackerFrames)
-        frames = self._frames(T_base_sensor, target)
-        if len(self.names) == 1:
-            return frames
-        for _ in range(_ALTERNATIONS):
-            frames = self._frames(
-                T_base_sensor, replace(frames, targets=self._targets(T_base_sensor, frames))
-            )
-        return frames
-
-    def _frames(self, T_base_sensor: Array, target: TrackerFrames) -> TrackerFrames:
-        """Return the frames that fit best to the targets where they sit."""
-        rotations, coordinates = target.rotations, target.coordinates.copy()
-        places = self._places(T_base_sensor, target.targets)
-        for s in range(len(rotations)):
-            mine = self.seen & (self.target_index == s)[:, None] & np.isfinite(places).all(axis=2)
-            o, y = places[mine], self.positions[mine]
-            U, _, Vt = np.linalg.svd((y - y.mean(0)).T @ (o - o.mean(0)))
-            rotations[s] = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
-            coordinates[s] = np.r_[y.mean(0) - rotations[s] @ o.mean(0), 0.0, 0.0, 0.0]
-        return TrackerFrames(target.names, rotations, coordinates, target.targets)
-
-    def _targets(self, T_base_sensor: Array, target: TrackerFrames) -> TargetOffsets:
-        """Return the targets that fit best to the frames: means of where each is seen from the sensor."""
-        targets = target.targets
-        R_tracker_sensor = target.rotations[self.target_index] @ T_base_sensor[:, :3, :3]
-        at = np.einsum("nij,nj->ni", target.rotations[self.target_index], T_base_sensor[:, :3, 3])
-        at = at + target.coordinates[self.target_index, :3]
-        coordinates, references = targets.coordinates.copy(), targets.rotations
-        for k, name in enumerate(self.names):
-            i, seen = targets.index(name), self.seen[:, k]
-            if i is None or i == 0 or not seen.any():
-                continue
-            back = np.swapaxes(R_tracker_sensor[seen], 1, 2)
-            coordinates[i] = 0.0
-            coordinates[i, :3] = np.mean(
-                (back @ (self.positions[seen, k] - at[seen])[:, :, None])[..., 0], axis=0
-            )
-            if self.rotations is not None:
-                U, _, Vt = np.linalg.svd(np.mean(back @ self.rotations[seen, k], axis=0))
-                references[i] = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
-        return replace(targets, references=references, coordinates=coordinates)
-
-    def _places(self, T_base_sensor: Array, targets: TargetOffsets) -> Array:
-        """Return where the targets are in the base frame ``(N, K, 3)`` [m]; NaN for one that the model does not have."""
-        places = np.full(self.positions.shape, np.nan)
-        for k, name in enumerate(self.names):
-            i = targets.index(name)
-            if i == 0:
-                places[:, k] = T_base_sensor[:, :3, 3]
-            elif i is not None:
-                offset = targets.coordinates[i, :3]
-                places[:, k] = T_base_sensor[:, :3, :3] @ offset + T_base_sensor[:, :3, 3]
-        return places
+        tracked = Tracked(self.names, self.seen, self.positions, self.rotations, self.target_index)
+        return tracked.fitted(T_base_sensor, target)
 
     def _linear(
         self, T_base_sensor: Array, target: Target, index: Array, *, perfect: bool = False
@@ -286,6 +247,32 @@ class Tracker(Measurement):
     def shown_residual(self, residual: Array) -> Array:
         """Return the size of the shift of each pose's targets ``(N,)`` [m]."""
         return np.linalg.norm(residual[:, : 3 * len(self.names)], axis=1) * self.noise_of.of_poses
+
+    @classmethod
+    def target_motion(cls, dataset: Dataset) -> Array | None:
+        """Return the motion that nests show, in the base frame of the nominal arm: of a motion of a millimetre, an error of some micrometres."""
+        from scalar.sensors.seen_motion import seen_motion  # sparse algebra, slow to import
+
+        nests, T = dataset.references, dataset.sensor.T_flange_sensor
+        if nests is None or T is None or not len(nests.pose):
+            return None
+        measured = cls.of(dataset)
+        frames = measured.fitted_target(dataset.robot.flange(dataset.q) @ T, measured.initial_target(dataset))
+        found = np.zeros((dataset.n_poses, 6))
+        for s, T_tracker_base in enumerate(frames.transforms):
+            rows = np.flatnonzero(measured.target_index == s)
+            own = nests.subset(rows, dataset.n_poses)
+            if len(own.pose):
+                screws = seen_motion(own).screws
+                back = np.broadcast_to(inverse(T_tracker_base), (len(screws), 4, 4))
+                found[rows[: len(screws)]] = change_frame(back, screws[:, :, None])[:, :, 0]
+                found[rows[len(screws) :]] = found[rows[len(screws) - 1]]
+        return found
+
+    @classmethod
+    def shows_turns(cls, dataset: Dataset) -> bool:
+        """Return whether whole poses were measured, or several targets, which a turn about one of them moves."""
+        return _TURN[0] in dataset.point_columns or len(dataset.targets) > 1
 
     # How the target is saved
 

@@ -1,4 +1,4 @@
-"""What a workcell records of each pose beside its joint angles: time, temperature, directions of approach.
+"""What a workcell records of each pose beside its joint angles: time, temperature, directions of approach, the payload.
 
 A workcell of which nothing is injected may record all of them as well, so that their presence tells nothing.
 """
@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
-from scalar.simulation.streams import APPROACH, TEMPERATURE, TIME, stream
+from scalar.simulation.streams import APPROACH, PAYLOAD, TEMPERATURE, TIME, stream
 from scalar.simulation.transforms import Array
 
 SIDES = np.array([-1, 1])
@@ -17,15 +17,17 @@ WARMING = 6.0  # K, in the end, along 1 - exp(-LEVELLING * share of the run)
 LEVELLING = 3.0
 ROOM = 0.3  # K, by which the hall's own temperature swings, a few times a run
 SWINGS = (1.5, 4.0)
+LOADS = (0.0, 2.0, 5.0)  # kg; a third of the poses with each
+GRIPPED = 0.1  # m; a payload sits within so much of the flange's axis and beyond its face
 
 
 def recorded_columns(
     names: Collection[str], seed: int, n_poses: int, n_joints: int, draws: Callable[..., Array]
 ) -> dict[str, Array]:
-    """Return the columns that poses.csv gets: `time` [s], `temperature` [degrees C], `approach1`.. (-1, 1).
+    """Return the columns that poses.csv gets: `time` [s], `temperature` [degrees C], `approach1`.. (-1, 1), `payload` [kg] and where it sits [m].
 
     Args:
-        names: of "time", "temperature", "approach". seed: of the scene. n_poses, n_joints: how many.
+        names: of "time", "temperature", "approach", "payload". seed: of the scene. n_poses, n_joints: how many.
         draws: gives (N, n) uniform draws of a use of chance, in acquisition order.
     """
     columns: dict[str, Array] = {}
@@ -41,4 +43,10 @@ def recorded_columns(
     if "approach" in names:
         later = draws(APPROACH, n_joints, uniform=True) < 0.5
         columns |= {f"approach{j + 1}": SIDES[later[:, j].astype(int)] for j in range(n_joints)}
+    if "payload" in names:
+        x, y, z = stream(seed, PAYLOAD).uniform([-GRIPPED, -GRIPPED, 0.0], GRIPPED)
+        columns["payload"] = np.array(LOADS)[np.arange(n_poses) * len(LOADS) // n_poses]
+        columns |= {
+            f"payload_{axis}": np.full(n_poses, round(v, 4)) for axis, v in zip("xyz", (x, y, z), strict=True)
+        }
     return columns

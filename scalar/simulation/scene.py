@@ -21,6 +21,7 @@ from scalar.simulation.declared import draw_errors, guess_plane
 from scalar.simulation.effects import Effects
 from scalar.simulation.errors import SimulationError
 from scalar.simulation.injected.catalogue import inject, injected_records
+from scalar.simulation.load import held_torques
 from scalar.simulation.noise import Noise, noise_from_mapping, noisy_points
 from scalar.simulation.optics.imperfect import imperfections
 from scalar.simulation.plan import (
@@ -49,6 +50,7 @@ from scalar.simulation.streams import (
 )
 from scalar.simulation.transforms import Array
 from scalar.simulation.truth import arm_frames, evaluation_poses, truth_mapping
+from scalar.simulation.world import World
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +155,11 @@ def simulate(
     recorded = {*config["record"], *injected_records(config["injected"])}
     for name, column in recorded_columns(recorded, seed, len(q), n, draws).items():
         poses[name] = column
+    if "torque" in recorded:
+        with World() as world:
+            world.place_arm(workcell.arm)
+            for name, column in held_torques(world, workcell.arm.T_flange_sensor, q, poses).items():
+                poses[name] = column
     effects = effects or inject(config["injected"], workcell, poses, plane_index, seed)
     noise = effects.noise(noise_from_mapping(config["noise"]))
 

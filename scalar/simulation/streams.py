@@ -23,7 +23,8 @@ import numpy as np
     TEMPERATURE,
     SCANNER,
     SURFACE,
-) = range(16)
+    PAYLOAD,
+) = range(17)
 """The uses of chance. Numbers are part of what a seed means: append, never reorder."""
 
 TRUTH_POSES_SEED = 20180710

@@ -8,6 +8,7 @@ import pandas as pd
 
 from scalar.simulation.arm import Arm, pose_mapping
 from scalar.simulation.effects import Effects
+from scalar.simulation.load import held_torques
 from scalar.simulation.noise import Noise
 from scalar.simulation.optics.imperfect import is_imperfect
 from scalar.simulation.records import SIDES
@@ -91,7 +92,7 @@ def evaluation_poses(
 
     q is uniform within the joint limits, without a collision filter, from one seed for all scenes; no noise
     acts. `recorded`: the poses of the scene; what they record beside angles is there too, time and
-    temperature as at their end, approaches drawn.
+    temperature as at their end, approaches drawn, torques as the drives hold them.
     """
     rng = np.random.default_rng(TRUTH_POSES_SEED)
     q = rng.uniform(arm.limits[:, 0], arm.limits[:, 1], (count, arm.n))
@@ -101,6 +102,11 @@ def evaluation_poses(
         for name in recorded.columns.difference(["plane", *table.columns], sort=False):
             approaches = name.startswith("approach")
             table[name] = rng.choice(SIDES, count) if approaches else recorded[name].to_numpy()[-1]
+    if "tau1" in table:
+        with World() as world:
+            world.place_arm(arm)
+            for name, column in held_torques(world, arm.T_flange_sensor, q, table).items():
+                table[name] = column
     T = arm_frames(arm, effects.at_rest(), q, table, evaluating=True)
     table[["x", "y", "z"]] = T[:, :3, 3]
     table[["rx", "ry", "rz"]] = vector_from_rotation(T[:, :3, :3])

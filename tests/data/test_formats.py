@@ -86,12 +86,15 @@ def test_in_version_1_the_same_columns_are_covariates(tmp_path: Path, column: st
     assert read_dataset(written(tmp_path / "d", 1, column)).covariates == (column,)
 
 
-@pytest.mark.parametrize(("version", "refused"), [(1, False), (2, True)])
-def test_nests_are_refused_in_version_2(tmp_path: Path, version: int, refused: bool) -> None:
-    """``nests.csv`` belongs to version 2 and is not read yet: refused there, of no meaning in version 1."""
-    folder = written(tmp_path / "d", version, "humidity")
-    small_datasets.write_text(folder, "nests.csv", "pose,nest,x,y,z", "10,1,0,0,0")
-    assert [fault.file for fault in validate_dataset(folder)] == (["nests.csv"] if refused else [])
+@pytest.mark.parametrize(("version", "kind", "files"), [(1, "tracker", []), (2, "probe", ["nests.csv"])])
+def test_nests_belong_to_a_tracker_of_version_2(
+    tmp_path: Path, version: int, kind: str, files: list[str]
+) -> None:
+    """``nests.csv`` has no meaning in version 1, and is refused by name with a sensor that measures none."""
+    mapping = small_datasets.description(kind) | {"format": f"scalar-dataset/{version}"}
+    write_dataset(tmp_path / "d", mapping=mapping, **small_datasets.tables(kind))
+    small_datasets.write_text(tmp_path / "d", "nests.csv", "pose,nest,x,y,z", "10,1,0,0,0")
+    assert [fault.file for fault in validate_dataset(tmp_path / "d")] == files
 
 
 @pytest.mark.parametrize("column", ["target", "rx", "noise"])

@@ -23,6 +23,7 @@ from scalar.effects.joint_coupling import JointCoupling
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_ripple import JointRipple
 from scalar.effects.joint_scale import JointScale
+from scalar.effects.payload_deflection import PayloadDeflection
 from scalar.effects.plane_bow import PlaneBow
 from scalar.effects.plane_moved import PlaneMoved
 from scalar.effects.pose_lag import PoseLag
@@ -31,10 +32,12 @@ from scalar.effects.range_offset import RangeOffset
 from scalar.effects.range_scale import RangeScale
 from scalar.effects.sensor_map import SensorMap
 from scalar.effects.sensor_slip import SensorSlip
+from scalar.effects.target_drift import TargetDrift
 from scalar.effects.thermal_drift import ThermalDrift
+from scalar.effects.torque_compliance import TorqueCompliance
 
 SIZE = {"rad": 3e-4, "m": 5e-4, "rad/rad": 1e-3, "m/m": 1e-3, "1/m": 5e-3}
-SIZE |= {"1/K": 1e-5, "1/s": 1e-6, "1/pose": 3e-6, "1": 0.1}
+SIZE |= {"1/K": 1e-5, "1/s": 1e-6, "1/pose": 3e-6, "1": 0.1, "rad/(N m)": 1e-5}
 
 
 def optional_columns(rng: np.random.Generator, n_poses: int, n_joints: int) -> dict[str, np.ndarray]:
@@ -42,6 +45,8 @@ def optional_columns(rng: np.random.Generator, n_poses: int, n_joints: int) -> d
     time = np.cumsum(rng.uniform(5.0, 15.0, n_poses))
     columns = {"time": time, "temperature": 21.0 + 6.0 * (1 - np.exp(-time / 600.0))}
     columns |= {f"approach{j + 1}": rng.choice([-1.0, 1.0], n_poses) for j in range(n_joints)}
+    columns |= {f"tau{j + 1}": rng.normal(0.0, 20.0, n_poses) for j in range(n_joints)}
+    columns |= {"payload": rng.choice([0.0, 5.0], n_poses), "payload_z": np.full(n_poses, 0.1)}
     return columns | {"humidity": rng.uniform(30.0, 50.0, n_poses)}
 
 
@@ -69,6 +74,10 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         ThermalDrift("time", 0.0, 400.0),
         ThermalDrift("time", 0.0, 400.0, about=1e-3),
         ThermalDrift("order", 0.0),
+        TargetDrift("time", 0.0, 2e3, (1, 2)),
+        TorqueCompliance((2, 3)),
+        PayloadDeflection((2, 5)),
+        TargetDrift("order", 0.0, 2.0 * half, (1,)),
         SensorSlip(half, 120.5),
         SensorSlip(half, None, turns=False),
         RangeScale(),

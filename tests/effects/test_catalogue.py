@@ -115,6 +115,8 @@ GOOD = {
     "base_compliance": 1,
     "thermal_drift": 1,
     "sensor_slip:9": 1,
+    "target_drift": 1,
+    "target_drift:order": 1,
     "range_scale,range_offset, range_distortion": 3,
     "plane_bow": 3,
     "plane_bow:wall_x": 1,

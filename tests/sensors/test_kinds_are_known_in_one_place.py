@@ -9,7 +9,15 @@ from scalar.data.sensor_formats import sensor_formats
 
 ROOT = Path(__file__).parents[2]
 CLASSES = {"LineLaser", "Probe", "Tracker", "TrackerFrames"}
-MODULES = {"line_laser", "probe", "tracker", "tracker_frames", "tracker_noise", "tracker_rows"}
+MODULES = {
+    "line_laser",
+    "probe",
+    "tracker",
+    "tracker_frames",
+    "tracker_noise",
+    "tracker_rows",
+    "tracker_start",
+}
 MAKES_DATA = (
     ROOT / "workflow/study/sensitivity/datasets.py"
 )  # of a kind of its own choice, as the simulator does

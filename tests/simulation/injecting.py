@@ -8,7 +8,7 @@ import numpy as np
 from scalar.simulation import PosePlan, SimulatedScene, plan_poses, simulate
 from tests.simulation.conftest import scene_config
 
-RECORD = ["time", "temperature", "approach"]
+RECORD = ["time", "temperature", "approach", "payload", "torque"]
 KINDS = (
     "angle_bump", "angle_product", "angle_step", "angle_sum", "base_sway", "belt", "encoder_drift", "late_jump",
     "sensor_oscillation", "worn_teeth",
@@ -17,7 +17,8 @@ ENTRIES: dict[str, dict[str, Any]] = {
     name: {"effect": name}
     for name in (
         "joint_compliance", "joint_harmonic", "joint_scale", "joint_coupling", "joint_backlash", "pose_lag", "axis_nonparallel",
-        "base_compliance", "thermal_drift", "sensor_slip", "range_scale", "range_offset", "range_distortion",
+        "base_compliance", "thermal_drift", "target_drift", "torque_compliance", "payload_deflection",
+        "sensor_slip", "range_scale", "range_offset", "range_distortion",
         "plane_bow", "plane_moved", "pose_jitter", "scan_bias",
     )
 } | {

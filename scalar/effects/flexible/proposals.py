@@ -48,7 +48,7 @@ def flexible_terms(dataset: Dataset) -> list[Effect]:
         for by in (f"q{j}", GRAVITY)
         if by == GRAVITY or j in moving
     ]
-    found.append(UnattributedSensor(Variable(GRAVITY, 0.0, 1.0), kind_of(dataset).observes_orientation))
+    found.append(UnattributedSensor(Variable(GRAVITY, 0.0, 1.0), kind_of(dataset).shows_turns(dataset)))
     found += [shape for j in moving for shape in _shapes(j, angles[j], slides[j])]
     found += [wave for j in turning_joints(dataset) for wave in waves_of(dataset, j, 1)]
     found += [UnattributedShape(j, (angles[a], angles[b]), "product", slides=slides[j]) for j, a, b in pairs]
@@ -57,7 +57,7 @@ def flexible_terms(dataset: Dataset) -> list[Effect]:
 
 def _in_time(dataset: Dataset, moving: list[int]) -> list[Effect]:
     """Return terms that vary with the course of the acquisition, or with a column that may be anything."""
-    turns = kind_of(dataset).observes_orientation
+    turns = kind_of(dataset).shows_turns(dataset)
     order, time = order_and_time(dataset)
     drivers: dict[str, Array] = {"order": order}
     for name in ("time", "temperature", *dataset.covariates):

@@ -37,7 +37,7 @@ class InjectedEffect(Effects):
 
     @classmethod
     def needs(cls, entry: Mapping[str, Any]) -> set[str]:
-        """Return what has to be recorded of each pose: "time", "temperature", "approach"."""
+        """Return what has to be recorded of each pose: "time", "temperature", "approach", "payload", "torque"."""
         return set()
 
     def record(self) -> list[dict[str, Any]]:

@@ -16,7 +16,13 @@ from scalar.simulation.arm import Arm
 from scalar.simulation.effects import Effects, Rows
 from scalar.simulation.injected.base import InjectedEffect
 from scalar.simulation.injected.causes import CAUSES
-from scalar.simulation.injected.compliance import BaseCompliance, JointCompliance
+from scalar.simulation.injected.compliance import (
+    BaseCompliance,
+    JointCompliance,
+    PayloadDeflection,
+    TorqueCompliance,
+)
+from scalar.simulation.injected.drift import TargetDrift
 from scalar.simulation.injected.joints import JointBacklash, JointCoupling, JointHarmonic, JointScale
 from scalar.simulation.injected.links import AxisNonparallel, ThermalDrift
 from scalar.simulation.injected.moves import BacklashByMoves, PoseLag
@@ -34,6 +40,8 @@ from scalar.simulation.world import World
 
 CLASSES: tuple[type[InjectedEffect], ...] = (
     JointCompliance,
+    TorqueCompliance,
+    PayloadDeflection,
     JointHarmonic,
     JointScale,
     JointCoupling,
@@ -42,6 +50,7 @@ CLASSES: tuple[type[InjectedEffect], ...] = (
     AxisNonparallel,
     BaseCompliance,
     ThermalDrift,
+    TargetDrift,
     SensorSlip,
     RangeScale,
     RangeOffset,

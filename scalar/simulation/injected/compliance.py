@@ -1,4 +1,4 @@
-"""What gives way under the arm's weight: its joints, by the engine's inverse dynamics, and its pedestal."""
+"""What gives way: joints under the arm's weight, by the engine's inverse dynamics, or under a payload, by virtual work; and the pedestal."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,6 +9,7 @@ import pandas as pd
 
 from scalar.simulation.injected.base import InjectedEffect
 from scalar.simulation.injected.stage import Stage
+from scalar.simulation.load import payload_torques
 from scalar.simulation.transforms import Array, rotation_from_vector, transform
 from scalar.simulation.world import World
 
@@ -38,6 +39,49 @@ class JointCompliance(InjectedEffect):
         """Return the deflections (N, n) [rad]."""
         gives_way = np.isin(np.arange(q.shape[1]) + 1, self.target["joints"])
         return self.size * gives_way * world.gravity_torques(q)
+
+
+@dataclass(frozen=True, eq=False)
+class PayloadDeflection(InjectedEffect):
+    """dq_j = size times the torque of the payload about joint j [N m], for some joints or all that carry weight."""
+
+    T_flange_sensor: Array
+
+    name: ClassVar[str] = "payload_deflection"
+    unit: ClassVar[str] = "rad/(N m)"
+
+    @classmethod
+    def needs(cls, entry: Mapping[str, Any]) -> set[str]:
+        """Return the payload."""
+        return {"payload"}
+
+    @classmethod
+    def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+        """Take all joints that carry weight, where none are named."""
+        joints = sorted(entry["target"].get("joints", stage.loaded))
+        return cls({"joints": joints}, entry["size"], {}, stage.arm.T_flange_sensor)
+
+    def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
+        """Return the deflections (N, n) [rad]."""
+        gives_way = np.isin(np.arange(q.shape[1]) + 1, self.target["joints"])
+        return self.size * gives_way * payload_torques(world, self.T_flange_sensor, q, poses)
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueCompliance(PayloadDeflection):
+    """dq_j = size times the torque of the weight of arm and payload about joint j [N m]; the torques are recorded."""
+
+    name: ClassVar[str] = "torque_compliance"
+
+    @classmethod
+    def needs(cls, entry: Mapping[str, Any]) -> set[str]:
+        """Return torques and payload."""
+        return {"payload", "torque"}
+
+    def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
+        """Return the deflections (N, n) [rad]."""
+        gives_way = np.isin(np.arange(q.shape[1]) + 1, self.target["joints"])
+        return super().joint_errors(world, q, poses) + self.size * gives_way * world.gravity_torques(q)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,94 @@
+"""Points fixed to the robot's base that were measured at the poses beside the sensor: reference nests. They show whether tracker or base moved."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from scalar.data.located_table import Layout, Table
+from scalar.data.sensor_formats import MeasuredTable
+from scalar.errors import Fault
+
+
+@dataclass(frozen=True, eq=False)
+class References:
+    """Measurements of K points that are fixed to the base, in the frame of what measures.
+
+    Attributes:
+        names: K names.
+        pose: ``(Q,)`` int, the row of the pose at which each was measured.
+        item: ``(Q,)`` int, which of the points.
+        points: ``(Q, 3)`` [m].
+        noise: ``(Q,)`` [m], standard deviations, or None where they are not stated.
+    """
+
+    names: tuple[str, ...]
+    pose: np.ndarray
+    item: np.ndarray
+    points: np.ndarray
+    noise: np.ndarray | None = None
+
+    @classmethod
+    def of_arrays(cls, nests: Mapping[str, ArrayLike]) -> References:
+        """Return the references of arrays ``(N, 3)`` [m] by name; a row that is not finite was not measured."""
+        arrays = [np.asarray(values, dtype=float) for values in nests.values()]
+        seen = [np.flatnonzero(np.isfinite(values).all(axis=1)) for values in arrays]
+        item = np.repeat(np.arange(len(arrays)), [len(rows) for rows in seen])
+        points = [values[rows] for values, rows in zip(arrays, seen, strict=True)]
+        return cls(tuple(nests), np.concatenate(seen), item, np.concatenate(points))
+
+    @classmethod
+    def of_table(cls, table: Table, layout: MeasuredTable, pose_ids: np.ndarray) -> References:
+        """Return the references of a table without fault.
+
+        Args:
+            table: Of the file.
+            layout: Of that table.
+            pose_ids: ``(N,)``, ids of the poses in the order of their rows.
+        """
+        assert layout.item is not None
+        labels = [str(name) for name in table.columns[layout.item]]
+        names = tuple(dict.fromkeys(labels))
+        row = {int(pose): i for i, pose in enumerate(pose_ids)}
+        pose = np.array([row[int(pose)] for pose in table.columns["pose"]], dtype=np.int64)
+        code = {name: i for i, name in enumerate(names)}
+        item = np.array([code[name] for name in labels], dtype=np.int64)
+        points = np.column_stack([table.columns[name] for name in layout.units])
+        return cls(names, pose, item, points, table.columns.get("noise"))
+
+    def columns(self, layout: MeasuredTable, pose_ids: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the columns of the table that ``of_table`` reads."""
+        columns = {"pose": pose_ids[self.pose], str(layout.item): np.array(self.names, object)[self.item]}
+        columns |= dict(zip(layout.units, self.points.T, strict=True))
+        return columns if self.noise is None else {**columns, "noise": self.noise}
+
+    def subset(self, rows: np.ndarray, n_poses: int) -> References:
+        """Return the measurements at some of the poses, whose rows ``rows`` are counted anew; a row that is given twice counts once."""
+        new = np.full(n_poses, -1)
+        new[rows] = np.arange(len(rows))
+        kept = new[self.pose] >= 0
+        noise = None if self.noise is None else self.noise[kept]
+        return References(self.names, new[self.pose[kept]], self.item[kept], self.points[kept], noise)
+
+
+def references_layout(table: MeasuredTable) -> Layout:
+    """Return the columns of a table of references: each row names its point."""
+    item = str(table.item)
+    return Layout(("pose", item, *table.units), tuple(table.optional), frozenset({item}))
+
+
+def check_references(table: Table, poses: Table | None, faults: list[Fault]) -> None:
+    """Add the references of poses that there are not; a pose without references is none of the faults."""
+    if poses is None or not poses.whole or "pose" not in poses.columns or "pose" not in table.columns:
+        return
+    ids = table.columns["pose"]
+    strange = ~np.isin(ids, poses.columns["pose"]) & ~np.isnan(ids)
+    table.report(
+        faults,
+        "pose",
+        strange,
+        lambda i: f"unknown pose {ids[i]:.15g}; remove the row, or add the pose to {poses.file}",
+    )

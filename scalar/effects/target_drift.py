@@ -1,0 +1,234 @@
+"""A tracker, or the base of the arm, that moves slowly in the course of a campaign."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.data.formats import TARGET_MOTION
+from scalar.data.poses import Poses
+from scalar.effects.acquisition import missing_column, order_and_time
+from scalar.effects.effect import Effect
+from scalar.effects.picture import CURVE_POINTS, Axis, Map, Profile, View, largest, variable_axis
+from scalar.effects.places import BaseEffect
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array
+from scalar.sensors import kind_of
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+REFERENCES = "references"
+CLOCKS = ("time", "order")
+WAVES = (1, 2, 3)
+LEAST_POSES = 40  # chosen: each half wave has six coefficients
+_COMPONENTS = ("rx", "ry", "rz", "x", "y", "z")
+
+
+@dataclass(frozen=True, eq=False)
+class TargetDrift(BaseEffect):
+    """The base moves against what measures it: by half waves of time, or as references on the base show it.
+
+    ``T_base_moved = exp(sum over k of cos(k pi s) c_k)``, s the share of the campaign that has passed: a slow motion is, to nine tenths of its
+    variance, a sum of a few such waves. Poses that were not part of a campaign (no order, no time) are predicted where the base stands on average.
+
+    Attributes:
+        by: ``time``, ``order``, or ``references``: one coefficient, by which what references show is multiplied; it is 1 if they show all.
+        start: First time [s] or order of the campaign.
+        end: Its last.
+        waves: Numbers of half waves, six coefficients each.
+    """
+
+    by: str
+    start: float = 0.0
+    end: float = 1.0
+    waves: tuple[int, ...] = ()
+
+    name: ClassVar[str] = "target_drift"
+    kind: ClassVar[str] = "drift of the tracker or the base"
+    sentence: ClassVar[str] = "the tracker or the base moved slowly in the course of the campaign"
+    natural: ClassVar[Mapping[str, float]] = {"m": 1e-4, "rad": 3e-5}
+    natural_source: ClassVar[str] = (
+        "assumed: a tripod on a hall's floor settles by a tenth of a millimetre, and turns by 6 seconds of arc, in a campaign of hours"
+    )
+    acts_on_arm: ClassVar[bool] = False
+    acts_by_joint_angles: ClassVar[bool] = False
+
+    @property
+    def target(self) -> dict[str, Any]:
+        """Nothing: tracker and base move against each other."""
+        return {}
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """``wave1_rx_rad``: amplitude of the first half wave; or the share of what references show."""
+        if self.by == REFERENCES:
+            return ["share_of_references_1"]
+        return [f"wave{k}_{c}_{'rad' if c.startswith('r') else 'm'}" for k in self.waves for c in _COMPONENTS]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Radians and metres, or a pure number."""
+        return ["1"] if self.by == REFERENCES else ["rad", "rad", "rad", "m", "m", "m"] * len(self.waves)
+
+    def base_screws(self, robot: Robot, poses: Poses) -> Array:
+        """Return the motion that references show, or unit motions about the base's origin times the half waves."""
+        if self.by == REFERENCES:
+            none = np.zeros(len(poses))
+            return np.stack([poses.columns.get(name, none) for name in TARGET_MOTION], axis=1)[:, :, None]
+        profile = self._profile(self._clock(poses))
+        return np.einsum("nk,ij->nikj", profile, np.eye(6)).reshape(len(poses), 6, -1)
+
+    def _clock(self, poses: Poses) -> Array:
+        """Return time or order ``(N,)``; NaN where it is not known."""
+        if self.by == "order":
+            return np.where(np.isfinite(poses.order), poses.order, np.nan)
+        return poses.columns.get("time", np.full(len(poses), np.nan))
+
+    def _profile(self, clock: Array) -> Array:
+        """Return the half waves ``(N, K)`` at values of the clock; zero where it is not known."""
+        share = np.clip((clock - self.start) / max(self.end - self.start, 1e-300), 0.0, 1.0)
+        return np.nan_to_num(np.cos(np.pi * share[:, None] * np.asarray(self.waves, dtype=float)))
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return what drives it."""
+        return {"by": self.by, "start": self.start, "end": self.end, "waves": list(self.waves)}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        waves = tuple(int(k) for k in mapping["waves"])
+        return cls(str(mapping["by"]), float(mapping["start"]), float(mapping["end"]), waves)
+
+    @classmethod
+    def measured(cls, dataset: Dataset) -> Self | None:
+        """Return the drift that references show, in full; None where they show none."""
+        if not all(name in dataset.poses and dataset.poses[name].any() for name in TARGET_MOTION[3:]):
+            return None
+        return cls(REFERENCES, coefficients=np.ones(1))
+
+    @classmethod
+    def by_clock(cls, dataset: Dataset) -> Self | None:
+        """Return the drift by half waves of time, or of the order of poses; None where that stands still."""
+        order, time = order_and_time(dataset)
+        clock = order if time is None or np.ptp(time) <= 0 else time
+        if np.ptp(clock) <= 0:
+            return None
+        by = "order" if clock is order else "time"
+        return cls(by, float(clock.min()), float(clock.max()), WAVES)
+
+    @classmethod
+    def candidates(cls, dataset: Dataset) -> list[Effect]:
+        """Return what references show, and half waves of the clock, where the target is a frame and no planes that may move each by itself."""
+        if kind_of(dataset).format.on_planes:
+            return []
+        seen, by_clock = cls.measured(dataset), cls.by_clock(dataset)
+        found: list[Effect] = [] if seen is None else [seen.with_coefficients([0.0])]
+        return found + ([by_clock] if by_clock is not None and dataset.n_poses >= LEAST_POSES else [])
+
+    @classmethod
+    def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
+        """Return the drift that references show, or half waves of the clock."""
+        if words and words[0] not in (REFERENCES, *CLOCKS):
+            raise ValueError(
+                f"'{words[0]}' drives no drift of the target; there are {REFERENCES}, {', '.join(CLOCKS)}"
+            )
+        if words and words[0] == "time" and (missing := missing_column(dataset, "time")):
+            raise ValueError(missing)
+        seen = cls.measured(dataset) if not words or words[0] == REFERENCES else None
+        if words and words[0] == REFERENCES and seen is None:
+            raise ValueError("no references on the base show a motion (nests.csv)")
+        found = seen or cls.by_clock(dataset)
+        return [] if found is None else [found]
+
+    @property
+    def n_terms(self) -> int:
+        """Return the number of half waves."""
+        return max(len(self.waves), 1)
+
+    def with_terms(self, chosen: Sequence[int]) -> Effect:
+        """Return some of the half waves only."""
+        if self.by == REFERENCES:
+            return self
+        return TargetDrift(self.by, self.start, self.end, tuple(self.waves[i] for i in sorted(chosen)))
+
+    def merged_with(self, other: Effect) -> Effect | None:
+        """Return the half waves of both, if one clock drives them."""
+        if not isinstance(other, TargetDrift) or self.by != other.by or self.by == REFERENCES:
+            return None
+        waves = tuple(sorted({*self.waves, *other.waves}))
+        return TargetDrift(self.by, self.start, self.end, waves).taking_over(self)
+
+    @property
+    def label(self) -> str:
+        """The name: there is one tracker and one base."""
+        return self.name
+
+    def same_place(self, other: Effect) -> bool:
+        """Return whether the other is a drift of the target as well."""
+        return isinstance(other, TargetDrift)
+
+    @property
+    def is_change_in_time(self) -> bool:
+        """It is."""
+        return True
+
+    def not_transferable(self, dataset: Dataset) -> str | None:
+        """Return that it belongs to one campaign."""
+        return "the tracker or the base drifted in one campaign only"
+
+    @property
+    def clause(self) -> str:
+        """Return that it moved, and what shows it."""
+        shown = ", as the references on the base show" if self.by == REFERENCES else ""
+        return f"the tracker or the base moved in the course of the campaign{shown}"
+
+    @property
+    def advice(self) -> list[str]:
+        """Return what to do about it."""
+        return [
+            "Put the tracker on firm ground, let it warm up, and measure three nests on the robot's base at every pose: they say how the tracker "
+            "moves, so that it can be taken off."
+        ]
+
+    @property
+    def how_to_measure(self) -> str:
+        """Return how to see it directly."""
+        return (
+            "To see it directly, measure a nest on the robot's base every few minutes with the arm at rest, with an inclinometer on the base beside "
+            "it: a tracker that drifts moves the nest, and leaves the inclinometer as it is."
+        )
+
+    @property
+    def in_controller(self) -> str:
+        """Return what changes in the controller."""
+        return "Nothing in the controller: the drift is that of the campaign, and the parameters of the arm are free of it."
+
+    def pictures(self, view: View) -> list[Profile | Map]:
+        """Return the shift along its main direction in the course of the campaign."""
+        screws = (self.base_screws(view.nominal, view.poses) @ self.coefficients)[:, 3:]
+        direction = np.linalg.svd(screws - screws.mean(axis=0), full_matrices=False)[2][0]
+        motion = np.zeros((len(screws), 6))
+        motion[:, 3:] = direction
+        rest, std = view.estimated_along(motion)
+        fitted = screws @ direction
+        clock = view.poses.columns["time"] if self.by == "time" else view.poses.order
+        if self.by == REFERENCES:
+            at = np.argsort(clock)
+            curve = np.stack([clock[at], fitted[at], np.zeros(len(at))])
+        else:
+            x = np.linspace(clock.min(), clock.max(), CURVE_POINTS)
+            basis = np.einsum("nk,j->nkj", self._profile(x), np.r_[np.zeros(3), direction]).reshape(
+                len(x), -1
+            )
+            curve = np.stack([x, basis @ self.coefficients, view.error_of(self, basis)])
+        axis = Axis("shift of the base as the tracker sees it, along its main direction", "m")
+        x_axis = variable_axis("time" if self.by == "time" else "order", view.nominal)
+        return [Profile(x_axis, axis, clock, fitted + rest, rest, std, fitted, curve)]
+
+    def size(self, pictures: Sequence[Profile | Map]) -> str:
+        """Return how far the base moved."""
+        return largest(pictures, "")

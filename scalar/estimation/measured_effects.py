@@ -1,0 +1,37 @@
+"""What a dataset itself shows of effects, beside the poses: the motion of its target, by references on the base."""
+
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+# pandas is not annotated throughout.
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from scalar.data.dataset import Dataset
+from scalar.data.formats import TARGET_MOTION
+from scalar.effects import registry
+from scalar.effects.effect import Effect
+from scalar.sensors import kind_of
+
+
+def with_target_motion(dataset: Dataset) -> Dataset:
+    """Return the dataset with the motion that its references show as columns of its poses; itself where there are none, or it has them already."""
+    if dataset.references is None or TARGET_MOTION[0] in dataset.poses:
+        return dataset
+    motion = kind_of(dataset).target_motion(dataset)
+    if motion is None:
+        return dataset
+    columns = dict(zip(TARGET_MOTION, motion.T, strict=True))
+    return replace(dataset, poses=dataset.poses.assign(**columns))
+
+
+def measured_effects(dataset: Dataset, others: Sequence[Effect]) -> list[Effect]:
+    """Return the effects that the dataset itself shows, with their coefficients, unless others of their place are asked for.
+
+    Args:
+        dataset: With what its references show.
+        others: Effects that are fitted or fixed as well.
+    """
+    shown = [kind.measured(dataset) for kind in registry.known().values()]
+    return [e for e in shown if e is not None and not any(e.same_place(other) for other in others)]

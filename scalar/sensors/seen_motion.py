@@ -1,0 +1,129 @@
+"""How the tracker moved against the robot's base in the course of a campaign, as reference nests on the base show it.
+
+A nest that is fixed to the base and measured at every pose is seen where the tracker's motion has taken it: with c its place at the first
+pose and r from the middle of all nests to it, ``y_i = c + t_i + w_i x r`` plus noise. The motion (w, t) is a random walk from zero, whose
+step is found by restricted maximum likelihood (Patterson and Thompson, 1971) together with the nests' noise; the walk of greatest
+probability given all poses is the answer. Three nests that are not on a line show the whole motion; of fewer, what they do not show stays
+zero. Left out: motions of more than a degree.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.optimize import minimize_scalar
+from scipy.sparse.linalg import splu
+from scipy.special import chdtrc
+
+from scalar.data.references import References
+from scalar.geometry.se3 import Array, skew
+
+_REACH = 1.0  # m; a step turns by as much as it shifts at this distance
+_RATIOS = (1e-4, 1e2)  # of a step to the noise: looked for between these
+_BY_CHANCE = 1e-4  # p-value below which nests are taken to have moved
+
+
+@dataclass(frozen=True, eq=False)
+class SeenMotion:
+    """The motion of one session.
+
+    Attributes:
+        screws: ``(N, 6)`` [rad, m], motion (w, v) about the tracker's origin since the first pose, in the tracker's frame; zero where
+            none is significant.
+        step: Standard deviation of a step between two poses [m].
+        noise: Standard deviation of a coordinate of a nest [m].
+        p_value: Chance of such nests if nothing moves.
+    """
+
+    screws: Array
+    step: float
+    noise: float
+    p_value: float
+
+
+def seen_motion(references: References) -> SeenMotion:
+    """Return the motion that nests show over the poses ``0 .. N - 1`` of one session; N is one more than the last pose that has one."""
+    n = int(references.pose.max()) + 1
+    system = _System.of(references, n)
+    rest = system.still()
+    found = minimize_scalar(
+        lambda log: system.solved(float(np.exp(log)))[0], bounds=tuple(np.log(_RATIOS)), method="bounded"
+    )
+    ratio = float(np.exp(found.x))
+    cost, noise, motion = system.solved(ratio)
+    p = float(0.5 * chdtrc(1, max(rest - cost, 0.0)))
+    moves = p < _BY_CHANCE
+    w, t = motion[:, :3], motion[:, 3:]
+    screws = np.concatenate([w, t - np.cross(w, system.middle)], axis=1) if moves else np.zeros((n, 6))
+    return SeenMotion(screws, ratio * noise, noise, p)
+
+
+@dataclass(frozen=True, eq=False)
+class _System:
+    """The mixed model of Q coordinates: ``y = X c + Z x + e``, x the walk after the first pose in units of (1 / reach, 1)."""
+
+    X: sparse.csr_matrix
+    Z: sparse.csr_matrix
+    y: Array
+    D: sparse.csr_matrix
+    middle: Array
+
+    @classmethod
+    def of(cls, references: References, n: int) -> _System:
+        """Return the system of nests over n poses."""
+        K, Q = len(references.names), len(references.pose)
+        places = np.array(
+            [references.points[references.item == k].mean(axis=0) for k in np.unique(references.item)]
+        )
+        item = np.unique(references.item, return_inverse=True)[1]
+        K = len(places)
+        middle = places.mean(axis=0)
+        weight = np.ones(Q)
+        if references.noise is not None:
+            weight = np.median(references.noise) / references.noise
+        rows = np.arange(3 * Q).reshape(Q, 3)
+        eye = np.broadcast_to(np.eye(3), (Q, 3, 3)) * weight[:, None, None]
+        X = _placed(eye, rows, 3 * item[:, None] + np.arange(3), (3 * Q, 3 * K))
+        turn = -skew((places - middle)[item]) / _REACH * weight[:, None, None]
+        after = references.pose > 0
+        blocks = np.concatenate([turn, eye], axis=2)[after]
+        Z = _placed(
+            blocks, rows[after], 6 * (references.pose[after, None] - 1) + np.arange(6), (3 * Q, 6 * (n - 1))
+        )
+        one = sparse.eye(n - 1) - sparse.eye(n - 1, k=-1)
+        y = ((references.points - places[item]) * weight[:, None]).ravel()
+        return cls(X, Z, y, sparse.csr_matrix(sparse.kron(one, sparse.eye(6))), middle)
+
+    def still(self) -> float:
+        """Return minus twice the restricted log likelihood if nothing moves."""
+        gram = (self.X.T @ self.X).toarray()
+        rest = self.y - self.X @ np.linalg.solve(gram, self.X.T @ self.y)
+        freedom = len(self.y) - len(gram)
+        return freedom * float(np.log(max(rest @ rest, 1e-300) / freedom)) + float(np.linalg.slogdet(gram)[1])
+
+    def solved(self, ratio: float) -> tuple[float, float, Array]:
+        """Return minus twice the restricted log likelihood, the noise [m], and the motion ``(N, 6)`` (w, t) for a step over the noise."""
+        ZX = sparse.hstack([self.Z, self.X])  # a band with a border: without another order, nothing fills in
+        K, walk = self.X.shape[1], self.Z.shape[1]
+        precision = sparse.block_diag([self.D.T @ self.D / ratio**2, sparse.csr_matrix((K, K))])
+        symmetric = {"SymmetricMode": True}
+        matrix = sparse.csc_matrix(ZX.T @ ZX + precision)
+        factor = splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options=symmetric)
+        right = ZX.T @ self.y
+        solution = factor.solve(right)
+        freedom = len(self.y) - K
+        squares = max(float(self.y @ self.y - right @ solution), 1e-300)
+        logdet = float(np.sum(np.log(np.abs(factor.U.diagonal()))))
+        cost = freedom * float(np.log(squares / freedom)) + logdet + 2 * walk * float(np.log(ratio))
+        motion = np.zeros((walk // 6 + 1, 6))
+        motion[1:] = solution[:walk].reshape(-1, 6) / np.r_[np.full(3, _REACH), np.ones(3)]
+        return cost, float(np.sqrt(squares / freedom)), motion
+
+
+def _placed(blocks: Array, rows: Array, columns: Array, shape: tuple[int, int]) -> sparse.csr_matrix:
+    """Return a sparse matrix of dense blocks ``(B, 3, w)`` at rows ``(B, 3)`` and columns ``(B, w)``."""
+    i = np.broadcast_to(rows[:, :, None], blocks.shape).ravel()
+    j = np.broadcast_to(columns[:, None, :], blocks.shape).ravel()
+    return sparse.csr_matrix((blocks.ravel(), (i, j)), shape=shape)

@@ -1,0 +1,91 @@
+"""Where a tracker and the targets on the flange are, the arm and its first target given: closed forms in turn, as a fit's start.
+
+The frames that fit best to targets at known places are Kabsch's (1976); the targets that fit best to known frames are the means of where each is
+seen from the sensor. From targets that all sit at the sensor, the two are computed in turn; each round lowers the squared distances.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scalar.geometry.se3 import Array
+from scalar.sensors.tracker_frames import TargetOffsets, TrackerFrames
+
+_ALTERNATIONS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Tracked:
+    """What was measured, as ``scalar.sensors.tracker.Tracker`` has it.
+
+    Attributes:
+        names: K names of targets.
+        seen: ``(N, K)`` bool.
+        positions: ``(N, K, 3)`` [m].
+        rotations: ``(N, K, 3, 3)`` or None.
+        session: ``(N,)``.
+    """
+
+    names: tuple[str, ...]
+    seen: Array
+    positions: Array
+    rotations: Array | None
+    session: Array
+
+    def fitted(self, T_base_sensor: Array, target: TrackerFrames) -> TrackerFrames:
+        """Return the frames and targets that fit best to the sensor's poses ``(N, 4, 4)``."""
+        frames = self._frames(T_base_sensor, target)
+        if len(self.names) == 1:
+            return frames
+        for _ in range(_ALTERNATIONS):
+            frames = self._frames(
+                T_base_sensor, replace(frames, targets=self._targets(T_base_sensor, frames))
+            )
+        return frames
+
+    def _frames(self, T_base_sensor: Array, target: TrackerFrames) -> TrackerFrames:
+        """Return the frames that fit best to the targets where they sit."""
+        rotations, coordinates = target.rotations, target.coordinates.copy()
+        places = self._places(T_base_sensor, target.targets)
+        for s in range(len(rotations)):
+            mine = self.seen & (self.session == s)[:, None] & np.isfinite(places).all(axis=2)
+            o, y = places[mine], self.positions[mine]
+            U, _, Vt = np.linalg.svd((y - y.mean(0)).T @ (o - o.mean(0)))
+            rotations[s] = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
+            coordinates[s] = np.r_[y.mean(0) - rotations[s] @ o.mean(0), 0.0, 0.0, 0.0]
+        return TrackerFrames(target.names, rotations, coordinates, target.targets)
+
+    def _targets(self, T_base_sensor: Array, target: TrackerFrames) -> TargetOffsets:
+        """Return the targets that fit best to the frames: means of where each is seen from the sensor."""
+        targets = target.targets
+        R_tracker_sensor = target.rotations[self.session] @ T_base_sensor[:, :3, :3]
+        at = np.einsum("nij,nj->ni", target.rotations[self.session], T_base_sensor[:, :3, 3])
+        at = at + target.coordinates[self.session, :3]
+        coordinates, references = targets.coordinates.copy(), targets.rotations
+        for k, name in enumerate(self.names):
+            i, seen = targets.index(name), self.seen[:, k]
+            if i is None or i == 0 or not seen.any():
+                continue
+            back = np.swapaxes(R_tracker_sensor[seen], 1, 2)
+            coordinates[i] = 0.0
+            coordinates[i, :3] = np.mean(
+                (back @ (self.positions[seen, k] - at[seen])[:, :, None])[..., 0], axis=0
+            )
+            if self.rotations is not None:
+                U, _, Vt = np.linalg.svd(np.mean(back @ self.rotations[seen, k], axis=0))
+                references[i] = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
+        return replace(targets, references=references, coordinates=coordinates)
+
+    def _places(self, T_base_sensor: Array, targets: TargetOffsets) -> Array:
+        """Return where the targets are in the base frame ``(N, K, 3)`` [m]; NaN for one that the model does not have."""
+        places = np.full(self.positions.shape, np.nan)
+        for k, name in enumerate(self.names):
+            i = targets.index(name)
+            if i == 0:
+                places[:, k] = T_base_sensor[:, :3, 3]
+            elif i is not None:
+                offset = targets.coordinates[i, :3]
+                places[:, k] = T_base_sensor[:, :3, :3] @ offset + T_base_sensor[:, :3, 3]
+        return places

@@ -1,0 +1,37 @@
+"""What the drives have to hold at each pose: the weight of the arm, by the engine's inverse dynamics, and that of a payload, by virtual work."""
+
+import numpy as np
+import pandas as pd
+
+from scalar.simulation.transforms import Array
+from scalar.simulation.world import World
+
+G = 9.81  # m/s^2, along -z of the base
+STEP = 1e-4  # rad, of central differences
+PAYLOAD = "payload"
+PLACE = ("payload_x", "payload_y", "payload_z")
+
+
+def payload_torques(world: World, T_flange_sensor: Array, q: Array, poses: pd.DataFrame) -> Array:
+    """Return the torque of the payload's weight about each joint (N, n) [N m]; zero where none is recorded.
+
+    By virtual work, tau_j = -dU/dq_j with U = m g z of the payload, the arm moved by the engine.
+    """
+    torques = np.zeros_like(q)
+    if PAYLOAD not in poses or not poses[PAYLOAD].any():
+        return torques
+    place = np.c_[poses[list(PLACE)].to_numpy(float), np.ones(len(q))]
+    in_sensor = place @ np.linalg.inv(T_flange_sensor).T
+    weight = G * poses[PAYLOAD].to_numpy(float)
+    for j in range(q.shape[1]):
+        step = np.zeros(q.shape[1])
+        step[j] = STEP
+        up, down = (np.einsum("nj,nj->n", world.sensor_frames(q + s)[:, 2], in_sensor) for s in (step, -step))
+        torques[:, j] = -weight * (up - down) / (2 * STEP)
+    return torques
+
+
+def held_torques(world: World, T_flange_sensor: Array, q: Array, poses: pd.DataFrame) -> dict[str, Array]:
+    """Return the columns tau1.. of poses.csv (N,) [N m]: what the drives hold, against the weight of arm and payload."""
+    torques = world.gravity_torques(q) + payload_torques(world, T_flange_sensor, q, poses)
+    return {f"tau{j + 1}": -column for j, column in enumerate(torques.T)}

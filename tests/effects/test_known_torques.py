@@ -1,0 +1,82 @@
+"""Joints that give way under torques that are recorded, by a simulation of its own: a payload's torque is the slope of its potential energy."""
+
+import numpy as np
+import pytest
+
+from scalar.effects.payload_deflection import PayloadDeflection
+from scalar.effects.torque_compliance import TorqueCompliance
+from scalar.estimation.calibrate import calibrate
+from tests import helpers
+from tests.tracked_targets import TrackedArm
+
+N = 40
+SOFT = {2: 8e-6, 3: -5e-6}  # rad/(N m), by joint
+PLACE = np.array([0.03, -0.02, 0.08])  # m, flange
+
+
+def workcell(seed):
+    rng = np.random.default_rng(seed)
+    arm = TrackedArm.drawn(rng, ("A",))
+    return arm, arm.poses(N, rng), rng
+
+
+def payload_torques(arm, q, mass):
+    """Return the torques ``(N, n)`` [N m] of a mass ``(N,)`` [kg] at ``PLACE``: minus the slope of its potential energy, by central differences."""
+    joints = helpers.robot_mapping(arm.name)["joints"]
+    nominal = np.array([[j.get(kind, 0.0) for j in joints] for kind in helpers.KINDS])
+    flange = helpers.fixed(helpers.robot_mapping(arm.name).get("flange"))
+
+    def height(angles):
+        return (helpers.chain(nominal, angles) @ flange @ np.r_[PLACE, 1.0])[:, 2]
+
+    steps = 1e-5 * np.eye(q.shape[1])
+    slopes = [(height(q + step) - height(q - step)) / 2e-5 for step in steps]
+    return -9.81 * mass[:, None] * np.stack(slopes, axis=1)
+
+
+def measured(arm, q, rng, torques, columns):
+    """Return what a tracker sees of joints that give way under torques ``(N, n)``."""
+    true = q.copy()
+    for joint, soft in SOFT.items():
+        true[:, joint - 1] += soft * torques[:, joint - 1]
+    return arm.dataset(q, rng, stated={"noise": 1e-6}, q_true=true, columns=columns)
+
+
+def assert_found(calibration):
+    """Its compliances are those that were simulated, to a part in ten thousand, and it leaves no residual."""
+    (effect,) = calibration.model.effects
+    found = dict(zip(effect.joints, effect.coefficients, strict=True))
+    for joint, value in found.items():
+        assert value == pytest.approx(SOFT.get(joint, 0.0), abs=1e-9)
+    assert calibration.residual_rms < 2e-7  # what the prior of the coefficients leaves
+
+
+def test_compliances_by_measured_torques_are_found():
+    """Without noise, joints that give way under any recorded torques have their compliance found, and the others none."""
+    arm, q, rng = workcell(1)
+    torques = rng.normal(0.0, 50.0, q.shape)
+    columns = {f"tau{j + 1}": torques[:, j] for j in range(q.shape[1])}
+    assert_found(calibrate(measured(arm, q, rng, torques, columns), effects=[TorqueCompliance((2, 3, 5))]))
+
+
+def test_the_torque_of_a_payload_is_the_slope_of_its_energy():
+    """The effect's torques on the nominal arm are minus the derivatives of the payload's potential energy by the joints."""
+    arm, q, rng = workcell(2)
+    mass = rng.choice([0.0, 4.0], N)
+    columns = {"payload": mass, **dict(zip(("payload_x", "payload_y", "payload_z"), PLACE, strict=True))}
+    columns = {name: np.broadcast_to(values, N) for name, values in columns.items()}
+    dataset = measured(arm, q, rng, np.zeros_like(q), columns)
+    torques = PayloadDeflection((1,)).torques(dataset.robot, dataset.known_poses)
+    np.testing.assert_allclose(torques, payload_torques(arm, q, mass), atol=1e-6)
+    assert_found(calibrate(measured(arm, q, rng, torques, columns), effects=[PayloadDeflection((2, 3, 5))]))
+
+
+def test_what_is_not_recorded_is_not_looked_for():
+    """Without torques, or with one payload for all poses, nothing is proposed, and a command line is told what is missing."""
+    arm, q, rng = workcell(3)
+    dataset = measured(arm, q, rng, np.zeros_like(q), {"payload": np.full(N, 3.0)})
+    assert TorqueCompliance.candidates(dataset) == PayloadDeflection.candidates(dataset) == []
+    with pytest.raises(ValueError, match="no column 'tau1'"):
+        TorqueCompliance.parsed(dataset, [])
+    with pytest.raises(ValueError, match="the same at all poses"):
+        PayloadDeflection.parsed(dataset, [])

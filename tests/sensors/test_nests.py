@@ -1,0 +1,143 @@
+"""Reference nests on the base: what they show of a tracker that moves, and that they are taken as they are where nothing moves."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from scalar.data.dataset import read_dataset, validate_dataset
+from scalar.data.dataset_writer import write_dataset
+from scalar.data.references import References
+from scalar.effects.target_drift import TargetDrift
+from scalar.estimation.calibrate import calibrate
+from scalar.estimation.measured_effects import with_target_motion
+from scalar.sensors.seen_motion import seen_motion
+from tests import helpers, small_datasets
+from tests.tracked_targets import TrackedArm, relative
+
+
+def moved(points, motion):
+    """Return points ``(N, 3)`` turned by ``motion[:, :3]`` [rad] about the tracker and shifted by ``motion[:, 3:]`` [m]."""
+    return np.array(
+        [
+            helpers.rotate_about(w, float(np.linalg.norm(w))) @ p + t
+            for p, w, t in zip(points, motion[:, :3], motion[:, 3:], strict=True)
+        ]
+    )
+
+
+def campaign(seed, nests=3, size=1.0, noise=2e-5, n=60):
+    """Return a workcell whose tracker settles, the dataset with its nests, and the generator."""
+    rng = np.random.default_rng(seed)
+    arm = TrackedArm.drawn(rng, ("A",))
+    q = arm.poses(n, rng)
+    dataset = arm.dataset(q, rng, noise=noise, stated={"noise": noise})
+    share = 1 - np.exp(-np.linspace(0, 2, n))
+    motion = size * share[:, None] * rng.normal(size=6) * np.array([3e-5, 3e-5, 3e-5, 2e-4, 2e-4, 2e-4])
+    motion += 1e-12
+    places = (arm.T_tracker_base[0] @ np.c_[rng.uniform(-0.4, 0.4, (nests, 3)), np.ones(nests)].T).T[:, :3]
+    seen = {
+        f"nest_{k}": moved(np.tile(p, (n, 1)), motion) + noise * rng.normal(size=(n, 3))
+        for k, p in enumerate(places)
+    }
+    dataset = replace(dataset, points=moved(dataset.points, motion), references=References.of_arrays(seen))
+    return arm, dataset, rng
+
+
+def error(calibration, arm, rng):
+    """Return the error of predicted places [m] at new poses, after the motion that the base leaves free."""
+    q = arm.poses(60, rng)
+    true = arm.at(q, "A")
+    return float(np.sqrt(np.mean((relative(calibration.predict(q), true) - true)[:, :3, 3] ** 2)))
+
+
+def test_a_tracker_that_moves_is_taken_off():
+    """With three nests a calibration predicts as if the tracker stood still, which without them it does not; both by the same noise."""
+    arm, dataset, _ = campaign(1, size=4.0)
+    still = campaign(1, size=0.0)[1]
+    errors = [
+        error(calibrate(d), arm, np.random.default_rng(2))
+        for d in (dataset, replace(dataset, references=None), still)
+    ]
+    assert errors[0] < 1.5 * errors[2]
+    assert errors[1] > 2 * errors[2]
+    (effect,) = calibrate(dataset).model.effects
+    assert effect.name == "target_drift" and effect.by == "references"
+
+
+def test_the_share_that_the_arm_shows_of_what_nests_show_is_one():
+    """Estimated from the arm's own residual, the coefficient of the nests' motion is 1 within three standard errors."""
+    dataset = with_target_motion(campaign(3)[1])
+    drift = TargetDrift.measured(dataset)
+    assert drift is not None
+    calibration = calibrate(dataset, effects=[drift.with_coefficients([0.0])])
+    (value,), ((std,),) = calibration.model.effects[0].coefficients, calibration.effect_std
+    assert std < 0.2
+    assert abs(value - 1) < 3 * std
+
+
+@pytest.mark.parametrize("nests", [1, 3])
+def test_nests_that_stand_still_show_nothing(nests):
+    """Over thirty seeds of noise alone, no motion is taken for one, and the noise is found."""
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        seen = {str(k): rng.normal(size=3) + 3e-5 * rng.normal(size=(50, 3)) for k in range(nests)}
+        found = seen_motion(References.of_arrays(seen))
+        assert found.p_value > 1e-4 and not found.screws.any()
+        assert 0.7 < found.noise / 3e-5 < 1.3
+
+
+def test_poses_without_nests_lie_between_their_neighbours():
+    """A motion is found over poses at which no nest was measured, to a few times the noise."""
+    rng = np.random.default_rng(4)
+    n = 80
+    shift = np.outer(np.sin(np.linspace(0, 3, n)), [3e-4, -2e-4, 1e-4])
+    seen = {}
+    for k in range(3):
+        places = rng.normal(size=3) + shift + 1e-5 * rng.normal(size=(n, 3))
+        places[rng.random(n) < 0.5] = np.nan
+        seen[str(k)] = places
+    references = References.of_arrays(seen)
+    found = seen_motion(references)
+    points = np.array([0.5, 0.2, 0.1]) + np.zeros((len(found.screws), 3))
+    at = found.screws[:, 3:] + np.cross(found.screws[:, :3], points)
+    off = at - shift[: len(at)]
+    assert np.sqrt(np.mean((off - off.mean(axis=0)) ** 2)) < 4e-5
+
+
+def test_nests_are_read_as_they_were_written(tmp_path):
+    """A folder with nests, some poses without, is valid and comes back; a part of its poses keeps its own nests."""
+    dataset = campaign(5, n=12)[1]
+    kept = dataset.references.subset(np.flatnonzero(np.arange(12) % 5), 12)
+    rows = np.flatnonzero(np.arange(12) % 5)
+    dataset = replace(dataset, references=replace(kept, pose=rows[kept.pose]))
+    dataset.write(tmp_path / "d")
+    assert validate_dataset(tmp_path / "d") == []
+    again = read_dataset(tmp_path / "d")
+    for name in ("pose", "item", "points"):
+        np.testing.assert_array_equal(getattr(again.references, name), getattr(dataset.references, name))
+    part = again.subset(np.array([2, 5, 7])).references
+    np.testing.assert_array_equal(np.unique(part.pose), [0, 2])  # pose 5 has none
+
+
+@pytest.mark.parametrize(
+    ("columns", "row", "column", "said"),
+    [
+        ({"pose": 99}, 2, "pose", "unknown pose 99"),
+        ({"nest": ["a"] * 2}, 3, "nest", "already in row 2"),
+        ({"x": 2000.0}, 2, "x", "millimetres"),
+        ({"noise": 0.0}, 2, "noise", "greater than 0"),
+        ({"height": 1.0}, 1, "height", "unknown column"),
+    ],
+)
+def test_faults_of_nests_are_named(tmp_path, columns, row, column, said):
+    """Every wrong cell or column of nests.csv is refused by its row and column."""
+    tables = small_datasets.tables("tracker")
+    nests = pd.DataFrame({"pose": [10, 10], "nest": ["a", "b"], "x": 0.1, "y": 0.2, "z": 0.3}).assign(
+        **columns
+    )
+    write_dataset(tmp_path / "d", mapping=small_datasets.description("tracker"), **tables, nests=nests)
+    found = [fault for fault in validate_dataset(tmp_path / "d") if fault.file == "nests.csv"]
+    assert (found[0].row, found[0].column) == (row, column)
+    assert said in found[0].message
