@@ -27,7 +27,7 @@ _TYPICAL_LARGEST = (
 
 @dataclass(frozen=True)
 class Axis:
-    """What a number of a picture is; its unit: ``rad``, ``m``, ``m/m``, ``1``, ``s``, ``degC`` or empty."""
+    """What a number of a picture is; its unit: ``rad``, ``m``, ``m/m``, ``1``, ``s``, ``N m``, ``degC`` or empty."""
 
     label: str
     unit: str
