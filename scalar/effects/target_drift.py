@@ -225,7 +225,7 @@ class TargetDrift(BaseEffect):
                 len(x), -1
             )
             curve = np.stack([x, basis @ self.coefficients, view.error_of(self, basis)])
-        axis = Axis("shift of the base as the tracker sees it, along its main direction", "m")
+        axis = Axis("shift of the base as it is seen", "m")
         x_axis = variable_axis("time" if self.by == "time" else "order", view.nominal)
         return [Profile(x_axis, axis, clock, fitted + rest, rest, std, fitted, curve)]
 
