@@ -67,7 +67,7 @@ class PayloadDeflection(KnownTorques):
     def advice(self) -> list[str]:
         """Return what to do about it."""
         return [
-            "State the payload and where it sits for each program that is corrected: the arm gives way by as much as it carries."
+            "Give the payload and where it sits for each program that is corrected: the arm gives way by as much as it carries."
         ]
 
     @property

@@ -190,8 +190,8 @@ class TargetDrift(BaseEffect):
     def advice(self) -> list[str]:
         """Return what to do about it."""
         return [
-            "Put the tracker on firm ground, let it warm up, and measure three nests on the robot's base at every pose: they say how the tracker "
-            "moves, so that it can be taken off."
+            "Let the tracker warm up on firm ground, and measure three nests on the robot's base at every pose: they say how the tracker moves, so "
+            "that it can be taken off."
         ]
 
     @property
