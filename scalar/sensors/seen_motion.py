@@ -10,6 +10,7 @@ zero. Left out: motions of more than a degree.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -64,10 +65,10 @@ def seen_motion(references: References) -> SeenMotion:
 class _System:
     """The mixed model of Q coordinates: ``y = X c + Z x + e``, x the walk after the first pose in units of (1 / reach, 1)."""
 
-    X: sparse.csr_matrix
-    Z: sparse.csr_matrix
+    X: Any  # sparse matrices, whose types SciPy does not tell
+    Z: Any
     y: Array
-    D: sparse.csr_matrix
+    D: Any
     middle: Array
 
     @classmethod

@@ -18,11 +18,12 @@ def payload_torques(world: World, T_flange_sensor: Array, q: Array, poses: pd.Da
     By virtual work, tau_j = -dU/dq_j with U = m g z of the payload, the arm moved by the engine.
     """
     torques = np.zeros_like(q)
-    if PAYLOAD not in poses or not poses[PAYLOAD].any():
+    mass = poses[PAYLOAD].to_numpy(float) if PAYLOAD in poses else np.zeros(len(q))
+    if not mass.any():
         return torques
     place = np.c_[poses[list(PLACE)].to_numpy(float), np.ones(len(q))]
     in_sensor = place @ np.linalg.inv(T_flange_sensor).T
-    weight = G * poses[PAYLOAD].to_numpy(float)
+    weight = G * mass
     for j in range(q.shape[1]):
         step = np.zeros(q.shape[1])
         step[j] = STEP
