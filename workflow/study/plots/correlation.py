@@ -43,7 +43,7 @@ def draw_correlation(correlation: pd.DataFrame) -> Figure:
     matrix = table.loc[names, names].to_numpy(dtype=float)
     count = len(names)
     with styled():
-        figure = new_figure(8.6, 6.0)
+        figure = new_figure(8.6, 5.4)
         ax = figure.subplots()
         shown = ax.imshow(matrix, cmap="RdBu_r", vmin=-1, vmax=1, aspect="auto")
         bar = figure.colorbar(shown, ax=ax, shrink=0.7, pad=0.02)

@@ -47,7 +47,7 @@ def draw_worked_example(
         _asked(top[1], poses, curve)
         top[1].set_xlabel(f"angle of joint {joint} [°]")
         top[1].set_ylabel(f"error of joint {joint} [°]")
-        top[1].set_title(f"3. what each pose asks of joint {joint}", fontsize=9)
+        top[1].set_title(f"3. error of joint {joint} by each pose", fontsize=9)
         top[2].set_title("4. the residual with the effect", fontsize=9)
         _candidates(candidates, ranking)
         _errors(bars, errors, numbers)
