@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from scalar.units import DEG, MM, MRAD, UM
+from scalar.units import DEG, MM, UM
 from study.plots.style import (
     COLOURS,
     EDGE,
@@ -41,7 +41,7 @@ _SHOWN_IN = {  # {unit of the tables: (factor, unit of the figure)}: angles in d
     "rad/(N m)": (1000.0 / DEG, "°/(kN m)"),
     "m": (1.0 / MM, "mm"),
     "m/m": (1.0 / UM, "µm/m"),
-    "rad/rad": (1.0 / MRAD, "‰"),
+    "rad/rad": (1.0 / UM, "10⁻⁶"),
     "1/m": (1.0, "1/m"),
 }
 _WHOLE_FROM = 10.0  # ratios from here on are written without decimals
@@ -160,6 +160,7 @@ def _power_panel(ax: Axes, rows: Any, half: Any) -> None:
     for size, signal in zip(sizes * factor, rows["signal_over_noise"], strict=True):
         labels.append(f"{_short(size)}\n{_short(signal) if np.isfinite(signal) else '–'}")
     ax.set_xticks(place, labels, fontsize=8)
+    ax.margins(x=0.01)
     ax.set_ylim(0, 1.13)
     ax.set_yticks([0, 0.5, 1])
     ax.grid(visible=False, axis="x")

@@ -28,7 +28,7 @@ def draw_workspace(errors: pd.DataFrame, seeds: int) -> Figure:
     """
     enough: Any = errors[errors["poses"] >= _FEWEST]
     with styled():
-        figure = new_figure(9.2, 5.9)
+        figure = new_figure(9.2, 5.5)
         if enough.empty:
             figure.text(0.5, 0.5, "no fit gave a calibration", ha="center")
             return figure
@@ -50,6 +50,7 @@ def draw_workspace(errors: pd.DataFrame, seeds: int) -> Figure:
                     rasterized=True,
                 )
                 ax.set_aspect("equal")
+                ax.locator_params(axis="x", nbins=2 if view == "side" else 4)  # the side view is narrow
                 ax.set_xlabel(across)
                 if ax in axes[:, 0]:
                     ax.set_ylabel(up)
