@@ -50,7 +50,9 @@ def draw_workspace(errors: pd.DataFrame, seeds: int) -> Figure:
                     rasterized=True,
                 )
                 ax.set_aspect("equal")
-                ax.locator_params(axis="x", nbins=2 if view == "side" else 4)  # the side view is narrow
+                ax.locator_params(
+                    axis="x", nbins=2 if view == "side" else 4, min_n_ticks=1
+                )  # a side is narrow
                 ax.set_xlabel(across)
                 if ax in axes[:, 0]:
                     ax.set_ylabel(up)
