@@ -18,9 +18,12 @@ def dataset():
 
 
 def test_every_kind_with_a_name_is_tried_on_a_scanner(dataset):
-    """All kinds but ripples, which are found as a part of all orders, are among the candidates or the changes of scans."""
+    """All kinds but ripples, found as a part of all orders, and drifts of a whole target are among the candidates or the changes of scans."""
     tried = {e.name for e in candidates(dataset)} | {e.name for e, _ in changes(dataset)}
-    assert tried == {kind.name for kind in registry.OURS if not kind.flexible} - {"joint_ripple"}
+    assert tried == {kind.name for kind in registry.OURS if not kind.flexible} - {
+        "joint_ripple",
+        "target_drift",
+    }
 
 
 @pytest.mark.parametrize("kind", ["probe", "tracker"])
@@ -56,3 +59,10 @@ def test_flexible_terms_say_what_they_depend_on(dataset):
     terms = flexible(dataset)
     assert all(term.flexible and term.depends_on for term in terms)
     assert any(term.depends_on == ["humidity"] for term in terms)
+
+
+def test_a_drift_of_the_target_is_tried_where_the_target_is_a_frame():
+    """A tracker and the base may move against each other; planes are looked at each by itself."""
+    for kind, tried in (("tracker", True), ("probe", False)):
+        data = make_scene(seed=3, poses_per_plane=45, kind=kind).dataset
+        assert ("target_drift" in {e.name for e in candidates(data)}) == tried

@@ -67,7 +67,7 @@ def test_calibrations_with_every_effect_predict_the_same_after_saving(cell, effe
         table = dataset.poses.assign(order=np.arange(dataset.n_poses))
         np.testing.assert_allclose(after.predict(table), before.predict(table), rtol=0, atol=1e-13)
         at_end = dataset.poses.drop(columns=["order"], errors="ignore")
-        if all(getattr(e, "by", "") != "order" or e.last is not None for e in chosen):
+        if all(getattr(e, "by", "") != "order" or getattr(e, "last", 0.0) is not None for e in chosen):
             np.testing.assert_allclose(after.predict(at_end), before.predict(at_end), rtol=0, atol=1e-13)
             assert np.isfinite(after.predict(at_end)).all()
 

@@ -149,7 +149,10 @@ def test_the_columns_are_the_same_with_and_without(control):
         *(f"q{j}" for j in range(1, 7)),
         "time",
         "temperature",
-    ] + [f"approach{j}" for j in range(1, 7)]
+        *(f"approach{j}" for j in range(1, 7)),
+        *("payload", "payload_x", "payload_y", "payload_z"),
+        *(f"tau{j}" for j in range(1, 7)),
+    ]
     assert list(injected(record=[]).poses) == ["pose", "plane", *(f"q{j}" for j in range(1, 7))]
     needed = injected({"effect": "joint_backlash"}, record=[])
     assert [name for name in needed.poses if name.startswith("approach")] == [
