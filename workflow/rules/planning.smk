@@ -11,17 +11,8 @@ PLANNING = config.get("planning") or {
 }
 PLANNING_DIR = f"{RESULTS}/planning"
 SEPARATION = PLANNING.get("separation") or {
-    "cases": [
-        "joint_compliance",
-        "joint_harmonic",
-        "joint_scale",
-        "joint_coupling",
-        "base_compliance",
-        "axis_nonparallel",
-        "range_offset",
-        "range_distortion",
-    ],
-    "repetitions": 2,
+    "cases": ["joint_compliance", "base_compliance", "range_offset"],
+    "repetitions": 3,
     "first_poses_per_plane": 20,
     "pool_per_plane": 400,
     "further_poses": 20,
