@@ -12,7 +12,7 @@ PLANNING = config.get("planning") or {
 PLANNING_DIR = f"{RESULTS}/planning"
 SEPARATION = PLANNING.get("separation") or {
     "cases": ["joint_compliance", "base_compliance", "range_offset"],
-    "repetitions": 3,
+    "repetitions": 1,
     "first_poses_per_plane": 20,
     "pool_per_plane": 400,
     "further_poses": 20,
