@@ -68,7 +68,7 @@ def open_pairs(
     def wanted(entry: Mapping[str, Any]) -> Effect | None:
         return next((e for e in (*found, *_each(pool)) if _is(e, entry)), None)
 
-    for entry in diagnosis["effects"]:
+    for entry in with_doubtful(diagnosis["effects"]):
         for other in entry["confounded_with"]:
             effect, rival = wanted(entry), wanted(other)
             if effect is None or rival is None or not _by_poses(effect, rival):
@@ -86,6 +86,11 @@ def open_pairs(
             continue
         pairs.append(Pair(effect.with_coefficients(effect.natural_sizes), None))
     return pairs, list(dict.fromkeys(beyond))
+
+
+def with_doubtful(effects: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Return the entries of a diagnosis, and those that it gives no name but says what they are most like."""
+    return [found for entry in effects for found in (entry, *entry.get("most_like", ()))]
 
 
 def asked(

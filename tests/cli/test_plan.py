@@ -130,8 +130,12 @@ def test_an_accuracy_is_planned_for(tmp_path):
     assert counts[0] < counts[1]
 
 
-def test_poses_that_separate_a_gear_from_a_scale(tmp_path):
-    """A joint that was measured over a small part of its range does not tell a first harmonic from a scale; the plan's poses do."""
+@pytest.mark.parametrize("doubtful", [False, True])
+def test_poses_that_separate_a_gear_from_a_scale(doubtful, tmp_path):
+    """A joint that was measured over a small part of its range does not tell a first harmonic from a scale; the plan's poses do.
+
+    So they do where the diagnosis gives it no name, because it is in doubt, and says what it is most like.
+    """
     scene = helpers.make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
     poses = scene.dataset.poses.copy()
     poses["q4"] = np.linspace(-0.1, 0.1, len(poses))
@@ -148,7 +152,8 @@ def test_poses_that_separate_a_gear_from_a_scale(tmp_path):
         "coefficients": {"sin_rad": {"value": 1e-3}, "cos_rad": {"value": 0.0}},
         "confounded_with": [{"name": JointScale.name, "target": {"joint": 4}}],
     }
-    diagnosis = {"format": "scalar-diagnosis/2", "effects": [entry], "unobservable": []}
+    told = {"name": "unattributed", "target": {}, "confounded_with": [], "most_like": [entry]}
+    diagnosis = {"format": "scalar-diagnosis/2", "effects": [told if doubtful else entry], "unobservable": []}
     (out / "diagnosis.json").write_text(json.dumps(diagnosis), encoding="utf-8")
     options = ("--poses", 8, "--candidates", 100, "--no-collisions")
     result = run("plan", tmp_path / "cell", "--after", out / "diagnosis.json", *options, "-o", tmp_path / "p")

@@ -22,7 +22,7 @@ from scalar.diagnosis import diagnose
 from scalar.effects import Effect
 from scalar.errors import ScalarError
 from scalar.geometry.se3 import Array
-from scalar.planning.questions import Pair, asked, open_pairs
+from scalar.planning.questions import Pair, asked, open_pairs, with_doubtful
 from scalar.planning.separation import ANSWERED, noncentralities, separating_poses
 from scalar.planning.workcell import View, Workcell
 from study.blind_trials.cases import Set, Study
@@ -205,7 +205,9 @@ def distinguished(pair: Pair, effects: Sequence[Entry] | None) -> bool:
         return _is(one, entry) and any(_is(other, listed) for listed in entry["confounded_with"])
 
     both = (pair.effect, pair.rival), (pair.rival, pair.effect)
-    return bool(effects) and not any(confounds(entry, *way) for entry in effects for way in both)
+    return bool(effects) and not any(
+        confounds(entry, *way) for entry in with_doubtful(effects) for way in both
+    )
 
 
 def named_alone(injected: Entry, effects: Sequence[Entry] | None) -> bool:
