@@ -80,6 +80,8 @@ def describe_content(content: Content) -> str:
         lines.append(f"  {points.n_rows} points, {min(sizes)} to {max(sizes)} a scan")
     if points is not None:
         lines += _measurements(points, kind.format.table)
+    if content.references is not None:
+        lines += _measurements(content.references, kind.format.references)
     noise = sensor.get("noise")
     if points is not None and "noise" in points.columns:
         least, most = (

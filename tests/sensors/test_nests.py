@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from click.testing import CliRunner
 
+from scalar.cli import cli
 from scalar.data.dataset import read_dataset, validate_dataset
 from scalar.data.dataset_writer import write_dataset
 from scalar.data.references import References
@@ -141,3 +143,11 @@ def test_faults_of_nests_are_named(tmp_path, columns, row, column, said):
     found = [fault for fault in validate_dataset(tmp_path / "d") if fault.file == "nests.csv"]
     assert (found[0].row, found[0].column) == (row, column)
     assert said in found[0].message
+
+
+def test_validate_says_how_often_each_nest_was_measured(tmp_path):
+    """The summary of a folder counts the measurements of every nest."""
+    campaign(6, nests=2, n=12)[1].write(tmp_path / "d")
+    said = CliRunner().invoke(cli, ["validate", str(tmp_path / "d")])
+    assert said.exit_code == 0, said.output
+    assert "nests: nest_0 12, nest_1 12" in said.output
