@@ -111,9 +111,9 @@ def _fitted(
     """
     nothing = tuple(effect.with_coefficients(np.zeros(len(effect.coefficients))) for effect in effects)
     model = replace(prepared.coarse, effects=nothing).rebased()
-    measurement: Any = measure(dataset)
-    left = found.residual_rms / np.sqrt(measurement.rows_per_pose)
-    whole = Residuals.of(dataset, model, replace(measurement, sigma=left))
+    left = float(found.residual_rms / np.sqrt(measure(dataset).rows_per_pose))
+    stated = replace(dataset, sensor=replace(dataset.sensor, noise=left))
+    whole = Residuals.of(dataset, model, measure(stated))
     told = Residuals.of(seen, model, whole.measurement)
     residuals = Residuals(whole.measurement, whole.poses, told.bases, whole.known)
     free = np.r_[prepared.free, np.ones(sum(len(e.coefficients) for e in effects), dtype=bool)]
