@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     "--effects",
     "effects",
     metavar="NAME,...",
-    help="Free these effects as well, each with its target where it needs one: see the examples.",
+    help="Free these effects as well, by name and target: joint_scale:2, joint_harmonic:3:1 (joint, order), joint_coupling:6:5 (joint, source).",
 )
 @COMMANDED
 @EFFECTS_MODULE

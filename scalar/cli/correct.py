@@ -76,7 +76,7 @@ def correct(
 
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.poses import Poses
-    from scalar.data.table_units import base_name, columns_of, units_named
+    from scalar.data.table_units import base_name, columns_of, units_named, units_to_write
     from scalar.estimation.correction import correct_table, sensitivity
     from scalar.estimation.result import load_calibration
 
@@ -85,7 +85,8 @@ def correct(
     load_effects(effects_modules)
     model = load_calibration(calibration).model
     robot = model.robot
-    named = {base_name(column) for column in columns_of(targets)}
+    columns = columns_of(targets)
+    named = {base_name(column) for column in columns}
     frames_wanted = bool(named & set(_FRAME))
     with_joints = "q1" in named or not frames_wanted
     with advice_on_units():
@@ -117,7 +118,8 @@ def correct(
     near = sensitivity(model, Poses.from_frame(table, robot.n_joints, order_is_row=False), found.q)
     for line in _said(robot, ids, found, near, kept):
         say(line)
-    _write(output, table, found, near, kept, in_units.sliding(robot.prismatic))
+    out_units = units_to_write(units, columns)
+    _write(output, table, found, near, kept, out_units.sliding(robot.prismatic))
     say(f"written: {output}, {len(kept)} poses")
 
 

@@ -59,7 +59,7 @@ def predict(
       scalar predict out/calibration.json joints.csv -o frames.csv --units deg,mm
     """
     from scalar.data.pose_tables import read_pose_table
-    from scalar.data.table_units import units_named
+    from scalar.data.table_units import columns_of, units_named, units_to_write
     from scalar.estimation.frame_tables import write_frames
     from scalar.estimation.result import load_calibration
 
@@ -78,7 +78,7 @@ def predict(
         table["pose"].to_numpy(),
         model.predict(table, target=target),
         covariance,
-        units=in_units,
+        units=units_to_write(units, columns_of(joints)),
         orientation_known=model.observes_orientation,
     )
     say(f"written: {output}, {len(table)} poses")

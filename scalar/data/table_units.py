@@ -92,6 +92,22 @@ def columns_of(path: Path) -> list[str]:
     return [name.strip().strip('"') for name in line.decode("utf-8-sig", "replace").split(",")]
 
 
+def units_to_write(text: str | None, columns: Sequence[str]) -> TableUnits:
+    """Return the units of a table that is written: those of an option such as ``deg,mm``, else those that the columns read state.
+
+    Where there are joint angles, their columns decide; a frame beside them may be in other units.
+
+    Raises:
+        InvalidInput: As ``units_named`` does.
+    """
+    if text is not None:
+        return units_named(text)
+    named = [(base_name(column), column.rpartition("_")[2]) for column in columns]
+    deciding = [(name, unit) for name, unit in named if _JOINT.fullmatch(name)] or named
+    stated = {unit for name, unit in deciding if f"{name}_{unit}" in columns}
+    return TableUnits("mm" if "mm" in stated else SI.length, "deg" if "deg" in stated else SI.angle)
+
+
 def base_name(column: str) -> str:
     """Return the name of a column without the unit at its end."""
     name, _, unit = column.rpartition("_")

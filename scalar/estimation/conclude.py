@@ -20,6 +20,7 @@ from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.estimation.setup.plausibility import implausible
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
+from scalar.sensors.pose_noise import ROTATION_NOISE
 from scalar.units import DEG, MM
 
 
@@ -84,6 +85,10 @@ def conclude(
             std,
             rotation_observed=residuals.measurement.observes_orientation,
             misfit_ratio=spread.ratio if residuals.measurement.sigma_stated else None,
+            rotation_noise=max(
+                (n.value for n in residuals.measurement.estimated_noise if n.name == ROTATION_NOISE),
+                default=0.0,
+            ),
         )
     ]
     return Calibration(

@@ -13,6 +13,9 @@ from typing import Any
 
 from scalar.geometry.se3 import Array
 
+ROTATION_NOISE = "rotation_noise"
+"""The component of measured orientations [rad]."""
+
 
 @dataclass(frozen=True)
 class NoiseComponent:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scalar.geometry.se3 import Array
-from scalar.sensors.pose_noise import NoiseComponent
+from scalar.sensors.pose_noise import ROTATION_NOISE, NoiseComponent
 from scalar.sensors.rows import LEAST_SIGMA, stated_sigma
 
 _TYPICAL_REACH = 0.1  # m; until it is estimated, an angle's noise is that of a position at this distance
@@ -128,7 +128,7 @@ class TrackerNoise:
             return None
         value, n = float(self.rotation[self.seen][0]), 3 * int(self.seen.sum())
         sentence = "the noise of the measured orientations is estimated from what the model leaves"
-        return NoiseComponent("rotation_noise", {}, value, value / np.sqrt(2.0 * n), "rad", sentence)
+        return NoiseComponent(ROTATION_NOISE, {}, value, value / np.sqrt(2.0 * n), "rad", sentence)
 
 
 def _relative(residual: Array, sigma: Array, seen: Array) -> float:

@@ -121,7 +121,9 @@ def test_degrees_and_millimetres_give_the_same(cell):
         np.testing.assert_allclose(in_units[f"{name}_{unit}"], si_frames[name] * size, atol=1e-6)
     np.testing.assert_allclose(in_units["y_std_mm"], si_frames["y_std"] * 1e3, rtol=1e-6)
     np.testing.assert_allclose(in_units["x_y_correlation"], si_frames["x_y_correlation"], atol=1e-6)
-    np.testing.assert_allclose(corrected(cell, "by_name.csv")[JOINTS], si[JOINTS], atol=1e-9)
+    named = corrected(cell, "by_name.csv")
+    np.testing.assert_allclose(np.deg2rad(named[[f"{n}_deg" for n in JOINTS]]), si[JOINTS], atol=1e-9)
+    assert {"x", "rz_deg"} <= set(predicted(cell, "joints.csv"))
 
 
 def test_written_frames_are_read_again_in_their_units(cell):

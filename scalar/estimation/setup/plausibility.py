@@ -19,6 +19,7 @@ SENSOR_SHIFT = 150 * MM  # from the stated pose
 SIGMAS = 5.0  # standard errors: what is hardly determined may stand anywhere
 SCALE_SPREAD = 0.2  # of the ratios of fitted to nominal lengths: a common ratio says that a unit is wrong
 LEAST_SCALE = 1.3
+DISAGREEMENT = 5 * DEG  # of measured orientations, from pose to pose: no tracker's are so uncertain
 QUIET = 0.5  # ratio of the residual to what the stated noise explains: below it the statement is doubted
 
 
@@ -29,6 +30,7 @@ def implausible(
     *,
     rotation_observed: bool,
     misfit_ratio: float | None = None,
+    rotation_noise: float = 0.0,
 ) -> tuple[Suspicion, ...]:
     """Return what a fit makes suspect, although it explains the data.
 
@@ -38,12 +40,22 @@ def implausible(
         std: ``(P,)``, standard errors in the order of ``model.names``; NaN for what is fixed.
         rotation_observed: Whether this kind of sensor shows how it is turned on the flange.
         misfit_ratio: The residual over what the stated noise explains, or None where none is stated.
+        rotation_noise: Standard deviation [rad] of measured orientations as the fit leaves it; 0 where none were measured or it is stated.
     """
     found = [
         *_lengths(dataset, model, std),
         *_zeros(dataset, model, std),
         *_sensor(dataset, model, rotation_observed),
     ]
+    if rotation_noise > DISAGREEMENT:
+        found.append(
+            Suspicion(
+                "orientation",
+                "points.csv, rx,ry,rz",
+                f"the measured orientations disagree with the arm's by {rotation_noise / DEG:.0f} degrees from pose to pose: rx,ry,rz have to be "
+                "a rotation vector (the axis times the angle, in radians), and Euler angles have to be converted to it",
+            )
+        )
     if misfit_ratio is not None and misfit_ratio < QUIET:
         found.append(
             Suspicion(

@@ -33,7 +33,7 @@ class Suspicion:
     """One thing about the set-up that is suspected.
 
     Attributes:
-        what: As in ``Alternative``, or ``robot``, ``sensor_pose``, ``noise`` where a fit ended implausibly.
+        what: As in ``Alternative``, or ``robot``, ``sensor_pose``, ``orientation``, ``noise`` where a fit ended implausibly.
         where: What it concerns, as a person names it.
         sentence: What is suspected, with the figures, and what to do.
         rms_before: Of the residual as things stand [m], or None where no fit was possible.
