@@ -109,6 +109,7 @@ def rules() -> set[str]:
         "processors",
         "sensitivity",
         "planning",
+        "edges",
         "confidence",
         "aliases",
         "crate",

@@ -83,7 +83,7 @@ def read_questions(path: Path, found: Sequence[Effect], dataset: Dataset) -> tup
     diagnosis = _read(path)
     try:
         return open_pairs(diagnosis, found, dataset)
-    except (KeyError, TypeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         message = f"damaged diagnosis: {type(error).__name__} {error}; diagnose again"
         raise InvalidInput(Fault(str(path), message)) from None
 

@@ -79,4 +79,5 @@ rule everything:
         rules.measured.input,
         rules.sensitivity.input,
         rules.processors.input,
+        rules.edges.input,
         rules.fresh_paper.output,

@@ -234,6 +234,7 @@ def _joint(document: UrdfDocument, element: Any) -> ChainJoint:
     direction = np.array([1.0, 0.0, 0.0])  # as the format says, where there is no axis
     if moves and axis is not None:
         direction = _vector(document, axis, "xyz", called, default=direction)
+        direction = direction / max(np.max(np.abs(direction)), 1.0)  # the square of 1e308 is none
         length = float(np.linalg.norm(direction))
         if not length > LEAST_AXIS:
             raise document.refusal(axis, f"the axis of {called} has no direction; write it as in 0 0 1")

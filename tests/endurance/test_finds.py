@@ -1,0 +1,49 @@
+"""What the fuzzing found: each find as a test."""
+
+import json
+import random
+
+import numpy as np
+import pytest
+
+from scalar.errors import InvalidInput
+from scalar.ingest.urdf import robot_from_urdf
+from tests.endurance.readers import READERS
+from tests.robot_descriptions import random_description
+
+
+@pytest.mark.parametrize("length", ["1e308", "1e200", "2", "-1e-3"])
+def test_an_axis_of_any_length_is_a_direction(length, tmp_path):
+    """The square of a long axis overflowed, and the axis became nothing; its length means nothing, so the robot is that of the unit axis."""
+    text = random_description(np.random.default_rng(3), 3)
+    start = text.index('<axis xyz="') + len('<axis xyz="')
+    end = text.index('"', start)
+    robots = []
+    for k, axis in enumerate((length, "-1" if length[0] == "-" else "1")):
+        path = tmp_path / f"arm-{k}.urdf"
+        path.write_text(f"{text[:start]}0 {axis} 0{text[end:]}")
+        robots.append(robot_from_urdf(path, tip="tip")[0])
+    np.testing.assert_allclose(robots[0].geometry, robots[1].geometry, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "coefficients", [{"sin_rad": 1}, {"sin_rad": {"value": "x"}}, {"sin_rad": []}, [], "x", None]
+)
+def test_a_diagnosis_whose_coefficients_are_none_is_refused(coefficients, tmp_path):
+    """A number, a text or a list in the place of a value with its standard error is no fault of the program."""
+    READERS["diagnosis"].make(tmp_path)
+    content = json.loads((tmp_path / "diagnosis.json").read_text())
+    content["effects"][0]["coefficients"] = coefficients
+    (tmp_path / "diagnosis.json").write_text(json.dumps(content))
+    try:
+        READERS["diagnosis"].read(tmp_path)
+    except InvalidInput as refusal:
+        assert "damaged diagnosis" in str(refusal)
+
+
+def test_damage_is_the_same_from_the_same_seed():
+    """A find can be made again."""
+    from tests.endurance.mutations import mutated
+
+    raw = b"format: x\nvalues: [1.0, 2.0]\n"
+    assert mutated(raw, random.Random(5)) == mutated(raw, random.Random(5))

@@ -1,0 +1,90 @@
+# Where it breaks: accuracy and answers against stray points, wrong labels, missing poses, a wrong statement of noise and poor initial guesses.
+# A target of its own, a quarter of an hour or so; its summaries may be committed:
+#   snakemake edges --cores 2
+from study.edges.axes import AXES as AXES_OF_EDGES
+
+EDGES = config.get("edges") or {"scene": STUDIES["headline"]["scene"], "seeds": 4, "seeds_per_job": 1}
+EDGES_DIR = f"{RESULTS}/edges"
+EDGE_VALUES = {
+    axis: list(EDGES.get("values", {}).get(axis, AXES_OF_EDGES[axis].values)) for axis in AXES_OF_EDGES
+}
+
+
+localrules:
+    edges,
+
+
+rule run_edges:
+    input:
+        scene=local(named(EDGES["scene"])),
+        robot=lambda w: robot_of_scene(named(EDGES["scene"])),
+        modules=modules("study.edges.run", "study.common.tables"),
+    output:
+        f"{EDGES_DIR}/batches/{{axis}}/{{batch}}.csv",
+    log:
+        f"{RESULTS}/logs/edges/{{axis}}/{{batch}}.log",
+    wildcard_constraints:
+        axis="|".join(AXES_OF_EDGES),
+    conda:
+        ENVIRONMENT
+    threads: 1
+    params:
+        axis=lambda w: w.axis,
+        values=lambda w: EDGE_VALUES[w.axis],
+        seeds=lambda w: batch_seeds(w.batch),
+    message:
+        "Where it breaks: {wildcards.axis}, {wildcards.batch}"
+    script:
+        "../scripts/run_edges.py"
+
+
+rule collect_edges:
+    input:
+        tables=expand(
+            rules.run_edges.output[0],
+            axis=AXES_OF_EDGES,
+            batch=batch_names(config["first_seed"], EDGES["seeds"], EDGES["seeds_per_job"]),
+        ),
+        modules=modules("study.edges.summary", "study.common.tables"),
+    output:
+        edges=f"{EDGES_DIR}/summaries/edges.csv",
+        summary=report(
+            f"{EDGES_DIR}/summaries/summary.csv",
+            caption="../report/edges.rst",
+            category="Where it breaks",
+            labels={"shows": "errors and answers"},
+        ),
+        numbers=f"{EDGES_DIR}/summaries/numbers.json",
+    log:
+        f"{RESULTS}/logs/edges/collect.log",
+    conda:
+        ENVIRONMENT
+    threads: 1
+    message:
+        "Collecting where it breaks"
+    script:
+        "../scripts/collect_edges.py"
+
+
+rule draw_edges:
+    input:
+        edges=rules.collect_edges.output.edges,
+        summary=rules.collect_edges.output.summary,
+        modules=modules("study.plots.edges", "study.common.tables"),
+    output:
+        **figure(f"{EDGES_DIR}/figures/edges", "figure_edges", "Where it breaks", shows="curves"),
+    log:
+        f"{RESULTS}/logs/edges/draw.log",
+    conda:
+        ENVIRONMENT
+    threads: 1
+    message:
+        "Drawing where it breaks"
+    script:
+        "../scripts/draw_edges.py"
+
+
+rule edges:
+    input:
+        rules.collect_edges.output,
+        rules.draw_edges.output,

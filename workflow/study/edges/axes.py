@@ -1,0 +1,69 @@
+"""What can be wrong with a dataset beyond its noise, and how to make it so: each with the values that are tried."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.units import MM
+from study.blind_trials.gross_errors import with_gross_errors
+
+Spoil = Callable[[Dataset, float, np.random.Generator], Dataset]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One thing that is wrong to a growing degree.
+
+    Attributes:
+        label: Of the axis of a figure, with unit.
+        values: That are tried, growing; the first, or the one where nothing is wrong, is ``sound``.
+        sound: The value at which nothing is wrong.
+        overrides: Returns the keys of the scene that a value replaces, with dots.
+        spoil: Changes the dataset.
+    """
+
+    label: str
+    values: tuple[float, ...]
+    sound: float
+    overrides: Callable[[float], Mapping[str, Any]] = lambda _: {}
+    spoil: Spoil = lambda dataset, value, rng: dataset
+
+
+def _stray_points(dataset: Dataset, share: float, rng: np.random.Generator) -> Dataset:
+    return with_gross_errors(dataset, {"points": share}, rng)[0]
+
+
+def _wrong_labels(dataset: Dataset, share: float, rng: np.random.Generator) -> Dataset:
+    return with_gross_errors(dataset, {"labels": share}, rng)[0]
+
+
+def _missing_poses(dataset: Dataset, share: float, rng: np.random.Generator) -> Dataset:
+    """Leave out a share of the poses of the last plane, chosen at random."""
+    of_last = np.flatnonzero(dataset.poses["plane"].to_numpy(dtype=object) == dataset.planes[-1].name)
+    out = rng.permutation(of_last)[: round(share * len(of_last))]
+    return dataset.subset(np.delete(np.arange(dataset.n_poses), out)) if len(out) else dataset
+
+
+def _stated_noise(dataset: Dataset, ratio: float, rng: np.random.Generator) -> Dataset:
+    noise = dataset.sensor.noise
+    return dataset if noise is None else replace(dataset, sensor=replace(dataset.sensor, noise=ratio * noise))
+
+
+AXES = {
+    "outliers": Axis("stray points [%]", (0.0, 5.0, 10.0, 20.0, 30.0, 40.0), 0.0,
+                     spoil=lambda d, v, rng: _stray_points(d, v / 100, rng)),
+    "labels": Axis("poses with a wrong plane [%]", (0.0, 1.0, 2.0, 4.0, 7.0, 10.0), 0.0,
+                   spoil=lambda d, v, rng: _wrong_labels(d, v / 100, rng)),
+    "missing": Axis("poses of a plane missing [%]", (0.0, 40.0, 70.0, 85.0, 95.0, 100.0), 0.0,
+                    spoil=lambda d, v, rng: _missing_poses(d, v / 100, rng)),
+    "noise": Axis("stated over true noise", (0.1, 0.3, 1.0, 3.0, 10.0), 1.0, spoil=_stated_noise),
+    "tilt": Axis("plane guesses tilted [°]", (0.0, 10.0, 20.0, 30.0, 45.0), 0.0,
+                 overrides=lambda v: {"plane_guess.tilt_deg": v}),
+    "offset": Axis("plane guesses off [mm]", (0.0, 30.0, 100.0, 200.0, 300.0), 0.0,
+                   overrides=lambda v: {"plane_guess.offset_m": v * MM}),
+}  # fmt: skip

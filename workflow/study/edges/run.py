@@ -1,0 +1,107 @@
+"""Spoil a simulated dataset by degrees, diagnose each, and compare with the truth: a row for each degree, in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from traceback import print_exc
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scalar.data.dataset import Dataset
+from scalar.diagnosis import diagnose
+from scalar.errors import ScalarError
+from study.blind_trials.run import CRASHED, errors
+from study.common.grid import with_overrides
+from study.common.memory import dataset_in_memory
+from study.common.scene_config import scene_config
+from study.edges.axes import AXES
+
+INJECTED: dict[str, list[dict[str, Any]]] = {
+    "nothing": [],
+    "gear": [{"effect": "joint_harmonic", "size": 3.0e-4}],  # rad; its joint and order are drawn
+}
+SCENE = {"poses_per_plane": 25, "sensor.points_per_scan": 40, "truth_poses": 500}
+"""Keys of the scene that all sets share."""
+NOISES = ("pose_jitter", "scan_bias")
+EDGE_COLUMNS = {
+    "axis": "what is wrong",
+    "value": "how much of it, in the unit of the axis",
+    "seed": "of all chance in the scene",
+    "injected": "nothing, or gear: one eccentric gear",
+    "answer": "right: the gear is named, or no effect where none is; wrong: another effect, or the gear missed; refused; crashed: a defect of ours",
+    "reason": "of a refusal or a crash, its first line",
+    "verdict": "of the diagnosis",
+    "position_after_mm": "mean error of positions over the evaluation poses, base aligned, by the calibration that is shipped",
+    "position_max_after_mm": "the largest of them",
+}
+_SEED_OF_SPOILING = 51_337  # beside the scene's own seed
+
+
+def run_edges(scene: Path, axis: str, values: Sequence[float], seeds: Sequence[int]) -> pd.DataFrame:
+    """Return the rows of an axis, columns ``EDGE_COLUMNS``.
+
+    Args:
+        scene: Config that all sets start from.
+        axis: Name of one of ``AXES``.
+        values: To try.
+        seeds: Of the scenes.
+    """
+    from scalar.simulation.plan import plan_poses
+    from scalar.simulation.scene import simulate
+
+    wrong = AXES[axis]
+    rows = []
+    for seed in seeds:
+        config = scene_config(scene, [SCENE], seed=seed)
+        plan = plan_poses(config, base_dir=scene.parent)
+        for name, injected in INJECTED.items():
+            for value in values:
+                made = with_overrides(config, wrong.overrides(value)) | {"injected": injected}
+                simulated = simulate(made, base_dir=scene.parent, plan=plan)
+                rng = np.random.default_rng([seed, _SEED_OF_SPOILING])
+                truth = simulated.truth["effects"]
+                row = {"axis": axis, "value": value, "seed": seed, "injected": name}
+                row |= answer(
+                    lambda s=simulated, v=value, r=rng: wrong.spoil(dataset_in_memory(s), v, r),
+                    truth,
+                    simulated.truth_poses,
+                )
+                rows.append(row)
+                print(f"{axis} {value:g}, seed {seed}, {name}: {row['answer']}", flush=True)
+    return pd.DataFrame(rows).reindex(columns=list(EDGE_COLUMNS))
+
+
+def answer(make: Any, injected: Sequence[Mapping[str, Any]], truth_poses: pd.DataFrame) -> dict[str, Any]:
+    """Return what a diagnosis makes of a dataset, as entries of a row.
+
+    Args:
+        make: Returns the dataset, or refuses it.
+        injected: Entries of truth.json.
+        truth_poses: Joint angles and true frames.
+    """
+    try:
+        dataset: Dataset = make()
+        found = diagnose(dataset, outer_folds=0)
+        mapping = found.to_mapping()
+        return {
+            "answer": "right" if is_right(mapping["effects"], injected) else "wrong",
+            "verdict": mapping["verdict"],
+            **errors(found.calibration_after, truth_poses, "after"),
+        }
+    except ScalarError as error:
+        return {"answer": "refused", "reason": str(error).splitlines()[0]}
+    except Exception as error:  # a defect of ours: counted as one, and does not stop the others
+        print_exc()
+        return {"answer": CRASHED, "reason": f"{type(error).__name__}: {error}".splitlines()[0]}
+
+
+def is_right(found: Sequence[Mapping[str, Any]], injected: Sequence[Mapping[str, Any]]) -> bool:
+    """Return whether the effects that are named are those that were injected, each on its joint; noises of poses and scans are no effects."""
+
+    def places(entries: Sequence[Mapping[str, Any]]) -> set[tuple[str, Any]]:
+        return {(e["name"], e["target"].get("joint")) for e in entries if e["name"] not in NOISES}
+
+    return places(found) == places(injected)

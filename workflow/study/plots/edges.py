@@ -1,0 +1,82 @@
+"""Where it breaks: the error of positions, and the shares of right, wrong and refused answers, over what is wrong with the data."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from study.edges.axes import AXES
+from study.plots.style import LOOKS, PAGE_IN, new_figure, styled
+
+COLOURS = {"right": "#0072b2", "wrong": "#d55e00", "refused": "#bbbbbb", "crashed": "#000000"}
+HATCHES = {"right": "", "wrong": "///", "refused": "", "crashed": ""}
+LABELS = {
+    "right": "right answer",
+    "wrong": "wrong, or missed",
+    "refused": "refused, with the reason",
+    "crashed": "crashed",
+}
+_COLUMNS = 3
+
+
+def draw_edges(rows: Any, summary: Any) -> Figure:
+    """Return a panel of errors above a panel of answers for each axis.
+
+    Args:
+        rows: edges.csv.
+        summary: summary.csv of it.
+    """
+    names = [name for name in AXES if name in set(summary["axis"])]
+    bands = -(-len(names) // _COLUMNS)
+    with styled():
+        figure = new_figure(PAGE_IN, 0.5 + 2.5 * bands)
+        grid = figure.subplots(
+            2 * bands, _COLUMNS, height_ratios=[1.6, 1.0] * bands, squeeze=False, sharey=False
+        )
+        errors = rows["position_after_mm"].dropna()
+        low, high = (0.5 * errors.min(), 2.0 * errors.max()) if len(errors) else (1e-3, 1.0)
+        for k in range(_COLUMNS * bands):
+            top, bottom = grid[2 * (k // _COLUMNS), k % _COLUMNS], grid[2 * (k // _COLUMNS) + 1, k % _COLUMNS]
+            if k >= len(names):
+                top.remove()
+                bottom.remove()
+                continue
+            of, table = rows[rows["axis"] == names[k]], summary[summary["axis"] == names[k]]
+            values = table["value"].to_numpy(dtype=float)
+            at = {value: i for i, value in enumerate(values)}
+            top.plot(of["value"].map(at), of["position_after_mm"], "o", ms=2.5, color="#777777", alpha=0.6)
+            top.plot(range(len(values)), table["position_median_mm"], "-", color=LOOKS["proposed"].colour)
+            top.set_yscale("log")
+            top.set_ylim(low, high)
+            for which in (top.yaxis.set_major_formatter, top.yaxis.set_minor_formatter):
+                which("{x:g}")
+            top.tick_params(which="both", labelsize=7)
+            base = np.zeros(len(values))
+            for answer, colour in COLOURS.items():
+                share = 100 * table[answer].to_numpy(dtype=float)
+                bottom.bar(
+                    range(len(values)), share, bottom=base, color=colour, hatch=HATCHES[answer],
+                    edgecolor="white", linewidth=0, width=0.8,
+                )  # fmt: skip
+                base += share
+            bottom.set_ylim(0, 100)
+            bottom.set_xlabel(AXES[names[k]].label, fontsize=8)
+            for ax in (top, bottom):
+                ax.set_xlim(-0.6, len(values) - 0.4)
+                ax.set_xticks(range(len(values)), [f"{v:g}" for v in values] if ax is bottom else [])
+            if k % _COLUMNS == 0:
+                top.set_ylabel("mean position\nerror [mm]")
+                bottom.set_ylabel("answers [%]")
+            else:
+                top.tick_params(which="both", labelleft=False)
+                bottom.tick_params(labelleft=False)
+        shown = [answer for answer in COLOURS if answer != "crashed" or summary["crashed"].any()]
+        handles = [
+            Patch(facecolor=COLOURS[a], hatch=HATCHES[a], edgecolor="white", linewidth=0, label=LABELS[a])
+            for a in shown
+        ]
+        figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=8)
+    return figure
