@@ -49,7 +49,7 @@ def seen_motion(references: References) -> SeenMotion:
     n = int(references.pose.max()) + 1
     system = _System.of(references, n)
     rest = system.still()
-    found = minimize_scalar(
+    found: Any = minimize_scalar(
         lambda log: system.solved(float(np.exp(log)))[0], bounds=tuple(np.log(_RATIOS)), method="bounded"
     )
     ratio = float(np.exp(found.x))
