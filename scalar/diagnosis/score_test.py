@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -90,7 +91,7 @@ class Background:
         freedom = max(self.freedom + freed.shape[1] - n_priors, 1)
         return replace(self, residual=residual, freedom=freedom, released=released)
 
-    @property
+    @cached_property
     def squared(self) -> float:
         """Return the sum of squares of the residual."""
         return float(np.sum(self.residual**2))
