@@ -76,6 +76,11 @@ def describe_comparison(comparison: Comparison) -> list[str]:
                 f"note: the model of {letter} leaves {ratio:.1f} times its noise; what it lacks may look like a change "
                 "(`scalar diagnose` looks for it)"
             )
+    if any("without this effect" in reason for reason in comparison.not_compared.values()):
+        lines.append(
+            "note: A and B were calibrated with different effects, so what one of them lacks may look like a change; calibrate both with the "
+            "same ones (--effects-from)"
+        )
     if "names" in comparison.campaign:
         one, other = comparison.campaign["names"]
         lines.append(f"note: A calls the arm '{one}' and B '{other}'; the nominal geometry is the same")
@@ -102,7 +107,7 @@ def describe_comparison(comparison: Comparison) -> list[str]:
             f"    moves predicted positions by {moved.rms / MM:.3f} mm RMS, at most {moved.largest / MM:.3f} mm"
         )
     if n and comparison.rest_p_value < comparison.alpha:
-        lines.append(f"  and more, which no single parameter explains (p = {comparison.rest_p_value:.1g})")
+        lines.append(f"  and more, which no single parameter explains ({_chance(comparison.rest_p_value)})")
     together = comparison.together
     lines.append(
         f"predicted positions differ by {together.rms / MM:.3f} mm RMS, at most {together.largest / MM:.3f} mm, after the best "
@@ -122,7 +127,7 @@ def _said(comparison: Comparison, change: Change) -> list[str]:
         _sized(comparison.arm.names[i], comparison.arm.units[i], value, std)
         for i, value, std in zip(change.candidate.columns, change.value, change.std, strict=True)
     ]
-    lines = [f"  {_title(change.candidate.name)}: {', '.join(sizes)} (p = {change.p_value:.1g})"]
+    lines = [f"  {_title(change.candidate.name)}: {', '.join(sizes)} ({_chance(change.p_value)})"]
     if change.rivals:
         names = [_title(rival.name) for rival in change.rivals[:_RIVALS_SHOWN]]
         more = len(change.rivals) - len(names)
@@ -134,6 +139,11 @@ def _said(comparison: Comparison, change: Change) -> list[str]:
 def _title(name: str) -> str:
     kind, _, joint = name.rpartition("_")
     return f"joint {joint}, {_KINDS[kind]} {name}" if kind in _KINDS else name
+
+
+def _chance(p: float) -> str:
+    """Return a p-value; smaller ones than 1e-12 are not computed accurately."""
+    return "p < 1e-12" if p < 1e-12 else f"p = {p:.1g}"
 
 
 def _sized(name: str, unit: str, value: float, std: float) -> str:

@@ -30,5 +30,9 @@ def corrected_description(dataset: Path, output: Path) -> Iterator[None]:
         if robot is not None:
             path = output / CORRECTED
             dump_yaml({**load_yaml(dataset / DESCRIPTION), "robot": robot.to_mapping()}, path)
-            say(f"scalar: {path} has the table of joints corrected for the first of these", err=True)
+            say(
+                f"scalar: {path} is dataset.yaml with the table of joints corrected for the first of the suspicions below; "
+                "if it is right, put it in the place of dataset.yaml",
+                err=True,
+            )
         raise

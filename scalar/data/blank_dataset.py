@@ -78,6 +78,11 @@ def _description(
             low, high = (limit / size for limit in joint["limits"])
             comment += f", {low:.4g} to {high:.4g} {unit}"
         lines.append(f"    - {_flow(joint)}{comment}")
+    if not any("limits" in joint for joint in robot["joints"]):
+        lines.append(
+            "  # Add `limits: [-3.14, 3.14]` [rad; m where a joint slides] to each joint: `scalar plan` keeps to them, and to a whole turn "
+            "without."
+        )
     for key in ("base", "flange", "gravity", "tolerance"):
         if key in robot:
             lines.append(f"  {key}: {_flow(robot[key])}")
