@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     "--effects",
     "effects",
     metavar="NAME,...",
-    help="Free these effects as well, by name and target: joint_scale:2, joint_harmonic:3:1 (joint, order), joint_coupling:6:5 (joint, source).",
+    help="Free these effects as well, each with its target where it needs one (a joint, a joint and an order, two joints): see the examples.",
 )
 @COMMANDED
 @EFFECTS_MODULE
@@ -66,6 +66,7 @@ def calibrate(
     Examples:
       scalar calibrate my-cell -o out --report
       scalar calibrate my-cell -o out --effects joint_compliance,joint_scale:2
+      scalar calibrate my-cell -o out --effects joint_harmonic:3:1,joint_coupling:6:5
       scalar calibrate my-cell -o out --effects-module my_effects.py --effects my_effect
       scalar calibrate later -o out2 --effects-from out/calibration.json
     """

@@ -62,7 +62,8 @@ def refuse_foreign(outputs: Sequence[tuple[Path, Own]], force: bool, inputs: Seq
     """
     faults = []
     for path, own in outputs:
-        if not path.is_file():  # a folder is refused where it is written
+        # A folder is refused where it is written; an empty file holds nothing that could be lost.
+        if not path.is_file() or not path.stat().st_size:
             continue
         if any(source.exists() and path.samefile(source) for source in inputs):
             faults.append(Fault(str(path), "is read by this command; give another name for the output"))

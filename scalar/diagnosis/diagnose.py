@@ -148,18 +148,23 @@ def _findings(
         now = held_out_errors(state)
         own, ranking = rivals(scored, i, columns)
         ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
-        others = [s.evidence for s in ranking if not s.effect.same_answer(effect)] + without_a_name[i]
+        rival = [s for s in ranking if not s.effect.same_answer(effect)]
         near = [
             s.effect
             for s in ranking
             if s.evidence > own.evidence - after.settings.selection.confounded_margin
         ]
         near = [e for e in near if not e.same_place(effect) and not effect.flexible]
+        without = without_a_name[i]
         if is_shrunk(effect):
-            others, near = [], []
-        grounds = grounds_of_effect(scored, i, own, others, left)
+            rival, near, without = [], [], []
+        grounds = grounds_of_effect(scored, i, own, [*(s.evidence for s in rival), *without], left)
         sure = confidence(grounds)
-        doubtful = not effect.flexible and sure < after.settings.naming.least_confidence
+        # What it is confounded with is said with its name: the name is doubtful only if neither it nor one of these is likely right.
+        beyond = [s for s in rival if not any(s.effect.same_place(other) for other in near)]
+        of_these = grounds_of_effect(scored, i, own, [*(s.evidence for s in beyond), *without], left)
+        likely = max(sure, confidence(of_these)) >= after.settings.naming.least_confidence
+        doubtful = not (effect.flexible or likely)
         found.append(
             Finding(effect, own.p_value, error, now, tuple(near), sure, (), grounds, doubtful=doubtful)
         )

@@ -48,8 +48,10 @@ def commands(made, out):
 
 @pytest.mark.parametrize("name", list(commands(helpers.CONFIGS, helpers.CONFIGS)))
 def test_its_own_output_is_replaced_and_nothing_else(name, made, tmp_path):
-    """A second run writes anew; a file of others is kept, byte for byte, with exit 2 and the way out; --force replaces it."""
+    """An empty file is written to, and a second run writes anew; a file of others is kept, byte for byte, with exit 2; --force replaces it."""
     command, path = commands(made, tmp_path)[name], tmp_path / name
+    path.parent.mkdir(exist_ok=True)
+    path.touch()
     for _ in range(2):
         result = run(*command)
         assert result.exit_code == 0, result.output

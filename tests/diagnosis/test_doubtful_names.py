@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from scalar.cli.diagnose import describe_diagnosis
+from scalar.data.declared import PlaneGuess
 from scalar.diagnosis import Diagnosis, diagnose
 from scalar.diagnosis.settings import DEFAULTS, NamingSettings
 from scalar.report import render_report
@@ -77,3 +78,16 @@ def test_what_is_certain_keeps_its_name_beside_what_is_not(scaled):
         scaled.calibration_after.model.effects[0].coefficients,
         rtol=1e-9,
     )
+
+
+def test_a_name_that_is_confounded_is_given_with_its_rivals():
+    """Planes of known place show a gain of the range, but hardly whether the gain is the same at all ranges: either is likely, and both are told."""
+    cell = make_cell(Flaws(measured=lambda r: r / (1 + 2e-3)), seed=13, poses_per_plane=60)
+    truth = cell.scene.truth
+    known = tuple(
+        PlaneGuess(p.name, n, float(d), 1e-5, 1e-4)
+        for p, n, d in zip(cell.dataset.planes, truth.normals, truth.distances, strict=True)
+    )
+    (entry,) = diagnose(replace(cell.dataset, planes=known)).to_mapping()["effects"]
+    assert entry["name"] == "range_scale" and entry["confidence"] < 0.5
+    assert [other["name"] for other in entry["confounded_with"]] == ["range_distortion"]

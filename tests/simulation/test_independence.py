@@ -10,6 +10,7 @@ ALLOWED = {
     "scalar.errors",
     "scalar.data.io.atomic",
     "scalar.data.io.plain_yaml",
+    "scalar.data.io.run_id",
     "scalar.data.dataset",
     "scalar.data.dataset_writer",
     "scalar.data.formats",

@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from study.edges.axes import AXES
-from study.plots.style import LOOKS, PAGE_IN, new_figure, styled
+from study.plots.style import BAND, COLOURS, FAINT, LINE, LOOKS, OURS, PAGE_IN, new_figure, styled
 
-COLOURS = {"right": "#0072b2", "wrong": "#d55e00", "refused": "#bbbbbb", "crashed": "#000000"}
+COLOURS_OF = {"right": OURS, "wrong": COLOURS["wrong name"], "refused": FAINT, "crashed": LINE}
 HATCHES = {"right": "", "wrong": "///", "refused": "", "crashed": ""}
 LABELS = {
     "right": "right answer",
@@ -47,7 +47,7 @@ def draw_edges(rows: Any, summary: Any) -> Figure:
             of, table = rows[rows["axis"] == names[k]], summary[summary["axis"] == names[k]]
             values = table["value"].to_numpy(dtype=float)
             at = {value: i for i, value in enumerate(values)}
-            top.plot(of["value"].map(at), of["position_after_mm"], "o", ms=2.5, color="#777777", alpha=0.6)
+            top.plot(of["value"].map(at), of["position_after_mm"], "o", ms=2.5, color=BAND, alpha=0.6)
             top.plot(range(len(values)), table["position_median_mm"], "-", color=LOOKS["proposed"].colour)
             top.set_yscale("log")
             top.set_ylim(low, high)
@@ -55,7 +55,7 @@ def draw_edges(rows: Any, summary: Any) -> Figure:
                 which("{x:g}")
             top.tick_params(which="both", labelsize=7)
             base = np.zeros(len(values))
-            for answer, colour in COLOURS.items():
+            for answer, colour in COLOURS_OF.items():
                 share = 100 * table[answer].to_numpy(dtype=float)
                 bottom.bar(
                     range(len(values)), share, bottom=base, color=colour, hatch=HATCHES[answer],
@@ -73,9 +73,9 @@ def draw_edges(rows: Any, summary: Any) -> Figure:
             else:
                 top.tick_params(which="both", labelleft=False)
                 bottom.tick_params(labelleft=False)
-        shown = [answer for answer in COLOURS if answer != "crashed" or summary["crashed"].any()]
+        shown = [answer for answer in COLOURS_OF if answer != "crashed" or summary["crashed"].any()]
         handles = [
-            Patch(facecolor=COLOURS[a], hatch=HATCHES[a], edgecolor="white", linewidth=0, label=LABELS[a])
+            Patch(facecolor=COLOURS_OF[a], hatch=HATCHES[a], edgecolor="white", linewidth=0, label=LABELS[a])
             for a in shown
         ]
         figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=8)
