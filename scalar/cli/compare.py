@@ -76,7 +76,7 @@ def describe_comparison(comparison: Comparison) -> list[str]:
                 f"note: the model of {letter} leaves {ratio:.1f} times its noise; what it lacks may look like a change "
                 "(`scalar diagnose` looks for it)"
             )
-    if any("without this effect" in reason for reason in comparison.not_compared.values()):
+    if comparison.arm.effects_differ:
         lines.append(
             "note: A and B were calibrated with different effects, so what one of them lacks may look like a change; calibrate both with the "
             "same ones (--effects-from)"

@@ -37,6 +37,7 @@ class ArmParameters:
         unknown: ``{name: reason}`` of the parameters that one of the two does not determine.
         fixed_in_both: ``(P,)`` bool, fixed at one value in both, and not by the choice of a frame.
         scale_unknown: Whether one of the two leaves the scale of the arm open.
+        effects_differ: Whether one of the two was calibrated without an effect of the other.
     """
 
     model: Model
@@ -48,6 +49,7 @@ class ArmParameters:
     unknown: dict[str, str]
     fixed_in_both: Array
     scale_unknown: bool
+    effects_differ: bool
 
 
 def arm_parameters(a: Calibration, b: Calibration) -> ArmParameters:
@@ -84,6 +86,7 @@ def arm_parameters(a: Calibration, b: Calibration) -> ArmParameters:
         unknown=unknown,
         fixed_in_both=~known.any(axis=0) & np.array([name not in in_frames for name in names]),
         scale_unknown=any(entry["reason"] == NO_LENGTH_KNOWN for c in (a, b) for entry in c.gauge),
+        effects_differ=not present.all(),
     )
 
 

@@ -213,11 +213,14 @@ class Diagnosis:
         """Return the one entry of everything that was found and has no name."""
         component = self.noise_entry() if self.noise_without_a_name else None
         findings = [finding for finding in self.findings if not finding.has_name]
-        if component and self.component_is_no_noise and not findings:
-            return component
-        entry = unattributed_entry(findings, None if self.component_is_no_noise else component)
         if component and self.component_is_no_noise:
-            entry["depends_on"] = list(dict.fromkeys([*entry["depends_on"], *component["depends_on"]]))
+            if not findings:
+                return component
+            entry = unattributed_entry(findings)
+            return entry | {
+                "depends_on": list(dict.fromkeys([*entry["depends_on"], *component["depends_on"]]))
+            }
+        entry = unattributed_entry(findings, component)
         return entry | {"depends_on": entry["depends_on"] or self._joint_columns}
 
     @property

@@ -130,6 +130,22 @@ def test_an_accuracy_is_planned_for(tmp_path):
     assert counts[0] < counts[1]
 
 
+def gear_or_scale(folder, dataset, size):
+    """Return a folder with a calibration that has a gear error of joint 4 [rad], and the entry of a diagnosis that takes it for that or a scale."""
+    effect = JointHarmonic(4, (1,), coefficients=np.array([size, 0.0]))
+    made = Calibration.nominal(dataset)
+    out = folder / "out"
+    out.mkdir()
+    replace(made, model=replace(made.model, effects=(effect,))).save(out / "after.json")
+    entry = {
+        "name": effect.name,
+        "target": effect.target,
+        "coefficients": {"sin_rad": {"value": size}, "cos_rad": {"value": 0.0}},
+        "confounded_with": [{"name": JointScale.name, "target": {"joint": 4}}],
+    }
+    return out, entry
+
+
 @pytest.mark.parametrize("doubtful", [False, True])
 def test_poses_that_separate_a_gear_from_a_scale(doubtful, tmp_path):
     """A joint that was measured over a small part of its range does not tell a first harmonic from a scale; the plan's poses do.
@@ -141,17 +157,7 @@ def test_poses_that_separate_a_gear_from_a_scale(doubtful, tmp_path):
     poses["q4"] = np.linspace(-0.1, 0.1, len(poses))
     dataset = replace(scene.dataset, poses=poses)
     replace(scene, dataset=dataset).write(tmp_path / "cell")
-    effect = JointHarmonic(4, (1,), coefficients=np.array([1e-3, 0.0]))
-    made = Calibration.nominal(dataset)
-    out = tmp_path / "out"
-    out.mkdir()
-    replace(made, model=replace(made.model, effects=(effect,))).save(out / "after.json")
-    entry = {
-        "name": effect.name,
-        "target": effect.target,
-        "coefficients": {"sin_rad": {"value": 1e-3}, "cos_rad": {"value": 0.0}},
-        "confounded_with": [{"name": JointScale.name, "target": {"joint": 4}}],
-    }
+    out, entry = gear_or_scale(tmp_path, dataset, 1e-3)
     told = {"name": "unattributed", "target": {}, "confounded_with": [], "most_like": [entry]}
     diagnosis = {"format": "scalar-diagnosis/2", "effects": [told if doubtful else entry], "unobservable": []}
     (out / "diagnosis.json").write_text(json.dumps(diagnosis), encoding="utf-8")
@@ -172,17 +178,7 @@ def test_poses_that_would_separate_nothing_are_not_written(tmp_path):
     """A gear of a nanoradian, or a scale: no poses show it. Exit 3 says what it lacks and what may help, and nothing is written."""
     scene = helpers.make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
     scene.write(tmp_path / "cell")
-    effect = JointHarmonic(4, (1,), coefficients=np.array([1e-9, 0.0]))
-    made = Calibration.nominal(scene.dataset)
-    out = tmp_path / "out"
-    out.mkdir()
-    replace(made, model=replace(made.model, effects=(effect,))).save(out / "after.json")
-    entry = {
-        "name": effect.name,
-        "target": effect.target,
-        "coefficients": {"sin_rad": {"value": 1e-9}, "cos_rad": {"value": 0.0}},
-        "confounded_with": [{"name": JointScale.name, "target": {"joint": 4}}],
-    }
+    out, entry = gear_or_scale(tmp_path, scene.dataset, 1e-9)
     diagnosis = {"format": "scalar-diagnosis/2", "effects": [entry], "unobservable": []}
     (out / "diagnosis.json").write_text(json.dumps(diagnosis), encoding="utf-8")
     options = ("--poses", 8, "--candidates", 100, "--no-collisions")

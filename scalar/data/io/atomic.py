@@ -25,9 +25,11 @@ _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _BROKEN = (*_NO_ROOM, errno.EROFS, errno.EIO, errno.ESTALE)
 
 
-def _cannot_write(path: Path, error: OSError) -> InvalidInput:
-    reason = error.strerror or str(error)
-    room = "make room, or " if error.errno in _NO_ROOM else ""
+def cannot_write(path: Path, error: OSError | ValueError) -> InvalidInput:
+    """Return the refusal for a place that the system does not let be written."""
+    number = getattr(error, "errno", None)
+    reason = getattr(error, "strerror", None) or str(error)
+    room = "make room, or " if number in _NO_ROOM else ""
     return InvalidInput(
         Fault(str(path), f"cannot be written ({reason}); {room}give another place for the output")
     )
@@ -51,18 +53,18 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
             raise IsADirectoryError(None, "a folder of that name is there")
         temporary.open("xb").close()
     except OSError as error:
-        raise _cannot_write(path, error) from error
+        raise cannot_write(path, error) from error
     try:
         yield temporary
         try:
             temporary.replace(path)
         except OSError as error:
-            raise _cannot_write(path, error) from error
+            raise cannot_write(path, error) from error
     except BaseException as error:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
         if isinstance(error, OSError) and error.errno in _BROKEN:  # the disk is full, or went away
-            raise _cannot_write(path, error) from error
+            raise cannot_write(path, error) from error
         raise
 
 
@@ -90,17 +92,17 @@ def atomic_directory(
         path.parent.mkdir(parents=True, exist_ok=True)
         temporary.mkdir()
     except OSError as error:
-        raise _cannot_write(path, error) from error
+        raise cannot_write(path, error) from error
     try:
         yield temporary
         try:
             _swap_in(temporary, path)
         except OSError as error:
-            raise _cannot_write(path, error) from error
+            raise cannot_write(path, error) from error
     except BaseException as error:
         shutil.rmtree(temporary, ignore_errors=True)
         if isinstance(error, OSError) and error.errno in _BROKEN:
-            raise _cannot_write(path, error) from error
+            raise cannot_write(path, error) from error
         raise
 
 

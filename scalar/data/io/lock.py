@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from scalar.data.io.atomic import cannot_write
 from scalar.data.io.processes import lives
 from scalar.data.io.temporary import sweep
 from scalar.errors import Fault, InvalidInput
@@ -42,9 +43,7 @@ def locked(folder: Path) -> Iterator[Path]:
         descriptor, at = _acquire(folder)
     except (OSError, ValueError) as error:
         _remove(new)
-        reason = getattr(error, "strerror", None) or str(error)
-        message = f"cannot be written ({reason}); give another place for the output"
-        raise InvalidInput(Fault(str(folder) or "the output", message)) from None
+        raise cannot_write(folder, error) from None
     try:
         sweep(folder)
         yield folder

@@ -14,17 +14,31 @@ from scalar.simulation.transforms import Array, rotation_from_vector, transform
 from scalar.simulation.world import World
 
 
+class GivingJoints(InjectedEffect):
+    """Joints that give way under a torque: those that are named, or all that carry weight."""
+
+    unit: ClassVar[str] = "rad/(N m)"
+
+    @staticmethod
+    def joints_of(entry: Mapping[str, Any], stage: Stage) -> list[int]:
+        """Return the joints, from 1."""
+        return sorted(entry["target"].get("joints", stage.loaded))
+
+    def gives_way(self, q: Array) -> Array:
+        """Return which of the joints of q (N, n) give way, (n,) bool."""
+        return np.isin(np.arange(q.shape[1]) + 1, self.target["joints"])
+
+
 @dataclass(frozen=True, eq=False)
-class JointCompliance(InjectedEffect):
+class JointCompliance(GivingJoints):
     """dq_j = size times the torque of the weight about joint j [N m], for some joints or all that carry weight."""
 
     name: ClassVar[str] = "joint_compliance"
-    unit: ClassVar[str] = "rad/(N m)"
 
     @classmethod
     def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Take all joints that carry weight, where none are named."""
-        joints = sorted(entry["target"].get("joints", stage.loaded))
+        joints = cls.joints_of(entry, stage)
         largest = np.abs(stage.torques).max(0)
         assert stage.arm.weights is not None
         details = {
@@ -37,18 +51,16 @@ class JointCompliance(InjectedEffect):
 
     def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
         """Return the deflections (N, n) [rad]."""
-        gives_way = np.isin(np.arange(q.shape[1]) + 1, self.target["joints"])
-        return self.size * gives_way * world.gravity_torques(q)
+        return self.size * self.gives_way(q) * world.gravity_torques(q)
 
 
 @dataclass(frozen=True, eq=False)
-class PayloadDeflection(InjectedEffect):
+class PayloadDeflection(GivingJoints):
     """dq_j = size times the torque of the payload about joint j [N m], for some joints or all that carry weight."""
 
     T_flange_sensor: Array
 
     name: ClassVar[str] = "payload_deflection"
-    unit: ClassVar[str] = "rad/(N m)"
 
     @classmethod
     def needs(cls, entry: Mapping[str, Any]) -> set[str]:
@@ -58,13 +70,12 @@ class PayloadDeflection(InjectedEffect):
     @classmethod
     def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Take all joints that carry weight, where none are named."""
-        joints = sorted(entry["target"].get("joints", stage.loaded))
+        joints = cls.joints_of(entry, stage)
         return cls({"joints": joints}, entry["size"], {}, stage.arm.T_flange_sensor)
 
     def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
         """Return the deflections (N, n) [rad]."""
-        gives_way = np.isin(np.arange(q.shape[1]) + 1, self.target["joints"])
-        return self.size * gives_way * payload_torques(world, self.T_flange_sensor, q, poses)
+        return self.size * self.gives_way(q) * payload_torques(world, self.T_flange_sensor, q, poses)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +91,9 @@ class TorqueCompliance(PayloadDeflection):
 
     def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
         """Return the deflections (N, n) [rad]."""
-        gives_way = np.isin(np.arange(q.shape[1]) + 1, self.target["joints"])
-        return super().joint_errors(world, q, poses) + self.size * gives_way * world.gravity_torques(q)
+        return super().joint_errors(world, q, poses) + self.size * self.gives_way(q) * world.gravity_torques(
+            q
+        )
 
 
 @dataclass(frozen=True, eq=False)
