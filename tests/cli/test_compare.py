@@ -8,6 +8,8 @@ import pytest
 from click.testing import CliRunner
 
 from scalar.cli import cli
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.estimation.result import load_calibration
 from scalar.geometry.robot import Robot
 from tests.calibrated_arms import calibrated
 from tests.helpers import robot_mapping
@@ -73,6 +75,19 @@ def test_models_that_lack_something_show_no_change_of_the_arm(folder):
     assert result.exit_code == 0, result.output
     assert "the calibrations differ: 1 difference beyond chance" in result.output
     assert "the arm changed" not in result.output and "--effects-from" in result.output
+
+
+def test_different_effects_are_said_first(folder):
+    """What one calibration has as an effect, the other has in its geometry: this is said before any change, and not where both have the same."""
+    other = load_calibration(folder / "b.json")
+    gear = JointHarmonic(4, (2,), coefficients=np.array([1e-4, 0.0]))
+    replace(other, model=replace(other.model, effects=(gear,))).save(folder / "gear.json")
+    said = run("compare", folder / "a.json", folder / "gear.json")
+    assert said.exit_code == 0, said.output
+    note = said.output.index("A and B were calibrated with different effects")
+    assert note < said.output.index("beyond chance")
+    same = run("compare", folder / "a.json", folder / "b.json")
+    assert "different effects" not in same.output
 
 
 def test_an_arm_that_stayed_is_said_to_have_stayed(folder):
