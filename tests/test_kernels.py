@@ -65,6 +65,25 @@ def test_scans_are_compressed_alike(axis, noise, monkeypatch):
 
 
 @needs_library
+@pytest.mark.parametrize("axis", ["ray", "z"])
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+def test_profiles_of_scans_are_those_of_numpy(axis, noise, monkeypatch):
+    """Every function of a point that an effect may need, on scans of one, two and many points: the same components along 1, t and t^2."""
+    rng = np.random.default_rng(4)
+    starts = np.array([0, 1, 3, 40, 300])
+    x = rng.uniform(-0.1, 0.1, 300)
+    points = np.column_stack([x, 0.4 + 0.2 * x + noise * rng.normal(size=300)])
+    c = rng.normal(size=(4, 3))
+    names = ("1", "x", "z", "xx", "xz", "zz", "ux", "uz", "rx", "rz", "dx", "dz", "ux:30", "uz:12", "uz:04")
+    compiled = profile.profile_factors(names, points, starts, c, axis, 2e-4)
+    monkeypatch.setattr(kernels, "LIBRARY", None)
+    expected = profile.profile_factors(names, points, starts, c, axis, 2e-4)
+    np.testing.assert_allclose(compiled[2:], expected[2:], rtol=1e-9, atol=1e-11 * np.abs(expected).max())
+    np.testing.assert_allclose(compiled[:2, :1], expected[:2, :1], rtol=1e-11)
+    np.testing.assert_array_equal(np.any(compiled[:2], axis=2), np.any(expected[:2], axis=2))
+
+
+@needs_library
 @pytest.mark.parametrize("kind", ["line-laser", "probe"])
 def test_rows_and_jacobian_are_those_of_numpy(kind, monkeypatch):
     """At a model away from its references: rows and every column agree to rounding."""

@@ -14,10 +14,10 @@ import numpy as np
 
 from scalar.diagnosis.candidate_set import candidates, changes, elements
 from scalar.diagnosis.change_scores import ChangeScores, Moments
+from scalar.diagnosis.effect_columns import Basis
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.score_test import Background, Projected, gram_given
 from scalar.effects import Effect
-from scalar.estimation.effect_bases import JointBasis
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
@@ -32,14 +32,14 @@ class CandidateSet:
         tried: Candidates with the indices of their columns.
         elements: Effects whose columns these are.
         changes: (effect that acts always, the poses it touches) for every kind of change; their columns come last.
-        bases: Basis functions of effects on joints at the poses, computed when they are first used.
+        bases: What effects do at the poses, computed when it is first used.
         elsewhere: How many more of the same kind are tried in other sets.
     """
 
     tried: list[tuple[Effect, Array]]
     elements: list[Effect]
     changes: list[tuple[Effect, Array]]
-    bases: dict[Effect, JointBasis] = field(default_factory=dict)
+    bases: dict[Effect, Basis] = field(default_factory=dict)
     elsewhere: int = 0
 
     @classmethod

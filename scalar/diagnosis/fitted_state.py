@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.data.poses import Poses
-from scalar.diagnosis.measured_rows import MeasuredRows
+from scalar.diagnosis.effect_columns import Basis, EffectColumns
+from scalar.diagnosis.measured_rows import MeasuredRows, profile_measurement
 from scalar.diagnosis.score_test import Background
 from scalar.diagnosis.settings import DEFAULTS, RefitSettings, Settings
 from scalar.diagnosis.variance_components import VarianceComponent, variance_components, whitening_for
 from scalar.effects import Effect
 from scalar.estimation.data_sheet_priors import misfit_ratio
-from scalar.estimation.effect_bases import JointBasis, acts_on_joints
 from scalar.estimation.joint_fit import unobservable_coefficients
 from scalar.estimation.least_squares import fit
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.geometry.se3 import Array
-from scalar.sensors import Measurement
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
-
-_MOST_NUMBERS = 10_000_000  # of the screws that are worked out at once: 80 MB
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,72 +126,24 @@ class FittedState:
             self.settings.score_test,
         )
 
-    def columns_of(self, effects: Sequence[Effect], bases: dict[Effect, JointBasis] | None = None) -> Array:
+    def columns_of(self, effects: Sequence[Effect], bases: dict[Effect, Basis] | None = None) -> Array:
         """Return the columns ``(N m, e)`` of effects at this model, whitened as the background, whether or not it has them.
 
         Args:
             effects: Any.
-            bases: What effects on joints are of the poses, where it is known already; filled where it is not.
+            bases: What effects do at the poses, where it is known already; filled where it is not.
         """
-        return self._columns(effects, bases, self.whitening)
+        return self._columns.of(effects, bases)
 
     def columns_within_scans(
-        self, effects: Sequence[Effect], bases: dict[Effect, JointBasis] | None = None
+        self, effects: Sequence[Effect], bases: dict[Effect, Basis] | None = None
     ) -> Array:
         """Return the same columns, whitened for the noise within scans alone."""
-        return self._columns(effects, bases, None)
+        return EffectColumns(self.residuals, self.model, self.rows, None).of(effects, bases)
 
-    def _columns(
-        self, effects: Sequence[Effect], bases: dict[Effect, JointBasis] | None, whitening: Array | None
-    ) -> Array:
-        bases = {} if bases is None else bases
-        ends = np.cumsum([len(effect.coefficients) for effect in effects], dtype=int)
-        places = [
-            slice(int(end) - len(e.coefficients), int(end)) for e, end in zip(effects, ends, strict=True)
-        ]
-        N, m = self.dataset.n_poses, self.residuals.measurement.rows_per_pose
-        columns = np.empty((N * m, int(ends[-1]) if len(ends) else 0))
-        by_joint, poses = self._by_joint(whitening)
-        for effect, place in zip(effects, places, strict=True):
-            if acts_on_joints(effect):
-                if effect not in bases:
-                    bases[effect] = JointBasis.of(effect.joint_basis(self.model.nominal, poses))
-                columns[:, place] = bases[effect].columns(by_joint).reshape(N * m, -1)
-        others = [k for k, effect in enumerate(effects) if not acts_on_joints(effect)]
-        for batch in _batches(others, places, max(_MOST_NUMBERS // (6 * N), 1)):
-            found = self._columns_elsewhere([effects[k] for k in batch], whitening)
-            at = 0
-            for k in batch:
-                width = places[k].stop - places[k].start
-                columns[:, places[k]] = found[:, at : at + width]
-                at += width
-        return columns
-
-    def _by_joint(self, whitening: Array | None) -> tuple[Array, Poses]:
-        """Return the whitened derivatives of the rows by the joints' angles and travels ``(N, m, n)``, and the poses."""
-        n = self.model.robot.n_joints
-        rows = self.residuals.linearise_measured(self.model)[1][:, self.model.robot.by_joint]
-        return whitened(whitening, rows).reshape(self.dataset.n_poses, -1, n), self.residuals.poses
-
-    def _columns_elsewhere(self, effects: Sequence[Effect], whitening: Array | None) -> Array:
-        """Return the columns ``(N m, e)`` of effects on anything but joints."""
-        model = replace(self.model, effects=(*self.model.effects, *effects))
-        names = extra_basis_of(model.effects)
-        measurement = profile_measurement(self.rows.keeping(names), self.model, self.residuals)
-        residuals = Residuals.of(self.dataset, model, measurement)
-        return whitened(whitening, residuals.linearise_measured(model)[1][:, len(self.model.vector) :])
-
-
-def _batches(indices: Sequence[int], places: Sequence[slice], most: int) -> Iterator[list[int]]:
-    """Yield indices in batches of as many columns as fit, one index at least."""
-    batch: list[int] = []
-    for k in indices:
-        if batch and sum(places[i].stop - places[i].start for i in [*batch, k]) > most:
-            yield batch
-            batch = []
-        batch.append(k)
-    if batch:
-        yield batch
+    @cached_property
+    def _columns(self) -> EffectColumns:
+        return EffectColumns(self.residuals, self.model, self.rows, self.whitening)
 
 
 def whitened(whitening: Array | None, rows: Array) -> Array:
@@ -206,18 +154,6 @@ def whitened(whitening: Array | None, rows: Array) -> Array:
     flat = rows.reshape(len(rows), -1)
     result = np.concatenate([(whitening @ flat[: N * m].reshape(N, m, -1)).reshape(N * m, -1), flat[N * m :]])
     return result.reshape(rows.shape)
-
-
-def profile_measurement(measurement: Measurement, model: Model, residuals: Residuals) -> Measurement:
-    """Return a dataset's rows for tests: scans as profiles, whitened where the sensor stands in a model.
-
-    Args:
-        measurement: The rows as they are compressed.
-        model: Where the sensor stands.
-        residuals: Of the same dataset, which know the noise within scans.
-    """
-    T = residuals.kinematics(model).T_base_sensor
-    return measurement.profiles(T, model.target, residuals.measurement.sigma)
 
 
 def refit(

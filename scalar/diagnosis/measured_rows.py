@@ -68,3 +68,15 @@ def rows_given_own_noise(dataset: Dataset, model: Model, settings: WithinScanNoi
         residuals.measurement.noise_within_poses(T_base_sensor, model.target, settings),
         residuals.measurement,
     )
+
+
+def profile_measurement(measurement: Measurement, model: Model, residuals: Residuals) -> Measurement:
+    """Return a dataset's rows for tests: scans as profiles, whitened where the sensor stands in a model.
+
+    Args:
+        measurement: The rows as they are compressed.
+        model: Where the sensor stands.
+        residuals: Of the same dataset, which know the noise within scans.
+    """
+    T = residuals.kinematics(model).T_base_sensor
+    return measurement.profiles(T, model.target, residuals.measurement.sigma)

@@ -48,6 +48,7 @@ class FreeStruct(ctypes.Structure):
 _ARGUMENTS = {
     "frames": (_int, _int, _at, _at, _at, _at),
     "compress": (_int, _at, _at, _at, ctypes.c_int, _float, _at),
+    "profiles": (_int, _at, _at, _at, ctypes.c_int, _float, _int, _at, _at),
     "published": (ctypes.POINTER(PublishedStruct), _at, _at, _at, _at),
     "linearise": (ctypes.POINTER(ProblemStruct), _at, _at, _at),
     "fit": (
@@ -146,4 +147,35 @@ def compress(
     checked(
         LIBRARY.compress(N, points.ctypes.data, starts.ctypes.data, at, along_z, sigma, found.ctypes.data)
     )
+    return found
+
+
+def profiles(
+    points: Array,
+    starts: NDArray[np.int64],
+    contact: Array,
+    codes: NDArray[np.int64],
+    *,
+    along_z: bool,
+    sigma: float,
+) -> Array | None:
+    """Return the components ``(N, 3, k)`` of functions of the points along 1, t and t^2 of every scan, all weighted; None without the library.
+
+    Args:
+        points: ``(P, 2)`` [m].
+        starts: ``(N + 1,)``, no scan being empty.
+        contact: ``(N, 3)``; t is along the line in which it vanishes, and a point has the weight that it has for ``compress``.
+        codes: ``(k, 4)``, (along, r, i, j) of the functions ``u reach^r x^i z^j``; u is 1, or by ``along`` the x or z of the direction in which
+            a point errs.
+        along_z: Whether that is z instead of the ray; z is the reach then.
+        sigma: [m].
+    """
+    if LIBRARY is None:
+        return None
+    points, contact = contiguous(points), contiguous(contact)
+    starts, codes = (np.ascontiguousarray(numbers, dtype=np.int64) for numbers in (starts, codes))
+    N, k = len(starts) - 1, len(codes)
+    found = np.empty((N, 3, k))
+    where = (array.ctypes.data for array in (points, starts, contact))
+    checked(LIBRARY.profiles(N, *where, along_z, sigma, k, codes.ctypes.data, found.ctypes.data))
     return found

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,10 +24,11 @@ from scalar.sensors.plane_targets import fit_planes, moments_in_base, plane_targ
 from scalar.sensors.pose_noise import PoseNoise
 from scalar.sensors.profile import (
     LINE_BASIS,
+    PointFactors,
     contact,
     line_factors,
     point_basis,
-    profile_rows,
+    profile_factors,
     robust_variance,
     scatter_within,
 )
@@ -48,8 +50,8 @@ class LineLaser(NoisyScans):
         starts: ``(N + 1,)``, pose i owns ``points[starts[i]:starts[i + 1]]``.
         error_axis: ``ray`` or ``z``.
         basis_names: Functions of a point that are kept; the first three are those of a flat plane.
-        R: ``(N, k, k)``, whitened triangular factors.
-        R_metric: ``(N, k, k)``, the same in metres, every point with the same weight.
+        weighted: R of weighted points; None while every point has the same weight.
+        alike: R_metric, which copies with other weights share.
         profiled: Whether R holds the three rows of ``profiles`` instead, ``(N, 3, k)``.
         noise: Within scans, where it is known to be other than white and of one size; the three rows are whitened for it.
     """
@@ -61,8 +63,8 @@ class LineLaser(NoisyScans):
     sigma: float
     sigma_stated: bool
     basis_names: tuple[str, ...]
-    R: Array
-    R_metric: Array
+    weighted: Array | None
+    alike: PointFactors
     profiled: bool = False
     noise: PoseNoise | None = None
 
@@ -84,7 +86,21 @@ class LineLaser(NoisyScans):
     @property
     def rows_per_pose(self) -> int:  # type: ignore[override]
         """Return the rows that a scan is compressed to."""
-        return self.R.shape[1]
+        return 3 if self.profiled else len(self.basis_names)
+
+    @property
+    def R(self) -> Array:  # type: ignore[override]
+        """Return whitened triangular factors ``(N, k, k)``, or the rows of ``profiles`` ``(N, 3, k)``."""
+        return self._alike_whitened if self.weighted is None else self.weighted
+
+    @cached_property
+    def _alike_whitened(self) -> Array:
+        return self.R_metric / self.sigma
+
+    @property
+    def R_metric(self) -> Array:  # type: ignore[override]
+        """Return triangular factors in metres ``(N, k, k)``, every point with the same weight."""
+        return self.alike.factors
 
     @classmethod
     def of(cls, dataset: Dataset, extra_basis: Sequence[str] = ()) -> LineLaser:
@@ -92,11 +108,6 @@ class LineLaser(NoisyScans):
         stated = dataset.sensor.noise is not None
         sigma = stated_sigma(dataset.sensor.noise)
         names = LINE_BASIS + tuple(name for name in dict.fromkeys(extra_basis) if name not in LINE_BASIS)
-        R_metric = (
-            line_factors(dataset.points, dataset.starts)
-            if names == LINE_BASIS
-            else compress(point_basis(names, dataset.points, dataset.sensor.error_axis), dataset.starts)
-        )
         return cls(
             points=dataset.points,
             starts=dataset.starts,
@@ -105,8 +116,8 @@ class LineLaser(NoisyScans):
             sigma=sigma,
             sigma_stated=stated,
             basis_names=names,
-            R=R_metric / sigma,
-            R_metric=R_metric,
+            weighted=None,
+            alike=PointFactors(names, dataset.points, dataset.starts, dataset.sensor.error_axis),
         )
 
     def first_guesses(
@@ -177,6 +188,17 @@ class LineLaser(NoisyScans):
         residual = np.einsum("nij,nj->ni", self.R, full)
         return Rows(residual, R @ wrench, R @ by_target, self.R @ extra)
 
+    def extra_columns(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any]) -> Array:
+        """Return the rows of every effect's own functions of the points times what they add to c."""
+        assert isinstance(target, Planes)
+        c = contact(T_base_sensor, target, self.target_index)[0]
+        columns = [np.zeros((*self.R.shape[:2], 0))]
+        for effect in point_effects:
+            index = [self.basis_names.index(name) for name in effect.basis_names]
+            added = effect.contact_columns(T_base_sensor, target, self.target_index, c)
+            columns.append(self.R[:, :, index] @ added)
+        return np.concatenate(columns, axis=2)
+
     def _extended(
         self, c: Array, T_base_sensor: Array, planes: Planes, point_effects: Sequence[Any]
     ) -> tuple[Array, Array]:
@@ -199,26 +221,19 @@ class LineLaser(NoisyScans):
         assert isinstance(target, Planes)
         c, _, _ = contact(T_base_sensor, target, self.target_index)
         sigma = self.sigma
-        if (
-            self.basis_names == LINE_BASIS
-            and not self.profiled
-            and (self.sigma_stated or self.noise is not None)
-        ):
-            return replace(self, R=line_factors(self.points, self.starts, c, self.error_axis, sigma))
-        slant = self._incidence(c)
-        basis = point_basis(self.basis_names, self.points, self.error_axis)
         if not self.sigma_stated and self.noise is None:
-            unit = compress(basis / slant[:, None], self.starts)
+            unit = line_factors(self.points, self.starts, c, self.error_axis)
             scatter, freedom = scatter_within(unit, c, np.diff(self.starts))
             if freedom.sum() > 0:
                 sigma = max(float(np.sqrt(robust_variance(scatter, freedom))), LEAST_SIGMA)
-        whitened = basis / (sigma * slant)[:, None]
-        R = (
-            self._profile_rows(whitened, c, 1.0 / (sigma * slant))
-            if self.profiled
-            else compress(whitened, self.starts)
-        )
-        return replace(self, R=R, sigma=sigma)
+        if self.profiled:
+            R = self._profile_factors(self.basis_names, c, sigma)
+        elif self.basis_names == LINE_BASIS:
+            R = line_factors(self.points, self.starts, c, self.error_axis, sigma)
+        else:
+            basis = point_basis(self.basis_names, self.points, self.error_axis)
+            R = compress(basis / (sigma * self._incidence(c))[:, None], self.starts)
+        return replace(self, weighted=R, sigma=sigma)
 
     def profiles(self, T_base_sensor: Array, target: Target, sigma: float) -> LineLaser:
         """Return the scans reduced to three rows each: shift, turn and curvature along the line; the scatter about them is left out.
@@ -230,11 +245,11 @@ class LineLaser(NoisyScans):
 
     def in_metres(self) -> tuple[LineLaser, float]:
         """Return the scans with every point of the same weight, their rows in metres."""
-        return replace(self, R=self.R_metric, profiled=False), 1.0
+        return replace(self, weighted=self.R_metric, profiled=False), 1.0
 
-    def _profile_rows(self, whitened: Array, c: Array, weight: Array) -> Array:
-        """Return the components ``(N, 3, k)`` of whitened functions ``(P, k)`` along 1, t, t^2 of every scan (``profile_rows``)."""
-        rows = profile_rows(self.points, self.starts, c, weight, whitened)
+    def _profile_factors(self, names: Sequence[str], c: Array, sigma: float) -> Array:
+        """Return the components ``(N, 3, k)`` of functions of the points along 1, t, t^2 of every scan (``profile_factors``)."""
+        rows = profile_factors(names, self.points, self.starts, c, self.error_axis, sigma)
         return rows if self.noise is None else self.noise.whitening @ rows
 
     def scatter(
@@ -250,10 +265,7 @@ class LineLaser(NoisyScans):
         """Return the derivative ``(N, m, 1)`` of the profile rows by an error [m] of the range that all points of a scan share."""
         assert isinstance(target, Planes)
         c = contact(T_base_sensor, target, self.target_index)[0]
-        weight = 1.0 / (self.sigma * self._incidence(c))
-        slant = point_basis(("ux", "uz"), self.points, self.error_axis)
-        slant *= np.repeat(c[:, 1:], np.diff(self.starts), axis=0)
-        return self._profile_rows((np.sum(slant, axis=1) * weight)[:, None], c, weight)
+        return self._profile_factors(("ux", "uz"), c, self.sigma) @ c[:, 1:, None]
 
     def given_noise(self, noise: PoseNoise | None) -> LineLaser:
         """Return the scans with a noise of ``noise_within_poses``: their profiles are whitened for it."""

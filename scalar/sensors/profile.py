@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -13,6 +15,27 @@ from scalar.sensors.compression import compress, compress_keeping_q
 
 LINE_BASIS = ("1", "x", "z")
 _LEAST_INCIDENCE = 0.05  # |n . e|, 87 degrees: a grazing ray keeps a finite weight
+_CODES = {
+    "1": (0, 0, 0, 0),
+    "x": (0, 0, 1, 0),
+    "z": (0, 0, 0, 1),
+    "xx": (0, 0, 2, 0),
+    "xz": (0, 0, 1, 1),
+    "zz": (0, 0, 0, 2),
+    "ux": (1, 0, 0, 0),
+    "uz": (2, 0, 0, 0),
+    "rx": (1, 1, 0, 0),
+    "rz": (2, 1, 0, 0),
+    "dx": (1, 2, 0, 0),
+    "dz": (2, 2, 0, 0),
+}  # (along, r, i, j), as _code returns them; fmt: skip
+
+
+def _code(name: str) -> tuple[int, int, int, int]:
+    """Return (along, r, i, j) of a function ``u reach^r x^i z^j`` of a point: u is 1, u_x or u_z."""
+    stem, colon, powers = name.partition(":")
+    along, r, i, j = _CODES[stem]
+    return (along, r, i + int(powers[0]), j + int(powers[1])) if colon else (along, r, i, j)
 
 
 def point_basis(names: Sequence[str], points: Array, error_axis: str) -> Array:
@@ -26,21 +49,10 @@ def point_basis(names: Sequence[str], points: Array, error_axis: str) -> Array:
         return np.column_stack([np.ones_like(x), x, z])
     if error_axis == "ray":
         reach = np.maximum(np.sqrt(x * x + z * z), 1e-12)
-        ux, uz = x / reach, z / reach
+        u = np.ones_like(x), x / reach, z / reach
     else:
-        reach, ux, uz = z, np.zeros_like(z), np.ones_like(z)
-    functions = {
-        "1": lambda: np.ones_like(x), "x": lambda: x, "z": lambda: z,
-        "xx": lambda: x * x, "xz": lambda: x * z, "zz": lambda: z * z,
-        "ux": lambda: ux, "uz": lambda: uz, "rx": lambda: reach * ux, "rz": lambda: reach * uz,
-        "dx": lambda: reach**2 * ux, "dz": lambda: reach**2 * uz,
-    }  # fmt: skip
-
-    def function(name: str) -> Array:
-        along, colon, powers = name.partition(":")
-        return functions[along]() * (x ** int(powers[0]) * z ** int(powers[1]) if colon else 1.0)
-
-    return np.column_stack([function(name) for name in names])
+        reach, u = z, (np.ones_like(z), np.zeros_like(z), np.ones_like(z))
+    return np.column_stack([u[along] * reach**r * x**i * z**j for along, r, i, j in map(_code, names)])
 
 
 def incidence(points: Array, starts: Array, c: Array, error_axis: str) -> Array:
@@ -76,6 +88,30 @@ def line_factors(
     return compress(basis, starts)
 
 
+@dataclass(frozen=True, eq=False)
+class PointFactors:
+    """The triangular factors of functions of the points of every scan, every point with the same weight; computed when they are first used.
+
+    Attributes:
+        names: Of the functions, as for ``point_basis``.
+        points: ``(P, 2)`` [m].
+        starts: ``(N + 1,)``, where each scan's points begin.
+        error_axis: The direction in which the scanner errs.
+    """
+
+    names: tuple[str, ...]
+    points: Array
+    starts: Array
+    error_axis: str
+
+    @cached_property
+    def factors(self) -> Array:
+        """Return the factors ``(N, k, k)`` [m]."""
+        if self.names == LINE_BASIS:
+            return line_factors(self.points, self.starts)
+        return compress(point_basis(self.names, self.points, self.error_axis), self.starts)
+
+
 def contact(T_base_sensor: Array, planes: Planes, index: Array) -> tuple[Array, Array, Array]:
     """Return the contact vectors ``(N, 3)``, their wrenches ``(N, 3, 6)`` and derivatives by (u, v, d) ``(N, 3, 3)``."""
     X, Z, o = T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2], T_base_sensor[:, :3, 3]
@@ -108,6 +144,28 @@ def profile_columns(points: Array, starts: Array, c: Array, weight: Array) -> tu
     t -= np.repeat(np.add.reduceat(t, starts[:-1]) / counts, counts)
     R, Q = compress_keeping_q(weight[:, None] * np.column_stack([np.ones_like(t), t, t * t]), starts)
     return t, R, Q
+
+
+def profile_factors(
+    names: Sequence[str], points: Array, starts: Array, c: Array, error_axis: str, sigma: float
+) -> Array:
+    """Return the components ``(N, 3, k)`` of whitened functions of the points along the columns of ``profile_columns``.
+
+    Args:
+        names: Of the functions, as for ``point_basis``; each is whitened by the weight that a point has for ``line_factors``.
+        points: ``(P, 2)`` [m].
+        starts: ``(N + 1,)``, where each scan's points begin.
+        c: ``(N, 3)``, contact vectors.
+        error_axis: The direction in which the scanner errs.
+        sigma: [m].
+    """
+    codes = np.array([_code(name) for name in names], dtype=np.int64).reshape(-1, 4)
+    compiled = kernels.profiles(points, starts, c, codes, along_z=error_axis != "ray", sigma=sigma)
+    if compiled is not None:
+        return compiled
+    weight = 1.0 / (sigma * incidence(points, starts, c, error_axis))
+    values = point_basis(names, points, error_axis) * weight[:, None]
+    return profile_rows(points, starts, c, weight, values)
 
 
 def profile_rows(points: Array, starts: Array, c: Array, weight: Array, values: Array) -> Array:

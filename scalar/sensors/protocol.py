@@ -98,6 +98,10 @@ class Measurement(ABC):
     def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
         """Return the rows at sensor poses ``(N, 4, 4)`` and a target, effects on points and surfaces applied."""
 
+    def extra_columns(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any]) -> Array:
+        """Return the derivatives ``(N, m, k)`` of the rows by the coefficients of effects on points and surfaces: ``Rows.extra`` alone."""
+        return self.rows(T_base_sensor, target, point_effects).extra
+
     @abstractmethod
     def distances(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()

@@ -1,4 +1,4 @@
-"""Refits share the rows of a dataset: points are compressed when a function of them is first asked for, and never again."""
+"""Refits share the rows of a dataset and stand on the profiles of its scans: points are compressed where distances are first asked for, and once."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from scalar.diagnosis.fitted_state import refit
 from scalar.effects.command_line import parse_effects
 from scalar.estimation.geometry_fit import geometry_fit
-from scalar.sensors import line_laser
+from scalar.sensors import profile
 from tests.diagnosis.cases import scale
 from tests.effects.injected import make_cell
 
@@ -17,7 +17,7 @@ REFITS = ("joint_scale:3", "joint_scale:3,joint_harmonic:2:4", "base_compliance"
 def compressed(monkeypatch):
     """Return a list that grows by the number of functions of a point at every compression of all scans."""
     widths = []
-    compress, line_factors = line_laser.compress, line_laser.line_factors
+    compress, line_factors = profile.compress, profile.line_factors
 
     def counted(basis, starts):
         widths.append(basis.shape[1])
@@ -27,31 +27,36 @@ def compressed(monkeypatch):
         widths.append(3)
         return line_factors(points, starts, *weights)
 
-    monkeypatch.setattr(line_laser, "compress", counted)
-    monkeypatch.setattr(line_laser, "line_factors", counted_lines)
+    monkeypatch.setattr(profile, "compress", counted)
+    monkeypatch.setattr(profile, "line_factors", counted_lines)
     return widths
 
 
 def test_scans_are_compressed_once_however_often_is_refitted(compressed):
-    """A first fit compresses the scans once; refits with other effects of the arm not at all."""
+    """Refits compress no scan; the distances of all of them need one compression."""
     dataset = scale(1, poses_per_plane=20)[0].dataset
     model, prepared = geometry_fit(dataset)
     compressed.clear()
     state = refit(dataset, model, prepared.free, ())
-    assert compressed == [3]
     for effects in REFITS:
         state = state.refitted(parse_effects(effects, dataset))
+        assert compressed == []
+    for effects in REFITS:
+        state = state.refitted(parse_effects(effects, dataset))
+        state.residuals.pose_distances(state.model)
     assert compressed == [3]
 
 
 def test_functions_that_an_effect_needs_are_compressed_once_more(compressed):
-    """An effect of the laser needs the direction of the ray kept: one more compression, for all refits that have such an effect."""
+    """An effect of the laser needs the direction of the ray kept: one more compression, for the distances of all refits that have such an effect."""
     dataset = make_cell(seed=2, poses_per_plane=20).dataset
     model, prepared = geometry_fit(dataset)
     state = refit(dataset, model, prepared.free, ())
+    state.residuals.pose_distances(state.model)
     compressed.clear()
     for effects in ("range_offset", "range_offset,joint_scale:2", "joint_scale:2", "range_offset"):
         state = state.refitted(parse_effects(effects, dataset))
+        state.residuals.pose_distances(state.model)
     assert len(compressed) == 1 and compressed[0] > 3
 
 

@@ -1,0 +1,148 @@
+"""The columns of effects at a fitted model: how its whitened rows would change with effects that it has or might be given.
+
+A column is the derivative of the rows by the place where the effect acts times what the effect does there, at the poses. The first does not
+depend on the effect and is worked out once for a model; of effects on points the functions of the points are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scalar.diagnosis.measured_rows import MeasuredRows, profile_measurement
+from scalar.effects import BaseEffect, Effect, JointEffect, LinkEffect, PointEffect, SensorEffect
+from scalar.estimation.effect_bases import JointBasis
+from scalar.estimation.model import Model
+from scalar.estimation.residuals import BoundPointEffect, Residuals, extra_basis_of
+from scalar.geometry.robot import GEOMETRY
+from scalar.geometry.screws import change_frame
+from scalar.geometry.se3 import Array
+
+if TYPE_CHECKING:
+    from scalar.sensors import Measurement
+
+Basis = (
+    JointBasis | Array
+)  # of effects on joints: of the joints that they act on; of others ``(N, 6, k)``, or ``(N, 5, n, k)`` for links
+
+
+class EffectColumns:
+    """The columns of any effects at one model, under one whitening.
+
+    Effects that are asked for are taken with coefficients of zero, as a change of the model: what they have is not applied.
+    """
+
+    def __init__(
+        self, residuals: Residuals, model: Model, rows: MeasuredRows, whitening: Array | None
+    ) -> None:
+        """Take the model.
+
+        Args:
+            residuals: Of the dataset.
+            model: At its optimum.
+            rows: The dataset reduced to rows.
+            whitening: ``(N, m, m)``, applied to the rows of every pose, or None.
+        """
+        self._residuals, self._model, self._rows, self._whitening = residuals, model, rows, whitening
+        self._keeping: dict[tuple[str, ...], Measurement] = {}
+
+    def of(self, effects: Sequence[Effect], bases: dict[Effect, Basis] | None = None) -> Array:
+        """Return the columns ``(N m, e)``.
+
+        Args:
+            effects: Any.
+            bases: What effects do at the poses, where it is known already; filled where it is not.
+        """
+        bases = {} if bases is None else bases
+        N, m = self._by_geometry.shape[:2]
+        ends = np.cumsum([0, *(len(effect.coefficients) for effect in effects)])
+        columns = np.empty((N, m, int(ends[-1])))
+        on_points = [
+            (effect, slice(int(a), int(b)))
+            for effect, a, b in zip(effects, ends[:-1], ends[1:], strict=True)
+            if isinstance(effect, PointEffect)
+        ]
+        if on_points:
+            found = self._of_points([effect for effect, _ in on_points])
+            at = 0
+            for effect, place in on_points:
+                columns[:, :, place] = found[:, :, at : at + len(effect.coefficients)]
+                at += len(effect.coefficients)
+        for effect, a, b in zip(effects, ends[:-1], ends[1:], strict=True):
+            if not isinstance(effect, PointEffect):
+                if effect not in bases:
+                    bases[effect] = self._basis(effect)
+                self._fill(columns[:, :, int(a) : int(b)], effect, bases[effect])
+        return columns.reshape(N * m, -1)
+
+    def _basis(self, effect: Effect) -> Basis:
+        """Return what an effect does at the poses."""
+        nominal, poses = self._model.nominal, self._residuals.poses
+        if isinstance(effect, JointEffect):
+            return JointBasis.of(effect.joint_basis(nominal, poses))
+        if isinstance(effect, LinkEffect):
+            return effect.geometry_basis(nominal, poses)
+        if isinstance(effect, BaseEffect):
+            return effect.base_screws(nominal, poses)
+        if isinstance(effect, SensorEffect):
+            return effect.sensor_screws(nominal, poses)
+        return np.zeros((len(poses), 6, len(effect.coefficients)))
+
+    def _fill(self, columns: Array, effect: Effect, basis: Basis) -> None:
+        """Fill in the columns ``(N, m, k)`` of an effect that does not act on points."""
+        if isinstance(basis, JointBasis):
+            columns[:] = basis.columns(self._by_joint)
+        elif isinstance(effect, LinkEffect):
+            np.matmul(self._by_geometry, basis.reshape(len(basis), -1, basis.shape[-1]), out=columns)
+        else:
+            np.matmul(
+                self._by_base if isinstance(effect, BaseEffect) else self._by_sensor, basis, out=columns
+            )
+
+    def _of_points(self, effects: Sequence[PointEffect]) -> Array:
+        """Return the columns ``(N, m, k)`` of effects on points."""
+        names = tuple(dict.fromkeys(extra_basis_of(effects)))
+        if names not in self._keeping:
+            rows = self._rows.keeping(names)
+            self._keeping[names] = profile_measurement(rows, self._model, self._residuals)
+        T = self._residuals.kinematics(self._model).T_base_sensor
+        bound = [BoundPointEffect(effect, self._residuals.poses) for effect in effects]
+        return self._whitened(self._keeping[names].extra_columns(T, self._model.target, bound))
+
+    def _whitened(self, rows: Array) -> Array:
+        """Return rows ``(N, m, k)`` whitened."""
+        return rows if self._whitening is None else self._whitening @ rows
+
+    @cached_property
+    def _by_geometry(self) -> Array:
+        """Return the derivatives ``(N, m, 5 n)`` by the geometric parameters."""
+        m = self._residuals.measurement.rows_per_pose
+        jacobian = self._residuals.linearise_measured(self._model)[1][:, self._model.blocks["geometry"]]
+        assert jacobian.shape[1] == len(GEOMETRY) * self._model.robot.n_joints
+        return self._whitened(jacobian.reshape(len(self._residuals.poses), m, -1))
+
+    @cached_property
+    def _by_joint(self) -> Array:
+        """Return the derivatives ``(N, m, n)`` by the joints' angles and travels."""
+        return np.ascontiguousarray(self._by_geometry[:, :, self._model.robot.by_joint])
+
+    @cached_property
+    def _by_base(self) -> Array:
+        """Return the derivatives ``(N, m, 6)`` by a screw of the arm on its base, which tilts as the effects of the model have it."""
+        wrench = self._whitened(self._residuals.wrench(self._model))
+        T = self._residuals.kinematics(self._model).T_base_tilted
+        return wrench if T is None else wrench @ _adjoint(T)
+
+    @cached_property
+    def _by_sensor(self) -> Array:
+        """Return the derivatives ``(N, m, 6)`` by a screw of the sensor in its own frame."""
+        T = self._residuals.kinematics(self._model).T_base_sensor
+        return self._whitened(self._residuals.wrench(self._model)) @ _adjoint(T)
+
+
+def _adjoint(T: Array) -> Array:
+    """Return the matrices ``(N, 6, 6)`` that take screws to another frame, T being ``(N, 4, 4)``."""
+    return change_frame(T, np.broadcast_to(np.eye(6), (len(T), 6, 6)))
