@@ -17,6 +17,7 @@ from scalar.diagnosis.candidate_columns import CandidateColumns, named_candidate
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import rank
+from scalar.diagnosis.score_test import gram_given
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 
@@ -48,10 +49,11 @@ def lasso(before: FittedState) -> list[dict[str, Any]]:
     elements = columns.candidates.elements
     owner = np.concatenate([np.full(len(e.coefficients), i) for i, e in enumerate(elements)])
     k = len(owner)
-    own = np.diag(columns.gram)[:k]
+    given = gram_given(columns.full, columns.E, columns.E.T @ columns.E)[:k, :k]
+    own = np.diag(given)
     seen = own > LEAST_SHARE * columns.squared[:k]
     scale = np.sqrt(own[seen])
-    gram = columns.gram[:k, :k][np.ix_(seen, seen)] / np.outer(scale, scale)
+    gram = given[np.ix_(seen, seen)] / np.outer(scale, scale)
     correlation = (columns.E.T @ columns.full.residual.ravel())[:k][seen] / scale
     weights = least_bic(gram, correlation, columns.full.squared, columns.full.freedom)
     size = np.zeros(len(elements))

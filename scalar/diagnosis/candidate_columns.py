@@ -16,7 +16,7 @@ from scalar.diagnosis.candidate_set import candidates, changes, elements
 from scalar.diagnosis.change_scores import ChangeScores, Moments
 from scalar.diagnosis.effect_columns import Basis
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.score_test import Background, Projected, gram_given
+from scalar.diagnosis.score_test import Background, Projected, observable_share, shrunk_gain
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 
@@ -80,6 +80,11 @@ class CandidateSet:
             result.setdefault(len(where), []).append((candidate, where))
         return result
 
+    @cached_property
+    def groups(self) -> dict[int, Array]:
+        """Return the columns ``(T, w)`` of the candidates of each width w, in the order of ``by_width``."""
+        return {width: np.array([where for _, where in own]) for width, own in self.by_width.items()}
+
     @property
     def total(self) -> int:
         """Return how many candidates and moments are tried."""
@@ -91,8 +96,37 @@ def named_candidates(dataset: Dataset) -> CandidateSet:
     return CandidateSet.of(candidates(dataset), changes(dataset))
 
 
+@dataclass(frozen=True, eq=False)
+class Conditional:
+    """The candidates of one number of columns, conditional on a background.
+
+    Attributes:
+        variance: Of the residual.
+        grams: ``(T, w, w)``, ``E'^T E'`` of each, in the units of ``Projected``.
+        projections: ``(T, w)``, ``E'^T r``.
+        share: ``(T, w)``, ``|E'|^2 / |E|^2`` of each column.
+    """
+
+    variance: float
+    grams: Array
+    projections: Array
+    share: Array
+
+    def score(self) -> tuple[Array, Array, Array]:
+        """Return gain, degrees of freedom and observability ``(T,)`` each."""
+        gain, dof = shrunk_gain(self.grams, self.projections)
+        return self.variance * gain, dof, np.sqrt(self.share.max(axis=1, initial=0.0))
+
+    def of(self, k: int) -> Projected:
+        """Return the columns of candidate k alone."""
+        return Projected(self.variance, self.grams[k], self.projections[k], self.share[k])
+
+
 class CandidateColumns:
-    """The whitened columns of a candidate set at a state's model, and what follows from them without another pass over the rows."""
+    """The whitened columns of a candidate set at a state's model, and what follows from them without another pass over the rows.
+
+    Products of columns are taken within each candidate alone.
+    """
 
     def __init__(self, state: FittedState, candidates: CandidateSet) -> None:
         """Take the columns.
@@ -105,18 +139,37 @@ class CandidateColumns:
         self.change_margin = state.settings.selection.change_margin
         self.full = state.background()
         self.E = state.columns_of(candidates.effects, candidates.bases)
-        own = self.E.T @ self.E
-        self.squared = np.diag(own).copy()
-        self.gram = gram_given(self.full, self.E, own)
+        self.squared = np.einsum("ne,ne->e", self.E, self.E)
+        self._along = (self.full.Q.T @ self.E).T
         self.moments: dict[int, Moments] = {}
+        self._grams: dict[int, Array] = {}
 
-    def projected(self, background: Background) -> Projected:
-        """Return the columns conditional on the state's background, or on it without some of its columns."""
-        gram = self.gram
-        if background.released is not None:
-            B = background.released.T @ self.E
-            gram = gram + B.T @ B
-        return Projected.with_gram(background, self.E, gram, self.squared, self.candidates.sizes)
+    def conditional(self, background: Background) -> dict[int, Conditional]:
+        """Return the candidates by their number of columns, conditional on the state's background, or on it without some of its columns."""
+        released = None if background.released is None else (background.released.T @ self.E).T
+        given = self.squared - np.einsum("ef,ef->e", self._along, self._along)
+        if released is not None:
+            given += np.einsum("ef,ef->e", released, released)
+        share, scale = observable_share(background, given, self.squared, self.candidates.sizes)
+        projection = (self.E.T @ background.residual.ravel()) * scale / background.variance
+        found = {}
+        for width, groups in self.candidates.groups.items():
+            grams = self._grams_given_all(width)
+            if released is not None:
+                left = released[groups]
+                grams = grams + left @ np.swapaxes(left, 1, 2)
+            units = scale[groups]
+            grams = grams * (units[:, :, None] * units[:, None, :]) / background.variance
+            found[width] = Conditional(background.variance, grams, projection[groups], share[groups])
+        return found
+
+    def _grams_given_all(self, width: int) -> Array:
+        """Return ``E'^T E'`` ``(T, w, w)`` of the candidates with so many columns, given all that the state's background explains."""
+        if width not in self._grams:
+            groups = self.candidates.groups[width]
+            own, along = self.E.T[groups], self._along[groups]
+            self._grams[width] = own @ np.swapaxes(own, 1, 2) - along @ np.swapaxes(along, 1, 2)
+        return self._grams[width]
 
     def changes(self, background: Background) -> list[tuple[Effect, ChangeScores]]:
         """Return the scores of every kind of change at every moment."""

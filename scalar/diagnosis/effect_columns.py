@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from itertools import accumulate
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -58,25 +59,21 @@ class EffectColumns:
         """
         bases = {} if bases is None else bases
         N, m = self._by_geometry.shape[:2]
-        ends = np.cumsum([0, *(len(effect.coefficients) for effect in effects)])
-        columns = np.empty((N, m, int(ends[-1])))
-        on_points = [
-            (effect, slice(int(a), int(b)))
-            for effect, a, b in zip(effects, ends[:-1], ends[1:], strict=True)
-            if isinstance(effect, PointEffect)
-        ]
+        ends = [0, *accumulate(len(effect.coefficients) for effect in effects)]
+        found = np.empty((ends[-1], N, m))  # the rows of a column together, as sums over rows read them
+        columns = np.moveaxis(found, 0, 2)
+        on_points: list[tuple[PointEffect, slice]] = []
+        for effect, start, stop in zip(effects, ends[:-1], ends[1:], strict=True):
+            if isinstance(effect, PointEffect):
+                on_points.append((effect, slice(start, stop)))
+                continue
+            if effect not in bases:
+                bases[effect] = self._basis(effect)
+            self._fill(columns[:, :, start:stop], effect, bases[effect])
         if on_points:
-            found = self._of_points([effect for effect, _ in on_points])
-            at = 0
-            for effect, place in on_points:
-                columns[:, :, place] = found[:, :, at : at + len(effect.coefficients)]
-                at += len(effect.coefficients)
-        for effect, a, b in zip(effects, ends[:-1], ends[1:], strict=True):
-            if not isinstance(effect, PointEffect):
-                if effect not in bases:
-                    bases[effect] = self._basis(effect)
-                self._fill(columns[:, :, int(a) : int(b)], effect, bases[effect])
-        return columns.reshape(N * m, -1)
+            at = np.concatenate([np.arange(place.start, place.stop) for _, place in on_points])
+            columns[:, :, at] = self._of_points([effect for effect, _ in on_points])
+        return found.reshape(-1, N * m).T
 
     def _basis(self, effect: Effect) -> Basis:
         """Return what an effect does at the poses."""
@@ -94,7 +91,9 @@ class EffectColumns:
     def _fill(self, columns: Array, effect: Effect, basis: Basis) -> None:
         """Fill in the columns ``(N, m, k)`` of an effect that does not act on points."""
         if isinstance(basis, JointBasis):
-            columns[:] = basis.columns(self._by_joint)
+            columns[:] = 0.0
+            for j, part in basis.parts:
+                columns += self._by_joint[j, :, :, None] * part[:, None, :]
         elif isinstance(effect, LinkEffect):
             np.matmul(self._by_geometry, basis.reshape(len(basis), -1, basis.shape[-1]), out=columns)
         else:
@@ -126,8 +125,8 @@ class EffectColumns:
 
     @cached_property
     def _by_joint(self) -> Array:
-        """Return the derivatives ``(N, m, n)`` by the joints' angles and travels."""
-        return np.ascontiguousarray(self._by_geometry[:, :, self._model.robot.by_joint])
+        """Return the derivatives ``(n, N, m)`` by the joints' angles and travels."""
+        return np.moveaxis(self._by_geometry[:, :, self._model.robot.by_joint], 2, 0).copy()
 
     @cached_property
     def _by_base(self) -> Array:

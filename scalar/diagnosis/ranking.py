@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, replace
-from math import comb
+from dataclasses import dataclass, field, replace
+from math import comb, log
 
 import numpy as np
 
@@ -40,59 +40,71 @@ class Scored:
 
 def rank(state: FittedState, background: Background, columns: CandidateColumns) -> list[Scored]:
     """Return every candidate and change with its score, best first."""
-    projected, tried, total = (
-        columns.projected(background),
-        columns.candidates.tried,
-        columns.candidates.total,
-    )
-    families = Counter(candidate.name for candidate, _ in tried)
-    scored = []
-    for members in columns.candidates.by_width.values():
-        groups = np.array([where for _, where in members])
-        gain, dof, observability = projected.score(groups)
-        for k, (candidate, where) in enumerate(members):
-            effect, own_gain, own_dof = candidate, float(gain[k]), int(dof[k])
-            chosen: list[int] = []
+    candidates = columns.candidates
+    families = Counter(candidate.name for candidate, _ in candidates.tried)
+    conditional = columns.conditional(background)
+    tally = _Tally()
+    for width, members in candidates.by_width.items():
+        gain, dof, observability = conditional[width].score()
+        for k, (candidate, _) in enumerate(members):
+            family, choices = families[candidate.name] + candidates.elsewhere, 1
+            effect, own_gain, own_dof = candidate, gain[k], dof[k]
             if candidate.n_terms > 1:
                 rest, freedom = remainder(background, own_gain, own_dof)
-                terms = where.reshape(candidate.n_terms, -1)
+                projected, terms = conditional[width].of(k), np.arange(width).reshape(candidate.n_terms, -1)
                 # Each term is penalised for its columns and for the number of terms tried, as it would be alone.
                 price = np.log(background.freedom) + 2 * np.log(candidate.n_terms) / terms.shape[1]
-                chosen = projected.forward(terms, worth=price * rest / freedom)
+                chosen = projected.forward(terms, worth=float(price * rest / freedom))
                 if not chosen:
                     continue
                 own = projected.score(terms[sorted(chosen)].reshape(1, -1))
-                effect, own_gain, own_dof = candidate.with_terms(chosen), float(own[0][0]), int(own[1][0])
-            choices = comb(candidate.n_terms, len(chosen)) if candidate.n_terms > 1 else 1
-            family = (families[effect.name] + columns.candidates.elsewhere) * choices
-            scored.append(
-                score_of(
-                    background,
-                    effect,
-                    own_gain,
-                    own_dof,
-                    float(observability[k]),
-                    family,
-                    total * choices,
-                )
+                effect, own_gain, own_dof = candidate.with_terms(chosen), own[0][0], own[1][0]
+                choices = comb(candidate.n_terms, len(chosen))
+            tally.add(
+                effect, own_gain, own_dof, observability[k], family * choices, candidates.total * choices
             )
-    scored += _rank_changes(state, background, columns)
-    return sorted(scored, key=lambda entry: -entry.evidence)
+    _tally_changes(tally, state, background, columns)
+    return sorted(tally.scored(background), key=lambda entry: -entry.evidence)
 
 
-def _rank_changes(state: FittedState, background: Background, columns: CandidateColumns) -> list[Scored]:
+def _tally_changes(
+    tally: _Tally, state: FittedState, background: Background, columns: CandidateColumns
+) -> None:
     order = state.residuals.poses.order
     time = state.residuals.poses.columns.get("time")
-    scored = []
     for effect, found in columns.changes(background):
         if not len(found.gain):
             continue
         best = int(np.argmax(found.gain))
         i = int(found.first[best])
         at = effect.beginning(float(order[i]), None if time is None else float(time[i]))
-        gain, dof = float(found.gain[best]), int(found.dof[best])
-        scored.append(score_of(background, at, gain, dof, 1.0, len(found.gain), columns.candidates.total))
-    return scored
+        tally.add(at, found.gain[best], found.dof[best], 1.0, len(found.gain), columns.candidates.total)
+
+
+@dataclass
+class _Tally:
+    """Candidates whose p-values and evidence are worked out all at once."""
+
+    effects: list[Effect] = field(default_factory=list)
+    numbers: list[tuple[float, int, float, float, float]] = field(default_factory=list)
+
+    def add(
+        self, effect: Effect, gain: float, dof: int, observability: float, family: int, total: int
+    ) -> None:
+        """Add a candidate; how many were tried may be more than a machine's number holds, for the choices of terms multiply."""
+        self.effects.append(effect)
+        self.numbers.append((gain, dof, observability, log(max(family, 1)), float(total)))
+
+    def scored(self, background: Background) -> list[Scored]:
+        """Return the candidates with their scores, in the order in which they were added."""
+        gain, dof, observability, log_family, total = np.array(self.numbers, dtype=float).reshape(-1, 5).T
+        p = np.minimum(1.0, np.maximum(p_value(background, gain, dof), _LEAST_P_VALUE) * total)
+        nats = evidence(background, gain, dof, log_family)
+        rows = zip(
+            self.effects, gain.tolist(), dof.astype(int).tolist(), nats.tolist(), p.tolist(), observability.tolist(),
+            strict=True,
+        )  # fmt: skip
+        return [Scored(*row) for row in rows]
 
 
 def score_of(
@@ -104,8 +116,20 @@ def score_of(
     family: int,
     total: int,
 ) -> Scored:
-    corrected = min(1.0, max(p_value(background, gain, dof), _LEAST_P_VALUE) * total)
-    return Scored(effect, gain, dof, evidence(background, gain, dof, family), corrected, observability)
+    """Return an effect with its score.
+
+    Args:
+        background: Of the model without it.
+        effect: Any.
+        gain: Drop of the squared whitened residual.
+        dof: Number of observable directions.
+        observability: ``|E'| / |E|``.
+        family: How many of its kind were tried.
+        total: How many were tried in all.
+    """
+    tally = _Tally()
+    tally.add(effect, gain, dof, observability, family, total)
+    return tally.scored(background)[0]
 
 
 def refined(state: FittedState, background: Background, entry: Scored) -> Scored:

@@ -11,7 +11,6 @@ would remain: an F test, and an evidence (half the drop of the Bayesian informat
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -149,11 +148,7 @@ class Projected:
         cls, background: Background, E: Array, gram: Array, squared: Array, sizes: Array
     ) -> Projected:
         """Return the same, where ``E'^T E'`` ``(e, e)`` and the columns' squared lengths ``(e,)`` are known."""
-        share = np.where(
-            squared > 0, np.maximum(np.diag(gram), 0.0) / np.where(squared > 0, squared, 1.0), 0.0
-        )
-        scale = in_prior_units(background, squared, sizes)
-        scale[share <= background.settings.unobservable_share] = 0.0
+        share, scale = observable_share(background, np.diag(gram), squared, sizes)
         return cls(
             background.variance,
             gram * (scale[:, None] * scale[None, :]) / background.variance,
@@ -203,6 +198,23 @@ def gram_given(background: Background, E: Array, own_gram: Array) -> Array:
     return gram
 
 
+def observable_share(
+    background: Background, given: Array, squared: Array, sizes: Array
+) -> tuple[Array, Array]:
+    """Return ``|E'|^2 / |E|^2`` ``(e,)`` of columns, and the factor ``(e,)`` on each: zero where it is all but unobservable.
+
+    Args:
+        background: Of the fitted model.
+        given: ``(e,)``, squared lengths of the columns conditional on it.
+        squared: ``(e,)``, squared lengths of the columns.
+        sizes: ``(e,)``, prior standard deviations of the coefficients.
+    """
+    share = np.where(squared > 0, np.maximum(given, 0.0) / np.where(squared > 0, squared, 1.0), 0.0)
+    scale = in_prior_units(background, squared, sizes)
+    scale[share <= background.settings.unobservable_share] = 0.0
+    return share, scale
+
+
 def in_prior_units(background: Background, squared: Array, sizes: Array) -> Array:
     """Return the factor ``(e,)`` on each column: its prior standard deviation, or many standard errors where it is not bounded."""
     unbounded = background.settings.unbounded * np.sqrt(background.variance / np.maximum(squared, 1e-300))
@@ -222,28 +234,23 @@ def shrunk_gain(grams: Array, projections: Array) -> tuple[Array, Array]:
     return gain, seen.sum(axis=1)
 
 
-def remainder(background: Background, gain: float, dof: int) -> tuple[float, int]:
-    """Return the squared residual that would remain after a gain, and its degrees of freedom."""
-    freedom = max(background.freedom - dof, 1)
+def remainder(background: Background, gain: Array, dof: Array) -> tuple[Array, Array]:
+    """Return the squared residuals that would remain after gains, and their degrees of freedom."""
+    freedom = np.maximum(background.freedom - dof, 1)
     least = background.settings.least_remainder * freedom * min(1.0, background.variance)
-    return max(background.squared - gain, least), freedom
+    return np.maximum(background.squared - gain, least), freedom
 
 
-def p_value(background: Background, gain: float, dof: int) -> float:
-    """Return the chance of a gain this large where nothing is there to be explained (an F test)."""
-    if dof == 0:
-        return 1.0
+def p_value(background: Background, gain: Array, dof: Array) -> Array:
+    """Return the chance of gains this large where nothing is there to be explained (an F test)."""
     rest, freedom = remainder(background, gain, dof)
-    return float(fdtrc(dof, freedom, max(gain, 0.0) / dof / (rest / freedom)))
+    each = np.maximum(dof, 1)
+    return np.where(dof > 0, fdtrc(each, freedom, np.maximum(gain, 0.0) / each / (rest / freedom)), 1.0)
 
 
-def evidence(background: Background, gain: float, dof: int, tried: int) -> float:
-    """Return the log evidence for a candidate, in nats: fit less complexity less the log of how many of its kind were tried.
-
-    Of several effects together the choices multiply, beyond what a machine's integer holds.
-    """
-    if dof == 0:
-        return -np.inf
+def evidence(background: Background, gain: Array, dof: Array, log_tried: Array) -> Array:
+    """Return the log evidence for candidates, in nats: fit less complexity less the log of how many of their kind were tried."""
     rest, _ = remainder(background, gain, dof)
     n = background.freedom
-    return 0.5 * (n * np.log((rest + gain) / rest) - dof * np.log(n)) - math.log(max(tried, 1))
+    found = 0.5 * (n * np.log((rest + gain) / rest) - dof * np.log(n)) - log_tried
+    return np.where(dof > 0, found, -np.inf)

@@ -1,5 +1,7 @@
 """The score test: what it says of a candidate is what a refit would say, and its p-values are honest."""
 
+from math import log
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,7 +9,9 @@ from hypothesis import strategies as st
 from scipy.stats import kstest
 
 from scalar.diagnosis.change_scores import Moments
+from scalar.diagnosis.ranking import score_of
 from scalar.diagnosis.score_test import Background, Projected, evidence, p_value
+from scalar.effects.joint_scale import JointScale
 
 HUGE = 1e9  # a size so large that it shrinks nothing
 SHRUNK = 1e-5  # relative: what a prior of many standard errors may take away
@@ -125,7 +129,7 @@ def test_what_the_model_already_explains_is_never_scored(seed, size):
     assert not gain[:2].any() and not dof[:2].any()
     assert np.all(observability[:2] < 1e-5)
     assert p_value(background, float(gain[0]), int(dof[0])) == 1.0
-    assert evidence(background, float(gain[0]), int(dof[0]), 1) == -np.inf
+    assert evidence(background, float(gain[0]), int(dof[0]), 0.0) == -np.inf
 
 
 def test_an_effect_of_implausible_size_is_none():
@@ -156,17 +160,19 @@ def test_evidence_pays_for_complexity_and_for_trying():
     """With the same gain more degrees of freedom and more that was tried mean less evidence; more gain, more."""
     r, J, _, background = problem(7)
     assert len(r) == 120 and J.shape[1] == 12
-    assert evidence(background, 20.0, 1, 1) > evidence(background, 20.0, 2, 1)
-    assert evidence(background, 20.0, 1, 1) > evidence(background, 20.0, 1, 50)
-    assert evidence(background, 30.0, 1, 1) > evidence(background, 20.0, 1, 1)
+    assert evidence(background, 20.0, 1, 0.0) > evidence(background, 20.0, 2, 0.0)
+    assert evidence(background, 20.0, 1, 0.0) > evidence(background, 20.0, 1, log(50))
+    assert evidence(background, 30.0, 1, 0.0) > evidence(background, 20.0, 1, 0.0)
 
 
 def test_choices_beyond_the_integers_of_a_machine():
     """A dozen effects together, each picked from some hundreds, are more choices than 64 bits hold: their logarithms add up."""
     background = problem(7)[3]
-    apart = evidence(background, 20.0, 1, 1) - evidence(background, 20.0, 1, 500)
-    together = evidence(background, 20.0, 1, 1) - evidence(background, 20.0, 1, 500**12)
-    assert together == pytest.approx(12 * apart)
+    effect = JointScale(joint=1)
+    alone, apart, together = (
+        score_of(background, effect, 20.0, 1, 1.0, tried, tried).evidence for tried in (1, 500, 500**12)
+    )
+    assert alone - together == pytest.approx(12 * (alone - apart))
 
 
 def test_rows_without_content_are_no_degrees_of_freedom():
@@ -228,4 +234,4 @@ def test_an_effect_without_columns_earns_nothing():
     E = np.zeros((60, 0))
     gain, dof, seen = Projected.of(background, E, E.T @ E, np.zeros(0)).score(np.zeros((1, 0), dtype=int))
     assert (gain[0], dof[0], seen[0]) == (0.0, 0, 0.0)
-    assert evidence(background, 0.0, 0, 1) == -np.inf
+    assert evidence(background, 0.0, 0, 0.0) == -np.inf

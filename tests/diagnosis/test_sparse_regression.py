@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from scalar.diagnosis.sparse_regression import SparseRegression, sparse_regression
+from scalar.diagnosis.sparse_regression import SparseRegression, _Inverse, sparse_regression
 
 N, M, GROUPS, WIDTH = 50, 3, 150, 2
 
@@ -94,14 +94,21 @@ def test_hardly_any_noise():
     assert np.all(np.isfinite(found.significance))
 
 
-def test_the_inverse_given_what_the_model_explains_is_that_of_restricted_likelihood():
-    """With flat priors, P is Z (Z' C Z)^-1 Z', Z being a basis of what Q leaves (Patterson and Thompson 1971)."""
-    from scalar.diagnosis.sparse_regression import _inverse
-
-    _, Q, groups, common, _ = drawn(5, planted=0)
-    K = linalg.block_diag(*(common[0] @ np.swapaxes(common[0], 1, 2)))
-    X = 0.01 * np.concatenate(groups[:3], axis=1)
-    C = X @ X.T + 0.7 * np.eye(N * M) + 1.3 * K
+@pytest.mark.parametrize("groups_taken", [3, 60])
+def test_the_inverse_given_what_the_model_explains_is_that_of_restricted_likelihood(groups_taken):
+    """With flat priors, P is Z (Z' C Z)^-1 Z', Z being a basis of what Q leaves (Patterson and Thompson 1971), be columns fewer than rows or not."""
+    rows, Q, groups, common, _ = drawn(5, planted=0)
+    K = common[0] @ np.swapaxes(common[0], 1, 2)
+    X, r = 0.01 * np.concatenate(groups[:groups_taken], axis=1), rows.ravel()
+    g = np.linspace(0.5, 2.0, X.shape[1])
+    B = 0.7 * np.eye(M) + 1.3 * K
+    C = (X * g) @ X.T + linalg.block_diag(*B)
     Z = linalg.null_space(Q.T)
     expected = Z @ np.linalg.solve(Z.T @ C @ Z, Z.T)
-    np.testing.assert_allclose(_inverse(0.7, np.array([1.3]), [K], X, Q), expected, atol=1e-9)
+    for inverse in (_Inverse.of, _Inverse._by_rows, _Inverse._by_columns):
+        found = inverse(B, X, g, Q, r)
+        np.testing.assert_allclose(found.r, expected @ r, atol=1e-9)
+        np.testing.assert_allclose(found.X, expected @ X, atol=1e-9)
+        np.testing.assert_allclose(
+            linalg.block_diag(*found.blocks), expected * linalg.block_diag(*np.ones_like(B)), atol=1e-9
+        )
