@@ -85,7 +85,7 @@ class CandidateSet:
         """Return the columns ``(T, w)`` of the candidates of each width w, in the order of ``by_width``."""
         return {width: np.array([where for _, where in own]) for width, own in self.by_width.items()}
 
-    @property
+    @cached_property
     def total(self) -> int:
         """Return how many candidates and moments are tried."""
         return len(self.tried) + self.elsewhere + sum(int(touched.sum()) for _, touched in self.changes)

@@ -7,12 +7,11 @@ from dataclasses import replace
 
 from scalar.data.dataset import Dataset
 from scalar.diagnosis.autocorrelation import depends_on
-from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
+from scalar.diagnosis.candidate_columns import CandidateColumns
 from scalar.diagnosis.conditional_scores import rivals
 from scalar.diagnosis.confidence import confidence
 from scalar.diagnosis.explained import Explained, explained
 from scalar.diagnosis.finding import Finding
-from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.grounds import FinalResiduals, grounds_of_component, grounds_of_effect
 from scalar.diagnosis.harmonic_spectrum import as_whitened, has_all_orders, is_shrunk
 from scalar.diagnosis.hold_out import held_out_errors
@@ -63,7 +62,7 @@ def diagnose(
     dataset = with_target_motion(dataset)
     run = explained(dataset, settings, progress)
     left, tried = FinalResiduals.of(run.after), run.tried
-    found = _findings(run.before, run.after, tried, left)
+    found = _findings(run, left)
     outer = outer_split(dataset, run.cleaned, answer_without, settings, outer_folds, on_fold, cores)
     run, found, refused = _confirmed(run, found, outer)
     before, after = run.before, run.after
@@ -132,16 +131,15 @@ def _confirmed(
     return run, kept, refused
 
 
-def _findings(
-    before: FittedState, after: FittedState, tried: CandidateSet, left: FinalResiduals
-) -> tuple[Finding, ...]:
-    """Return the effects of a state one by one, each with the held-out error before and after it is added."""
+def _findings(run: Explained, left: FinalResiduals) -> tuple[Finding, ...]:
+    """Return the effects of a run one by one, each with the held-out error before and after it is added."""
+    before, after, tried = run.before, run.after, run.tried
     found: list[Finding] = []
     state, error = before, held_out_errors(before)
     effects: tuple[Effect, ...] = ()
     scored = as_whitened(after)
     columns = CandidateColumns(scored, tried)
-    without_a_name = evidence_without_a_name(scored)
+    without_a_name = evidence_without_a_name(scored, run.flexible)
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
         state = after.refitted(effects, state.model)

@@ -5,7 +5,7 @@ The same run is made on all poses, and on those of every part of the outer split
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +19,7 @@ from scalar.diagnosis.joint_selection import select_together
 from scalar.diagnosis.measured_rows import rows_given_own_noise
 from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.shipped_fit import BY_COMPONENT, ShippedFit
-from scalar.diagnosis.unmodelled_structure import with_flexible_terms
+from scalar.diagnosis.unmodelled_structure import flexible_pools, with_flexible_terms
 from scalar.diagnosis.variance_components import WhitenedMeasurement
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.conclude import conclude
@@ -44,6 +44,7 @@ class Explained:
         prepared: The same, prepared for fits.
         before, after: States without effects and with all that were found.
         tried: The candidate set of named effects.
+        flexible: Those of the flexible terms.
     """
 
     cleaned: Cleaned
@@ -51,6 +52,7 @@ class Explained:
     before: FittedState
     after: FittedState
     tried: CandidateSet
+    flexible: Sequence[CandidateSet] = ()
 
     def calibrated(self, shipped: ShippedFit) -> tuple[Calibration, Calibration, Calibration]:
         """Return the calibrations without effects, with all that were found, and as shipped, with the weights of the fit that is shipped."""
@@ -86,9 +88,10 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
         cleaned = cleaner
         start = _selected(dataset, cleaned, settings, progress)
     progress("looking for unmodelled structure")
-    after = with_flexible_terms(start.after, start.tried)
+    pools = flexible_pools(start.after.dataset)
+    after = with_flexible_terms(start.after, start.tried, pools)
     progress("fitting joints that need many orders")
-    return replace(start, after=with_spectrum(after, start.tried))
+    return replace(start, after=with_spectrum(after, start.tried), flexible=pools)
 
 
 def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:

@@ -45,24 +45,25 @@ def rank(state: FittedState, background: Background, columns: CandidateColumns) 
     conditional = columns.conditional(background)
     tally = _Tally()
     for width, members in candidates.by_width.items():
-        gain, dof, observability = conditional[width].score()
+        gain, dof, observability = (values.tolist() for values in conditional[width].score())
         for k, (candidate, _) in enumerate(members):
-            family, choices = families[candidate.name] + candidates.elsewhere, 1
-            effect, own_gain, own_dof = candidate, gain[k], dof[k]
-            if candidate.n_terms > 1:
-                rest, freedom = remainder(background, own_gain, own_dof)
-                projected, terms = conditional[width].of(k), np.arange(width).reshape(candidate.n_terms, -1)
-                # Each term is penalised for its columns and for the number of terms tried, as it would be alone.
-                price = np.log(background.freedom) + 2 * np.log(candidate.n_terms) / terms.shape[1]
-                chosen = projected.forward(terms, worth=float(price * rest / freedom))
-                if not chosen:
-                    continue
-                own = projected.score(terms[sorted(chosen)].reshape(1, -1))
-                effect, own_gain, own_dof = candidate.with_terms(chosen), own[0][0], own[1][0]
-                choices = comb(candidate.n_terms, len(chosen))
+            family = families[candidate.name] + candidates.elsewhere
+            if candidate.n_terms <= 1:
+                tally.add(candidate, gain[k], dof[k], observability[k], family, candidates.total)
+                continue
+            rest, freedom = remainder(background, gain[k], dof[k])
+            projected, terms = conditional[width].of(k), np.arange(width).reshape(candidate.n_terms, -1)
+            # Each term is penalised for its columns and for the number of terms tried, as it would be alone.
+            price = np.log(background.freedom) + 2 * np.log(candidate.n_terms) / terms.shape[1]
+            chosen = projected.forward(terms, worth=float(price * rest / freedom))
+            if not chosen:
+                continue
+            own = projected.score(terms[sorted(chosen)].reshape(1, -1))
+            choices = comb(candidate.n_terms, len(chosen))
             tally.add(
-                effect, own_gain, own_dof, observability[k], family * choices, candidates.total * choices
-            )
+                candidate.with_terms(chosen), own[0][0], own[1][0], observability[k], family * choices,
+                candidates.total * choices,
+            )  # fmt: skip
     _tally_changes(tally, state, background, columns)
     return sorted(tally.scored(background), key=lambda entry: -entry.evidence)
 

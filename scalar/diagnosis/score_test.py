@@ -227,11 +227,30 @@ def shrunk_gain(grams: Array, projections: Array) -> tuple[Array, Array]:
     In these units an eigenvalue is how much better the data determine a direction than its prior does: directions below 1 are left out, the
     others are shrunk by that much.
     """
-    values, vectors = np.linalg.eigh((grams + np.swapaxes(grams, 1, 2)) / 2)
-    components = np.einsum("tei,te->ti", vectors, projections)
+    values, components = _in_eigenvectors(grams, projections)
     seen = values > 1.0
     gain = np.sum(np.where(seen, components**2 / (1.0 + np.maximum(values, 0.0)), 0.0), axis=1)
     return gain, seen.sum(axis=1)
+
+
+def _in_eigenvectors(grams: Array, projections: Array) -> tuple[Array, Array]:
+    """Return the eigenvalues ``(T, w)`` of symmetric matrices ``(T, w, w)`` and vectors ``(T, w)`` along their eigenvectors ``(T, w)``.
+
+    Most candidates have one column or two, for which one rotation of Jacobi's method is exact and takes no call a matrix.
+    """
+    width = grams.shape[1]
+    if width == 1:
+        return grams[:, 0], projections
+    if width == 2:
+        a, b, c = grams[:, 0, 0], (grams[:, 0, 1] + grams[:, 1, 0]) / 2, grams[:, 1, 1]
+        half = np.where(b != 0, (c - a) / (2 * np.where(b != 0, b, 1.0)), np.inf)
+        tangent = np.copysign(1.0, half) / (np.abs(half) + np.hypot(1.0, half))
+        cosine = 1.0 / np.hypot(1.0, tangent)
+        x, y = projections.T
+        values = np.stack([a - tangent * b, c + tangent * b], axis=1)
+        return values, np.stack([x - tangent * y, y + tangent * x], axis=1) * cosine[:, None]
+    values, vectors = np.linalg.eigh((grams + np.swapaxes(grams, 1, 2)) / 2)
+    return values, np.einsum("tei,te->ti", vectors, projections)
 
 
 def remainder(background: Background, gain: Array, dof: Array) -> tuple[Array, Array]:

@@ -8,6 +8,7 @@ them. Such structure is reported as unattributed and never given the name of the
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,19 +30,29 @@ from scalar.diagnosis.ranking import Scored, rank, refined
 from scalar.diagnosis.score_test import Background
 from scalar.effects import Effect
 
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
 COLUMNS_AT_ONCE = 512
 
 
-def with_flexible_terms(state: FittedState, named: CandidateSet) -> FittedState:
+def flexible_pools(dataset: Dataset) -> list[CandidateSet]:
+    """Return all flexible terms of a dataset, in parts."""
+    return _in_parts(flexible(dataset))
+
+
+def with_flexible_terms(
+    state: FittedState, named: CandidateSet, pools: Sequence[CandidateSet]
+) -> FittedState:
     """Return a state with flexible terms for what its named effects leave; the named effects are tested again given these terms.
 
     Args:
         state: Where forward selection among the names ended.
         named: The candidate set of named effects.
+        pools: Those of the flexible terms.
     """
     if state.is_rounding:
         return state
-    pools = _in_parts(flexible(state.dataset))
     for _ in range(state.settings.flexible_terms.max_terms):
         trial = _with_replacement(state, pools) or _with_best(state, pools)
         if trial is None:
@@ -76,7 +87,7 @@ def _ranked(
     return [sorted(entries, key=lambda entry: -entry.evidence)[:looked_at] for entries in found]
 
 
-def evidence_without_a_name(state: FittedState) -> list[list[float]]:
+def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -> list[list[float]]:
     """Return for every named effect the evidence of the flexible terms that would explain most in its place [nats]; for a flexible term none.
 
     Two amounts are subtracted: the margin by which a flexible term has to surpass a named effect, and half the logarithm of the degrees of
@@ -84,11 +95,12 @@ def evidence_without_a_name(state: FittedState) -> list[list[float]]:
 
     Args:
         state: With its effects.
+        pools: Of the flexible terms.
     """
     named = [i for i, effect in enumerate(state.effects) if not effect.flexible]
     backgrounds = [background_without(state, [i])[0] for i in named]
     found: list[list[float]] = [[] for _ in state.effects]
-    ranked = _ranked(state, backgrounds, _in_parts(flexible(state.dataset)))
+    ranked = _ranked(state, backgrounds, pools)
     for i, background, entries in zip(named, backgrounds, ranked, strict=True):
         entries = entries + _imitating(state, background, state.effects[i])
         price = state.settings.flexible_terms.better_than_a_name + 0.5 * float(np.log(background.freedom))

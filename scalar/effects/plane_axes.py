@@ -7,24 +7,20 @@ import numpy as np
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 
-_STEEP = 0.9  # |n_x|: a plane that faces the base's x axis more than this has its first axis along y
-
 
 def plane_axes(planes: Planes, name: str, plane_index: Array) -> tuple[Array, Array, Array]:
     """Return which poses measure a plane, in whatever session ``(N,)``, and the plane's axes u and v ``(N, 3)`` each.
 
-    u is the base's x axis, or y on a plane that faces x, turned into the plane: it depends on where the plane is and not on what its
-    coordinates are counted from, so that coefficients mean the same in a fit and in a file.
+    The axes depend on where the plane is and not on what its coordinates are counted from, so that coefficients mean the same in a fit
+    and in a file.
     """
     mine = [k for k, other in enumerate(planes.names) if other.split("@")[0] == name or other == name]
     if not mine:
         raise ValueError(f"no plane '{name}'; there are {', '.join(planes.names)}")
-    normals = planes.normals
-    axes = np.where(np.abs(normals[:, :1]) > _STEEP, np.eye(3)[1], np.eye(3)[0])
-    u = axes - normals * np.sum(axes * normals, axis=1, keepdims=True)
-    u /= np.linalg.norm(u, axis=1, keepdims=True)
-    v = np.cross(normals, u)
-    return np.isin(plane_index, mine), u[plane_index], v[plane_index]
+    measured = np.zeros(len(planes.names), dtype=bool)
+    measured[mine] = True
+    axes = planes.axes[plane_index]
+    return measured[plane_index], axes[:, 0], axes[:, 1]
 
 
 def carried_coordinates(
@@ -45,4 +41,5 @@ def carried_coordinates(
     mine, e1, e2 = plane_axes(planes, name, plane_index)
     offset = T_base_sensor[:, :3, 3] - centre
     carriers = np.stack([offset, T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2]], axis=1)
-    return mine, np.einsum("nkx,nx->nk", carriers, e1), np.einsum("nkx,nx->nk", carriers, e2)
+    found = carriers @ np.stack([e1, e2], axis=2)
+    return mine, found[:, :, 0], found[:, :, 1]

@@ -15,6 +15,7 @@ import numpy as np
 from scalar.geometry.se3 import Array, cross
 
 PARAMETERS_PER_PLANE = 3
+_STEEP = 0.9  # |n_x|: a plane that faces the base's x axis more than this has its first axis along y
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +56,17 @@ class Planes:
         n /= np.linalg.norm(n, axis=1, keepdims=True)
         n.setflags(write=False)
         return n
+
+    @cached_property
+    def axes(self) -> Array:
+        """Return two axes u and v in each plane ``(K, 2, 3)``: u is the base's x axis, or y on a plane that faces x, turned into the plane."""
+        n = self.normals
+        axes = np.where(np.abs(n[:, :1]) > _STEEP, np.eye(3)[1], np.eye(3)[0])
+        u = axes - n * np.sum(axes * n, axis=1, keepdims=True)
+        u /= np.linalg.norm(u, axis=1, keepdims=True)
+        found = np.stack([u, cross(n, u)], axis=1)
+        found.setflags(write=False)
+        return found
 
     @property
     def normal_derivatives(self) -> Array:
