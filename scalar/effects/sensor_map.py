@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -147,12 +148,14 @@ class SensorMap(RangeError):
         return [Map(x_axis, z_axis, y_axis, x, z, fitted + rest, rest, found.pose[steep], note)]
 
 
+@lru_cache(maxsize=64)
 def _in_powers_of(middle: float, half: float) -> Array:
-    """Return the Legendre polynomials of ``(v - middle) / half`` as coefficients of the powers of v, a row a polynomial."""
+    """Return the Legendre polynomials of ``(v - middle) / half`` as coefficients of the powers of v, a row a polynomial; read-only."""
     shifted = np.polynomial.Polynomial([-middle / half, 1.0 / half])
     rows = np.zeros((DEGREE + 1, DEGREE + 1))
     for k in range(DEGREE + 1):
         row = legendre.leg2poly(np.eye(DEGREE + 1)[k])
         coefficients = np.polynomial.Polynomial(row)(shifted).coef
         rows[k, : len(coefficients)] = coefficients
+    rows.setflags(write=False)
     return rows
