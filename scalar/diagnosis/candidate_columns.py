@@ -23,6 +23,8 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
+_MOST_NUMBERS = 2_000_000  # of columns that are copied at once for their products: 16 MB
+
 
 @dataclass(frozen=True, eq=False)
 class CandidateSet:
@@ -167,9 +169,14 @@ class CandidateColumns:
         """Return ``E'^T E'`` ``(T, w, w)`` of the candidates with so many columns, given all that the state's background explains."""
         if width not in self._grams:
             groups = self.candidates.groups[width]
-            own, along = self.E.T[groups], self._along[groups]
-            self._grams[width] = own @ np.swapaxes(own, 1, 2) - along @ np.swapaxes(along, 1, 2)
+            at_once = max(_MOST_NUMBERS // max(width * len(self.E), 1), 1)
+            parts = [groups[k : k + at_once] for k in range(0, len(groups), at_once)]
+            self._grams[width] = np.concatenate([self._grams_of(part) for part in parts])
         return self._grams[width]
+
+    def _grams_of(self, groups: Array) -> Array:
+        own, along = self.E.T[groups], self._along[groups]
+        return own @ np.swapaxes(own, 1, 2) - along @ np.swapaxes(along, 1, 2)
 
     def changes(self, background: Background) -> list[tuple[Effect, ChangeScores]]:
         """Return the scores of every kind of change at every moment."""

@@ -29,6 +29,8 @@ Basis = (
     JointBasis | Array
 )  # of effects on joints: of the joints that they act on; of others ``(N, 6, k)``, or ``(N, 5, n, k)`` for links
 
+_MOST_KEPT = 1_000_000  # bytes of what an effect does elsewhere than on joints: for thousands of poses it is worked out anew
+
 
 class EffectColumns:
     """The columns of any effects at one model, under one whitening.
@@ -67,9 +69,12 @@ class EffectColumns:
             if isinstance(effect, PointEffect):
                 on_points.append((effect, slice(start, stop)))
                 continue
-            if effect not in bases:
-                bases[effect] = self._basis(effect)
-            self._fill(columns[:, :, start:stop], effect, bases[effect])
+            basis = bases.get(effect)
+            if basis is None:
+                basis = self._basis(effect)
+                if isinstance(basis, JointBasis) or basis.nbytes <= _MOST_KEPT:
+                    bases[effect] = basis
+            self._fill(columns[:, :, start:stop], effect, basis)
         if on_points:
             at = np.concatenate([np.arange(place.start, place.stop) for _, place in on_points])
             columns[:, :, at] = self._of_points([effect for effect, _ in on_points])
