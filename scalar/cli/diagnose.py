@@ -84,7 +84,7 @@ def diagnose(
 
     keep(output)
     load_effects(effects_modules)
-    folds = 0 if quick else DEFAULTS.outer_split.folds
+    folds = 0 if quick else DEFAULTS.hold_out.folds
     if batch:
         from scalar.cli.fleet_table import diagnose_fleet
 

@@ -125,12 +125,12 @@ def _in_order(groups: Array, order: Array, least_poses: int = DEFAULTS.autocorre
 
 
 def _near(values: Array, settings: AutocorrelationSettings = DEFAULTS.autocorrelation) -> Array:
-    """Return the neighbours ``(P, 2)`` in two variables ``(N, 2)``, each by its rank; every pair once."""
+    """Return the neighbours ``(P, 2)`` in two variables ``(N, 2)``, each by its rank, as many as in an order; every pair once."""
     if len(values) < settings.least_poses:
         return np.zeros((0, 2), dtype=int)
     ranks = rankdata(values, axis=0)
-    found = np.asarray(KDTree(ranks).query(ranks, k=settings.neighbours + 1)[1])[:, 1:]
-    pairs = np.column_stack([np.repeat(np.arange(len(values)), settings.neighbours), found.ravel()])
+    found = np.asarray(KDTree(ranks).query(ranks, k=len(LAGS) + 1)[1])[:, 1:]
+    pairs = np.column_stack([np.repeat(np.arange(len(values)), len(LAGS)), found.ravel()])
     return np.unique(np.sort(pairs, axis=1), axis=0)
 
 

@@ -45,7 +45,7 @@ def diagnose(
         progress: Called with the name of each stage.
         settings: Thresholds.
         outer_folds: Number of parts of the outer split. The whole diagnosis is repeated without each part, and the errors on its poses are
-            those on unseen poses. With zero they are not known; ``settings.outer_split.folds`` is the usual number.
+            those on unseen poses. With zero they are not known; ``settings.hold_out.folds`` is the usual number.
         on_fold: Called with how many of these runs are done, and how many there are.
         cores: How many of these runs at once; None: as many as this process may use processors.
 

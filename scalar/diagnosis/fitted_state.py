@@ -12,7 +12,7 @@ import numpy as np
 from scalar.diagnosis.effect_columns import Basis, EffectColumns
 from scalar.diagnosis.measured_rows import MeasuredRows, profile_measurement
 from scalar.diagnosis.score_test import Background
-from scalar.diagnosis.settings import DEFAULTS, RefitSettings, Settings
+from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.variance_components import VarianceComponent, variance_components, whitening_for
 from scalar.effects import Effect
 from scalar.estimation.data_sheet_priors import misfit_ratio
@@ -24,6 +24,13 @@ from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
+
+# Refits: steps of Gauss-Newton by normal equations, then the careful fit where they do not end.
+_STEPS = 10  # three are the rule
+_PROMISED = 1e-8  # of the misfit's variance: a step that promises a smaller drop is the last
+_SOUND = 1e-11  # of the largest eigenvalue: with a smaller one, normal equations have too few digits
+_TOLERANCE = 1e-9  # relative, of cost and coordinates where the careful fit ends: rounding
+_RELINEARISATIONS = 8  # more fits for what an effect is not linear in, a time constant; three are the rule
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +96,7 @@ class FittedState:
             self.background_within_scans(),
             self.residuals,
             self.model,
-            self.settings.variance_components.alpha_variance_component,
+            self.settings.selection.alpha_unnamed,
         )
 
     @cached_property
@@ -176,7 +183,7 @@ def refit(
     """
     rows = MeasuredRows(dataset) if rows is None else rows
     state = _fitted(dataset, replace(model, effects=tuple(effects)), geometry_free, settings, rows)
-    for _ in range(settings.refit.max_relinearisations):
+    for _ in range(_RELINEARISATIONS):
         moved = [effect.relinearised() for effect in state.effects]
         if all(new is old for new, old in zip(moved, state.effects, strict=True)):
             break
@@ -199,22 +206,22 @@ def _fitted(
         residuals = Residuals(profiled, residuals.poses, residuals.bases, residuals.known)
     if effects:
         free &= ~unobservable_coefficients(residuals, model, free, settings.estimation.fit.unseen_share)
-    model = _optimum(residuals, model, free, settings.refit).rebased()
+    model = _optimum(residuals, model, free).rebased()
     again = residuals.reweighted(model)
     if again.measurement is not residuals.measurement:
-        residuals, model = again, _optimum(again, model, free, settings.refit)
+        residuals, model = again, _optimum(again, model, free)
     if model.priors:
         ratio = misfit_ratio(residuals, model, free, settings.estimation)
         if abs(ratio / model.misfit_ratio - 1.0) > settings.estimation.identifiability.settled_weight:
-            model = _optimum(residuals, replace(model, misfit_ratio=ratio), free, settings.refit)
+            model = _optimum(residuals, replace(model, misfit_ratio=ratio), free)
     return FittedState(dataset, model, geometry_free, free, residuals, settings, rows)
 
 
-def _optimum(residuals: Residuals, model: Model, free: Array, settings: RefitSettings) -> Model:
+def _optimum(residuals: Residuals, model: Model, free: Array) -> Model:
     """Return the optimum near a model: Gauss-Newton steps while each lowers the cost as it promises, else the careful way."""
     start = model
     cost = np.inf
-    for _ in range(settings.max_steps):
+    for _ in range(_STEPS):
         residual, jacobian = residuals.linearise(model)
         now = float(residual @ residual)
         if now > cost * (1.0 + 1e-9):
@@ -225,13 +232,13 @@ def _optimum(residuals: Residuals, model: Model, free: Array, settings: RefitSet
         scale[scale == 0] = 1.0
         gram, projection = (J.T @ J) / np.outer(scale, scale), (J.T @ residual) / scale
         values, vectors = np.linalg.eigh(gram)
-        if len(values) == 0 or values[0] < settings.sound * values[-1]:
+        if len(values) == 0 or values[0] < _SOUND * values[-1]:
             break
         along = vectors.T @ projection
         vector = model.vector.copy()
         vector[free] -= (vectors @ (along / values)) / scale
         model = model.with_vector(vector)
         promised = float(np.sum(along**2 / values))
-        if promised < settings.promised * max(1.0, cost / max(len(residual), 1)):
+        if promised < _PROMISED * max(1.0, cost / max(len(residual), 1)):
             return model
-    return fit(residuals, start, free, tolerance=settings.tolerance).model
+    return fit(residuals, start, free, tolerance=_TOLERANCE).model

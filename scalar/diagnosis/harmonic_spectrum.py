@@ -21,13 +21,16 @@ from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import rank
-from scalar.diagnosis.settings import SpectrumSettings
 from scalar.effects import Effect, registry
 from scalar.effects.series import Series
 from scalar.geometry.se3 import Array
 
 BANDS = ((1, 2), (3, 6), (7, 12), (13, 20), (21, 32), (33, 48), (49, 64))
 FIRST_SIZE = 3e-5  # rad, where the search for the sizes starts; its end does not depend on the start
+LEAST_SIZE = 1e-7  # rad: 0.1 micrometres at a metre; an order of this size is left out
+ROUNDS = 60  # of that search, which ends by itself
+CONVERGED = 1e-3  # relative change of the sizes that ends it: far below what they are known to
+_RIDGE = 1e-8  # of a unit column, on all else: a part that is left out may take away all that is known of a parameter
 PRIOR_SHARES = (1.0, 0.5, 0.25, 0.125)  # of the sizes that the evidence finds
 
 
@@ -81,11 +84,10 @@ def _with_more(state: FittedState, named: CandidateSet) -> FittedState:
     Over a part of a turn, low orders resemble a weight on the joint: chosen one by one they come first, and the weight explains nothing.
     """
     rest = CandidateSet.of([c for c, _ in named.tried if not isinstance(c, Series)])
-    for _ in range(state.settings.spectrum.most_more):
+    for _ in range(state.settings.selection.max_effects):
         scored = as_whitened(state)
-        for entry in rank(scored, scored.background(), CandidateColumns(scored, rest))[
-            : state.settings.spectrum.most_more
-        ]:
+        ranking = rank(scored, scored.background(), CandidateColumns(scored, rest))
+        for entry in ranking[: state.settings.selection.tried]:
             if entry.p_value > state.settings.selection.alpha_named_effect or entry.evidence <= 0:
                 return state
             trial = state.refitted(merged(state.effects, entry.effect))
@@ -169,14 +171,12 @@ class _System:
         E: ``(R, e)``, the columns of all orders [1/rad].
         residual: ``(R,)``, with the harmonics found one by one taken back.
         band: ``(e,)``, which band a column belongs to.
-        settings: Thresholds.
     """
 
     A: Array
     E: Array
     residual: Array
     band: Array
-    settings: SpectrumSettings
 
     @classmethod
     def of(cls, state: FittedState, dense: Sequence[Series]) -> _System:
@@ -201,7 +201,6 @@ class _System:
             state.columns_of(dense),
             residual[:n] - J[:n, local] @ c,
             np.array(band),
-            state.settings.spectrum,
         )
 
     def most_evident(self) -> tuple[Array, float]:
@@ -212,7 +211,7 @@ class _System:
         G, b, squared = E.T @ E, -(E.T @ r), float(r @ r)
         n = len(r) - self.A.shape[1]
         sizes, variance = np.full(len(BANDS), FIRST_SIZE), squared / n
-        for _ in range(self.settings.rounds):
+        for _ in range(ROUNDS):
             s = sizes[self.band]
             inverse = np.linalg.inv(s[:, None] * G * s / variance + np.eye(len(s)))
             c = s * (inverse @ (s * b)) / variance
@@ -220,8 +219,8 @@ class _System:
             power = np.bincount(self.band, c * c, len(BANDS))
             rest = squared - 2.0 * float(c @ b) + float(c @ G @ c)
             variance = rest / max(n - float(known.sum()), 1.0)
-            new = np.maximum(np.sqrt(power / np.maximum(known, 1e-9)), self.settings.least_size)
-            done = np.max(np.abs(np.log(new / sizes))) < self.settings.converged
+            new = np.maximum(np.sqrt(power / np.maximum(known, 1e-9)), LEAST_SIZE)
+            done = np.max(np.abs(np.log(new / sizes))) < CONVERGED
             sizes = new
             if done:
                 break
@@ -230,14 +229,14 @@ class _System:
     def unseen_error(self, sizes: Array, state: FittedState, joints: Sequence[int]) -> float:
         """Return the squared error of poses in parts of the joints' ranges that are left out, each joint's parts in turn."""
         X = np.concatenate([self.A, self.E * sizes[self.band]], axis=1)
-        ridge = np.r_[np.full(self.A.shape[1], self.settings.hardly_bounded), np.ones(self.E.shape[1])]
+        ridge = np.r_[np.full(self.A.shape[1], _RIDGE), np.ones(self.E.shape[1])]
         gram, projection = X.T @ X + np.diag(ridge), X.T @ self.residual
-        m = state.residuals.measurement.rows_per_pose
+        m, parts = state.residuals.measurement.rows_per_pose, state.settings.hold_out.folds
         total = 0.0
         for joint in joints:
             q = state.dataset.q[:, joint - 1]
-            part = np.searchsorted(np.quantile(q, np.linspace(0, 1, self.settings.parts + 1)[1:-1]), q)
-            for k in range(self.settings.parts):
+            part = np.searchsorted(np.quantile(q, np.linspace(0, 1, parts + 1)[1:-1]), q)
+            for k in range(parts):
                 out = np.repeat(part == k, m)
                 left = X[out]
                 c = -np.linalg.solve(gram - left.T @ left, projection - left.T @ self.residual[out])

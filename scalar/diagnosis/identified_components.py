@@ -31,8 +31,12 @@ def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
     background = state.background_within_scans()
     own = [np.broadcast_to(np.eye(uneven.shape[1]), uneven.shape), uneven]
     kernels = {name: D @ np.swapaxes(D, 1, 2) for name, D in directions(residuals, model)}
-    settings = state.settings.variance_components
-    usual = {c.name for c in found if c.name == "pose_jitter" and c.std < settings.least_repeatability}
+    settings = state.settings
+    usual = {
+        c.name
+        for c in found
+        if c.name == "pose_jitter" and c.std < settings.variance_components.least_repeatability
+    }
     own += [kernels[name] for name in usual]
     without = fit_components(background, own).log_likelihood
     identified: list[VarianceComponent] = []
@@ -41,6 +45,6 @@ def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
             continue
         gain = fit_components(background, [kernels[component.name], *own]).log_likelihood - without
         p_value = float(0.5 * chi2.sf(2 * max(gain, 0.0), 1))
-        if p_value < settings.alpha_variance_component:
+        if p_value < settings.selection.alpha_unnamed:
             identified.append(replace(component, log_likelihood_gain=gain, p_value=p_value))
     return tuple(sorted(identified, key=lambda c: -c.log_likelihood_gain))

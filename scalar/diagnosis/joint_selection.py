@@ -41,12 +41,11 @@ def select_together(before: FittedState, forward: FittedState, candidates: Candi
         return forward
     anew = _with_significant(before, candidates)
     state = forward if anew is None else _better(forward, anew, candidates)
-    for _ in range(settings.max_rounds):
+    while True:  # each round has clearly more evidence than the one before
         more = _with_significant(state, candidates)
         if more is None or _better(state, more, candidates) is state:
-            break
+            return state
         state = more
-    return state
 
 
 def _with_significant(state: FittedState, candidates: CandidateSet) -> FittedState | None:

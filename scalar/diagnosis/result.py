@@ -237,7 +237,7 @@ class Diagnosis:
             s
             for s in others
             if best.log_likelihood_gain - s.log_likelihood_gain
-            < settings.variance_components.confounded_likelihood
+            < settings.estimation.within_scan_noise.confounded_likelihood
         ]
         weighed = self.shipped.disagreement
         equal = self.shipped.effects_held_out.rms if weighed is None else weighed.held_out_rms[0]

@@ -117,7 +117,7 @@ def _with_best(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState
     """Return the state with the best flexible term that is significant and confirmed by held-out poses, or None."""
     background = state.background()
     for entry in _ranked(state, [background], pools)[0]:
-        if entry.p_value > state.settings.flexible_terms.alpha_flexible_term or entry.evidence <= 0:
+        if entry.p_value > state.settings.selection.alpha_unnamed or entry.evidence <= 0:
             return None
         effect = refined(state, background, entry).effect
         trial = state.refitted(merged(state.effects, effect))
@@ -194,7 +194,7 @@ def _with_partial_imitators(state: FittedState, imitated: Effect) -> tuple[Fitte
 
 def _refined_again(state: FittedState, first: int, pool: CandidateSet) -> FittedState:
     """Return a state whose effects from ``first`` on are refined in turn, each given all others, as long as one changes."""
-    for _ in range(state.settings.flexible_terms.rounds_of_refinement):
+    for _ in range(state.settings.selection.refinement_rounds):
         changed = False
         for i in range(first, len(state.effects)):
             left_out = background_without(state, [i])

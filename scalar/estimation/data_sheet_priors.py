@@ -26,6 +26,8 @@ from scalar.estimation.settings import DEFAULTS, EstimationSettings, Identifiabi
 from scalar.geometry.se3 import Array
 from scalar.units import DEG, MM
 
+_ROUNDS = 4  # of fitting and of weighing the priors by the residual that is left; two are the rule
+
 
 def fit_near_data_sheet(
     residuals: Residuals,
@@ -50,7 +52,7 @@ def fit_near_data_sheet(
     """
     rules = settings.identifiability
     model = replace(initial, priors=data_sheet_priors(initial, free, rules), misfit_ratio=1.0)
-    for _ in range(rules.weighings):
+    for _ in range(_ROUNDS):
         model = fit(residuals, model, free, tolerance=COARSE).model
         if effects_follow and _determined(
             residuals, model, free, prior_std(model, rules), rules.prior_matters

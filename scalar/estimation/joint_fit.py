@@ -20,6 +20,8 @@ from scalar.estimation.settings import DEFAULTS, EstimationSettings
 from scalar.estimation.sufficiency import check_effects
 from scalar.geometry.se3 import Array
 
+_ROUNDS = 6  # of fitting and whitening anew; two are the rule
+
 
 def fit_all(
     dataset: Dataset,
@@ -77,7 +79,7 @@ def fit_from(
         residuals = Residuals.of(dataset, model)
     found: Fit | None = None
     settled, again = False, residuals
-    for _ in range(settings.fit.max_reweightings):
+    for _ in range(_ROUNDS):
         if found is None:
             model = model.rebased()
             residuals = residuals.reweighted(model)

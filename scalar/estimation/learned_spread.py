@@ -21,6 +21,7 @@ from scalar.geometry.se3 import Array
 
 _ROUNDS = 200
 _SETTLED = 1e-3  # of the logarithm of a spread
+_UNIT_INFORMATION = 1.0  # correction, which a weak prior counts as (Kass and Wasserman, Journal of the American Statistical Association 90, 1995)
 _RIDGE = (
     1e-14  # of unit columns: keeps the inverse finite where neither data nor priors determine a direction
 )
@@ -66,9 +67,9 @@ def learned_spreads(
 def typical_spreads(settings: IdentifiabilitySettings) -> dict[str, tuple[float, float]]:
     """Return for each group the spread [m or rad] that arms have, and how many corrections it counts as."""
     return {
-        "length": (settings.typical_length, settings.typical_count),
-        "angle": (settings.typical_angle, settings.typical_count),
-        "zero": (settings.typical_zero, settings.typical_zero_count),
+        "length": (settings.typical_link, settings.typical_count),
+        "angle": (settings.typical_link, settings.typical_count),
+        "zero": (settings.typical_zero, _UNIT_INFORMATION),
     }
 
 

@@ -22,16 +22,10 @@ class WithinScanNoiseSettings:
         4.0, "robust standard deviations", "of a scan, to which residuals are clipped before anything is learned from them",
         "chosen: one normal point in sixteen thousand; stray points and mixed pixels count for no more",
     )  # fmt: skip
-    alpha_correlated: float = setting(
-        1e-6, "1", "chance of finding correlation in white noise",
-        "chosen: it changes every weight; correlation that matters is far beyond it",
+    alpha: float = setting(
+        1e-6, "1", "chance of finding that white noise is correlated, that scans differ in it, or that it is not as stated, where it is",
+        "chosen: each changes every weight; what matters is far beyond it",
     )  # fmt: skip
-    alpha_level: float = setting(
-        1e-6,
-        "1",
-        "chance of finding that scans differ in their noise, or have another than is stated",
-        "the same",
-    )
     least_gain: float = setting(
         20.0, "nats", "of restricted likelihood that a correlated component must gain",
         "chosen: it changes every weight, and costs a shape, a length and a share",
@@ -40,9 +34,7 @@ class WithinScanNoiseSettings:
         0.25, "of a scan's length", "longest correlation length, and half the longest wave",
         "chosen: what is longer looks like a shift or a turn of the scan, and is a matter of the variance components",
     )  # fmt: skip
-    same_kernel: float = setting(
-        3.0,
-        "nats",
-        "of restricted likelihood within which two shapes of correlation are not distinguished",
-        "odds of twenty",
-    )
+    confounded_likelihood: float = setting(
+        3.0, "nats", "of restricted likelihood within which two noises are confounded: shapes of correlation within scans, and "
+        "variance components of whole poses", "odds of twenty",
+    )  # fmt: skip

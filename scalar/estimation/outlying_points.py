@@ -13,6 +13,7 @@ from scalar.sensors import kind_of
 from scalar.sensors.robust_scale import MAD_TO_STD
 
 _LEAST_SCALE = 1e-9  # m: keeps the weights of a noise-free scan finite
+_ROUNDS = 12  # of reweighting towards least absolute deviations; later ones change nothing
 _LEAST_RATIO = 0.3  # of the scale: nearer to the line, points weigh the same
 
 
@@ -33,7 +34,7 @@ def without_outlying_points(
     distance = np.zeros(len(dataset.points))
     weight = np.ones(len(dataset.points))
     scale = np.full(len(counts), np.inf)
-    for _ in range(settings.point_rounds):
+    for _ in range(_ROUNDS):
         distance = np.abs(_line_distance(dataset.points, weight, first, scan))
         scale = np.maximum(MAD_TO_STD * _median_within(distance, scan, first, counts), _LEAST_SCALE)
         weight = 1.0 / np.maximum(distance / scale[scan], _LEAST_RATIO)

@@ -21,6 +21,8 @@ from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement, measure
 from scalar.sensors.robust_scale import robust_std
 
+_ROUNDS = 12  # of fitting and setting aside; they end by themselves, mostly after two
+_CONCENTRATIONS = 4  # of fits to the better part of the poses; later ones change nothing
 _LEAST_SHARE, _MOST_SHARE = 1e-3, 0.95  # of poses off, so that its logarithm says how long runs are by chance
 
 
@@ -45,7 +47,7 @@ def coarsely_consistent(dataset: Dataset, usable: Array, settings: GrossErrorSet
     index = measurement.target_index
     planes, keep = guess, usable
     distance = pose_distances(measurement, T, planes, index)
-    for _ in range(settings.pose_rounds):
+    for _ in range(_ROUNDS):
         core = _core(dataset, distance, usable, settings)
         subset = dataset.subset(core)
         fitted = measure(subset)
@@ -83,12 +85,12 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
     if np.all(distance[keep] < gross.least_pose_error) and not _heavy_tailed(distance[keep], gross):
         return _agreeing(dataset, distance, keep, gross)
     usable = core = keep
-    for _ in range(gross.concentrations):
+    for _ in range(_CONCENTRATIONS):
         core = _core(dataset, _left_out(dataset, model, prepared.free, core), usable, gross)
         model, prepared = geometry_fit(dataset.subset(core), settings)
         distance = _distances_under(dataset, model)
     keep = _agreeing(dataset, distance, core, gross)
-    for _ in range(gross.pose_rounds):
+    for _ in range(_ROUNDS):
         if keep.sum() < (1 - gross.most_set_aside) * dataset.n_poses:
             return keep
         distance = _distances_under(dataset, geometry_fit(dataset.subset(keep), settings)[0])

@@ -1,7 +1,7 @@
 """The thresholds of the estimator in one frozen object: each with its unit, its meaning, and its source or the reason for its size.
 
 A threshold decides: which points and poses are gross errors, which data suffice, which parameters are fixed, when a fit is done. Shapes of an
-algorithm that decide nothing (how many terms a basis has) stay where the algorithm is. "Chosen" says that no source gives the number; the
+algorithm that decide nothing (how many terms a basis has, how many rounds a search) stay where the algorithm is. "Chosen" says that no source gives the number; the
 study ``snakemake sensitivity`` says how much depends on it.
 """
 
@@ -43,12 +43,6 @@ class GrossErrorSettings:
         1.0 / 3.0, "of a scan's points", "a scan with more of its points off its line is set aside whole",
         "chosen: least absolute deviations forgive about a third of wrong points",
     )  # fmt: skip
-    point_rounds: int = setting(
-        12,
-        "rounds",
-        "of reweighting towards least absolute deviations",
-        "chosen: later rounds change nothing",
-    )
     pose_sigmas: float = setting(
         10.0, "robust standard deviations", "a pose farther than this off the fit is set aside",
         "chosen: far beyond what effects do, since an effect must never be set aside as an outlier",
@@ -93,13 +87,6 @@ class GrossErrorSettings:
     heavy_tail: float = setting(
         2.0, "1", "root mean square over median of the poses' distances beyond which gross errors may have dragged the fit",
         "a chi law of two degrees of freedom has 1.2",
-    )  # fmt: skip
-    pose_rounds: int = setting(
-        12, "rounds", "of fitting and setting aside", "chosen: they end by themselves, mostly after two"
-    )
-    concentrations: int = setting(
-        4, "rounds", "of fits to the better part of the poses",
-        "chosen: later rounds change nothing",
     )  # fmt: skip
 
 
@@ -173,22 +160,17 @@ class IdentifiabilitySettings:
         "for the residual to say how large the noise is",
         "a standard deviation of ten is known to a quarter",
     )
-    typical_length: float = setting(
-        0.3e-3, "m", "how far lengths of arms are from the data sheet (1 sigma), before the arm itself says so",
-        "chosen: machined castings, toleranced to tenths; corrections published for industrial arms are of that size",
-    )  # fmt: skip
-    typical_angle: float = setting(
-        0.3e-3, "rad", "the same for the angles between axes", "chosen: tenths of a millimetre over a link's length"
+    typical_link: float = setting(
+        0.3e-3, "m, or rad", "how far lengths, and angles between axes, are from the data sheet (1 sigma), before the arm itself says so",
+        "chosen: castings machined to tenths of a millimetre, over links of about a metre; corrections published for industrial arms are of "
+        "that size",
     )  # fmt: skip
     typical_zero: float = setting(
         1e-3, "rad", "the same for the zeros of the joints", "chosen: a witness mark is set to a twentieth of a degree"
     )  # fmt: skip
     typical_count: float = setting(
         6.0, "corrections", "that the typical lengths and angles count as where the arm's own are pooled with them",
-        "chosen: as many as a six-axis arm has of each, so that an arm that differs soon outweighs them",
-    )  # fmt: skip
-    typical_zero_count: float = setting(
-        1.0, "corrections", "the same for the zeros", "chosen: zeros are often degrees off, so little is expected of them"
+        "chosen: as many as a six-axis arm has of each, so that an arm that differs soon outweighs them; zeros, often degrees off, count as one",
     )  # fmt: skip
     prior_matters: float = setting(
         10.0, "1", "the priors of the data sheet are left out where every direction's standard error is smaller than its prior standard "
@@ -197,9 +179,6 @@ class IdentifiabilitySettings:
     prior_decides: float = setting(
         0.5, "of the prior standard deviation", "a parameter whose standard error exceeds this is said to be kept near the data sheet",
         "chosen: a quarter of what is known of it comes from the data sheet then",
-    )  # fmt: skip
-    weighings: int = setting(
-        4, "rounds", "of fitting and of weighing the priors by the residual that is left", "chosen: two are the rule"
     )  # fmt: skip
     settled_weight: float = setting(
         0.05, "1", "a weight of the priors that changes by less is the last", "chosen: a prior's size is not known as well"
@@ -210,7 +189,6 @@ class IdentifiabilitySettings:
 class FitSettings:
     """When a fit is done, and what it may not say."""
 
-    max_reweightings: int = setting(6, "rounds", "of fitting and whitening anew", "chosen: two are the rule")
     settled_step: float = setting(
         0.02, "standard deviations", "a new whitening that moves the optimum by less is the last", "chosen: invisible beside the standard errors"
     )  # fmt: skip

@@ -24,13 +24,8 @@ class NoiseThresholds(Protocol):
         ...
 
     @property
-    def alpha_correlated(self) -> float:
-        """Chance of finding correlation in white noise."""
-        ...
-
-    @property
-    def alpha_level(self) -> float:
-        """Chance of finding that the noise changes with range or incidence, or is not as stated, where it is."""
+    def alpha(self) -> float:
+        """Chance of finding that white noise is correlated, that it changes with range or incidence, or is not as stated, where it is."""
         ...
 
     @property
@@ -44,6 +39,6 @@ class NoiseThresholds(Protocol):
         ...
 
     @property
-    def same_kernel(self) -> float:
-        """Restricted log likelihood [nats] within which two shapes of correlation are not distinguished."""
+    def confounded_likelihood(self) -> float:
+        """Restricted log likelihood [nats] within which two shapes of correlation are confounded."""
         ...

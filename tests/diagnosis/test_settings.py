@@ -59,7 +59,7 @@ def test_settings_cannot_be_altered():
 
 
 @pytest.mark.parametrize(
-    "name", ["selection", "selection.swap_margins", "swap_margin", "", "refit.tolerance.x"]
+    "name", ["selection", "selection.swap_margins", "swap_margin", "", "hold_out.folds.x"]
 )
 def test_a_name_that_is_no_threshold_is_refused(name):
     """A misspelt name, a group, or a name within another name is refused by that name."""

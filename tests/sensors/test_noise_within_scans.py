@@ -5,10 +5,15 @@ import pytest
 
 from scalar.estimation.settings import DEFAULTS
 from scalar.sensors import measure
-from scalar.sensors.within_scan_noise import noise_within_scans
+from scalar.sensors.within_scan_noise import estimate, noise_within_scans
+from scalar.sensors.within_scan_noise.correlation import correlated_parts, sample_of
+from scalar.sensors.within_scan_noise.kernels import Part
+from scalar.sensors.within_scan_noise.level import Level
+from scalar.sensors.within_scan_noise.whiteness import Whiteness
 from tests import helpers
 from tests.sensors.profiles_of_scans import (
     SIGMA,
+    Noise,
     autoregressive,
     growing,
     profiles_of,
@@ -110,3 +115,48 @@ def test_a_kind_without_profiles_offers_nothing(kind):
     assert measurement.noise_within_poses(T, target, DEFAULTS.within_scan_noise) is None
     assert measurement.given_noise(None) is measurement
     assert measurement.noise_components == ()
+
+
+def correlated(noise: Noise, seed: int, scans: int) -> tuple[Part, ...]:
+    """Return the components of the correlation in scans of forty points."""
+    profiles, everything = (
+        profiles_of(noise, np.random.default_rng(seed), scans, points=40),
+        np.ones(scans, dtype=bool),
+    )
+    sample, _ = sample_of(profiles, profiles.about_lines(everything), np.ones(scans), everything, 0.7 / 39)
+    return correlated_parts(sample, DEFAULTS.within_scan_noise)
+
+
+@pytest.mark.parametrize(("rho", "seed", "is_found"), [(0.15, 0, False), (0.3, 1, True)])
+def test_a_correlation_has_to_gain_much(rho, seed, is_found):
+    """Thirty scans: a correlation of 0.15 gains 14 nats and is left alone, one of 0.3 gains 36."""
+    assert bool(correlated(autoregressive(rho), seed, 30)) == is_found
+
+
+def test_what_is_longer_than_a_quarter_of_a_scan_is_no_noise_within_it():
+    """A correlation over a third of the scan is found as long as is allowed: 9.75 of the 39 steps between its points."""
+
+    def long(rng, angles, along, ranges):
+        covariance = np.exp(-np.abs(angles[:, None] - angles) / (0.3 * np.ptp(angles)))
+        smooth = np.linalg.cholesky(covariance + 1e-9 * np.eye(len(angles))) @ rng.standard_normal(
+            len(angles)
+        )
+        return SIGMA * smooth + 0.5 * white(rng, angles, along, ranges)
+
+    assert 0.2 * 39 < correlated(long, 0, 60)[0].length < 0.26 * 39
+
+
+@pytest.mark.parametrize("what", ["correlation", "level"])
+@pytest.mark.parametrize(("chance", "is_found"), [(0.7e-6, True), (1.5e-6, False)])
+def test_noise_is_white_and_as_stated_unless_that_is_far_beyond_chance(
+    what, chance, is_found, rng, monkeypatch
+):
+    """Chances of 0.7 and of 1.5 in a million."""
+    tests = chance if what == "correlation" else 1.0, chance if what == "level" else 1.0
+    looked: list[bool] = []
+    monkeypatch.setattr(estimate, "whiteness", lambda *_: Whiteness(np.zeros(8), np.ones(8), tests[0]))
+    monkeypatch.setattr(estimate, "correlated_parts", lambda *_: looked.append(True) or ())
+    level = Level(np.zeros(4), np.eye(4), 1.0, tests[1], np.ones(60))
+    monkeypatch.setattr(Level, "of", lambda *_: level)
+    noise = found_in(profiles_of(white, rng))
+    assert (bool(looked) or noise is not None) == is_found

@@ -13,7 +13,7 @@ with logged(snakemake.log):
     found = diagnose(
         read_dataset(snakemake.input.dataset),
         progress=lambda stage: print(stage, flush=True),
-        outer_folds=DEFAULTS.outer_split.folds,
+        outer_folds=DEFAULTS.hold_out.folds,
         on_fold=lambda done, total: print(f"{done} of {total} runs without a part of the poses", flush=True),
     )
     write_diagnosis(found, Path(snakemake.output.diagnosis).parent)

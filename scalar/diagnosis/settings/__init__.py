@@ -21,7 +21,6 @@ from scalar.diagnosis.settings.noise import AutocorrelationSettings, VarianceCom
 from scalar.diagnosis.settings.selection import (
     HoldOutSettings,
     JointSelectionSettings,
-    RefitSettings,
     ScoreTestSettings,
     SelectionSettings,
 )
@@ -37,7 +36,6 @@ __all__ = [
     "NamingSettings",
     "ObservabilitySettings",
     "OuterSplitSettings",
-    "RefitSettings",
     "ScoreTestSettings",
     "SelectionSettings",
     "Settings",
@@ -56,7 +54,6 @@ class Settings:
     """
 
     estimation: EstimationSettings = ESTIMATION_DEFAULTS
-    refit: RefitSettings = field(default_factory=RefitSettings)
     score_test: ScoreTestSettings = field(default_factory=ScoreTestSettings)
     hold_out: HoldOutSettings = field(default_factory=HoldOutSettings)
     selection: SelectionSettings = field(default_factory=SelectionSettings)

@@ -49,7 +49,6 @@ class ShippedFitSettings:
 class OuterSplitSettings:
     """How errors on poses that nothing has seen are found, and which findings these runs confirm."""
 
-    folds: int = setting(5, "parts", "of the poses, each left out of a whole diagnosis", "the usual five")
     least_selected: float = setting(
         0.5, "of the runs", "that have to choose an effect, or it is no finding",
         "one half, as proposed by Meinshausen and Bühlmann (2010) at the least",

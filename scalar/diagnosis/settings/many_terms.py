@@ -11,10 +11,6 @@ from scalar.estimation.settings import setting
 class FlexibleTermSettings:
     """When structure that no name explains is taken for such."""
 
-    alpha_flexible_term: float = setting(
-        1e-5, "1", "chance of seeing unmodelled structure where there is none, corrected for all terms that were tried",
-        "chosen: a hundred times stricter than for a name, since a flexible term fits nearly anything",
-    )  # fmt: skip
     better_than_a_name: float = setting(
         7.0,
         "nats",
@@ -37,10 +33,6 @@ class FlexibleTermSettings:
         16, "coefficients", "of a named effect in whose place several shapes together are tried",
         "chosen: eight orders; more are a spectrum, and each attempt refits everything several times",
     )  # fmt: skip
-    rounds_of_refinement: int = setting(
-        4, "rounds", "in which shapes that replace a name are refined, each given the others",
-        "chosen: orders of two waves converge in three",
-    )  # fmt: skip
     minor: float = setting(
         0.1,
         "of the unmodelled structure",
@@ -58,7 +50,7 @@ class FlexibleTermSettings:
 
 @dataclass(frozen=True)
 class SpectrumSettings:
-    """When a joint has all orders at once, and how they are fitted."""
+    """When a joint has all orders at once."""
 
     many_orders: int = setting(
         4,
@@ -71,32 +63,4 @@ class SpectrumSettings:
         "numbers",
         "measured for each coefficient, at least",
         "chosen: with fewer the hold-out says nothing",
-    )
-    most_more: int = setting(
-        4,
-        "effects",
-        "looked for once all orders are in the model, and candidates tried for each",
-        "chosen: one is the rule",
-    )
-    parts: int = setting(5, "parts", "of a joint's range, each held out in turn", "the usual five folds")
-    rounds: int = setting(
-        60, "rounds", "of the search for the prior standard deviations", "chosen: it ends by itself"
-    )
-    least_size: float = setting(
-        1e-7,
-        "rad",
-        "prior standard deviation below which an order is left out",
-        "chosen: 0.1 micrometres at a metre",
-    )
-    converged: float = setting(
-        1e-3,
-        "relative",
-        "change of the prior standard deviations that ends the search",
-        "chosen: far below what they are known to",
-    )
-    hardly_bounded: float = setting(
-        1e-8,
-        "of a unit column",
-        "ridge on all else, since a part that is left out may take away all that is known of a parameter",
-        "rounding",
     )

@@ -11,15 +11,6 @@ from scalar.estimation.settings import setting
 class VarianceComponentSettings:
     """When poses vary by more than the noise of their points, and when that is no noise."""
 
-    alpha_variance_component: float = setting(
-        1e-5,
-        "1",
-        "chance of a variance component where there is none",
-        "chosen: it decides how every effect is tested",
-    )
-    confounded_likelihood: float = setting(
-        3.0, "nats", "of likelihood within which jitter and bias are confounded", "odds of twenty"
-    )
     least_repeatability: float = setting(
         2e-5, "rad", "of each joint; poses that repeat better are no finding, any arm scatters by as much",
         "chosen: the best data sheets of small arms state a position repeatability (ISO 9283) of 0.01 mm, at half a metre",
@@ -41,7 +32,9 @@ class AutocorrelationSettings:
         "chance of autocorrelation where there is none, corrected for all orders that were tried",
         "chosen: a variance component that goes unreported is a smaller fault than one that is reported for a pattern",
     )
-    neighbours: int = setting(3, "poses", "nearest in two joint angles", "as many as the lags in an order")
     least_poses: int = setting(
-        12, "poses", "of a plane, for neighbours to be near one another", "chosen: four times the neighbours"
+        12,
+        "poses",
+        "of a plane, for neighbours to be near one another",
+        "chosen: four times the neighbours that each has",
     )

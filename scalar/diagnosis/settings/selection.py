@@ -1,38 +1,10 @@
-"""Thresholds of the forward selection: its refits, its score test, its held-out poses, and when an effect is added."""
+"""Thresholds of the forward selection: its score test, its held-out poses, and when an effect is added."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from scalar.estimation.settings import setting
-
-
-@dataclass(frozen=True)
-class RefitSettings:
-    """When a refit during the selection has converged."""
-
-    tolerance: float = setting(
-        1e-9, "relative", "of cost and coordinates where the careful fit ends", "chosen: rounding"
-    )
-    max_steps: int = setting(
-        10, "steps", "of Gauss-Newton before the careful fit takes over", "chosen: three are the rule"
-    )
-    max_relinearisations: int = setting(
-        8, "fits", "more for what an effect is not linear in, such as a time constant",
-        "chosen: three are the rule, and each may halve or double it",
-    )  # fmt: skip
-    sound: float = setting(
-        1e-11,
-        "of the largest eigenvalue",
-        "normal equations with a smaller one have too few digits",
-        "rounding, squared by the normal equations",
-    )
-    promised: float = setting(
-        1e-8,
-        "of the misfit's variance",
-        "a step that promises a smaller drop is the last",
-        "a ten thousandth of a standard deviation, squared",
-    )
 
 
 @dataclass(frozen=True)
@@ -65,7 +37,10 @@ class ScoreTestSettings:
 class HoldOutSettings:
     """How poses are held out, and when an error of poses held out has changed."""
 
-    folds: int = setting(5, "folds", "that the poses are dealt out to", "the usual five")
+    folds: int = setting(
+        5, "folds", "that the poses are dealt out to; parts of a joint's range that are held out; parts of the outer split, each left out of a whole "
+        "diagnosis", "the usual five"
+    )  # fmt: skip
     blocks_per_fold: int = setting(
         4,
         "blocks",
@@ -98,6 +73,10 @@ class SelectionSettings:
         "chance of taking an effect where there is none, corrected for all that were tried",
         "the usual one in a thousand",
     )
+    alpha_unnamed: float = setting(
+        1e-5, "1", "chance of seeing unmodelled structure, corrected for all terms that were tried, or a variance component, where there is none",
+        "chosen: a hundred times stricter than for a name, since either takes up nearly anything, and decides how every effect is tested",
+    )  # fmt: skip
     least_improvement: float = setting(
         2.0,
         "standard errors",
@@ -123,8 +102,9 @@ class SelectionSettings:
         6, "poses", "least number on each side of a change", "a slip has six coefficients"
     )
     refinement_rounds: int = setting(
-        3, "rounds", "of finer looks with steps of each size", "chosen: the second seldom gains"
-    )
+        3, "rounds", "of finer looks with steps of each size, and of refining shapes that replace a name, each given the others",
+        "chosen: the second seldom gains",
+    )  # fmt: skip
     least_refinement: float = setting(
         0.05, "nats", "that a finer look has to gain for another", "chosen: far below what decides anything"
     )
@@ -176,6 +156,3 @@ class JointSelectionSettings:
         0.6, "of the parts", "of the poses without which an effect has to be significant as well",
         "the usual threshold of stability selection",
     )  # fmt: skip
-    max_rounds: int = setting(
-        3, "rounds", "of adding what is significant together", "chosen: the third seldom finds anything"
-    )

@@ -102,12 +102,14 @@ def _best(
     refined = [search.refined(part, allowed[part.kernel]) for part in hopeful]
     leading = max(part.gain for part in refined)
     whole = _Search(sample, parts)
-    close = [part for part in refined if part.gain > leading - settings.same_kernel]
+    close = [part for part in refined if part.gain > leading - settings.confounded_likelihood]
     ended = [whole.refined(part, allowed[part.kernel]) for part in close]
     part = max(ended, key=lambda p: p.gain)
     if part.gain < settings.least_gain:
         return None
-    rivals = tuple(p.kernel for p in ended if p is not part and p.gain > part.gain - settings.same_kernel)
+    rivals = tuple(
+        p.kernel for p in ended if p is not part and p.gain > part.gain - settings.confounded_likelihood
+    )
     return whole.with_errors(replace(part, rivals=rivals))
 
 

@@ -42,7 +42,7 @@ def noise_within_scans(
     level = Level.of(profiles, mean_square, freedom, use)
     parts: tuple[Part, ...] = ()
     pitch = _pitch(profiles)
-    if white.p_value < settings.alpha_correlated:
+    if white.p_value < settings.alpha:
         height = profiles.clipped(profiles.about_lines(use), settings.winsorised_sigmas)
         sample, pick = sample_of(profiles, height, np.sqrt(level.variance), use, pitch)
         parts = correlated_parts(sample, settings)
@@ -52,8 +52,8 @@ def noise_within_scans(
             mean_square[pick] = squares / sample.freedom * level.variance[pick]
             freedom = np.full(len(counts), float(sample.freedom))
             level = Level.of(profiles, mean_square, freedom, mean_square > 0)
-    varies = level.p_varies < settings.alpha_level
-    off = sigma_stated and level.p_stated < settings.alpha_level
+    varies = level.p_varies < settings.alpha
+    off = sigma_stated and level.p_stated < settings.alpha
     if not parts and not varies and not off:
         return None
     if not varies:

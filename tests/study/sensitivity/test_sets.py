@@ -15,6 +15,7 @@ from scalar.estimation.settings import documentation
 
 ROOT = Path(__file__).parents[3]
 GUARDS = pd.read_csv(ROOT / "workflow/resources/guarding_settings.csv")
+TABLE = pd.read_csv(ROOT / "paper/summaries/sensitivity/settings.csv")
 NOISE = 1e-4  # m
 
 
@@ -67,6 +68,12 @@ def test_another_sensor_measures_the_same_arm(sensor):
         expected, rel=4 / np.sqrt(2 * (rows - len(calibration.free)))
     )
     assert len(truth_poses) == 5
+
+
+def test_a_setting_changes_an_answer_or_guards():
+    """Every setting changes an answer in the committed table of the study, or is registered with a test in which it decides."""
+    changed = TABLE[TABLE["changed_halved"] + TABLE["changed_doubled"] > 0]
+    assert set(documentation(DEFAULTS)) - set(changed["setting"]) - set(GUARDS["setting"]) == set()
 
 
 def test_a_guard_is_a_setting_and_its_test_is_there():
