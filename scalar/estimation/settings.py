@@ -1,8 +1,8 @@
 """The thresholds of the estimator in one frozen object: each with its unit, its meaning, and its source or the reason for its size.
 
 A threshold decides: which points and poses are gross errors, which data suffice, which parameters are fixed, when a fit is done. Shapes of an
-algorithm that decide nothing (how many terms a basis has, how many rounds a search) stay where the algorithm is. "Chosen" says that no source gives the number; the
-study ``snakemake sensitivity`` says how much depends on it.
+algorithm that decide nothing (how many terms a basis has, how many rounds a search) stay where the algorithm is. "Chosen" says that no
+source gives the number; the study ``snakemake sensitivity`` says how much depends on it.
 """
 
 from __future__ import annotations
