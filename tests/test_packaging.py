@@ -121,6 +121,7 @@ def test_pybullet_is_an_extra() -> None:
         assert core.isdisjoint(canonicalize_name(Requirement(text).name) for text in group)
 
 
+@pytest.mark.slow
 def test_wheel_holds_schemas_and_templates(tmp_path: Path) -> None:
     """A wheel holds every module and data file of the package, and nothing else of the repository."""
     pytest.importorskip("hatchling", reason="the build backend is not installed here; `make env` installs it")

@@ -441,8 +441,8 @@ def test_the_same_seeds_give_the_same_bytes_on_one_core(built, tmp_path):
         ("closed_loop", "blind_trials"),
         ("foretell_first_loop", "predict_published_curves"),
         ("close_first_loop", "explain_published_curves"),
-        ("draw_first_loop", "draw_published_curves"),
-        ("example_floor", "example_control"),
+        pytest.param("draw_first_loop", "draw_published_curves", marks=pytest.mark.slow),
+        pytest.param("example_floor", "example_control", marks=pytest.mark.slow),
     ],
 )
 def test_former_names_of_targets_still_work(former, present):

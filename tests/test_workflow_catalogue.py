@@ -30,6 +30,7 @@ def run(folder: Path, *arguments: str, **environment: str) -> subprocess.Complet
     )
 
 
+@pytest.mark.slow
 def test_snakemake_finds_nothing_to_complain_about():
     """`snakemake --lint` is silent: each rule has a log and an environment, and no file holds rules and functions."""
     ran = run(ROOT, "--lint")
@@ -94,6 +95,7 @@ def deployed(tmp_path: Path) -> tuple[Path, dict[str, str]]:
     return user, {"XDG_CACHE_HOME": str(home)}
 
 
+@pytest.mark.slow
 def test_the_workflow_is_deployed_from_afar(deployed):
     """A folder with a Snakefile of five lines runs it, with scenes and grids of its own, from a checkout that it gets by itself."""
     folder, environment = deployed

@@ -106,6 +106,7 @@ def test_a_header_of_very_many_columns_is_refused_at_once(folder: Path, repeated
     assert f"at most {MAX_COLUMNS} are read" in faults_within(folder, 5)
 
 
+@pytest.mark.slow
 def test_very_many_joints_are_one_fault(folder: Path) -> None:
     """30,000 joints in a dataset.yaml are refused by name; before, each missing column named all the others."""
     text = (folder / "dataset.yaml").read_text()

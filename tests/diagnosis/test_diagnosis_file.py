@@ -60,7 +60,12 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("label", CASES)
+SLOW = ("jitter", "unnamed")
+
+
+@pytest.mark.parametrize(
+    "label", [pytest.param(label, marks=pytest.mark.slow) if label in SLOW else label for label in CASES]
+)
 def test_every_verdict_follows_the_format(label):
     """diagnosis.json holds what interfaces promise, for every verdict: names, targets, finite numbers or null."""
     mapping = diagnose(CASES[label]().dataset).to_mapping()
@@ -82,6 +87,7 @@ def assert_finite(value):
         assert math.isfinite(value)
 
 
+@pytest.mark.slow
 def test_the_same_dataset_gives_the_same_bytes(tmp_path):
     """Twice the same folder: the same four files, byte by byte, nothing else; a parquet copy finds the same."""
     cell, *_ = harmonic(11, poses_per_plane=40)
@@ -101,6 +107,7 @@ def test_the_same_dataset_gives_the_same_bytes(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_the_order_of_rows_does_not_matter(tmp_path):
     """With ``order`` stated, rows in any order give the very same diagnosis.json."""
     cell, *_ = knock(12, poses_per_plane=40)

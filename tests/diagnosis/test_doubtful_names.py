@@ -59,6 +59,7 @@ def test_report_and_terminal_send_nobody_to_a_repair(scaled):
     assert not any(sentence in page for sentence in scaled.findings[0].effect.advice)
 
 
+@pytest.mark.slow
 def test_a_doubtful_scatter_is_unattributed(scattered):
     (entry,) = scattered.to_mapping()["effects"]
     assert scattered.verdict == entry["name"] == "unattributed"

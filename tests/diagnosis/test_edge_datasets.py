@@ -30,6 +30,7 @@ def test_points_instead_of_scans(kind):
     assert verdict == "no_effect"
 
 
+@pytest.mark.slow
 def test_a_tracked_joint_error_is_named():
     """A tracker sees a joint that errs: encoder angles shifted against the truth are named with joint."""
     right = 0
@@ -70,6 +71,7 @@ def test_unequal_numbers_of_poses_and_points():
     assert verdict == "no_effect", mapping
 
 
+@pytest.mark.slow
 def test_an_effect_so_large_that_the_first_fit_fails():
     """A joint that errs by a tenth of a radian: something is found or it is refused, and it is never called
     clean.

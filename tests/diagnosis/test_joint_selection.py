@@ -54,6 +54,7 @@ def test_five_strong_effects_with_54_poses(seed):
     assert not together.variance_components
 
 
+@pytest.mark.slow
 def test_joints_that_do_not_repeat_stay_a_variance_component():
     """A scatter of the joints is not explained by effects, however many candidates there are."""
     wrong = 0

@@ -32,7 +32,7 @@ def loose_mount(truth):
 
 
 @pytest.mark.parametrize(("pattern", "depends"), [(sawtooth_growth, ["order"]), (loose_mount, ["gravity"])])
-@pytest.mark.parametrize("seed", [0, 2])
+@pytest.mark.parametrize("seed", [0, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_pattern_is_unattributed_and_says_what_it_depends_on(pattern, depends, seed):
     """Neither has a name among those that are tried."""
     truth = make_cell(seed=seed, poses_per_plane=3).scene.truth
@@ -43,7 +43,11 @@ def test_a_pattern_is_unattributed_and_says_what_it_depends_on(pattern, depends,
     assert content["effects"][0]["depends_on"] == depends
 
 
-@pytest.mark.parametrize("flaws", [Flaws(jitter=1e-4), Flaws(bias=1e-4)], ids=["jitter", "bias"])
+@pytest.mark.parametrize(
+    "flaws",
+    [Flaws(jitter=1e-4), pytest.param(Flaws(bias=1e-4), marks=pytest.mark.slow)],
+    ids=["jitter", "bias"],
+)
 def test_a_noise_is_no_pattern(flaws):
     """Poses that err independently of one another have a noise's name or none; a small jitter may go unnoticed at 75 poses."""
     for seed in (10, 11):

@@ -102,6 +102,7 @@ def test_a_model_that_predicts_worse_is_not_shipped():
     np.testing.assert_array_equal(shipped.held_out.metric, held_out_errors(before).metric)
 
 
+@pytest.mark.slow
 def test_what_is_reported_is_of_the_file_that_is_written():
     """The errors of `after` are those of the calibration that is shipped, weighted or not: training and held out."""
     dataset = make_cell(Flaws(jitter=1.5e-4), seed=71, points_per_scan=20, poses_per_plane=40).dataset

@@ -24,7 +24,9 @@ def two_pulleys(joint, slow, fast):
     )
 
 
-@pytest.mark.parametrize(("joint", "slow", "fast"), [(4, 3.65, 8.41), (2, 2.4, 7.3)])
+@pytest.mark.parametrize(
+    ("joint", "slow", "fast"), [pytest.param(4, 3.65, 8.41, marks=pytest.mark.slow), (2, 2.4, 7.3)]
+)
 def test_two_pulleys_are_no_harmonics_of_the_joint(joint, slow, fast):
     """No name at 0.8 or more; where none is given at all, what is left depends on the joint's own angle."""
     for seed in (0, 1):
@@ -60,7 +62,7 @@ def wandering(truth, seed):
     return Flaws(base=motion)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2, 3))])
 def test_a_sensor_that_wanders_has_not_slipped(seed):
     """Nothing is named with a confidence of 0.8 or more: a walk of a hundred poses explains as much as one step."""
     truth = make_cell(seed=seed, poses_per_plane=3).scene.truth

@@ -107,6 +107,7 @@ def test_a_wrong_command_is_found(words: list[str]):
         check_scalar(words)
 
 
+@pytest.mark.slow
 def test_the_first_calibration_runs(tmp_path: Path):
     """The blocks of the first page that are marked so run one after the other, and leave the files that the page names."""
     (tmp_path / "configs").symlink_to(ROOT / "configs")

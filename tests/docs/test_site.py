@@ -39,6 +39,7 @@ def links(page: Path) -> set[str]:
     return {str(value) for value in tree.xpath("//@href | //@src")}
 
 
+@pytest.mark.slow
 def test_no_link_leads_nowhere(site: Path):
     """Each local file that a page refers to is there, with the place in it; nothing is loaded from the network."""
     places: dict[Path, set[str]] = {}
@@ -61,6 +62,7 @@ def test_no_link_leads_nowhere(site: Path):
         assert not [link for link in loaded if urlsplit(str(link)).netloc], page
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [kind.name for kind in OURS])
 def test_each_effect_has_a_page(site: Path, name: str):
     """It shows the picture of the effect, what to do about it, and how to inject it."""
@@ -71,6 +73,7 @@ def test_each_effect_has_a_page(site: Path, name: str):
     assert "None" not in "".join(map(str, tree.xpath("//article//p/text()")))
 
 
+@pytest.mark.slow
 def test_each_example_has_run(site: Path):
     """Its page shows what it printed and drew, and it can be downloaded as a notebook."""
     assert EXAMPLES

@@ -104,7 +104,7 @@ def test_a_probe_needs_its_nominal_pose():
 
 
 @pytest.mark.parametrize("robot", ["vs060", "ur10e"])
-@pytest.mark.parametrize("times", [5, 10])
+@pytest.mark.parametrize("times", [5, pytest.param(10, marks=pytest.mark.slow)])
 def test_an_arm_that_is_ten_times_as_wrong_gets_there_as_well(robot, times):
     """Errors of 20 mm and 10 degrees: noise-free, nine cells of ten and more end with no residual at all, and the
     others are refused. Axes that start far from parallel and end parallel are among them.

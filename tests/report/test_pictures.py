@@ -60,6 +60,7 @@ def test_what_lies_beyond_the_axes_stands_at_their_edge() -> None:
     assert all(0.0 <= u <= 400.0 and 0.0 <= v <= 284.0 for u, v in found.values())
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.floats(0, 1), st.floats(0, 1)), min_size=1, max_size=20))
 def test_dots_keep_their_order_and_place(points: list[tuple[float, float]]) -> None:
     """Each dot has the title of its own value, and stands where the axes put that value."""

@@ -161,6 +161,7 @@ def test_the_columns_are_the_same_with_and_without(control):
     assert (np.diff(control.poses["time"]) > 0).all()
 
 
+@pytest.mark.slow
 def test_same_seed_same_bytes(tmp_path):
     """All effects at once, twice, give the same files."""
     config = config_with(*ENTRIES.values())

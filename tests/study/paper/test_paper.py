@@ -228,6 +228,7 @@ def test_what_is_said_of_other_workcells_has_its_numbers():
     assert known["compared.workcells.published_in_std.position_mean"]["text"][1] == f"{np.log(4.8) / 0.2:.1f}"
 
 
+@pytest.mark.slow
 def test_same_bytes_whatever_the_machine(tmp_path):
     """The PDF depends on its inputs alone: not on the time, the home folder, the zone, the fonts of the machine."""
     numbers, figures = invented(tmp_path)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+import pytest
 from matplotlib.image import imsave
 from study.plots.correlation import draw_correlation, grouped
 from study.plots.scene import draw_scene
@@ -61,6 +62,7 @@ def test_the_map_has_units_and_states():
     assert "no fit" in words(draw_workspace(errors().head(0), 0))
 
 
+@pytest.mark.slow
 def test_the_same_input_gives_the_same_bytes(tmp_path):
     """No date, no version, no random id in a file; the workcell's parts have their names."""
     picture = np.full((60, 80, 3), 255, dtype=np.uint8)
