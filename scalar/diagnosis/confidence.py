@@ -33,8 +33,10 @@ def features(grounds: Grounds) -> dict[str, float]:
     odds = grounds.log_odds
     rivalled = float(np.exp(-max(odds, 0.0) / _NEAR_NATS))
     explained = -float(np.log1p(-min(max(grounds.share, 0.0), 1 - _LEAST_SHARE)))
+    least = grounds.least_log_odds
     return {
         "log_odds": float(np.sign(odds) * np.log1p(abs(odds))),
+        "least_log_odds": float(np.sign(least) * np.log1p(abs(least))),
         "rivalled": rivalled,
         "share": (1.0 - rivalled) * explained,
         "poses": float(np.log(grounds.left.poses / _FEW)),

@@ -12,6 +12,7 @@ from scalar.diagnosis.conditional_scores import rivals
 from scalar.diagnosis.confidence import confidence
 from scalar.diagnosis.explained import Explained, explained
 from scalar.diagnosis.finding import Finding
+from scalar.diagnosis.fold_odds import fold_odds
 from scalar.diagnosis.grounds import FinalResiduals, grounds_of_component, grounds_of_effect
 from scalar.diagnosis.harmonic_spectrum import as_whitened, has_all_orders, is_shrunk
 from scalar.diagnosis.hold_out import held_out_errors
@@ -28,6 +29,7 @@ from scalar.effects import Effect
 from scalar.estimation.measured_effects import with_target_motion
 
 MAX_RANKING = 25
+NEAREST_RIVALS = 8  # with which an effect is compared again without each fold of the poses
 
 
 def diagnose(
@@ -156,11 +158,18 @@ def _findings(run: Explained, left: FinalResiduals) -> tuple[Finding, ...]:
         without = without_a_name[i]
         if is_shrunk(effect):
             rival, near, without = [], [], []
-        grounds = grounds_of_effect(scored, i, own, [*(s.evidence for s in rival), *without], left)
+        nearest = rival[:NEAREST_RIVALS]
+        odds = fold_odds(scored, i, [s.effect for s in nearest])
+        grounds = grounds_of_effect(
+            scored, i, own, [*(s.evidence for s in rival), *without], float(odds.min()), left
+        )
         sure = confidence(grounds)
         # What it is confounded with is said with its name: the name is doubtful only if neither it nor one of these is likely right.
         beyond = [s for s in rival if not any(s.effect.same_place(other) for other in near)]
-        of_these = grounds_of_effect(scored, i, own, [*(s.evidence for s in beyond), *without], left)
+        far = [value for value, s in zip(odds[1:], nearest, strict=True) if s in beyond]
+        of_these = grounds_of_effect(
+            scored, i, own, [*(s.evidence for s in beyond), *without], float(min([odds[0], *far])), left
+        )
         likely = max(sure, confidence(of_these)) >= after.settings.naming.least_confidence
         doubtful = not (effect.flexible or likely)
         found.append(

@@ -28,7 +28,7 @@ from scalar.estimation.gross_errors import Cleaned, clean, clean_given_effects
 from scalar.estimation.joint_fit import fit_from
 from scalar.estimation.least_squares import Fit
 from scalar.estimation.prepare import Prepared
-from scalar.estimation.residuals import Residuals
+from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.estimation.result import Calibration
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT
@@ -143,7 +143,10 @@ def _selected(
 
 
 def _final_fit(state: FittedState, whitening: Array | None) -> tuple[Fit, Residuals]:
-    """Return the final fit of a state: on all points where their noise is white, on profile rows where these are weighted for it.
+    """Return the final fit of a state: on all points, or on profile rows where these are weighted for their noise or an effect acts on single points.
+
+    Of an effect that acts on single points the shape within the scans tells most, hundreds of points a scan. A shape that is slightly wrong there
+    decides against the poses, and moves the lengths of the arm; profile rows, on which the effect was selected and judged, do not show it.
 
     Args:
         state: To fit.
@@ -151,7 +154,8 @@ def _final_fit(state: FittedState, whitening: Array | None) -> tuple[Fit, Residu
     """
     residuals, settings = state.residuals, state.settings.estimation
     if whitening is None:
-        own = None if state.rows.noise is None else residuals
+        white = state.rows.noise is None and not extra_basis_of(state.effects)
+        own = None if white else residuals
         return fit_from(state.dataset, state.model, state.free, own, settings)
     residuals = type(residuals)(
         WhitenedMeasurement(residuals.measurement, whitening, state.variance_components[0].as_noise()),

@@ -120,6 +120,12 @@ class FittedState:
         """Return whether what the model leaves is rounding: its structure is the computer's."""
         return self.background().variance < self.settings.selection.rounding
 
+    @property
+    def is_plausible(self) -> bool:
+        """Return whether no coefficient is far beyond its prior: a gain of the range of -1 shrinks all scans to a point, and leaves no residual."""
+        most = self.settings.selection.plausible_coefficient
+        return all(np.all(np.abs(effect.coefficients) <= most * effect.prior_std) for effect in self.effects)
+
     def background_whitened_by(self, whitening: Array | None) -> Background:
         """Return the same under any whitening ``(N, m, m)``: squared residuals of two states compare only under one."""
         if whitening is None:

@@ -40,7 +40,8 @@ def _better(state: FittedState, columns: CandidateColumns, refused: set[str]) ->
             continue
         trial = state.refitted(merged(state.effects, entry.effect))
         gain = improvement(before_whitened, held_out_errors(trial, state.whitening))
-        if gain >= state.settings.selection.least_improvement and no_worse(before, held_out_errors(trial)):
+        clearly = trial.is_plausible and gain >= state.settings.selection.least_improvement
+        if clearly and no_worse(before, held_out_errors(trial)):
             return trial
         refused.add(entry.effect.label)
     return None
@@ -110,6 +111,6 @@ def _replaced(
         left, now = trial.background_whitened_by(state.whitening), state.background()
         lost = 0.5 * now.freedom * np.log(left.squared / now.squared)
         explains = lost <= allowance + 1e-9 or (entry is best and better and entry.dof < own.dof)
-        if explains and no_worse(held_out_errors(state), held_out_errors(trial)):
+        if explains and trial.is_plausible and no_worse(held_out_errors(state), held_out_errors(trial)):
             return trial
     return None

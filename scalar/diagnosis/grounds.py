@@ -53,6 +53,7 @@ class Grounds:
     Attributes:
         kind: ``effect``: one with a name; ``component``: a variance component; ``structure``: a flexible term.
         log_odds: For the answer, against everything else that was tried and against nothing at all [nats].
+        least_log_odds: The same for the worst case of one fold of the poses left out, against the nearest rivals.
         share: Of the variance without the answer that it explains.
         others: How many other answers were found.
         beside_structure: Whether a flexible term was found as well.
@@ -61,6 +62,7 @@ class Grounds:
 
     kind: str
     log_odds: float
+    least_log_odds: float
     share: float
     others: int
     beside_structure: bool
@@ -72,7 +74,7 @@ class Grounds:
 
 
 def grounds_of_effect(
-    state: FittedState, i: int, own: Scored, others: Sequence[float], left: FinalResiduals
+    state: FittedState, i: int, own: Scored, others: Sequence[float], least: float, left: FinalResiduals
 ) -> Grounds:
     """Return what effect i of a state rests on.
 
@@ -81,12 +83,14 @@ def grounds_of_effect(
         i: Which of its effects.
         own: Its score given the others.
         others: Evidence of everything that would answer otherwise in its place [nats].
+        least: Its log odds for the worst case of one fold of the poses left out [nats].
         left: Of the state.
     """
     flexible = [effect.flexible for effect in state.effects]
     return Grounds(
         kind=STRUCTURE if flexible[i] else EFFECT,
         log_odds=log_odds(own.evidence, others),
+        least_log_odds=least,
         share=own.gain / max(own.gain + state.background().squared, 1e-300),
         others=len(flexible) - 1,
         beside_structure=any(flexible[:i] + flexible[i + 1 :]),
@@ -104,9 +108,11 @@ def grounds_of_component(
     """
     best, *rest = components
     rows = best.covariance.shape[1]
+    odds = log_odds(best.log_likelihood_gain, [c.log_likelihood_gain for c in rest])
     return Grounds(
         kind=COMPONENT,
-        log_odds=log_odds(best.log_likelihood_gain, [c.log_likelihood_gain for c in rest]),
+        log_odds=odds,
+        least_log_odds=odds,
         share=1.0 - rows * len(best.covariance) / float(np.einsum("nii->", best.covariance)),
         others=len(state.effects),
         beside_structure=any(effect.flexible for effect in state.effects),

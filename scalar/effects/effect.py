@@ -7,6 +7,7 @@ and names no kind. To add a kind, subclass one of the places of ``scalar.effects
 
 from __future__ import annotations
 
+import json
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -203,6 +204,13 @@ class Effect(ABC):
     def with_terms(self, chosen: Sequence[int]) -> Effect:
         """Return the effect with some of its terms only, in their own order, its coefficients zero."""
         return self
+
+    def parts(self) -> list[list[int]]:
+        """Return the terms of each part of its answer: of a joint or an order, where it has several; else all terms together."""
+        found: dict[str, list[int]] = {}
+        for k in range(self.n_terms):
+            found.setdefault(json.dumps(self.with_terms([k]).target, sort_keys=True), []).append(k)
+        return list(found.values())
 
     @property
     def term_names(self) -> list[str]:

@@ -17,11 +17,12 @@ from scalar.diagnosis import (
     joint_selection,
     ranking,
     shipped_fit,
+    subset_search,
     unmodelled_structure,
 )
 from scalar.diagnosis.explained import Explained
 from scalar.diagnosis.finding import Finding
-from scalar.diagnosis.fitted_state import refit
+from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.identified_components import identified_components
 from scalar.diagnosis.ranking import Scored
 from scalar.diagnosis.result import Diagnosis
@@ -105,74 +106,41 @@ def test_a_look_that_always_gains_is_not_repeated_for_ever(monkeypatch):
 def test_effects_are_selected_together_where_poses_are_few(n_poses, few, monkeypatch):
     """350 poses are few, 700 are not."""
     asked = []
-    monkeypatch.setattr(joint_selection, "_with_significant", lambda *_: asked.append(True))
-    before = state(dataset=SimpleNamespace(n_poses=n_poses))
-    forward: Any = SimpleNamespace(variance_components=[object()])
-    joint_selection.select_together(before, forward, SimpleNamespace(elements=[object()]))  # type: ignore[arg-type]
+    monkeypatch.setattr(joint_selection, "best_subset", lambda *_: asked.append(True))
+    monkeypatch.setattr(joint_selection, "borne_out", lambda given: given)
+    before = state(dataset=SimpleNamespace(n_poses=n_poses), is_rounding=False)
+    joint_selection.select_together(before, state(), None)  # type: ignore[arg-type]
     assert bool(asked) == few
 
 
-def together(monkeypatch: Any, n_poses: int, significant_without: list[set[int]]) -> tuple[int, list[int]]:
-    """Return with how many poses effects were selected together, and which of them were proposed.
-
-    Args:
-        monkeypatch: Of the test.
-        n_poses: That were measured, in five folds of blocks.
-        significant_without: For each element, the folds without which it is significant.
-    """
-    fold = joint_selection.blocks(np.arange(float(n_poses))[:, None], DEFAULTS.hold_out)[1]
-    used: list[int] = []
-
-    def significance(poses: Any) -> Any:
-        missing = set(range(5)) - set(fold[poses].tolist())
-        used.append(len(poses))
-        return np.array([float(missing <= without) for without in significant_without])
-
-    rows = SimpleNamespace(rows_per_pose=2, significance=significance)
-    monkeypatch.setattr(joint_selection._Rows, "of", lambda *_: rows)
-    elements = [JointScale(1 + k) for k in range(len(significant_without))]
-    given = state(dataset=SimpleNamespace(n_poses=n_poses, q=np.arange(float(n_poses))[:, None]))
-    effects = joint_selection.significant_together(given, SimpleNamespace(elements=elements))  # type: ignore[arg-type]
-    return used[0], sorted(effect.joint for effect in effects)  # type: ignore[attr-defined]
-
-
 def test_what_is_proposed_is_stable(monkeypatch):
-    """Significant without each of three fifths of the poses, and of two fifths: the former is proposed."""
-    assert together(monkeypatch, 60, [{0, 1, 2}, {0, 1}])[1] == [1]
+    """Of a set of two, one is needed without each of three fifths of the poses, the other of two fifths: the former is proposed."""
+    q = np.arange(60.0)[:, None]
+    fold = subset_search.blocks(q, DEFAULTS.hold_out)[1]
+    needed = {0: {0, 1, 2}, 1: {0, 1}}
+
+    def pieces(poses: Any, moments: Any) -> Any:
+        missing = set(range(5)) - set(fold[poses].tolist())
+
+        def subset(some: tuple[int, ...]) -> Any:
+            left_out = {0, 1} - set(some)
+            return SimpleNamespace(evidence=-sum(1.0 if missing <= needed[p] else -1.0 for p in left_out))
+
+        return SimpleNamespace(
+            best=lambda: (0, 1), begins=[(), ()], effects=[JointScale(1), JointScale(2)], subset=subset
+        )
+
+    monkeypatch.setattr(subset_search._Rows, "of", lambda *_: SimpleNamespace(pieces=pieces))
+    given = state(dataset=SimpleNamespace(n_poses=60, q=q))
+    assert [effect.joint for effect in subset_search.best_subset(given, None)] == [1]  # type: ignore[attr-defined, arg-type]
 
 
-def test_no_more_is_proposed_than_the_rows_bear(monkeypatch):
-    """Twenty poses of two rows bear ten coefficients, four rows each, of forty that are significant."""
-    assert len(together(monkeypatch, 20, [set(range(5))] * 40)[1]) == 10
-
-
-def test_so_many_poses_are_in_the_model_at_once(monkeypatch):
-    """Of 90 poses all, of 200 some: between 100 and 150, which a second of computing allows."""
-    assert together(monkeypatch, 90, [set(range(5))])[0] == 90
-    assert 100 < together(monkeypatch, 200, [set(range(5))])[0] < 150
-
-
-def test_rows_vary_by_some_of_their_noise(monkeypatch):
-    """Rows that vary by a tenth of what the noise makes of them are taken to vary by a quarter."""
-    rng = np.random.default_rng(0)
-    rows, Q = np.sqrt(0.1) * rng.standard_normal((40, 2)), np.linalg.qr(rng.standard_normal((80, 3)))[0]
-    r = rows.ravel()
-    monkeypatch.setattr(
-        joint_selection.Background,
-        "of",
-        lambda *_: SimpleNamespace(residual=(r - Q @ (Q.T @ r)).reshape(40, 2), Q=Q),
-    )
-    monkeypatch.setattr(joint_selection, "in_prior_units", lambda *_: 1.0)
-    found: list[Any] = []
-    regression = joint_selection.sparse_regression
-    monkeypatch.setattr(
-        joint_selection, "sparse_regression", lambda *given: found.append(regression(*given)) or found[0]
-    )
-    given = state(dataset=SimpleNamespace(n_poses=40), linearised=lambda: (r, Q))
-    given.residuals = SimpleNamespace(measurement=SimpleNamespace(rows_per_pose=2))
-    columns, common = rng.standard_normal((80, 1)), [rng.standard_normal((40, 2, 1))]
-    joint_selection._Rows(given, columns, np.array([1]), np.ones(1), common).significance(np.arange(40))
-    assert found[0].variance == pytest.approx(0.25)
+@pytest.mark.parametrize(("sizes", "plausible"), [(2.0, True), (4.0, False)])
+def test_a_coefficient_far_beyond_its_prior_is_implausible(sizes, plausible):
+    """Twice the standard deviation of its prior, and four times."""
+    effect = JointScale(1)
+    given = state(effects=(effect.with_coefficients(sizes * effect.prior_std),))
+    assert FittedState.is_plausible.fget(given) == plausible  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(("chance", "is_tried"), [(7e-6, True), (15e-6, False)])

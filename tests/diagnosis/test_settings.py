@@ -80,7 +80,7 @@ def test_a_threshold_of_the_selection_decides(dataset):
     assert [f.effect.name for f in diagnose(dataset).findings] == ["joint_scale"]
     none = changed(
         DEFAULTS,
-        {"selection.max_effects": 0, "joint_selection.most_poses": 0, "flexible_terms.max_terms": 0},
+        {"selection.max_effects": 0, "subset_search.most_poses": 0, "flexible_terms.max_terms": 0},
     )
     assert not diagnose(dataset, settings=none).findings
 

@@ -20,9 +20,9 @@ from scalar.diagnosis.settings.many_terms import FlexibleTermSettings, SpectrumS
 from scalar.diagnosis.settings.noise import AutocorrelationSettings, VarianceComponentSettings
 from scalar.diagnosis.settings.selection import (
     HoldOutSettings,
-    JointSelectionSettings,
     ScoreTestSettings,
     SelectionSettings,
+    SubsetSearchSettings,
 )
 from scalar.estimation.settings import DEFAULTS as ESTIMATION_DEFAULTS
 from scalar.estimation.settings import EstimationSettings
@@ -32,7 +32,6 @@ __all__ = [
     "AutocorrelationSettings",
     "FlexibleTermSettings",
     "HoldOutSettings",
-    "JointSelectionSettings",
     "NamingSettings",
     "ObservabilitySettings",
     "OuterSplitSettings",
@@ -41,6 +40,7 @@ __all__ = [
     "Settings",
     "ShippedFitSettings",
     "SpectrumSettings",
+    "SubsetSearchSettings",
     "VarianceComponentSettings",
 ]
 
@@ -57,7 +57,7 @@ class Settings:
     score_test: ScoreTestSettings = field(default_factory=ScoreTestSettings)
     hold_out: HoldOutSettings = field(default_factory=HoldOutSettings)
     selection: SelectionSettings = field(default_factory=SelectionSettings)
-    joint_selection: JointSelectionSettings = field(default_factory=JointSelectionSettings)
+    subset_search: SubsetSearchSettings = field(default_factory=SubsetSearchSettings)
     flexible_terms: FlexibleTermSettings = field(default_factory=FlexibleTermSettings)
     spectrum: SpectrumSettings = field(default_factory=SpectrumSettings)
     variance_components: VarianceComponentSettings = field(default_factory=VarianceComponentSettings)

@@ -120,6 +120,10 @@ class SelectionSettings:
         "a residual below it is rounding",
         "a hundredth of the noise, squared: its structure is the computer's",
     )
+    plausible_coefficient: float = setting(
+        3.0, "prior standard deviations", "that a coefficient of an effect may have",
+        "chosen: the priors are ten times the size in real arms, and what lies beyond explains the data by leaving nothing of them",
+    )  # fmt: skip
     max_cleanings: int = setting(
         3,
         "rounds",
@@ -129,30 +133,16 @@ class SelectionSettings:
 
 
 @dataclass(frozen=True)
-class JointSelectionSettings:
-    """When all candidates are tried in one model with the scatter of the poses."""
+class SubsetSearchSettings:
+    """How sets of effects are searched."""
 
     most_poses: int = setting(
         500,
         "poses",
-        "with which it is tried",
-        "chosen: with more, every effect stands out beside the scatter",
+        "with which sets are searched",
+        "chosen: with more, every effect stands out alone",
     )
-    poses_at_once: int = setting(
-        120, "poses", "in the model, spread evenly over the acquisition",
-        "chosen: the cost grows with the cube, and what is found is tested again on all poses",
-    )  # fmt: skip
-    rows_per_coefficient: float = setting(
-        4.0,
-        "rows",
-        "of these poses for each coefficient that is proposed",
-        "chosen: a fit needs some to spare",
-    )
-    least_row_variance: float = setting(
-        0.25, "of the noise's variance", "least variance of the rows in that model",
-        "chosen: half the noise that was measured; without a bound, many candidates would leave none",
-    )  # fmt: skip
     stable: float = setting(
-        0.6, "of the parts", "of the poses without which an effect has to be significant as well",
+        0.6, "of the parts", "of the poses without which a piece has to be found as well",
         "the usual threshold of stability selection",
     )  # fmt: skip

@@ -27,8 +27,13 @@ from study.blind_trials.trial_summaries import truth_in
 
 HALVES = ("first", "second")
 KINDS = (EFFECT, COMPONENT, STRUCTURE)
-FEATURES = tuple(features(Grounds(EFFECT, 0.0, 0.5, 0, False, FinalResiduals(1, 1.0, 1.0, False))))
-SIGNS = {"log_odds": (0.0, None), "rivalled": (None, 0.0), "share": (0.0, None)}
+FEATURES = tuple(features(Grounds(EFFECT, 0.0, 0.0, 0.5, 0, False, FinalResiduals(1, 1.0, 1.0, False))))
+SIGNS = {
+    "log_odds": (0.0, None),
+    "least_log_odds": (0.0, None),
+    "rivalled": (None, 0.0),
+    "share": (0.0, None),
+}
 BINS = (0.0, 0.5, 0.7, 0.8, 0.9, 1.0)
 PRIOR = {EFFECT: 1.0, COMPONENT: 0.3, STRUCTURE: 1.0}
 """Standard deviation of a coefficient before any data, of features of unit spread. Chosen among 0.1, 0.2, 0.3, 0.5 and 1 by the likelihood of the
@@ -70,7 +75,7 @@ def kind_of(entry: Mapping[str, Any]) -> str:
 def grounds_from(kind: str, entry: Mapping[str, Any]) -> Grounds:
     """Return the grounds that diagnosis.json states."""
     left = FinalResiduals(**{key: entry[key] for key in ("poses", "misfit", "chance", "correlated")})
-    own = {key: entry[key] for key in ("log_odds", "share", "others", "beside_structure")}
+    own = {key: entry[key] for key in ("log_odds", "least_log_odds", "share", "others", "beside_structure")}
     return Grounds(kind, left=left, **own)
 
 

@@ -110,6 +110,7 @@ def settings() -> dict[str, Any]:
         "unattributed_alpha": DEFAULTS.selection.alpha_unnamed,
         "least_confidence": DEFAULTS.naming.least_confidence,
         "folds": DEFAULTS.hold_out.folds,
+        "most_poses_of_sets": DEFAULTS.subset_search.most_poses,
         "blocks": DEFAULTS.hold_out.folds * DEFAULTS.hold_out.blocks_per_fold,
         "point_sigmas": DEFAULTS.estimation.gross_errors.point_sigmas,
         "pose_sigmas": DEFAULTS.estimation.gross_errors.pose_sigmas,

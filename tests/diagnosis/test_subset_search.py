@@ -1,0 +1,110 @@
+"""The search over sets of effects: its algebra against least squares, its optimum against all sets, and what it finds in data."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from scalar.diagnosis.candidate_columns import named_candidates
+from scalar.diagnosis.fitted_state import FittedState, refit
+from scalar.diagnosis.subset_search import Pieces, best_subset
+from scalar.effects.joint_scale import JointScale
+from scalar.estimation.geometry_fit import geometry_fit
+from tests.effects.injected import Flaws, make_cell
+
+
+def pieces_of(E: np.ndarray, r: np.ndarray, widths: list[int]) -> Pieces:
+    """Return pieces with columns of these widths, in units of priors and noise."""
+    columns = np.split(np.arange(E.shape[1]), np.cumsum(widths)[:-1])
+    effects = [JointScale(1)] * len(widths)
+    return Pieces(
+        effects, [()] * len(widths), columns, np.arange(len(widths)),
+        E.T @ E, E.T @ r, float(r @ r), len(r), len(widths), 0.2,
+    )  # fmt: skip
+
+
+def drawn(
+    seed: int, rows: int = 80, widths: tuple[int, ...] = (1, 2, 3, 1, 2, 1, 2, 1)
+) -> tuple[Pieces, np.ndarray, np.ndarray]:
+    """Return pieces that look alike in part, and a residual with three of them in it."""
+    rng = np.random.default_rng(seed)
+    E = rng.normal(size=(rows, sum(widths))) + rng.normal(size=(rows, 1))
+    c = np.zeros(E.shape[1])
+    c[[0, 4, 9]] = 3.0
+    r = E @ c + rng.normal(size=rows)
+    return pieces_of(E, r, list(widths)), E, r
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_squared_residual_of_a_set_is_that_of_the_penalised_fit(seed):
+    """With a prior of unit variance on every coefficient, as a solver for least squares finds it."""
+    pieces, E, r = drawn(seed)
+    where = np.concatenate([pieces.columns[p] for p in (0, 2, 6)])
+    rows = np.vstack([E[:, where], np.eye(len(where))])
+    wanted = np.linalg.lstsq(rows, np.r_[r, np.zeros(len(where))])[1][0]
+    assert pieces.subset((0, 2, 6)).squared == pytest.approx(wanted, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_extensions_are_ranked_as_the_sets_that_they_lead_to(seed):
+    """The piece that extends a set best is the one with which the set has the most evidence."""
+    pieces, _, _ = drawn(seed)
+    start = pieces.subset((1, 3))
+    first, _ = pieces.extensions(start, most=8)[0]
+    every = [tuple(sorted((1, 3, p))) for p in range(len(pieces.columns)) if p not in (1, 3)]
+    assert first == max(every, key=lambda some: pieces.subset(some).evidence)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_no_set_has_more_evidence_than_the_one_that_is_found(seed):
+    """Against all sets of eight pieces."""
+    pieces, _, _ = drawn(seed)
+    every = [some for size in range(9) for some in combinations(range(8), size)]
+    best = max(every, key=lambda some: pieces.subset(some).evidence)
+    assert pieces.best() == best
+
+
+def test_an_exchange_leaves_a_set_that_imitates():
+    """Two pieces that imitate a third together give way to it."""
+    rng = np.random.default_rng(7)
+    true = rng.normal(size=200)
+    halves = rng.permutation(200) < 100
+    E = 50 * np.column_stack([np.where(halves, true, 0.3 * true), np.where(halves, 0.3 * true, true), true])
+    pieces = pieces_of(E, E[:, 2] + rng.normal(size=200), [1, 1, 1])
+    assert pieces.exchanged(pieces.subset((0, 1))).pieces == (2,)
+
+
+def state_of(flaws: Flaws, seed: int, **options: object) -> FittedState:
+    """Return a cell fitted without effects."""
+    dataset = make_cell(flaws, seed=seed, **options).dataset
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    return refit(dataset, model, prepared.free, ())
+
+
+def test_a_change_is_found_at_its_moment_between_those_that_are_looked_at_first(monkeypatch):
+    """With few moments at the first look, the second looks at all poses near the one that was found."""
+    slip = np.eye(4)
+    slip[:3, 3] = 0.4e-3, -0.3e-3, 0.5e-3
+    state = state_of(Flaws(slip=(37, slip)), seed=21, poses_per_plane=30)
+    monkeypatch.setattr("scalar.diagnosis.subset_search.MOMENTS", 9)
+    found = best_subset(state, named_candidates(state.dataset))
+    assert [effect.name for effect in found] == ["sensor_slip"]
+    assert abs(found[0].target["at"]["order"] - 37) <= 1
+
+
+def test_nothing_is_found_where_nothing_is():
+    """Noise alone."""
+    for seed in range(31, 35):
+        state = state_of(Flaws(), seed=seed, poses_per_plane=20)
+        assert best_subset(state, named_candidates(state.dataset)) == ()
+
+
+def test_the_search_starts_anew_from_a_state_with_effects():
+    """Wrong effects of a state are replaced, since everything is chosen anew about its optimum."""
+    gear = lambda at: np.column_stack([8e-4 * np.sin(3 * at.q[:, 0]), np.zeros((len(at.q), 5))])  # noqa: E731
+    state = state_of(Flaws(joints=gear), seed=41, poses_per_plane=25)
+    wrong = state.refitted([JointScale(5)])
+    found = best_subset(wrong, named_candidates(state.dataset))
+    assert [(effect.name, effect.target) for effect in found] == [
+        ("joint_harmonic", {"joint": 1, "order": 3})
+    ]
