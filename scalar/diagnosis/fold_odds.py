@@ -77,6 +77,6 @@ class _Fold:
         projected = Projected.of(background, E, E.T @ E, sizes)
         found = []
         for group in groups:
-            gain, dof, _ = (x[0] for x in projected.score(group[None]))
-            found.append(max(evidence(background, float(gain), int(dof), 1), 0.0))
+            gain, dof, _ = projected.score(group[None])
+            found.append(max(float(evidence(background, gain, dof, np.zeros(1))[0]), 0.0))
         return found

@@ -135,9 +135,9 @@ def test_what_is_proposed_is_stable(monkeypatch):
     assert [effect.joint for effect in subset_search.best_subset(given, None)] == [1]  # type: ignore[attr-defined, arg-type]
 
 
-@pytest.mark.parametrize(("sizes", "plausible"), [(2.0, True), (4.0, False)])
+@pytest.mark.parametrize(("sizes", "plausible"), [(7.0, True), (14.0, False)])
 def test_a_coefficient_far_beyond_its_prior_is_implausible(sizes, plausible):
-    """Twice the standard deviation of its prior, and four times."""
+    """Seven times the standard deviation of its prior, and fourteen times."""
     effect = JointScale(1)
     given = state(effects=(effect.with_coefficients(sizes * effect.prior_std),))
     assert FittedState.is_plausible.fget(given) == plausible  # type: ignore[attr-defined]

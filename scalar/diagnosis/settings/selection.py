@@ -121,8 +121,8 @@ class SelectionSettings:
         "a hundredth of the noise, squared: its structure is the computer's",
     )
     plausible_coefficient: float = setting(
-        3.0, "prior standard deviations", "that a coefficient of an effect may have",
-        "chosen: the priors are ten times the size in real arms, and what lies beyond explains the data by leaving nothing of them",
+        10.0, "prior standard deviations", "that a coefficient of an effect may have",
+        "chosen: a hundred times the size in real arms explains the data by leaving nothing of them",
     )  # fmt: skip
     max_cleanings: int = setting(
         3,
