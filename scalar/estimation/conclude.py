@@ -18,10 +18,9 @@ from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.estimation.setup.plausibility import implausible
-from scalar.geometry.robot import GEOMETRY, LENGTHS
+from scalar.estimation.setup.ran_away import ran_away
 from scalar.geometry.se3 import Array
 from scalar.sensors.pose_noise import ROTATION_NOISE
-from scalar.units import DEG, MM
 
 
 def _why_fixed(name: str, is_effect: bool) -> str:
@@ -130,19 +129,10 @@ def _check_plausible(model: Model, settings: FitSettings) -> None:
     Raises:
         Undetermined: A length or an angle ran away from its nominal value.
     """
-    change = np.abs(model.robot.geometry - model.nominal.geometry)
-    reasons = []
-    for k, kind in enumerate(GEOMETRY):
-        is_length = kind in LENGTHS
-        bound, unit, name = (
-            (settings.largest_length_change, MM, "mm")
-            if is_length
-            else (settings.largest_angle_change, DEG, "deg")
-        )
-        for i in np.flatnonzero(change[k] > bound):
-            reasons.append(
-                f"{kind}_{i + 1} ran {change[k, i] / unit:.0f} {name} away from its nominal value, past the bound of "
-                f"{bound / unit:.0f} {name}: the poses hardly determine it, or robot.joints in dataset.yaml describes another robot"
-            )
+    reasons = [
+        f"{name} ran {size:.0f} {unit} away from its nominal value, past the bound of {bound:.0f} {unit}: the poses hardly determine it, "
+        "or robot.joints in dataset.yaml describes another robot"
+        for name, size, bound, unit in ran_away(model, settings)
+    ]
     if reasons:
         raise Undetermined(reasons)

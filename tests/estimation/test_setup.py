@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -85,6 +86,51 @@ def test_a_wrong_setup_is_named_with_the_residual_before_and_after(sound, what, 
         suspicions = [{**s.to_mapping(), "sentence": s.sentence} for s in refusal.suspicions]
         assert suspicions[0]["rms_after_mm"] < 1.0 < suspicions[0]["rms_before_mm"]
     assert (suspicions[0]["what"], suspicions[0]["where"]) == (what, where)
+
+
+@pytest.fixture(scope="module")
+def tracked() -> Dataset:
+    """Return a sound dataset of seventy-five poses before a tracker."""
+    return helpers.make_scene("vs060", "tracker", poses_per_plane=25, noise=1e-4, seed=7).dataset
+
+
+@pytest.mark.parametrize("joint", [2, 3, 4, 5])
+@pytest.mark.parametrize("degrees", [90, 180])
+def test_a_zero_wrong_by_a_quarter_or_half_turn_is_named_for_a_tracker(tracked, joint, degrees):
+    """The fit itself follows such a zero and would leave nothing: that is no reason to blame another parameter, or the poses."""
+    moved = with_columns(tracked, **{f"q{joint}": tracked.q[:, joint - 1] + degrees * DEG})
+    with pytest.raises(WrongSetup) as refused:
+        calibrate(moved)
+    named = {(s.what, s.where) for s in refused.value.suspicions}
+    assert ("joint_zero", f"joint {joint}") in named
+    if abs(degrees) == 90:
+        (suspicion,) = refused.value.suspicions
+        stated = float(re.search(r"is off by (\S+) degrees", suspicion.sentence)[1])
+        assert stated == pytest.approx(-degrees, abs=2.0)
+        assert suspicion.rms_after < 1 * MM < 100 * MM < suspicion.rms_before
+
+
+@pytest.mark.parametrize("kind", ["tracker", "line-laser"])
+@pytest.mark.parametrize("joints", [(1, 2), (2, 5), (4, 5)])
+def test_two_wrong_signs_are_named_together(sound, tracked, kind, joints):
+    """Two joints that count the other way: both are named in one sentence, first or as one of several that explain the data alike."""
+    dataset = tracked if kind == "tracker" else sound
+    spoilt = with_columns(dataset, **{f"q{j}": -dataset.q[:, j - 1] for j in joints})
+    with pytest.raises(WrongSetup) as refused:
+        calibrate(spoilt)
+    named = [s.where for s in refused.value.suspicions]
+    assert f"joints {joints[0]} and {joints[1]}" in named
+    assert len(named) == 1 or all(
+        "which these data do not distinguish" in s.sentence for s in refused.value.suspicions
+    )
+
+
+def test_three_wrong_signs_are_named_together(tracked):
+    """Some controllers count half of their axes against the table's convention."""
+    spoilt = with_columns(tracked, **{f"q{j}": -tracked.q[:, j - 1] for j in (1, 3, 5)})
+    with pytest.raises(WrongSetup) as refused:
+        calibrate(spoilt)
+    assert "joints 1, 3 and 5" in [s.where for s in refused.value.suspicions]
 
 
 def test_a_refusal_that_need_not_be_explained_is_a_refusal(sound):

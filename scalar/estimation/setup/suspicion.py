@@ -5,7 +5,7 @@ Nothing is applied: what is found is said in one sentence with the residual befo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.setup.alternatives import THETA, Alternative, alternatives
+from scalar.estimation.setup.several_signs import MOST_SIGNS, several_signs
 from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
 from scalar.geometry.robot import Robot
 from scalar.units import DEG, MM
@@ -25,6 +26,9 @@ NOMINAL_LEFT = 30 * MM  # and before one, the arm nominal: its own errors make s
 AS_GOOD = 3.0  # times the least residual of a first look: alternatives up to here are fitted in full
 NEAR = 30 * DEG  # to dataset.yaml: an initial guess of a plane or of the sensor may be as far off
 CLEARLY_NEARER = 20 * DEG  # nearer than that to dataset.yaml, one of two that fit alike is the likelier
+NEAR_SHIFT = 50 * MM  # likewise: places are measured by hand
+CLEARLY_NEARER_SHIFT = 30 * MM
+TIMES_NEARER = 2.0  # a guess of a place may be rough: one of two has to be nearer by this factor as well
 MOST_FITTED = 4
 
 
@@ -74,17 +78,45 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
     """Return what about the set-up explains a dataset that its description does not fit; nothing where nothing does.
 
     Every alternative is looked at with the arm nominal; the few that leave least, and keep sensor and planes nearest to where
-    dataset.yaml has them, are fitted in full. Several are returned where the data do not distinguish them.
+    dataset.yaml has them, are fitted in full. After what is wrong alone, pairs of signs are tried, and three signs at once where nothing so far
+    explains the data with sensor and planes where they are stated. Several are returned where the data do not distinguish them.
     """
     as_it_is = first_look(dataset)
-    looks = [(first_look(alternative.dataset), alternative) for alternative in alternatives(dataset)]
+    before = _residual(full_fit(dataset), as_it_is)
+    found: list[tuple[Look, Alternative, Trial]] = []
+    for count in range(1, MOST_SIGNS + 1):
+        tried = alternatives(dataset) if count == 1 else several_signs(dataset, count)
+        found += _explaining(tried, as_it_is, before)
+        if count > 1 and any(look.off <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in found):
+            break  # of a pair that explains the data as well as one thing alone the user is told; of three no more
+    if not found:
+        return ()
+    lowest = min(trial.rms for _, _, trial in found)
+    off = min(look.off for look, _, _ in found)
+    shift = min(look.shift for look, _, _ in found)
+    likely = [
+        (alternative, trial)
+        for look, alternative, trial in found
+        if trial.rms <= AS_GOOD * lowest
+        and look.off <= off + CLEARLY_NEARER
+        and look.shift <= max(shift + CLEARLY_NEARER_SHIFT, TIMES_NEARER * shift)
+    ]
+    return tuple(
+        _suspicion(dataset, alternative, before, trial, one_of=len(likely)) for alternative, trial in likely
+    )
+
+
+def _explaining(
+    tried: Iterable[Alternative], as_it_is: Look, before: float | None
+) -> list[tuple[Look, Alternative, Trial]]:
+    """Return which alternatives explain the data, nearest to dataset.yaml first."""
+    looks = [(first_look(alternative.dataset), alternative) for alternative in tried]
     least = min((look.rms for look, _ in looks), default=np.inf)
     limit = max(AS_GOOD * least, 2 * MM)
     worth = [
         (look, a) for look, a in looks if look.rms <= min(limit, NOMINAL_LEFT) and _better(look, a, as_it_is)
     ]
     worth.sort(key=lambda entry: entry[0].off)
-    before = _residual(full_fit(dataset), as_it_is)
     found: list[tuple[Look, Alternative, Trial]] = []
     for look, alternative in worth[:MOST_FITTED]:
         if found and look.off > found[0][0].off + CLEARLY_NEARER:
@@ -92,14 +124,7 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
         trial = full_fit(alternative.dataset)
         if trial is not None and _explains(look, alternative, trial, as_it_is, before):
             found.append((look, alternative, trial))
-    if not found:
-        return ()
-    lowest = min(trial.rms for _, _, trial in found)
-    return tuple(
-        _suspicion(dataset, alternative, before, trial)
-        for _, alternative, trial in found
-        if trial.rms <= AS_GOOD * lowest
-    )
+    return found
 
 
 def _better(look: Look, alternative: Alternative, as_it_is: Look) -> bool:
@@ -133,7 +158,10 @@ def _residual(trial: Trial | None, look: Look) -> float | None:
     return float(rms) if np.isfinite(rms) else None
 
 
-def _suspicion(dataset: Dataset, alternative: Alternative, before: float | None, trial: Trial) -> Suspicion:
+def _suspicion(
+    dataset: Dataset, alternative: Alternative, before: float | None, trial: Trial, *, one_of: int
+) -> Suspicion:
+    """Return what is said of an alternative that explains the data, one of several that explain them alike."""
     says, changed, robot = alternative.says, alternative.changed, alternative.dataset.robot
     if alternative.joint is not None:
         j = alternative.joint - 1
@@ -146,7 +174,7 @@ def _suspicion(dataset: Dataset, alternative: Alternative, before: float | None,
     return Suspicion(
         alternative.what,
         alternative.where,
-        f"{says}: {figures}; {alternative.remedy}",
+        f"{'' if one_of == 1 else f'one of {one_of}, which these data do not distinguish: '}{says}: {figures}; {alternative.remedy}",
         before,
         trial.rms,
         robot if alternative.corrects_robot else None,

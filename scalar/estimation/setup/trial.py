@@ -14,6 +14,7 @@ from scalar.estimation.least_squares import fit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared, prepare
 from scalar.estimation.residuals import Residuals
+from scalar.estimation.setup.ran_away import ran_away
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array, log_so3
 from scalar.sensors import measure
@@ -46,16 +47,18 @@ class Look:
         rms: As in ``Trial``; infinite where no look was possible.
         off: How far sensor and planes ended from where dataset.yaml has them: the larger of the angle by which the sensor is turned and
             that of the worst plane's normal [rad].
+        shift: The same as a length: the larger of the sensor's distance from its stated place and the worst plane's from its own [m].
     """
 
     rms: float
     off: float
+    shift: float
 
 
 def first_look(dataset: Dataset) -> Look:
     """Return how well a set-up explains some of the poses with the arm nominal: sensor and target alone are fitted."""
     dataset = thinned(dataset)
-    best = Look(np.inf, np.inf)
+    best = Look(np.inf, np.inf, np.inf)
     try:
         measurement = measure(dataset)
         guess = measurement.initial_target(dataset)
@@ -65,7 +68,7 @@ def first_look(dataset: Dataset) -> Look:
             model = _few_steps(Residuals.of(dataset, model, measurement), model)
             look = Look(
                 typical_distance(Residuals.of(dataset, model, measurement), model),
-                _off(model, guess, T_nominal),
+                *_off(model, guess, T_nominal),
             )
             best = min(best, look, key=lambda x: x.rms)
     except (ScalarError, np.linalg.LinAlgError, ValueError, FloatingPointError):
@@ -97,24 +100,35 @@ def _few_steps(residuals: Residuals, model: Model) -> Model:
     return model
 
 
-def _off(model: Model, guess: Any, T_nominal: Array | None) -> float:
-    off = 0.0
+def _off(model: Model, guess: Any, T_nominal: Array | None) -> tuple[float, float]:
+    """Return how far sensor and planes are turned [rad] and shifted [m] from where dataset.yaml has them, the worst of them."""
+    off = shift = 0.0
     if T_nominal is not None:
         off = float(np.linalg.norm(log_so3(T_nominal[:3, :3].T @ model.T_flange_sensor[:3, :3])))
+        shift = float(np.linalg.norm(T_nominal[:3, 3] - model.T_flange_sensor[:3, 3]))
     if isinstance(model.target, Planes):
-        cosine = np.abs(np.sum(model.target.normals * guess.normals, axis=1))
-        off = max(off, float(np.max(np.arccos(np.minimum(cosine, 1.0)))))
-    return off
+        cosines = np.sum(model.target.normals * guess.normals, axis=1)
+        off = max(off, float(np.max(np.arccos(np.minimum(np.abs(cosines), 1.0)))))
+        # (-n, -d) is the same plane as (n, d).
+        distances = np.where(cosines < 0, -1.0, 1.0) * model.target.distances
+        shift = max(shift, float(np.max(np.abs(distances - guess.distances))))
+    return off, shift
 
 
 def full_fit(dataset: Dataset) -> Trial | None:
-    """Return the fit of sensor, target and geometry, or None where the data cannot determine it or it fails."""
+    """Return the fit of sensor, target and geometry.
+
+    None where the data cannot determine it, where it fails, or where it ends at an arm that no workshop built from its data sheet: a fit
+    whose zero ran a quarter turn away explains nothing, although it leaves little.
+    """
     try:
         prepared = prepare(dataset)
         equations = int(prepared.residuals.measurement.equations.sum())
         if equations < LEAST_EQUATIONS * prepared.free.sum():
             return None
         found = fit(prepared.residuals, prepared.coarse, prepared.free, tolerance=COARSE)
+        if ran_away(found.model):
+            return None
         return Trial(typical_distance(prepared.residuals, found.model), found.model, prepared)
     except (ScalarError, np.linalg.LinAlgError, ValueError, FloatingPointError):
         return None
