@@ -102,6 +102,7 @@ def describe_calibration(calibration: Calibration) -> str:
     """Return a summary of a calibration: parameters, standard errors, and what the data do not determine."""
     from scalar.estimation import transfer
     from scalar.estimation.misfit import lacks_something
+    from scalar.geometry.standard_dh import in_rows
 
     summary = calibration.summary
     model = calibration.model
@@ -120,6 +121,16 @@ def describe_calibration(calibration: Calibration) -> str:
         else:
             lines.append(f"  the residual is what the noise explains (ratio {misfit:.2f})")
     std = calibration.std
+    standard = model.nominal.standard_dh
+
+    def shown(text: str) -> str:
+        return in_rows(text, model.nominal) if standard else text
+
+    if standard:
+        lines.append(
+            "  parameters by the rows of the standard-DH table of dataset.yaml; calibration.json and --hold have them by joints of modified DH, "
+            "where a_2 and alpha_2 are a and alpha of row 1"
+        )
     lines.append("  parameter        nominal    calibrated        change     std")
     for kind in ("a", "alpha", "d", "theta"):
         for i in range(model.robot.n_joints):
@@ -130,7 +141,7 @@ def describe_calibration(calibration: Calibration) -> str:
             nominal = model.nominal.geometry[("a", "alpha", "d", "theta").index(kind), i] / unit
             value = model.robot.geometry[("a", "alpha", "d", "theta").index(kind), i] / unit
             lines.append(
-                f"    {name:<9} {nominal:12.4f}  {value:12.4f}  {value - nominal:12.4f}  {std[name] / unit:8.4f} {text}"
+                f"    {shown(name):<9} {nominal:12.4f}  {value:12.4f}  {value - nominal:12.4f}  {std[name] / unit:8.4f} {text}"
             )
     t, r = model.sensor[:3] / MM, model.sensor[3:] / DEG
     lines.append(
@@ -150,9 +161,9 @@ def describe_calibration(calibration: Calibration) -> str:
     near = summary.get("kept_near_data_sheet") or {}
     if near:
         lines.append(
-            f"  kept near the data sheet, because these poses hardly determine it: {', '.join(near)}"
+            f"  kept near the data sheet, because these poses hardly determine it: {', '.join(map(shown, near))}"
         )
     if calibration.gauge:
         lines.append(f"  fixed, because the data do not determine them ({len(calibration.gauge)}):")
-        lines += [f"    {entry['held']}: {entry['reason']}" for entry in calibration.gauge]
+        lines += [f"    {shown(entry['held'])}: {shown(entry['reason'])}" for entry in calibration.gauge]
     return "\n".join(lines)

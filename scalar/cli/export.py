@@ -42,6 +42,11 @@ _WRITES = {
 @click.option("--sensor-link", metavar="LINK", help="Its link of the sensor; scalar_sensor, made if missing.")
 @click.option("--ur-hash", metavar="calib_N", help="The controller's checksum, for a .yaml.")
 @click.option(
+    "--convention",
+    type=click.Choice(["standard-dh", "modified-dh"]),
+    help="Of a DH table; that of dataset.yaml if not given.",
+)
+@click.option(
     "--at",
     "at",
     metavar="COLUMN=NUMBER",
@@ -58,6 +63,7 @@ def export(
     tip: str | None,
     sensor_link: str | None,
     ur_hash: str | None,
+    convention: str | None,
     at: Sequence[str],
     force: bool,
     effects_modules: Sequence[Path],
@@ -68,7 +74,7 @@ def export(
     The name of the output says what is written:
       .urdf  the description given as --urdf, with the calibrated geometry and a link for the sensor
       .yaml  kinematics.yaml of the ROS packages of Universal Robots (a UR arm in the frames base and tool0)
-      .csv   modified DH parameters, a row a joint [m, rad]
+      .csv   DH parameters, a row a joint [m, rad], standard or modified as in dataset.yaml (see --convention)
       .md    the same for people [mm, deg], with the transforms of base, flange and sensor
 
     None of these holds effects that change from pose to pose. They are listed with the distance by which they
@@ -97,11 +103,14 @@ def export(
     if form != ".urdf" and (urdf or base or tip or sensor_link):
         message = "--urdf, --base, --tip and --sensor-link are for a .urdf; leave them out, or write a .urdf"
         raise InvalidInput(Fault(str(output), message))
+    if convention and form not in (".csv", ".md"):
+        raise InvalidInput(Fault("--convention", "is for a .csv or .md; leave it out, or write one of these"))
     refuse_foreign([(output, text_with(_WRITES[form]))], force, [calibration, *([urdf] if urdf else [])])
     load_effects(effects_modules)
     model = load_calibration(calibration)
     rigid = rigid_part(model.model, _columns(at))
     nominal = model.model.nominal
+    lacking = ""
     if urdf is not None:
         from scalar.export.urdf import SENSOR_LINK, put_calibration, text_of
         from scalar.ingest.urdf import read_urdf
@@ -113,18 +122,18 @@ def export(
         from scalar.export.ur_kinematics import ur_kinematics
 
         content = ur_kinematics(nominal, rigid, ur_hash, str(calibration))
-    elif form == ".csv":
-        from scalar.export.dh_table import dh_csv
-
-        content = dh_csv(model, rigid)
     else:
-        from scalar.export.dh_table import dh_markdown
+        from scalar.export.dh_table import beyond_standard_dh, dh_csv, dh_markdown
 
-        content = dh_markdown(model, rigid)
+        standard = nominal.standard_dh if convention is None else convention == "standard-dh"
+        content = (dh_csv if form == ".csv" else dh_markdown)(model, rigid, standard=standard)
+        lacking = beyond_standard_dh(rigid.robot) if standard else ""
     with atomic_write(output) as temporary:
         temporary.write_text(content, encoding="utf-8", newline="\n")
     for line in _said(rigid, _FORMS[form]):
         say(line)
+    if lacking:
+        say(f"  {lacking}")
     if form == ".csv":
         say("  the transforms of base, flange and sensor are in the tables for people: -o NAME.md")
     say(f"written: {output}")

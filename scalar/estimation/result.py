@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -222,7 +222,11 @@ class Calibration:
         model = self.model
         return {
             "format": FORMAT,
-            "robot": {"nominal": model.nominal.to_mapping(), "calibrated": model.robot.to_mapping()},
+            "robot": {
+                "nominal": model.nominal.to_mapping(),
+                "calibrated": model.robot.to_mapping(),
+                **_stated_table(model.nominal),
+            },
             "sensor": {**self.sensor, "pose": fixed_transform_mapping(model.T_flange_sensor)},
             "parameters": self.parameters(),
             "gauge": list(self.gauge),
@@ -273,10 +277,22 @@ def load_calibration(path: str | Path) -> Calibration:
     return read_calibration(Path(path), build)
 
 
+def _stated_table(nominal: Robot) -> dict[str, Any]:
+    """Return what tells a standard-DH table from the modified one that is written: the end of its last link."""
+    if nominal.standard_end is None:
+        return {}
+    a, alpha = nominal.standard_end
+    return {"standard_dh": {"a": a, "alpha": alpha}}
+
+
 def _from_mapping(mapping: Mapping[str, Any]) -> Calibration:
     parameters = mapping["parameters"]
-    nominal = Robot.from_mapping(mapping["robot"]["nominal"])
-    calibrated = Robot.from_mapping(mapping["robot"]["calibrated"])
+    stated = mapping["robot"].get("standard_dh")
+    end = None if stated is None else (float(stated["a"]), float(stated["alpha"]))
+    nominal, calibrated = (
+        replace(Robot.from_mapping(mapping["robot"][state]), standard_end=end)
+        for state in ("nominal", "calibrated")
+    )
     sensor = {key: mapping["sensor"][key] for key in ("kind", "noise", "error_axis")}
     pose = mapping["sensor"]["pose"]
     T = transform_from_rotation_vector(pose["translation"], pose["rotation_vector"])

@@ -1,45 +1,69 @@
-"""The calibrated arm as a table of modified Denavit-Hartenberg parameters, for a controller or for people."""
+"""The calibrated arm as a table of Denavit-Hartenberg parameters, modified or standard, for a controller or for people."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from scalar.estimation.result import Calibration
-from scalar.export.rigid_part import RigidPart
+from scalar.export.rigid_part import RigidPart, random_joints
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.geometry.se3 import Array, log_so3
+from scalar.geometry.standard_dh import shifted, standard_table, without_beta
 from scalar.units import DEG, MM
 
-CONVENTION = "T_{i-1,i} = Rx(alpha_i) Tx(a_i) Ry(beta_i) Rz(q_i + theta_i) Tz(d_i)"
+CONVENTIONS = ("modified-dh", "standard-dh")
+FORMULAS = (
+    "T_{i-1,i} = Rx(alpha_i) Tx(a_i) Ry(beta_i) Rz(q_i + theta_i) Tz(d_i)",
+    "T_{i-1,i} = Rz(q_i + theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) Ry(beta_i)",
+)
 _STATES = ("", "_nominal", "_std")
 
 
-def dh_csv(calibration: Calibration, rigid: RigidPart) -> str:
+def dh_csv(calibration: Calibration, rigid: RigidPart, *, standard: bool = False) -> str:
     """Return a row a joint: calibrated, nominal and standard deviation of a, alpha, d, theta and beta, each with its unit in its name.
 
-    What was fixed has no standard deviation. Where joints slide, a column ``type`` says which. The transforms of base, flange and
-    sensor are in ``dh_markdown``.
+    What was fixed has no standard deviation. Where joints slide, a column ``type`` says which; ``convention`` says which formula makes
+    the arm of it. The transforms of base, flange and sensor are in ``dh_markdown``.
+
+    Args:
+        calibration: To write.
+        rigid: Its rigid part.
+        standard: Whether the rows are those of standard DH.
     """
-    tables = [_table(calibration, rigid, state) for state in _STATES]
+    tables = [_table(calibration, rigid, state, standard) for state in _STATES]
     units = ["m" if kind in LENGTHS else "rad" for kind in GEOMETRY]
     head = [f"{kind}{state}_{unit}" for state in _STATES for kind, unit in zip(GEOMETRY, units, strict=True)]
     slides = rigid.robot.slides
     types = [["prismatic" if slides[i] else "revolute"] if slides.any() else [] for i in range(len(slides))]
-    lines = [",".join(["joint", *(["type"] if slides.any() else []), *head])]
+    lines = [",".join(["joint", *(["type"] if slides.any() else []), *head, "convention"])]
     for i in range(rigid.robot.n_joints):
         values = [value for table in tables for value in table[:, i]]
         cells = ["" if np.isnan(value) else f"{value + 0.0:.17g}" for value in values]
-        lines.append(",".join([str(i + 1), *types[i], *cells]))
+        lines.append(",".join([str(i + 1), *types[i], *cells, CONVENTIONS[standard]]))
     return "\n".join([*lines, ""])
 
 
-def dh_markdown(calibration: Calibration, rigid: RigidPart) -> str:
-    """Return tables for people, in millimetres and degrees: joints, with the change from nominal, and the fixed transforms."""
+def dh_markdown(calibration: Calibration, rigid: RigidPart, *, standard: bool = False) -> str:
+    """Return tables for people, in millimetres and degrees: joints, with the change from nominal, and the fixed transforms.
+
+    These have the digits that ``dh_csv`` needs beside it to be the calibrated arm to 1e-9 m.
+
+    Args:
+        calibration: To write.
+        rigid: Its rigid part.
+        standard: Whether the rows are those of standard DH.
+    """
     robot, nominal = rigid.robot, calibration.model.nominal
+    found, stated, std = (_table(calibration, rigid, state, standard) for state in _STATES)
+    T_base_0, T_n_flange = robot.T_base_0, robot.T_n_flange
+    if standard:
+        table = standard_table(robot)
+        T_base_0, T_n_flange = table.T_base_0, table.T_n_flange
     lines = [
         f"# {nominal.name}, calibrated",
         "",
-        f"Modified Denavit-Hartenberg parameters with Hayati's beta: `{CONVENTION}`.",
+        f"{'Standard' if standard else 'Modified'} Denavit-Hartenberg parameters with Hayati's beta: `{FORMULAS[standard]}`.",
+        *([beyond_standard_dh(robot)] if standard and beyond_standard_dh(robot) else []),
         *(
             f"Joint {i + 1} slides: q_{i + 1} is added to its d instead of its theta."
             for i in robot.prismatic
@@ -48,7 +72,7 @@ def dh_markdown(calibration: Calibration, rigid: RigidPart) -> str:
         _row("joint", "a [mm]", "alpha [deg]", "d [mm]", "theta [deg]", "beta [deg]"),
         _rule(6),
     ]
-    lines += [_row(str(i + 1), *_cells(robot.geometry[:, i], "+.5f")) for i in range(robot.n_joints)]
+    lines += [_row(str(i + 1), *_cells(found[:, i], "+.5f")) for i in range(robot.n_joints)]
     lines += [
         "",
         "Change from the nominal table (± one standard deviation where it was estimated):",
@@ -56,8 +80,7 @@ def dh_markdown(calibration: Calibration, rigid: RigidPart) -> str:
         _row("joint", "a [mm]", "alpha [deg]", "d [mm]", "theta [deg]", "beta [deg]"),
         _rule(6),
     ]
-    std = _table(calibration, rigid, "_std")
-    change = robot.geometry - nominal.geometry
+    change = found - stated
     for i in range(robot.n_joints):
         errors = _cells(std[:, i], ".5f")
         cells = [
@@ -73,13 +96,27 @@ def dh_markdown(calibration: Calibration, rigid: RigidPart) -> str:
         _rule(8),
     ]
     for start, end, T in (
-        ("base", "frame 0", robot.T_base_0),
-        (f"frame {robot.n_joints}", "flange", robot.T_n_flange),
+        ("base", "frame 0", T_base_0),
+        (f"frame {robot.n_joints}", "flange", T_n_flange),
         ("flange", "sensor", rigid.T_flange_sensor),
     ):
         numbers = [*(T[:3, 3] / MM), *(log_so3(T[:3, :3]) / DEG)]
-        lines.append(_row(start, end, *(f"{x + 0.0:+.5f}" for x in numbers)))
+        lines.append(_row(start, end, *(f"{x + 0.0:+.9f}" for x in numbers)))
     return "\n".join([*lines, ""])
+
+
+def beyond_standard_dh(robot: Robot) -> str:
+    """Return a sentence on the angles that plain standard DH cannot hold, with the error that it makes without them; empty where there are none."""
+    betas = robot.geometry[GEOMETRY.index("beta"), 1:]
+    if not betas.any():
+        return ""
+    q = random_joints(robot)
+    distance = np.linalg.norm((robot.flange(q) - without_beta(robot).flange(q))[:, :3, 3], axis=1)
+    rows = ", ".join(str(i + 1) for i in np.flatnonzero(betas))
+    return (
+        f"Standard DH alone has no beta: a controller that cannot take it in row {rows} puts the flange "
+        f"{np.sqrt(np.mean(distance**2)) / MM:.4f} mm RMS (at most {distance.max() / MM:.4f} mm) off at {len(q)} random poses."
+    )
 
 
 def standard_deviations(calibration: Calibration, robot: Robot) -> Array:
@@ -88,10 +125,13 @@ def standard_deviations(calibration: Calibration, robot: Robot) -> Array:
     return np.array([std.get(name, np.nan) for name in robot.parameter_names]).reshape(len(GEOMETRY), -1)
 
 
-def _table(calibration: Calibration, rigid: RigidPart, state: str) -> Array:
+def _table(calibration: Calibration, rigid: RigidPart, state: str, standard: bool) -> Array:
+    """Return the rows ``(5, n)`` of what is calibrated, nominal, or its standard deviation."""
     if state == "_std":
-        return standard_deviations(calibration, rigid.robot)
-    return (calibration.model.nominal if state else rigid.robot).geometry
+        std = standard_deviations(calibration, rigid.robot)
+        return shifted(std, (np.nan, np.nan, np.nan)) if standard else std
+    robot = calibration.model.nominal if state else rigid.robot
+    return standard_table(robot).rows if standard else robot.geometry
 
 
 def _cells(values: Array, form: str) -> list[str]:

@@ -57,7 +57,8 @@ class Robot:
         T_n_flange: ``(4, 4)``, fixed transform after the last joint.
         gravity: ``(3,)`` [m/s^2] in the base frame.
         tolerance: The maker's, where it is stated.
-        standard_dh: Whether the table that it was read from is standard DH; ``geometry`` is modified DH all the same.
+        standard_end: a [m] and alpha [rad] of the last link of the standard-DH table that it was read from, which are part of ``T_n_flange``;
+            None where that table is modified DH. ``geometry`` is modified DH all the same.
         prismatic: Joints that slide instead of turning, from 0, ascending.
 
     Example:
@@ -79,8 +80,13 @@ class Robot:
     T_n_flange: Array
     gravity: Array
     tolerance: Tolerance | None = None
-    standard_dh: bool = False
+    standard_end: tuple[float, float] | None = None
     prismatic: tuple[int, ...] = ()
+
+    @property
+    def standard_dh(self) -> bool:
+        """Return whether the table that it was read from is standard DH."""
+        return self.standard_end is not None
 
     @property
     def slides(self) -> BoolArray:
@@ -125,14 +131,14 @@ class Robot:
         n = len(joints)
         geometry = np.array([[float(joint.get(kind, 0.0)) for joint in joints] for kind in GEOMETRY])
         flange = _fixed_transform(mapping.get("flange"))
-        standard = mapping.get("convention", "modified-dh") == "standard-dh"
-        if standard:
+        end = None
+        if mapping.get("convention", "modified-dh") == "standard-dh":
             if geometry[4].any():
                 raise ValueError("beta belongs to modified DH; a standard-DH chain has no such parameter")
             a, alpha = geometry[0].copy(), geometry[1].copy()
             geometry[0], geometry[1] = np.r_[0.0, a[:-1]], np.r_[0.0, alpha[:-1]]
-            last = transform_from_rotation_vector([a[-1], 0.0, 0.0], [alpha[-1], 0.0, 0.0])
-            flange = last @ flange
+            end = float(a[-1]), float(alpha[-1])
+            flange = link_end(*end) @ flange
         prismatic = tuple(i for i, joint in enumerate(joints) if joint.get("type") == "prismatic")
         most = [DEFAULT_TRAVEL if i in prismatic else DEFAULT_LIMIT for i in range(n)]
         limits = np.array(
@@ -146,7 +152,7 @@ class Robot:
             T_n_flange=flange,
             gravity=np.array(mapping.get("gravity", STANDARD_GRAVITY), dtype=float),
             tolerance=_tolerance(mapping.get("tolerance")),
-            standard_dh=standard,
+            standard_end=end,
             prismatic=prismatic,
         )
 
@@ -231,6 +237,11 @@ class Robot:
             screws[:, :3, k] = np.swapaxes(axes[:, j], 1, 2)
             screws[:, 3:, k] = np.swapaxes(moments[:, j], 1, 2)
         return screws.reshape(frames.shape[0], 6, 5 * n)
+
+
+def link_end(a: float, alpha: float) -> Array:
+    """Return ``Tx(a) Rx(alpha)`` ``(4, 4)``, the end of a link in standard DH; a [m], alpha [rad]."""
+    return transform_from_rotation_vector([a, 0.0, 0.0], [alpha, 0.0, 0.0])
 
 
 def link_transforms(geometry: Array, q: Array) -> Array:

@@ -8,7 +8,7 @@ from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
 from scalar.estimation.misfit import lacks_something
 from scalar.estimation.result import Calibration
-from scalar.report.parameter_table import convention_in_words, parameter_tables
+from scalar.report.parameter_table import convention_in_words, gauge_rows, parameter_tables
 from scalar.report.workspace_map import workspace_section
 from scalar.sensors import kind_of
 
@@ -34,7 +34,7 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
         "file": FILE,
         "convention": convention_in_words(dataset.robot),
         "parameters": parameter_tables(calibration, dataset.sensor.T_flange_sensor),
-        "gauge": [dict(entry) for entry in calibration.gauge],
+        "gauge": gauge_rows(calibration),
     }
 
 

@@ -17,7 +17,7 @@ from scalar.report.advice import advice
 from scalar.report.noise_card import noise_card
 from scalar.report.opening import opening
 from scalar.report.own_noise import own_noise
-from scalar.report.parameter_table import convention_in_words, parameter_tables
+from scalar.report.parameter_table import convention_in_words, gauge_rows, parameter_tables
 from scalar.report.pictures import draw
 from scalar.report.residual_pictures import draw_residuals
 from scalar.report.thinning import dots_per_panel
@@ -80,7 +80,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         "set_aside": mapping["outliers"],
         "noise": _noise(diagnosis, mapping),
         "advice": advice(diagnosis, mapping),
-        "gauge": [dict(entry) for entry in diagnosis.calibration_after.gauge],
+        "gauge": gauge_rows(diagnosis.calibration_after),
     }
 
 

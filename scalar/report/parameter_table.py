@@ -16,6 +16,7 @@ from scalar.estimation.result import Calibration
 from scalar.evaluate import rotation_vector_near
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.geometry.se3 import Array, log_so3
+from scalar.geometry.standard_dh import AFTER_THE_JOINT, in_rows
 from scalar.report.words import UNKNOWN
 from scalar.units import DEG, MM
 
@@ -49,6 +50,19 @@ def convention_in_words(robot: Robot) -> str:
     )
 
 
+def gauge_rows(calibration: Calibration) -> list[dict[str, Any]]:
+    """Return what was fixed, why, and what it is confounded with, named by the rows of the robot's own table."""
+    nominal = calibration.model.nominal
+    return [
+        {
+            "held": in_rows(entry["held"], nominal),
+            "reason": in_rows(entry["reason"], nominal),
+            "moves_with": [in_rows(name, nominal) for name in entry["moves_with"]],
+        }
+        for entry in calibration.gauge
+    ]
+
+
 Entry = tuple[str, float | None, float, float | None, str]
 """Name, nominal, found, standard error, all in the unit of the table, and a remark."""
 
@@ -59,8 +73,8 @@ def _geometry(calibration: Calibration) -> Iterator[tuple[str, str, float | None
     near = calibration.summary.get("kept_near_data_sheet") or {}
     for row in range(0 if nominal.standard_dh else 1, robot.n_joints + 1):
         for k, kind in enumerate(GEOMETRY):
-            # A row of a standard-DH table has a and alpha of the next joint of the model, and no row 0 but these.
-            joint = row + 1 if nominal.standard_dh and kind in ("a", "alpha") else row
+            # A row of a standard-DH table has a, alpha and beta of the next joint of the model, and no row 0 but these.
+            joint = row + 1 if nominal.standard_dh and kind in AFTER_THE_JOINT else row
             name = f"{kind}_{joint}"
             if not 1 <= joint <= robot.n_joints or (name not in std and (kind == "beta" or row == 0)):
                 continue

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from scalar.cli import cli
 from scalar.data.io.plain_yaml import load_yaml
 from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import transform_from_rotation_vector
 from scalar.ingest.urdf import robot_from_urdf
 from tests.calibrated_arms import calibrated
 from tests.helpers import CONFIGS, rotation, shift
@@ -115,6 +116,67 @@ def test_a_dh_table_is_the_calibrated_arm(tmp_path):
         assert float(row["a_nominal_m"]) == calibration.model.nominal.geometry[0, i]
         assert row["a_std_m"] == ""  # nothing was estimated
     np.testing.assert_allclose(T @ robot.T_n_flange, robot.flange(q), atol=1e-12)
+
+
+STANDARD = {
+    "name": "arm",
+    "convention": "standard-dh",
+    "joints": [
+        {"a": 0.15, "alpha": 1.57, "d": 0.4, "theta": 0.0},
+        {"a": 0.6, "alpha": 0.01, "d": 0.02, "theta": -1.0},
+        {"a": 0.05, "alpha": -1.4, "d": 0.3, "theta": 0.5},
+        {"a": 0.03, "alpha": 0.7, "d": 0.1, "theta": 0.2},
+    ],
+    "base": {"translation": [0.1, 0.0, 0.3], "rotation_vector": [0.0, 0.2, 0.0]},
+    "flange": {"translation": [0.01, 0.02, 0.03], "rotation_vector": [0.3, 0.1, -0.2]},
+}
+
+
+def by_standard_formula(text, table, q):
+    """Return the sensor ``(N, 4, 4)`` that the rows of a CSV and the fixed transforms of a table for people make by the formula of standard DH."""
+    transforms = {}
+    for line in table.splitlines():
+        cells = [cell.strip() for cell in line.strip("| ").split("|")]
+        if len(cells) == 8 and cells[2][:1] in "+-" and cells[2] != "---":
+            numbers = np.array([float(cell) for cell in cells[2:]])
+            transforms[cells[0]] = transform_from_rotation_vector(numbers[:3] / 1e3, np.deg2rad(numbers[3:]))
+    T = np.broadcast_to(transforms["base"], (len(q), 4, 4))
+    for i, row in enumerate(csv.DictReader(io.StringIO(text))):
+        assert row["convention"] == "standard-dh"
+        a, alpha, d, theta, beta = (float(row[f"{k}_{u}"]) for k, u in UNITS.items())
+        T = (
+            T
+            @ rotation(2, q[:, i] + theta)
+            @ shift(2, d)
+            @ shift(0, a)
+            @ rotation(0, alpha)
+            @ rotation(1, beta)
+        )
+    return T @ transforms[f"frame {q.shape[1]}"] @ transforms["flange"]
+
+
+UNITS = {"a": "m", "alpha": "rad", "d": "m", "theta": "rad", "beta": "rad"}
+
+
+def test_who_gave_standard_dh_gets_standard_dh(tmp_path):
+    """The rows are those of dataset.yaml, and by the formula of standard DH they are the calibrated arm to 1e-9 m, beta included; what plain
+    standard DH cannot hold is said with its size."""
+    robot = Robot.from_mapping(STANDARD)
+    made = calibrated(robot, np.random.default_rng(1))
+    text = exported(made, tmp_path, "dh.csv")
+    for row, declared in zip(csv.DictReader(io.StringIO(text)), STANDARD["joints"], strict=True):
+        for kind, value in declared.items():
+            assert float(row[f"{kind}_nominal_{UNITS[kind]}"]) == pytest.approx(value, abs=1e-15)
+    q = np.random.default_rng(2).uniform(-2, 2, (20, 4))
+    wanted = made.predict(q)
+    people = exported(made, tmp_path, "dh.md")
+    assert "Standard DH alone has no beta" in people and "mm RMS" in people
+    np.testing.assert_allclose(by_standard_formula(text, people, q), wanted, atol=1e-9)
+    assert "modified-dh" in exported(made, tmp_path, "modified.csv", "--convention", "modified-dh")
+    flat = replace(robot, geometry=robot.geometry.copy())
+    assert "alone has no beta" not in exported(
+        calibrated(flat, np.random.default_rng(1), size=0.0), tmp_path, "flat.md"
+    )
 
 
 def test_the_table_for_people_has_the_same_numbers_in_millimetres_and_degrees(tmp_path):

@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from scalar.cli.calibrate import describe_calibration
+from scalar.estimation.result import load_calibration
 from scalar.geometry.robot import Robot
-from scalar.report.parameter_table import _fixed, _signed, parameter_tables
+from scalar.report.parameter_table import _fixed, _signed, gauge_rows, parameter_tables
 from tests.calibrated_arms import T_SENSOR, calibrated
 
 ROWS = [
@@ -65,3 +67,33 @@ def test_found_less_data_sheet_is_the_change_and_bold_is_beyond_chance() -> None
         assert row["beyond_chance"] == (abs(number["change"]) > 1.96 * number["error"])
         marked += row["beyond_chance"]
     assert 0 < marked < len(free)
+
+
+def test_what_was_fixed_is_named_by_the_same_rows() -> None:
+    """Modified DH's a_3, alpha_3 and beta_3 are those of row 2 of a standard-DH table; its d_3 is that of row 3; nothing else is renamed."""
+    entry = {
+        "held": "a_3",
+        "reason": "moves with alpha_3 and d_3 of floor_2",
+        "moves_with": ["beta_3", "sensor_x"],
+        "cause": "gauge",
+    }
+    for convention, rows in (
+        ("standard-dh", ("a 2", "moves with alpha 2 and d 3 of floor_2", ["beta 2", "sensor_x"])),
+        ("modified-dh", ("a 3", "moves with alpha 3 and d 3 of floor_2", ["beta 3", "sensor_x"])),
+    ):
+        robot = Robot.from_mapping({"name": "arm", "convention": convention, "joints": ROWS})
+        made = replace(
+            calibrated(robot, np.random.default_rng(0)), gauge=(entry,), summary={"poses": 9, "points": 9}
+        )
+        assert gauge_rows(made) == [dict(zip(("held", "reason", "moves_with"), rows, strict=True))]
+        lines = describe_calibration(made)
+        assert ("standard-DH table of dataset.yaml" in lines) == (convention == "standard-dh")
+        assert ("a 2: moves with" in lines) == (convention == "standard-dh")
+
+
+def test_a_saved_calibration_knows_its_table(tmp_path) -> None:
+    """Saved and loaded, an arm is still that of a standard-DH table, to the end of its last link."""
+    robot = Robot.from_mapping({"name": "arm", "convention": "standard-dh", "joints": ROWS})
+    calibrated(robot, np.random.default_rng(0)).save(tmp_path / "calibration.json")
+    loaded = load_calibration(tmp_path / "calibration.json")
+    assert loaded.model.nominal.standard_end == loaded.model.robot.standard_end == (0.05, -1.4)

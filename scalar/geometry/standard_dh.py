@@ -1,0 +1,80 @@
+"""An arm of modified DH as the rows of a standard-DH table, exactly.
+
+``Rz(q + theta) Tz(d) Tx(a) Rx(alpha)`` ends a link where modified DH begins the next one, so that a and alpha of row i are those of joint
+i + 1 in modified DH. Those of joint 1 stand before the first row and go into the base's transform; those of the last row are a part of
+the flange's. Hayati's beta stands at the same place as in modified DH, after alpha: ``Rz(q + theta) Tz(d) Tx(a) Rx(alpha) Ry(beta)``.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scalar.geometry.robot import GEOMETRY, Robot, link_end
+from scalar.geometry.se3 import Array, transform_from_rotation_vector
+
+AFTER_THE_JOINT = ("a", "alpha", "beta")
+"""Kinds of parameter that stand in the row before that of modified DH."""
+_NAME = re.compile(rf"\b({'|'.join(GEOMETRY)})_(\d+)\b")
+
+
+@dataclass(frozen=True, eq=False)
+class StandardTable:
+    """The same arm in standard DH.
+
+    Attributes:
+        rows: ``(5, n)``, rows as in ``GEOMETRY``; a, alpha and beta are those after the joint.
+        T_base_0: ``(4, 4)``, fixed transform before the first row.
+        T_n_flange: ``(4, 4)``, fixed transform after the last row.
+    """
+
+    rows: Array
+    T_base_0: Array
+    T_n_flange: Array
+
+
+def shifted(values: Array, end: tuple[float, float, float]) -> Array:
+    """Return values ``(5, n)`` of modified DH in the rows of a standard-DH table.
+
+    Args:
+        values: Of any kind, as standard deviations.
+        end: Of a, alpha and beta in the last row.
+    """
+    rows = values.copy()
+    for kind, last in zip(AFTER_THE_JOINT, end, strict=True):
+        k = GEOMETRY.index(kind)
+        rows[k] = np.r_[values[k, 1:], last]
+    return rows
+
+
+def standard_table(robot: Robot) -> StandardTable:
+    """Return an arm in standard DH; the end of its last link is that of the table that it was read from, or none."""
+    a, alpha, beta = (float(robot.geometry[GEOMETRY.index(kind), 0]) for kind in AFTER_THE_JOINT)
+    end = robot.standard_end or (0.0, 0.0)
+    return StandardTable(
+        shifted(robot.geometry, (*end, 0.0)),
+        robot.T_base_0 @ link_end(a, alpha) @ transform_from_rotation_vector([0.0] * 3, [0.0, beta, 0.0]),
+        np.linalg.inv(link_end(*end)) @ robot.T_n_flange,
+    )
+
+
+def without_beta(robot: Robot) -> Robot:
+    """Return the arm that plain standard DH holds: without the betas between its joints (that of joint 1 is in the base's transform)."""
+    geometry = robot.geometry.copy()
+    geometry[GEOMETRY.index("beta"), 1:] = 0.0
+    return replace(robot, geometry=geometry)
+
+
+def in_rows(text: str, robot: Robot) -> str:
+    """Return a text in which parameters are named by the rows of the table that the arm was read from: ``a 1`` where modified DH has a_2.
+
+    The name has a space, as nothing else has, so that it is not taken for the model's. Row 0 stands before the table's first.
+    """
+
+    def row(found: re.Match[str]) -> str:
+        kind, joint = found[1], int(found[2])
+        return f"{kind} {joint - (robot.standard_dh and kind in AFTER_THE_JOINT)}"
+
+    return _NAME.sub(row, text)
