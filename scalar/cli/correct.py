@@ -37,7 +37,9 @@ _REMEDY = "; move the pose, or leave it out with --leave-out"
 @click.option("-o", "--output", type=PATH, required=True, help="CSV file to write.")
 @UNITS
 @click.option(
-    "--leave-out", is_flag=True, help="Leave out poses that the arm cannot take, instead of refusing."
+    "--leave-out",
+    is_flag=True,
+    help="Leave out poses that cannot be corrected, instead of marking or refusing them.",
 )
 @FORCE
 @EFFECTS_MODULE
@@ -63,10 +65,15 @@ def correct(
     applied; what they need (approach1..n, temperature, time, order) stands in columns of TARGETS.
 
     The output has pose,q1..qn, the joint angles to command, and every other column of TARGETS as it is (a speed, a tool's number), but not
-    what is said of the wanted frame: x..rz, and their standard deviations and correlations as `scalar predict --std` writes them. Three columns
-    follow: beyond_limits, the number of joints beyond their limits; near_singular, 1 near a singularity; and smallest_singular_value, how near: 0 is
+    what is said of the wanted frame: x..rz, and their standard deviations and correlations as `scalar predict --std` writes them. Four columns
+    follow: corrected, 1, or 0 where the row could not be corrected; beyond_limits, the number of joints beyond their limits;
+    near_singular, 1 near a singularity; and smallest_singular_value, how near: 0 is
     singular, and below 0.02 is called near (of the Jacobian, lengths in units of the arm's). `scalar predict` gives the wanted frames
     for these joint angles to 1e-6 m.
+
+    A row of joint angles that cannot be corrected, as a home pose at a singularity, is written as it was given, with corrected = 0. All
+    other rows are corrected; the exit status is then 2, and a line for each such row says how far the arm errs there. Wanted frames that the arm
+    cannot take are refused, and nothing is written. With --leave-out such rows are left out of the output, in both cases.
 
     \b
     Example:
@@ -77,7 +84,7 @@ def correct(
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.poses import Poses
     from scalar.data.table_units import base_name, columns_of, units_named, units_to_write
-    from scalar.estimation.correction import correct_table, sensitivity
+    from scalar.estimation.correction import correct_table, kept_as_given, sensitivity
     from scalar.estimation.result import load_calibration
 
     in_units = units_named(units)
@@ -99,28 +106,36 @@ def correct(
             joints_needed=with_joints,
             prismatic=robot.prismatic,
         )
+    T = None
     if frames_wanted:
         T = _frames(table)
         _check_reach(robot, T, targets.name)
         if not with_joints:
             table = _with_postures(model, table, T, str(targets), leave_out)
             T = _frames(table)
-        found = correct_table(model, table, T)
-    else:
-        found = correct_table(model, table)
+    found = correct_table(model, table, T)
     ids = table["pose"].to_numpy()
+    poses = Poses.from_frame(table, robot.n_joints, order_is_row=False)
     wrong = np.flatnonzero(~found.reached)
-    if len(wrong) and (not leave_out or len(wrong) == len(ids)):
+    kept = np.arange(len(ids)) if T is None and not leave_out else np.flatnonzero(found.reached)
+    as_given: list[Fault] = []
+    if len(kept) == len(ids):
+        found = kept_as_given(model, poses, found)
+        as_given = _few([_left_as_given(str(targets), ids[i], found, i) for i in wrong], str(targets))
+    elif not leave_out or not len(kept):
         raise InvalidInput(_cannot(str(targets), ids[wrong], found, wrong))
-    for fault in _cannot(str(targets), ids[wrong], found, wrong) if len(wrong) else ():
-        say(f"  left out: {fault.message.partition(_REMEDY)[0]}")
-    kept = np.flatnonzero(found.reached)
-    near = sensitivity(model, Poses.from_frame(table, robot.n_joints, order_is_row=False), found.q)
+    else:
+        for fault in _cannot(str(targets), ids[wrong], found, wrong):
+            say(f"  left out: {fault.message.partition(_REMEDY)[0]}")
+    near = sensitivity(model, poses, found.q)
     for line in _said(robot, ids, found, near, kept):
         say(line)
     out_units = units_to_write(units, columns)
     _write(output, table, found, near, kept, out_units.sliding(robot.prismatic))
-    say(f"written: {output}, {len(kept)} poses")
+    corrected = int(found.reached[kept].sum())
+    say(f"written: {output}, {len(kept)} poses" + (f", {corrected} of them corrected" if as_given else ""))
+    if as_given:
+        raise InvalidInput(as_given)
 
 
 def _frames(table: pd.DataFrame) -> Array:
@@ -180,6 +195,17 @@ def _cannot(file: str, ids: Array, found: Correction, wrong: Array) -> list[Faul
         message = f"pose {pose}: the calibrated arm cannot take it ({why}: {off}){_REMEDY}"
         faults.append(Fault(file, message))
     return _few(faults, file)
+
+
+def _left_as_given(file: str, pose: int, found: Correction, i: int) -> Fault:
+    """Return what is said of a row of joint angles that is written as it was given."""
+    why = "near a singularity" if found.near_singular[i] else "at the edge of its reach"
+    off = f"{found.position_error[i] / MM:.2g} mm and {found.orientation_error[i] / DEG:.2g} deg"
+    message = (
+        f"pose {pose}: not corrected, and written as it was given with corrected = 0: {why}, no small change of the joints takes the arm "
+        f"there, and uncorrected it errs by {off}; move the pose a few degrees away if it has to be exact, or keep it, as for a home pose"
+    )
+    return Fault(file, message, None, "q1..qn")
 
 
 def _few(faults: list[Fault], file: str) -> list[Fault]:
@@ -253,6 +279,7 @@ def _write(
         name = f"q{i + 1}"
         columns[units.named(name)] = found.q[kept, i] / units.of(name)[1]
     own = {
+        "corrected": found.reached[kept].astype(int),
         "beyond_limits": found.beyond_limits[kept].sum(axis=1),
         "near_singular": _near(near)[kept].astype(int),
         "smallest_singular_value": near.singular_value[kept],

@@ -122,7 +122,8 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     lines += [f"  check the set-up: {suspicion['sentence']}" for suspicion in setup]
     for entry in d["effects"][:_EFFECTS_NAMED]:
         title = words.title(entry["name"], entry["target"], entry.get("depends_on", ()))
-        lines.append(f"  {title}{_sizes(entry)}")
+        sure = "" if entry["name"] == "unattributed" else f"; confidence {entry['confidence']:.0%}"
+        lines.append(f"  {title}{_sizes(entry)}{sure}")
         lines += [
             f"    most like {words.quoted(words.title(like['name'], like['target']))}, a name with {like['confidence']:.0%} confidence"
             for like in entry.get("most_like", ())
@@ -133,6 +134,8 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
             lines.append(f"    these data do not distinguish it from {words.listed(near[:3] + more, 'or')}")
     if len(d["effects"]) > _EFFECTS_NAMED:
         lines.append(f"  and {len(d['effects']) - _EFFECTS_NAMED} more")
+    if d["effects"]:
+        lines.append(f"  {words.CONFIDENCE}")
     lines.append(
         f"  error on held-out poses {before['held_out_rms_mm']:.4f} -> {after['held_out_rms_mm']:.4f} mm RMS; "
         f"noise alone would leave {d['residual']['floor_mm']:.4f} mm"

@@ -10,7 +10,7 @@ from scalar.data.dataset import Dataset
 from scalar.effects import registry
 from scalar.errors import Undetermined
 from scalar.estimation.least_squares import Decomposed, Fit
-from scalar.estimation.misfit import misfit
+from scalar.estimation.misfit import lacking_shift, misfit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared
 from scalar.estimation.reporting import reporting, sensor_mapping
@@ -65,6 +65,7 @@ def conclude(
         "sigma_stated": residuals.measurement.sigma_stated,
         "misfit": spread.ratio,
         "misfit_p_value": spread.p_value,
+        "misfit_shift_m": lacking_shift(residuals, model, spread),
         "started_from": prepared.initial.origin,
         "start_rms_m": prepared.initial.rms,
         "evaluations": found.evaluations,

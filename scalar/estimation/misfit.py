@@ -76,6 +76,23 @@ def misfit(
     return Misfit(float(np.sqrt(ratio)), None, ratio)
 
 
+def lacking_shift(residuals: Residuals, model: Model, found: Misfit) -> float:
+    """Return the root mean square distance [m] by which the measured point is off at the measured poses for what the noise does not explain.
+
+    It is the size of a shift, of the same variance along each axis and independent from pose to pose, that would make the excess of the residual;
+    a residual along one direction shows a third of its square. Zero where there is no excess. Where poses scatter, it holds that as well.
+
+    Args:
+        residuals: Of the dataset.
+        model: At its optimum.
+        found: How the residual compares with the noise.
+    """
+    measurement = residuals.measurement
+    common = measurement.common_error(residuals.kinematics(model).T_base_sensor, model.target)
+    excess = max(found.ratio**2 - 1.0, 0.0) * int(measurement.equations.sum())
+    return float(np.sqrt(3.0 * excess / max(float(np.sum(common**2)), 1e-300)))
+
+
 def determined_by_data(residuals: Residuals, model: Model, free: Array) -> float:
     """Return how many of the free coordinates the data determine rather than priors: the trace of MacKay (1992), all where there is no prior.
 

@@ -23,7 +23,10 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
         dataset: That it was made from.
     """
     seen = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
-    workspace = workspace_section(calibration, None, seen, FILE)
+    lacking = (
+        float(calibration.summary.get("misfit_shift_m", 0.0)) if lacks_something(calibration.summary) else 0.0
+    )
+    workspace = workspace_section(calibration, None, seen, FILE, lacking)
     about = [f"robot {dataset.robot.name}, {dataset.robot.n_joints} joints", kind_of(dataset).words]
     return {
         "name": dataset.name,
@@ -44,7 +47,12 @@ def _what_it_is(workspace: dict[str, Any] | None) -> str:
     before, after = workspace["rows"][0]["mean"], workspace["rows"][-1]["mean"]
     return (
         f"By the data sheet, the arm errs by {before['value']} on average over its workspace (95 % band {before['band']}); by {FILE}, it errs by "
-        f"{after['value']} ({after['band']})."
+        f"{after['value']} ({after['band']})"
+        + (
+            f", of which {workspace['lacking']} are what the residual has beyond the noise."
+            if workspace["lacking"]
+            else "."
+        )
     )
 
 
@@ -52,7 +60,7 @@ def _what_to_do(calibration: Calibration) -> str:
     misfit = calibration.summary.get("misfit")
     if lacks_something(calibration.summary):
         return (
-            f"Run 'scalar diagnose' before you rely on that: the residual is {misfit:.1f} times what the noise explains, so the model "
-            "lacks something that no band accounts for."
+            f"Run 'scalar diagnose' before you rely on that: the residual is {misfit:.1f} times what the noise explains, so the model lacks "
+            "something, which may be larger at other poses."
         )
     return f"Use it: 'scalar correct {FILE} program.csv -o corrected.csv' corrects the joint angles of a program."

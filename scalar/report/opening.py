@@ -140,7 +140,7 @@ def caution(diagnosis: Diagnosis, finding: Finding) -> str:
     if finding.doubtful:
         return (
             f"Look for the cause before anything is repaired: {words.quoted(finding.effect.title)} is only what it is most like, and a name with "
-            f"such evidence has been right in {100 * finding.confidence:.0f} % of the trials."
+            f"such evidence has been right in {100 * finding.confidence:.0f} % of the simulated trials."
         )
     if finding.confounded_with:
         return _distinguish(diagnosis, finding)
@@ -148,7 +148,7 @@ def caution(diagnosis: Diagnosis, finding: Finding) -> str:
         return ""
     return (
         f"Confirm {words.quoted(finding.effect.title)} with a second campaign before anything is repaired: its confidence is only "
-        f"{100 * finding.confidence:.0f} %."
+        f"{100 * finding.confidence:.0f} %, which is how often a name with such evidence was right in simulated trials."
     )
 
 

@@ -73,6 +73,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         "convention": convention_in_words(diagnosis.dataset.robot),
         "parameters": parameter_tables(diagnosis.calibration_after, diagnosis.dataset.sensor.T_flange_sensor),
         "effects": effects,
+        "confidence": words.CONFIDENCE,
         "residuals": draw_residuals(diagnosis.before, diagnosis.after, most),
         "ranking": _ranking(diagnosis),
         "unobservable": _unobservable(diagnosis),

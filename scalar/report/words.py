@@ -21,6 +21,7 @@ from scalar.effects.wording import (
 )
 
 __all__ = [
+    "CONFIDENCE",
     "angle",
     "capital",
     "chance",
@@ -34,6 +35,11 @@ __all__ = [
     "title",
 ]
 
+CONFIDENCE = (
+    "Confidence is how often a name with such evidence was right in simulated trials: of 100 names with a confidence of 77 %, about 77 were right "
+    "and 23 wrong. Below 80 %, confirm the cause before anything is repaired."
+)
+"""What a confidence means, where one is given."""
 COMPONENTS = {
     "pose_jitter": "jitter of the joints from pose to pose",
     "scan_bias": "random offset of each measurement",

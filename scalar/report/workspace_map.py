@@ -58,7 +58,7 @@ class Slice:
 
 
 def workspace_section(
-    judged: Calibration, without_effects: Model | None, seen: Poses, file: str
+    judged: Calibration, without_effects: Model | None, seen: Poses, file: str, lacking: float = 0.0
 ) -> dict[str, Any] | None:
     """Return the table and the pictures of the errors over the workspace, or None where there is nothing to show: no covariance, no error.
 
@@ -67,13 +67,14 @@ def workspace_section(
         without_effects: The one without effects, where it is another; or None.
         seen: The measured poses.
         file: What the calibration is called.
+        lacking: Root mean square distance [m] by which the arm is off at every pose for what no model here holds.
     """
     robot = judged.model.nominal
     models = {**({} if without_effects is None else {WITHOUT_EFFECTS: without_effects}), file: judged.model}
     errors = errors_within_limits(judged, models, seen)
     if errors is None:
         return None
-    sizes = {state: errors.sizes(state) for state in errors.errors}
+    sizes = {state: np.hypot(errors.sizes(state), lacking) for state in errors.errors}
     if max(float(draws.max()) for draws in sizes.values()) < _LEAST_ERROR:
         return None
     bases = EffectBases.of(robot, seen, judged.model.effects)
@@ -90,6 +91,7 @@ def workspace_section(
             for state, draws in sizes.items()
         ],
         "poses": len(errors.position),
+        "lacking": f"{number(lacking / MM)} mm" if lacking else "",
         "pictures": [*pictures, _draw_reach(side, before, after, file)],
     }
 

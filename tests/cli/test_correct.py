@@ -189,6 +189,34 @@ def test_limits_and_singular_poses_are_said(cell):
     assert (found["smallest_singular_value"] < 0.02).equals(found["near_singular"] == 1)
 
 
+def test_a_home_pose_at_a_singularity_does_not_stop_the_program(cell, calibration):
+    """The rows that can be corrected are, to 1e-6 m; the home pose stays as it is and is marked; the exit status is 2, and one line says which row,
+    how far it errs as it stands, and what to do. With --leave-out it is left out, and the status is 0."""
+    joints = pd.read_csv(cell / "targets.csv")
+    joints.loc[4, "q5"] = 0.0
+    joints.to_csv(cell / "targets.csv", index=False, float_format="%.17g")
+    arguments = ("correct", cell / "calibration.json", cell / "targets.csv", "-o", cell / "joints.csv")
+    status, said = run(*arguments)
+    assert status == 2
+    (line,) = [line for line in said.splitlines() if line.startswith("scalar:")]
+    assert "targets.csv" in line and "pose 104: not corrected" in line and "move the pose" in line
+    assert "30 poses, 29 of them corrected" in said
+    table = pd.read_csv(cell / "joints.csv").set_index("pose")
+    given = joints.set_index("pose")
+    assert list(table.index[table["corrected"] == 0]) == [104]
+    np.testing.assert_allclose(table.loc[104, JOINTS], given.loc[104, JOINTS], atol=1e-14)
+    predicted(cell, "joints.csv")
+    wanted = calibration.model.nominal.flange(given[JOINTS].to_numpy()) @ T_SENSOR
+    off = np.linalg.norm(frames(cell / "frames.csv")[:, :3] - wanted[:, :3, 3], axis=1)
+    assert np.delete(off, 4).max() < 1e-6 < off[4]
+    stated = float(re.search(r"errs by (\S+) mm", line)[1])
+    assert stated == pytest.approx(off[4] * 1e3, rel=0.1)
+    status, said = run(*arguments, "--leave-out")
+    assert status == 0 and "left out: pose 104" in said
+    table = pd.read_csv(cell / "joints.csv")
+    assert 104 not in set(table["pose"]) and (table["corrected"] == 1).all() and len(table) == 29
+
+
 def test_what_is_said_of_the_wanted_frame_is_not_said_of_the_joints(cell):
     """Frames with their uncertainties, as `predict --std` writes them, and a speed: the speed is carried along, the frame is not."""
     joints = pd.read_csv(cell / "targets.csv")
@@ -201,7 +229,7 @@ def test_what_is_said_of_the_wanted_frame_is_not_said_of_the_joints(cell):
         rest = joints.drop(columns="pose").assign(speed=250.0)
         pd.concat([wanted, rest], axis=1).to_csv(cell / "wanted.csv", index=False, float_format="%.17g")
         table = corrected(cell, "wanted.csv")
-        own = {"beyond_limits", "near_singular", "smallest_singular_value"}
+        own = {"corrected", "beyond_limits", "near_singular", "smallest_singular_value"}
         assert set(table.columns) == {*joints.columns, "speed", *own}
         assert (table["speed"] == 250.0).all()
 

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from scalar.data.poses import Poses
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.result import Calibration
+from scalar.evaluate.workspace_errors import aligned_errors
 from scalar.geometry.robot import Robot
 from scalar.report import render_calibration
 from scalar.report.workspace_map import SHIPPED, _edges, _means_of, workspace_section
@@ -94,6 +95,33 @@ def test_the_page_of_a_calibration_begins_with_the_error_and_what_to_do() -> Non
     assert after < before / 3 and "scalar correct calibration.json" in second
     assert page == render_calibration(calibration, scene.dataset) and len(page.encode()) < 1e6
     assert "<script" not in page and "http:" not in page and "https:" not in page
+
+
+@pytest.mark.parametrize("kind", ["tracker", "line-laser"])
+def test_what_the_model_lacks_is_counted_in_the_error(kind: str) -> None:
+    """A gear that errs with three times the angle of joint 2, and no effect for it in the model: the page states the error that the arm then has,
+    within a factor of two, and not the far smaller one that the covariance leaves."""
+    scene = helpers.make_scene(kind=kind, seed=2, poses_per_plane=30, points_per_scan=20, noise=2e-5)
+    q_true = scene.dataset.q.copy()
+    read = q_true.copy()
+    for _ in range(20):  # q_true = read + error(read)
+        read[:, 1] = q_true[:, 1] - gear(read[:, 1])
+    dataset = replace(scene.dataset, poses=scene.dataset.poses.assign(q2=read[:, 1]))
+    calibration = calibrate(dataset)
+    q = np.random.default_rng(3).uniform(*dataset.robot.limits.T, (2000, 6))
+    moved = q.copy()
+    moved[:, 1] += gear(q[:, 1])
+    T_hat, T_true = calibration.predict(q), scene.truth.sensor(moved)
+    errs = float(np.mean(np.linalg.norm(aligned_errors(T_hat, T_true), axis=1))) * 1e3
+    first, second = re.findall(r'<p class="lead">(.*?)</p>', render_calibration(calibration, dataset))
+    _, after = map(float, re.findall(r"errs by (\S+) mm", first))
+    assert errs / 2 < after < 2 * errs
+    assert "are what the residual has beyond the noise" in first and "scalar diagnose" in second
+
+
+def gear(angle: np.ndarray) -> np.ndarray:
+    """Return the error of a joint [rad]."""
+    return 4e-4 * np.sin(3 * angle)
 
 
 def test_an_arm_on_the_wall_is_seen_from_the_side_of_gravity() -> None:

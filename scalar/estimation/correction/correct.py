@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.estimation.correction.inverse import Inverse
+from scalar.estimation.correction.inverse import Inverse, twist_to
 from scalar.estimation.correction.settings import CorrectionSettings
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
@@ -60,6 +60,33 @@ def correct_joints(model: Model, poses: Poses, settings: CorrectionSettings | No
     found = correct_frames(model, poses, wanted, settings)
     far = np.abs(found.q - poses.q).max(axis=1, initial=0.0) > settings.largest_correction
     return replace(found, reached=found.reached & ~far)
+
+
+def kept_as_given(model: Model, poses: Poses, found: Correction) -> Correction:
+    """Return a correction that leaves joint angles as they are given where the wanted frame is not reached, and says how far the arm then errs.
+
+    At a singularity an error of a milliradian asks for a large change of some joints, and the nearest posture may be far from what was meant.
+    The arm then goes where it has gone without a correction.
+
+    Args:
+        model: The calibrated one.
+        poses: As they were given to ``correct_joints``.
+        found: What it gave.
+    """
+    left = np.flatnonzero(~found.reached)
+    standing = _kinematics(model, _picked(poses, left)).T_base_sensor
+    off = twist_to(standing, found.T_wanted[left], small=False)
+    q, position, orientation = found.q.copy(), found.position_error.copy(), found.orientation_error.copy()
+    q[left] = poses.q[left]
+    orientation[left], position[left] = np.linalg.norm(off[:, :3], axis=1), np.linalg.norm(off[:, 3:], axis=1)
+    limits = model.robot.limits
+    return replace(
+        found,
+        q=q,
+        position_error=position,
+        orientation_error=orientation,
+        beyond_limits=(q < limits[:, 0]) | (q > limits[:, 1]),
+    )
 
 
 def correct_frames(
