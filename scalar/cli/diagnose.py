@@ -106,6 +106,7 @@ def diagnose(
 def describe_diagnosis(diagnosis: Diagnosis) -> str:
     """Return what was found, in about ten lines."""
     from scalar.report import words
+    from scalar.report.few_poses import few_poses
     from scalar.report.shipped_words import shipped_sentences
     from scalar.report.unseen_words import unseen_sentences
 
@@ -140,7 +141,7 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
         f"  error on held-out poses {before['held_out_rms_mm']:.4f} -> {after['held_out_rms_mm']:.4f} mm RMS; "
         f"noise alone would leave {d['residual']['floor_mm']:.4f} mm"
     )
-    sentences = [*unseen_sentences(diagnosis, d), *shipped_sentences(diagnosis)]
+    sentences = [*few_poses(diagnosis), *unseen_sentences(diagnosis, d), *shipped_sentences(diagnosis)]
     lines += [f"  {sentence}" for sentence in sentences]
     outliers = d["outliers"]
     if outliers["poses"] or outliers["points"]:

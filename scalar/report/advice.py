@@ -12,6 +12,7 @@ from scalar.diagnosis.finding import UNATTRIBUTED
 from scalar.effects import registry
 from scalar.effects.title import joints_in_words
 from scalar.effects.wording import KNOWN_LENGTH_ADVICE
+from scalar.report.few_poses import few_poses
 from scalar.report.noise_card import noise_advice
 from scalar.report.opening import by_importance, caution
 from scalar.report.words import angle, capital, length, listed, quoted
@@ -58,6 +59,7 @@ class Item:
 def advice(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[Item]:
     """Return the advice, the most useful first: what to do about each kind of finding, in the controller, and with the next measurements."""
     more = [
+        *few_poses(diagnosis),
         *_mislabelled(mapping),
         *_unobservable(diagnosis),
         *_weak(diagnosis),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scalar.diagnosis.separating_poses import separation
 from scalar.effects.picture import Map, Profile
 from scalar.report import words
+from scalar.report.few_poses import few_poses
 from scalar.report.noise_card import SURE, noise_advice, noise_clause, noise_size
 
 if TYPE_CHECKING:
@@ -118,6 +119,8 @@ def _joined(found: Sequence[str], noise: Sequence[str]) -> str:
 
 def _what_to_do(diagnosis: Diagnosis) -> str:
     if not diagnosis.findings:
+        if too_few := few_poses(diagnosis):
+            return too_few[0]
         return (
             noise_advice(diagnosis)[0]
             if diagnosis.reported_noise

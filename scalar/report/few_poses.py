@@ -1,0 +1,38 @@
+"""Whether poses are too few for what a diagnosis did not find, and how many more would do.
+
+The geometry alone takes as many parameters as a small campaign has equations. Forward selection then has so little left to explain that an
+effect looks like a scatter of the poses: a compliance is named with 60 scans, and is called a scatter with 36.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from scalar.diagnosis.result import Diagnosis
+
+EQUATIONS_FOR_EFFECTS = 4.0  # for each parameter: chosen, 64 scans of an arm of six joints; with 60, half of the trials are wholly right
+
+
+def few_poses(diagnosis: Diagnosis) -> list[str]:
+    """Return a sentence on poses that are too few to find effects, where nothing certain was found; none where they suffice."""
+    if any(finding.has_name and not finding.doubtful for finding in diagnosis.findings):
+        return []
+    measurement = diagnosis.after.residuals.measurement
+    equations, unknowns = int(measurement.equations.sum()), len(diagnosis.calibration_before.free)
+    if equations >= EQUATIONS_FOR_EFFECTS * unknowns:
+        return []
+    more = int(np.ceil((EQUATIONS_FOR_EFFECTS * unknowns - equations) / measurement.equations_per_pose))
+    poses = len(measurement.equations)
+    called = (
+        "what is called a scatter here may be an effect"
+        if diagnosis.reported_noise
+        else "effects may be hidden"
+    )
+    return [
+        f"Too few poses: {poses} give {equations} equations for {unknowns} parameters of arm, sensor and {measurement.target_words}, hardly enough "
+        f"to tell the effects of an arm from a scatter of its poses, so {called}. Measure at least {more} more ('scalar plan WORKCELL --near "
+        f"before.json --poses {more} -o plan' chooses them), and diagnose all poses together."
+    ]
