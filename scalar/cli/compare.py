@@ -142,8 +142,10 @@ def _title(name: str) -> str:
 
 
 def _chance(p: float) -> str:
-    """Return a p-value; smaller ones than 1e-12 are not computed accurately."""
-    return "p < 1e-12" if p < 1e-12 else f"p = {p:.1g}"
+    """Return a p-value in plain characters, or a bound where it is too small to be computed accurately."""
+    from scalar.report.words import LEAST_P_VALUE
+
+    return f"p < {LEAST_P_VALUE:.0e}" if p < LEAST_P_VALUE else f"p = {p:.1g}"
 
 
 def _sized(name: str, unit: str, value: float, std: float) -> str:

@@ -105,6 +105,7 @@ def correct(
             units=in_units,
             joints_needed=with_joints,
             prismatic=robot.prismatic,
+            columns=columns,
         )
     T = None
     if frames_wanted:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+import os
+import sys
+from typing import Any, NoReturn
 
 import click
 
@@ -13,6 +15,13 @@ from scalar.errors import ScalarError
 
 _ARGUMENTS = "scalar.cli.arguments"
 _INTERRUPTED = 130  # as a shell has it: 128 and the number of the signal
+_BROKEN_PIPE = 141  # likewise, SIGPIPE
+
+
+def _end_without_reader() -> NoReturn:
+    """End quietly where whoever reads the output has gone, as ``head`` does: no fault of anybody."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is still buffered goes nowhere
+    sys.exit(_BROKEN_PIPE)
 
 
 class _Group(click.Group):
@@ -22,6 +31,12 @@ class _Group(click.Group):
         ctx.meta[_ARGUMENTS] = list(args)
         return super().parse_args(ctx, args)
 
+    def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
+        try:
+            return super().make_context(*args, **kwargs)
+        except BrokenPipeError:  # help is printed here
+            _end_without_reader()
+
     def invoke(self, ctx: click.Context) -> Any:
         try:
             return super().invoke(ctx)
@@ -29,8 +44,8 @@ class _Group(click.Group):
             for line in str(error).splitlines() or [type(error).__name__]:
                 say(f"scalar: {line}", err=True)
             ctx.exit(error.exit_status)
-        except BrokenPipeError:  # whoever reads the output has gone: no fault of anybody
-            raise
+        except BrokenPipeError:
+            _end_without_reader()
         except OSError as error:
             say(f"scalar: {error.filename or 'output'}: {error.strerror or error}", err=True)
             ctx.exit(2)
@@ -64,5 +79,5 @@ def cli() -> None:
       scalar diagnose my-cell -o out          # what does the model lack?
 
     Exit status: 0 done; 2 the input is at fault; 3 the data cannot determine the model;
-    70 a fault of the software itself; 130 interrupted.
+    70 a fault of the software itself; 130 interrupted; 141 the reader of a pipe has gone.
     """

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -258,10 +257,7 @@ def _write(
         table.to_csv(temporary, index=False, float_format="%.9g")
     with atomic_write(folder / "plan.png") as temporary:
         draw_plan(temporary, q, cell.model.nominal, curve, random)
-    # Last: what it says of the other two holds as soon as it is there.
-    content["files_sha256"] = {
-        name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in ("poses.csv", "plan.png")
-    }
+    # Last: where it stands, the other two are whole.
     write_json(folder / "plan.json", content)
     lines = [f"  moves: {_moved(q, cell.model.nominal.prismatic)}"]
     if touching:

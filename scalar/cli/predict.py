@@ -50,6 +50,11 @@ def predict(
     calibration does not know of a pose. Fixed parameters are taken as exact. A probe or a tracker does not show how
     it is turned on the flange: rx,ry,rz are then those of its declared mount, and have no standard deviation.
 
+    Neither a laser tracker, which stands anywhere, nor planes that are not declared `known` show where the base stands. Frames are then right
+    relative to one another, and where all of them stand in the base frame rests on the parameters that were fixed (gauge in
+    CALIBRATION): a joint 1 whose zero is wrong by 90 degrees turns them all by 90 degrees about its axis, and nothing in the data says so.
+    Measure three points of known place in the base frame, if that matters.
+
     With --units deg,mm the joint angles are read in degrees (the travel of a joint that slides in mm), and x_mm..rz_deg are
     written.
 
@@ -68,9 +73,15 @@ def predict(
     load_effects(effects_modules)
     model = load_calibration(calibration)
     robot = model.model.robot
+    columns = columns_of(joints)
     with advice_on_units():
         table = read_pose_table(
-            joints, robot.n_joints, limits=robot.limits, units=in_units, prismatic=robot.prismatic
+            joints,
+            robot.n_joints,
+            limits=robot.limits,
+            units=in_units,
+            prismatic=robot.prismatic,
+            columns=columns,
         )
     covariance = model.predict_covariance(table, target=target) if with_std else None
     write_frames(
@@ -78,7 +89,7 @@ def predict(
         table["pose"].to_numpy(),
         model.predict(table, target=target),
         covariance,
-        units=units_to_write(units, columns_of(joints)),
+        units=units_to_write(units, columns),
         orientation_known=model.observes_orientation,
     )
     say(f"written: {output}, {len(table)} poses")

@@ -33,6 +33,7 @@ def read_pose_table(
     units: TableUnits = SI,
     joints_needed: bool = True,
     prismatic: Sequence[int] = (),
+    columns: Sequence[str] | None = None,
 ) -> pd.DataFrame:
     """Return the poses of a CSV file with the columns ``pose, q1..qn``; rows and columns as in the file.
 
@@ -44,6 +45,7 @@ def read_pose_table(
         units: of joint angles, places and rotation vectors whose columns do not state their own.
         joints_needed: whether the columns q1..qn have to be there.
         prismatic: the joints that slide, from 0.
+        columns: of the file, where they were read before.
 
     Returns:
         `pose` int64, `plane` and `session` text, all others float64; in SI, under the names without units.
@@ -60,7 +62,7 @@ def read_pose_table(
     description = Description({"robot": {"joints": joints}}, {})
     known = poses_layout(description)
     needed = known.required if joints_needed else ("pose",)
-    columns = columns_of(path)
+    columns = columns_of(path) if columns is None else columns
     own = FileUnits.of(columns, units.sliding(prismatic))
     layout = own.layout(
         Layout((*needed, *required), known.optional, known.text, known.integers, True, known.refuse)

@@ -35,6 +35,7 @@ __all__ = [
     "title",
 ]
 
+LEAST_P_VALUE = 1e-12  # below it a p-value is not computed accurately
 CONFIDENCE = (
     "Confidence is how often a name with such evidence was right in simulated trials: of 100 names with a confidence of 77 %, about 77 were right "
     "and 23 wrong. Below 80 %, confirm the cause before anything is repaired."
@@ -59,7 +60,7 @@ def chance(p: float | None) -> str:
     """Return a p-value as text: a number, or a bound if it is too small to be computed accurately."""
     if p is None or not np.isfinite(p):
         return UNKNOWN
-    if p < 1e-12:
+    if p < LEAST_P_VALUE:
         return "< 10⁻¹²"
     return number(p, 2)
 

@@ -107,3 +107,14 @@ def test_import_and_predict_refuse_an_output_without_a_name(
     assert "no name for an output" in result.stderr or "already there" in result.stderr
     assert not list((tmp_path / "out").iterdir())
     assert load_yaml(tmp_path / "in" / "mapping.yaml") == mapping
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["predict", "--help"], ["init", "--help"], ["--version"]])
+def test_a_closed_pipe_ends_quietly(arguments: list[str]) -> None:
+    """Whoever reads has gone before anything is written: no traceback, no message, and the status of a command that SIGPIPE ends."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "scalar.cli", *arguments]
+    ended = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(writer)
+    assert (ended.returncode, ended.stderr) == (141, "")
