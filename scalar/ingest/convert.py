@@ -15,6 +15,7 @@ import pandas as pd
 
 from scalar.data.dataset_writer import refuse_dataset, write_dataset
 from scalar.data.located_table import check_cells
+from scalar.data.references import check_references, references_layout
 from scalar.data.table_consistency import check_points, check_poses, points_layout, poses_layout
 from scalar.data.unit_suspicions import suspect_joint_angles, suspect_points
 from scalar.errors import Fault, InvalidInput
@@ -54,6 +55,9 @@ def import_dataset(
     poses, points = read_block(mapping, mapping.poses, chosen[0], faults, spread=several)
     if mapping.points is not None:
         points, _ = read_block(mapping, mapping.points, chosen[1], faults)
+    nests = None
+    if mapping.nests is not None:
+        nests, _ = read_block(mapping, mapping.nests, chosen[2], faults)
     if faults or poses is None:
         raise InvalidInput(faults)
     if "order" not in poses.columns:
@@ -65,9 +69,14 @@ def import_dataset(
         names = ("pose", *mapping.measured_columns)
         points = replace(poses, columns={name: poses.columns[name] for name in names}, bad={})
     _check(mapping, poses, points, faults)
+    if nests is not None and mapping.references is not None:
+        check_cells(nests, references_layout(mapping.references), faults)
+        check_references(nests, poses, faults)
+        for part in by_file(nests):
+            suspect_points(part, mapping.references, faults)
     if faults:
         raise InvalidInput(faults)
-    _write(mapping, poses, points, dataset_dir, force)
+    _write(mapping, poses, points, nests, dataset_dir, force)
 
 
 def _check(
@@ -96,6 +105,7 @@ def _write(
     mapping: MappingFile,
     poses: ImportedTable,
     points: ImportedTable | None,
+    nests: ImportedTable | None,
     dataset_dir: str | os.PathLike[str],
     force: bool,
 ) -> None:
@@ -109,6 +119,14 @@ def _write(
     if points is not None and mapping.table is not None:
         names = ["pose", *mapping.measured_columns]
         measured[mapping.table.stem] = _frame(points, names, mapping.measured_columns)
+    if nests is not None and mapping.references is not None and mapping.nests is not None:
+        table = mapping.references
+        own = [
+            name
+            for name in ("pose", *table.further[:1], *table.units, *table.optional)
+            if name in nests.columns
+        ]
+        measured[table.stem] = _frame(nests, own, (*table.units, *table.optional))
     content = mapping.description.mapping
     write_dataset(dataset_dir, mapping=content, poses=frame, force=force, **measured)
 

@@ -8,9 +8,10 @@ from typing import Any
 from scalar.data.description import Description
 from scalar.data.formats import COMMANDED, PAYLOAD, TORQUE
 from scalar.data.sensor_formats import MeasuredTable
+from scalar.ingest.orientation import EULER, QUATERNION, VECTOR
 from scalar.ingest.raw_table import Reference
 
-TEXT_COLUMNS = ("plane", "session", "target")
+TEXT_COLUMNS = ("plane", "session", "target", "nest")
 JOINT = re.compile(r"qc?[1-9][0-9]*")
 _BY_JOINT = re.compile(rf"(q|{COMMANDED}|{TORQUE})([1-9][0-9]*)")
 
@@ -60,12 +61,14 @@ class Block:
         files: empty where every file given is meant.
         drop_without: our columns without which a row is left out.
         first_of_each: the file's column that tells the poses apart where a pose has several rows.
+        euler_axes: about which the columns e1,e2,e3 turn; None where there are none.
     """
 
     columns: Mapping[str, Column]
     files: tuple[FileRule, ...]
     drop_without: tuple[str, ...]
     first_of_each: Reference | None
+    euler_axes: str | None = None
 
 
 @dataclass(frozen=True)
@@ -78,6 +81,7 @@ class MappingFile:
         variable: of a .mat file.
         poses: the table of poses.
         points: the table of points, where it is in files of its own.
+        nests: the table of points fixed to the base, or None.
     """
 
     description: Description
@@ -85,6 +89,7 @@ class MappingFile:
     variable: str | None
     poses: Block
     points: Block | None
+    nests: Block | None = None
 
     @property
     def point_columns(self) -> tuple[str, ...]:
@@ -97,9 +102,21 @@ class MappingFile:
         return () if self.table is None else self.table.further
 
     @property
+    def foreign_points(self) -> tuple[str, ...]:
+        """Return the columns that stand for some of these in foreign tables: Euler angles and quaternions."""
+        return (*EULER, *QUATERNION) if VECTOR[0] in self.further_points else ()
+
+    @property
+    def references(self) -> MeasuredTable | None:
+        """Return the table of points fixed to the base that the sensor may have, or None."""
+        return None if self.description.format is None else self.description.format.references
+
+    @property
     def measured_columns(self) -> tuple[str, ...]:
         """Return the columns of the sensor's table that this mapping gives: the coordinates, and those of the further ones that it names."""
-        columns = (self.poses if self.points is None else self.points).columns
+        columns = set((self.poses if self.points is None else self.points).columns)
+        if columns & {*EULER, *QUATERNION}:
+            columns |= set(VECTOR)
         return (*self.point_columns, *(name for name in self.further_points if name in columns))
 
     @property
@@ -129,6 +146,8 @@ def quantity_of(name: str, table: MeasuredTable | None, description: Description
         if found[1] == TORQUE:
             return "force" if slides else "torque"
         return "length" if slides else "angle"
+    if name in EULER:
+        return "angle"
     if name in PAYLOAD:
         return "mass" if name == PAYLOAD[0] else "length"
     if table is not None and name in (units := {**table.units, **table.optional}):

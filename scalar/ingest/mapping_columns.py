@@ -7,6 +7,7 @@ from scalar.data.formats import COMMANDED, PAYLOAD, TORQUE
 from scalar.data.located_table import did_you_mean, shorten
 from scalar.data.sensor_formats import sensor_formats
 from scalar.ingest.mapping import TEXT_COLUMNS, MappingFile, quantity_of
+from scalar.ingest.orientation import check_orientation
 
 
 def check_columns(given: Description, mapping: MappingFile) -> None:
@@ -19,7 +20,7 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
     plane = ["plane"] if format is None or format.on_planes else []
     by_joint = [f"{stem}{i + 1}" for stem in ("approach", COMMANDED, TORQUE) for i in range(n)]
     optional = ["pose", "order", "time", "temperature", "session", *by_joint, *PAYLOAD]
-    measured = [*points, *mapping.further_points]
+    measured = [*points, *mapping.further_points, *mapping.foreign_points]
     known = [*joints, *plane, *([] if mapping.points else measured), *optional]
     set_by_file = (
         set.intersection(*({*rule.text} for rule in mapping.poses.files)) if mapping.poses.files else set()
@@ -45,6 +46,10 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
             "missing; add it: the column that tells the scans apart, a point being a row",
         )
     _check_block(given, "poses", required, known, mapping)
+    for key in ("poses",) if mapping.points is None else ("poses", "points"):
+        check_orientation(given, key)
+    if mapping.nests is not None:
+        _check_nests(given, mapping, sensor)
     own = {*known, *TEXT_COLUMNS, *measured, "x", "y", "z"}
     covariates = [(("poses", "covariates", name), name) for name in given.get("poses", "covariates") or {}]
     for i, rule in enumerate(mapping.poses.files):
@@ -67,6 +72,26 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
             given.fault(path, f"not a name for a column ({shorten(name)}); use letters, digits and _")
 
 
+def _check_nests(given: Description, mapping: MappingFile, sensor: str) -> None:
+    """Add what is wrong with the columns of points fixed to the base."""
+    table = mapping.references
+    if table is None:
+        given.fault(("nests",), f"a {sensor} has no nests, only a tracker has; remove this key")
+        return
+    item = str(table.item)
+    if "pose" not in mapping.poses.columns:
+        given.fault(
+            ("poses", "columns", "pose"), "missing; add it: nests name the poses at which they were measured"
+        )
+    if not mapping.poses.files:
+        given.fault(
+            ("poses", "files"),
+            "missing; add it: with nests in files of their own, each block names its files",
+        )
+    columns = ["pose", item, *table.units]
+    _check_block(given, "nests", columns, [*columns, *table.optional], mapping)
+
+
 def _check_block(
     given: Description, key: str, required: list[str], known: list[str], mapping: MappingFile
 ) -> None:
@@ -74,7 +99,7 @@ def _check_block(
     for name in columns:
         if name not in known:
             hint = did_you_mean(name, [k for k in known if k not in columns])
-            extra = "" if key == "points" else "; a column of your own goes under covariates"
+            extra = "" if key != "poses" else "; a column of your own goes under covariates"
             message = f"unknown column; {hint}the columns here are {', '.join(known)}{extra}"
             given.fault((key, "columns", name), message)
     for name in required:

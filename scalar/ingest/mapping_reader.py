@@ -59,14 +59,16 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
     if given.faults:
         raise InvalidInput(given.faults)
     description = _description(given, path, robot)
-    poses, points = content["poses"], content.get("points")
+    poses, points, nests = content["poses"], content.get("points"), content.get("nests")
     table = None if description.format is None else description.format.table
+    fixed = None if description.format is None else description.format.references
     mapping = MappingFile(
         description,
         content.get("text", {}),
         content.get("matrix", {}).get("variable"),
         _block(given, "poses", poses, table, description),
         None if points is None else _block(given, "points", points, table, description),
+        None if nests is None else _block(given, "nests", nests, fixed, description),
     )
     if not description.faults:
         check_columns(given, mapping)
@@ -144,7 +146,7 @@ def _block(
                 (key, "drop_without", i),
                 f"no such column here ({shorten(name)}); {hint}write one of {', '.join(columns)}",
             )
-    return Block(columns, files, dropped, block.get("first_of_each"))
+    return Block(columns, files, dropped, block.get("first_of_each"), block.get("euler_axes"))
 
 
 def _column(

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from scalar.ingest.orientation import wrong_axes
 from scalar.units import DEG, MM
 
 
@@ -81,9 +82,9 @@ def _euler_to_vector(transform: dict[str, Any], to_rad: Callable[[Any], Any]) ->
     if not isinstance(given, dict) or set(given) != {"axes", "angles"}:
         return "write {axes: XYZ, angles: [0, 0, 0]}"
     axes, angles = given["axes"], given["angles"]
-    known = isinstance(axes, str) and len(axes) == 3 and (set(axes) <= set("xyz") or set(axes) <= set("XYZ"))
-    if not known or axes[0] == axes[1] or axes[1] == axes[2]:
-        return f"axes {axes!r} are not three such as XYZ (about moving axes) or xyz (about fixed axes)"
+    wrong = wrong_axes(axes)
+    if wrong:
+        return wrong
     if not isinstance(angles, list) or len(angles) != 3 or not all(map(_is_number, angles)):
         return "angles are not three numbers; write them as [0, 0, 0]"
     vector = Rotation.from_euler(axes, [to_rad(float(x)) for x in angles]).as_rotvec()

@@ -10,6 +10,7 @@ from scalar.errors import Fault, InvalidInput
 from scalar.ingest.foreign_tables import read_raw
 from scalar.ingest.imported_table import ImportedTable, joined, select_rows
 from scalar.ingest.mapping import JOINT, TEXT_COLUMNS, Block, FileRule, MappingFile
+from scalar.ingest.orientation import to_rotation_vectors
 from scalar.ingest.raw_table import RawTable
 
 SAME_POSE = 1e-3
@@ -91,7 +92,9 @@ def _read_columns(raw: RawTable, block: Block, rule: FileRule, faults: list[Faul
     if block.first_of_each is not None:
         key = raw.text(block.first_of_each)[0].astype(str)
         columns["_pose"] = np.unique(key, return_inverse=True)[1].astype(float)
-    return select_rows(table, np.flatnonzero(keep))
+    kept = select_rows(table, np.flatnonzero(keep))
+    to_rotation_vectors(kept, block.euler_axes, faults)
+    return kept
 
 
 def _first_rows(

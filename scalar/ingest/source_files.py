@@ -10,9 +10,10 @@ from scalar.ingest.mapping import FileRule, MappingFile
 
 def choose_files(
     mapping: MappingFile, sources: Sequence[Path], file: str
-) -> tuple[list[tuple[Path, FileRule]], list[tuple[Path, FileRule]]]:
-    """Return the files of the poses and of the points, each with its rule, in the order of the mapping."""
-    blocks = [mapping.poses] + ([mapping.points] if mapping.points else [])
+) -> tuple[list[tuple[Path, FileRule]], ...]:
+    """Return the files of the poses, of the points and of the nests, each with its rule, in the order of the mapping."""
+    every = (mapping.poses, mapping.points, mapping.nests)
+    blocks = [block for block in every if block is not None]
     rules = [rule for block in blocks for rule in block.files]
     faults, given = [], []
     for source in sources:
@@ -27,10 +28,12 @@ def choose_files(
     if not rules:
         if faults:
             raise InvalidInput(faults)
-        return [(path, FileRule(path.name, {}, {})) for path in given], []
-    chosen: list[list[tuple[Path, FileRule]]] = [[], []]
+        return [(path, FileRule(path.name, {}, {})) for path in given], [], []
+    chosen: tuple[list[tuple[Path, FileRule]], ...] = ([], [], [])
     used: set[Path] = set()
-    for block, found in zip(blocks, chosen, strict=False):
+    for block, found in zip(every, chosen, strict=True):
+        if block is None:
+            continue
         taken: set[Path] = set()
         for rule in block.files:
             matching = [path for path in given if fnmatchcase(path.name, rule.name) and path not in taken]
@@ -47,4 +50,4 @@ def choose_files(
             faults.append(Fault(str(path), message))
     if faults:
         raise InvalidInput(faults)
-    return chosen[0], chosen[1]
+    return chosen

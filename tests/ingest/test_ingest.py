@@ -478,3 +478,100 @@ def test_an_integer_has_no_point_and_no_number_has_hundreds_of_digits(
     )
     assert result.exit_code == 2, result.output
     assert key in result.stderr
+
+
+def whole_poses(folder: Path, kind: str) -> tuple[dict[str, Any], np.ndarray]:
+    """Return the mapping of a table with orientations of that kind, which it writes, and their rotation vectors ``(N, 3)`` [rad]."""
+    turns = Rotation.random(N, np.random.default_rng(4))
+    mapping = tracker_mapping()
+    columns = mapping["poses"]["columns"]
+    if kind == "qwxyz":
+        values = turns.as_quat()[:, [3, 0, 1, 2]] * np.where(np.arange(N) % 2, -1, 1)[:, None]
+        names = ["qw", "qx", "qy", "qz"]
+        columns |= {name: {"column": name} for name in names}
+    elif kind == "vector":
+        values, names = np.degrees(turns.as_rotvec()), ["rx", "ry", "rz"]
+        columns |= {name: {"column": name, "unit": "deg"} for name in names}
+    else:
+        values, names = turns.as_euler(kind, degrees=True), ["A", "B", "C"]
+        columns |= {f"e{k + 1}": {"column": name, "unit": "deg"} for k, name in enumerate(names)}
+        mapping["poses"]["euler_axes"] = kind
+    rows = [
+        [*row, *(f"{x:.12f}".replace(".", ",") for x in more)]
+        for row, more in zip(cells(), values, strict=True)
+    ]
+    write_table(folder / "a.csv", rows, [*header(), *names])
+    return mapping, turns.as_rotvec()
+
+
+@pytest.mark.parametrize("kind", ["ZYX", "xyz", "ZXZ", "qwxyz", "vector"])
+def test_orientations_become_rotation_vectors(tmp_path, kind):
+    """Euler angles about moving and fixed axes, quaternions of either sign and vectors in degrees are the same turns in the dataset."""
+    mapping, wanted = whole_poses(tmp_path, kind)
+    data = imported(tmp_path, mapping, tmp_path / "a.csv")
+    found = np.column_stack([data.point_columns[name] for name in ("rx", "ry", "rz")])
+    np.testing.assert_allclose(
+        Rotation.from_rotvec(found).as_matrix(), Rotation.from_rotvec(wanted).as_matrix(), atol=1e-11
+    )
+    assert not {"e1", "qw"} & set(data.poses.columns)
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (lambda p: p.pop("euler_axes"), "poses.euler_axes: missing; add it: ZYX"),
+        (lambda p: p.update(euler_axes="ZZX"), "axes 'ZZX' are not three such as XYZ"),
+        (lambda p: p["columns"].pop("e2"), "missing; add it: e1,e2,e3 come together"),
+        (
+            lambda p: p["columns"].update(rx={"column": "A", "unit": "deg"}),
+            "state the same orientation twice",
+        ),
+        (lambda p: p["columns"]["e1"].pop("unit"), "poses.columns.e1.unit: missing; add it"),
+    ],
+)
+def test_an_orientation_that_is_not_clear_is_refused(tmp_path, change, words):
+    """No convention is guessed, and none is half stated."""
+    mapping, _ = whole_poses(tmp_path, "ZYX")
+    change(mapping["poses"])
+    refused(tmp_path, run(tmp_path, mapping, tmp_path / "a.csv"), words)
+
+
+def test_a_quaternion_that_is_none_is_refused_by_its_row(tmp_path):
+    """Numbers whose squares do not sum to one are no quaternion."""
+    mapping, _ = whole_poses(tmp_path, "qwxyz")
+    lines = (tmp_path / "a.csv").read_text().splitlines()
+    lines[3] = ";".join([*lines[3].split(";")[:-4], "0,5", "0", "0", "0"])
+    (tmp_path / "a.csv").write_text("\n".join(lines))
+    refused(
+        tmp_path, run(tmp_path, mapping, tmp_path / "a.csv"), "a.csv, row 4, column qw", "has the norm 0.5"
+    )
+
+
+def test_nests_are_imported(tmp_path):
+    """A table of nests in millimetres becomes nests.csv; a nest of an unknown pose is refused by its row."""
+    mapping = tracker_mapping()
+    mapping["poses"]["columns"]["pose"] = {"column": "Pose"}
+    mapping["poses"]["files"] = [{"name": "a.csv"}]
+    mapping["nests"] = {
+        "files": [{"name": "nests.csv"}],
+        "columns": {
+            "pose": {"column": "Pose"},
+            "nest": {"column": "Nest"},
+            **{c: {"column": c.upper(), "unit": "mm"} for c in "xyz"},
+        },
+    }
+    rows = [[str(i + 1), *row] for i, row in enumerate(cells())]
+    write_table(tmp_path / "a.csv", rows, ["Pose", *header()])
+    nests = [
+        [str(i + 1), name, f"{1000 * k},5", "2000", "0"] for i in range(N) for k, name in enumerate("ABC")
+    ]
+    write_table(tmp_path / "nests.csv", nests, ["Pose", "Nest", "X", "Y", "Z"])
+    data = imported(tmp_path, mapping, tmp_path / "a.csv", tmp_path / "nests.csv")
+    assert data.references is not None and data.references.names == ("A", "B", "C")
+    np.testing.assert_allclose(data.references.points[1], [1.0005, 2.0, 0.0], atol=1e-15)
+    assert len(data.references.pose) == 3 * N
+    write_table(tmp_path / "nests.csv", [["77", "A", "0", "0", "0"]], ["Pose", "Nest", "X", "Y", "Z"])
+    result = run(tmp_path, mapping, tmp_path / "a.csv", tmp_path / "nests.csv")
+    assert (
+        result.exit_code == 2 and "nests.csv, row 2" in result.stderr and "unknown pose 77" in result.stderr
+    )

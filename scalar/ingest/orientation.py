@@ -1,0 +1,83 @@
+"""Orientations of measured targets as foreign tables state them, Euler angles or quaternions, into the rotation vectors of a dataset.
+
+Euler angles turn about the axes in the order in which ``axes`` names them, ``e1`` about the first: capitals about the moving axes (intrinsic, as in
+KUKA's A, B, C: ZYX), small letters about the fixed ones (extrinsic). A quaternion is ``qw + qx i + qy j + qz k``; q and -q are the same turn.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from scalar.data.description import Description
+from scalar.errors import Fault
+from scalar.ingest.imported_table import ImportedTable
+
+VECTOR = ("rx", "ry", "rz")
+EULER = ("e1", "e2", "e3")
+QUATERNION = ("qw", "qx", "qy", "qz")
+_NORM = 1e-2  # by which a quaternion's norm may differ from 1: rounded numbers, no other quantity
+
+
+def wrong_axes(axes: object) -> str | None:
+    """Return what is wrong with the axes of Euler angles, or None."""
+    known = isinstance(axes, str) and len(axes) == 3 and (set(axes) <= set("xyz") or set(axes) <= set("XYZ"))
+    if not known or axes[0] == axes[1] or axes[1] == axes[2]:
+        return f"axes {axes!r} are not three such as XYZ (about moving axes) or xyz (about fixed axes)"
+    return None
+
+
+def check_orientation(given: Description, key: str) -> None:
+    """Add what does not fit together in the orientation of a block of a mapping to ``given.faults``."""
+    columns, axes = given.get(key, "columns"), given.get(key, "euler_axes")
+    groups = [names for names in (VECTOR, EULER, QUATERNION) if set(names) & set(columns)]
+    if len(groups) > 1:
+        message = (
+            f"{' and '.join(','.join(g) for g in groups)} state the same orientation twice; keep one of them"
+        )
+        given.fault((key, "columns"), message)
+    for names in groups:
+        for name in names:
+            if name not in columns:
+                given.fault((key, "columns", name), f"missing; add it: {','.join(names)} come together")
+    if EULER in groups and axes is None:
+        message = "missing; add it: ZYX where e1, e2, e3 turn about the moving axes z, y, x (as KUKA's A, B, C), zyx about the fixed ones"
+        given.fault((key, "euler_axes"), message)
+    if axes is not None:
+        wrong = wrong_axes(axes)
+        if EULER not in groups:
+            given.fault(
+                (key, "euler_axes"), "there are no columns e1,e2,e3 here; add them, or remove this key"
+            )
+        elif wrong:
+            given.fault((key, "euler_axes"), wrong)
+
+
+def to_rotation_vectors(table: ImportedTable, axes: str | None, faults: list[Fault]) -> None:
+    """Replace Euler angles [rad] or quaternions by ``rx,ry,rz`` [rad], in place; a quaternion that is none is a fault of its row."""
+    columns = table.columns
+    if EULER[0] in columns and axes is not None:
+        names, R = (
+            EULER,
+            Rotation.from_euler(axes, np.nan_to_num(np.column_stack([columns[name] for name in EULER]))),
+        )
+    elif QUATERNION[0] in columns:
+        names, q = QUATERNION, np.column_stack([columns[name] for name in QUATERNION])
+        norm = np.linalg.norm(q, axis=1)
+        off = np.abs(norm - 1.0) > _NORM
+        table.report(
+            faults,
+            "qw",
+            off,
+            lambda i: f"the quaternion has the norm {norm[i]:.4g}, not 1; correct the four columns",
+        )
+        sound = np.where((off | np.isnan(norm))[:, None], [1.0, 0.0, 0.0, 0.0], q)
+        R = Rotation.from_quat(sound[:, [1, 2, 3, 0]])
+    else:
+        return
+    vectors = R.as_rotvec()
+    for k, name in enumerate(VECTOR):
+        columns[name] = vectors[:, k]
+        table.labels[name] = ",".join(table.labels[given] for given in names)
+    for name in names:
+        del columns[name]
