@@ -122,7 +122,7 @@ def correct(
     as_given: list[Fault] = []
     if len(kept) == len(ids):
         found = kept_as_given(model, poses, found)
-        as_given = _few([_left_as_given(str(targets), ids[i], found, i) for i in wrong], str(targets))
+        as_given = _few([_left_as_given(str(targets), ids[i], found, int(i)) for i in wrong], str(targets))
     elif not leave_out or not len(kept):
         raise InvalidInput(_cannot(str(targets), ids[wrong], found, wrong))
     else:

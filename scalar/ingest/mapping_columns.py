@@ -72,7 +72,7 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
             given.fault(path, f"not a name for a column ({shorten(name)}); use letters, digits and _")
 
 
-def _check_nests(given: Description, mapping: MappingFile, sensor: str) -> None:
+def _check_nests(given: Description, mapping: MappingFile, sensor: str | None) -> None:
     """Add what is wrong with the columns of points fixed to the base."""
     table = mapping.references
     if table is None:

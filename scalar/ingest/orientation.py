@@ -6,6 +6,8 @@ KUKA's A, B, C: ZYX), small letters about the fixed ones (extrinsic). A quaterni
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -19,7 +21,7 @@ QUATERNION = ("qw", "qx", "qy", "qz")
 _NORM = 1e-2  # by which a quaternion's norm may differ from 1: rounded numbers, no other quantity
 
 
-def wrong_axes(axes: object) -> str | None:
+def wrong_axes(axes: Any) -> str | None:
     """Return what is wrong with the axes of Euler angles, or None."""
     known = isinstance(axes, str) and len(axes) == 3 and (set(axes) <= set("xyz") or set(axes) <= set("XYZ"))
     if not known or axes[0] == axes[1] or axes[1] == axes[2]:
