@@ -64,6 +64,11 @@ if (CONFIDENCE_SUMMARIES / "numbers.json").exists():
     PAPER_NUMBERS["confidence"] = local(CONFIDENCE_SUMMARIES / "numbers.json")
     PAPER_FIGURES["confidence/reliability.svg"] = f"{RESULTS}/paper/confidence/reliability.svg"
 
+PLANNING_SUMMARIES = PAPER / "summaries/planning"
+if all((PLANNING_SUMMARIES / name).exists() for name in ("numbers.json", "separation.json")):
+    PAPER_NUMBERS["planning"] = local(PLANNING_SUMMARIES / "numbers.json")
+    PAPER_NUMBERS["separation"] = local(PLANNING_SUMMARIES / "separation.json")
+
 PROCESSORS_SUMMARY = PAPER / "summaries/processors/numbers.json"
 if PROCESSORS_SUMMARY.exists():
     PAPER_NUMBERS["processors"] = local(PROCESSORS_SUMMARY)

@@ -122,6 +122,8 @@ rule collect_separations:
     conda:
         ENVIRONMENT
     threads: 1
+    params:
+        further=SEPARATION["further_poses"],
     message:
         "Collecting confounded causes"
     script:

@@ -10,4 +10,5 @@ with logged(snakemake.log):
 
     pairs = read_tables(snakemake.input.tables)
     write_table(snakemake.output.pairs, pairs)
-    write_json(snakemake.output.numbers, {"code": code_version()} | separation_numbers(pairs))
+    numbers = {"further_poses": snakemake.params.further} | separation_numbers(pairs)
+    write_json(snakemake.output.numbers, {"code": code_version()} | numbers)

@@ -35,16 +35,37 @@ def summarise_planning(errors: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def planning_numbers(errors: pd.DataFrame) -> dict[str, Any]:
-    """Return, for each two numbers of poses, how planned poses compare with random ones in the same seed.
+def errors_by_way(rows: list[dict[Any, Any]]) -> dict[str, dict[str, float]]:
+    """Return the errors [mm] of rows of ``summarise_planning`` as the paper quotes them, by way and number of poses."""
+    quoted = {
+        "median_mm": "position_mean_mm_median",
+        "lower_quartile_mm": "position_mean_mm_lower_quartile",
+        "upper_quartile_mm": "position_mean_mm_upper_quartile",
+        "rms_mm": "position_rms_mm",
+        "expected_mm": "expected_error_mm_median",
+    }
+    return {
+        f"{row['way']}_{row['poses']}": {name: float(row[column]) for name, column in quoted.items()}
+        for row in rows
+    }
 
-    ``times_random`` is the median of the ratio of mean position errors, ``better_in`` the number of seeds in which the planned poses err less,
+
+def planning_numbers(errors: pd.DataFrame) -> dict[str, Any]:
+    """Return the errors of each way and number of poses, and for each two numbers how planned poses compare with random ones in the same seed.
+
+    ``errors`` are those of ``summarise_planning`` by way and number of poses. ``times_random`` is the median of the ratio of mean position errors,
+    ``better_in`` the number of seeds in which the planned poses err less,
     with the probability that as many fall so by chance.
     """
     calibrated: Any = errors[errors["status"] == "calibrated"]
     done = calibrated.set_index(["way", "poses", "seed"])["position_mean_mm"].sort_index()
     sizes = sorted({int(n) for n in errors["poses"]})
-    numbers: dict[str, Any] = {"seeds": len(set(errors["seed"]))}
+    rows = summarise_planning(errors).to_dict("records")
+    numbers: dict[str, Any] = {
+        "seeds": len(set(errors["seed"])),
+        "poses": sizes,
+        "errors": errors_by_way(rows),
+    }
     for planned in sizes:
         for random in sizes:
             ratio = (done[PLANNED, planned] / done[RANDOM, random]).dropna()
