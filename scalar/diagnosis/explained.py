@@ -30,6 +30,7 @@ from scalar.estimation.least_squares import Fit
 from scalar.estimation.prepare import Prepared
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.estimation.result import Calibration
+from scalar.estimation.setup.ran_away import ran_away
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT
 from scalar.geometry.se3 import Array
@@ -109,7 +110,7 @@ def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:
 
 
 def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
-    """Refuse data whose residual is larger than any effect can make it.
+    """Refuse data whose residual is larger than any effect can make it, or whose fit describes another arm.
 
     Raises:
         InvalidInput: One other reading of the set-up explains the data.
@@ -117,7 +118,7 @@ def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
     """
     distances = state.residuals.pose_distances(state.model)
     typical = float(np.median(distances))
-    if typical > MOST_LEFT:
+    if typical > MOST_LEFT or ran_away(state.model):
         refuse_wrong_setup(dataset)
     if typical > state.settings.estimation.sufficiency.gross_error:
         raise misfit_refused(state.dataset, distances)

@@ -178,6 +178,12 @@ def test_a_diagnosis_refuses_what_a_calibration_refuses(sound):
         diagnose(spoiled(sound, "joint_sign"))
 
 
+def test_a_diagnosis_names_a_zero_that_its_fit_follows(tracked):
+    """A tracker's fit leaves nothing of a zero that is a quarter turn off: the diagnosis names the zero all the same."""
+    with pytest.raises(WrongSetup, match="the zero of joint 3 is off by -90"):
+        diagnose(with_columns(tracked, q3=tracked.q[:, 2] + 90 * DEG))
+
+
 @pytest.mark.parametrize("joint", range(6))
 def test_a_changed_sign_is_undone_by_the_table(joint):
     """The table of an arm whose joint counts the other way gives the same flange at the negated angle."""
