@@ -105,16 +105,14 @@ class LineLaser(NoisyScans):
     @classmethod
     def of(cls, dataset: Dataset, extra_basis: Sequence[str] = ()) -> LineLaser:
         """Return the scans of a dataset, each point with the same weight."""
-        stated = dataset.sensor.noise is not None
-        sigma = stated_sigma(dataset.sensor.noise)
         names = LINE_BASIS + tuple(name for name in dict.fromkeys(extra_basis) if name not in LINE_BASIS)
         return cls(
             points=dataset.points,
             starts=dataset.starts,
             target_index=plane_targets(dataset)[0],
             error_axis=dataset.sensor.error_axis,
-            sigma=sigma,
-            sigma_stated=stated,
+            sigma=stated_sigma(dataset.sensor.noise),
+            sigma_stated=dataset.sensor.noise is not None,
             basis_names=names,
             weighted=None,
             alike=PointFactors(names, dataset.points, dataset.starts, dataset.sensor.error_axis),
@@ -184,8 +182,7 @@ class LineLaser(NoisyScans):
         assert isinstance(target, Planes)
         c, wrench, by_target = contact(T_base_sensor, target, self.target_index)
         full, extra = self._extended(c, T_base_sensor, target, point_effects)
-        R = self.R[:, :, :3]
-        residual = np.einsum("nij,nj->ni", self.R, full)
+        R, residual = self.R[:, :, :3], np.einsum("nij,nj->ni", self.R, full)
         return Rows(residual, R @ wrench, R @ by_target, self.R @ extra)
 
     def extra_columns(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any]) -> Array:
@@ -194,9 +191,8 @@ class LineLaser(NoisyScans):
         c = contact(T_base_sensor, target, self.target_index)[0]
         columns = [np.zeros((*self.R.shape[:2], 0))]
         for effect in point_effects:
-            index = [self.basis_names.index(name) for name in effect.basis_names]
-            added = effect.contact_columns(T_base_sensor, target, self.target_index, c)
-            columns.append(self.R[:, :, index] @ added)
+            R = self.R[:, :, [self.basis_names.index(name) for name in effect.basis_names]]
+            columns.append(R @ effect.contact_columns(T_base_sensor, target, self.target_index, c))
         return np.concatenate(columns, axis=2)
 
     def _extended(
