@@ -38,6 +38,15 @@ def poses_within(limits: Array, state: FittedState, count: int) -> Poses:
     return poses_within_limits(limits, state.residuals.poses, count, _SEED)
 
 
+def poses_measured(state: FittedState, count: int) -> Poses:
+    """Return measured poses, at most ``count``, spread evenly over the acquisition."""
+    poses = state.residuals.poses
+    some = np.unique(np.linspace(0, len(poses) - 1, min(count, len(poses))).round().astype(int))
+    return Poses(
+        poses.q[some], poses.order[some], {name: values[some] for name, values in poses.columns.items()}
+    )
+
+
 def displacements(state: FittedState, more: Sequence[Effect], steps: Array, poses: Poses) -> Array:
     """Return by how far predicted positions move ``(N,)`` [m], the best rigid motion removed.
 

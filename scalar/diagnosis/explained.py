@@ -17,6 +17,7 @@ from scalar.diagnosis.forward_selection import select_forward
 from scalar.diagnosis.harmonic_spectrum import as_whitened, with_spectrum
 from scalar.diagnosis.joint_selection import select_together
 from scalar.diagnosis.measured_rows import rows_given_own_noise
+from scalar.diagnosis.near_data_sheet import near_data_sheet
 from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.shipped_fit import BY_COMPONENT, ShippedFit
 from scalar.diagnosis.unmodelled_structure import flexible_pools, with_flexible_terms
@@ -92,7 +93,8 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
     pools = flexible_pools(start.after.dataset)
     after = with_flexible_terms(start.after, start.tried, pools)
     progress("fitting joints that need many orders")
-    return replace(start, after=with_spectrum(after, start.tried), flexible=pools)
+    after = with_spectrum(after, start.tried)
+    return replace(start, before=near_data_sheet(start.before), after=near_data_sheet(after), flexible=pools)
 
 
 def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:

@@ -57,8 +57,9 @@ def focused_choice(after: FittedState) -> FocusedChoice:
 
     Effects are left out one after the other, that one first without which the expected error is least, as long as it falls; all of them at once
     are tried as well. What is chosen has to be clearly better than the model with all effects within the joint limits
-    (``settings.shipped_fit.nearer``), and not worse within the ranges of the joints that were measured: a correction that is only uncertain
-    where nobody has measured still serves where somebody has.
+    (``settings.shipped_fit.nearer``), and not worse within the ranges of the joints that were measured, nor at the measured poses: a correction
+    that is only uncertain where nobody has measured still serves where somebody has. The ranges alone do not show this. Poses that press a tool
+    on plates, say, fill a small part of them, and anything may be predicted for the rest.
 
     Args:
         after: With all that was found.
@@ -70,24 +71,28 @@ def focused_choice(after: FittedState) -> FocusedChoice:
     beside = [e for e in general if e is not None and not any(e.same_place(other) for other in effects)]
     wide = _Wide(after.refitted((*effects, *beside[:1]), after.model) if beside else after)
     every = tuple(range(len(effects)))
-    with_all, measured_with_all = wide.errors(every)
+    with_all, *near_with_all = wide.errors(every)
     kept, least = every, with_all
     while kept:
         fewer = [_without(kept, i) for i in kept]
         errors = [wide.errors(model) for model in fewer]
-        allowed = [e[0] if e[1] <= measured_with_all else np.inf for e in errors]
+        allowed = [anywhere if _no_worse(near, near_with_all) else np.inf for anywhere, *near in errors]
         best = int(np.argmin(allowed))
         if allowed[best] >= least:
             break
         kept, least = fewer[best], allowed[best]
-    error, measured = wide.errors(())
-    if error < least and measured <= measured_with_all:
+    error, *near = wide.errors(())
+    if error < least and _no_worse(near, near_with_all):
         kept, least = (), error
     if kept == every or least > after.settings.shipped_fit.nearer * with_all:
-        return FocusedChoice(after, (), with_all, with_all, measured_with_all)
+        return FocusedChoice(after, (), with_all, with_all, near_with_all[0])
     state = after.refitted([effects[i] for i in kept])
     left_out = tuple(effects[i] for i in every if i not in kept)
     return FocusedChoice(state, left_out, with_all, least, wide.errors(kept)[1])
+
+
+def _no_worse(errors: list[float], than: list[float]) -> bool:
+    return all(error <= other for error, other in zip(errors, than, strict=True))
 
 
 def _without(kept: tuple[int, ...], i: int) -> tuple[int, ...]:
@@ -107,17 +112,18 @@ class _Wide:
         self.owner = owner[state.free]
         self.optimum = self.linear.fitted(np.ones(len(self.owner), dtype=bool))
 
-    def errors(self, kept: tuple[int, ...]) -> tuple[float, float]:
-        """Return the expected error [m] of a predicted position with some of the effects, root mean square over random poses.
+    def errors(self, kept: tuple[int, ...]) -> tuple[float, float, float]:
+        """Return the expected error [m] of a predicted position with some of the effects, root mean square over poses.
 
-        The first is that within the joint limits, the second within the measured ranges.
+        The first is that of random poses within the joint limits, the second that within the measured ranges, the third that of measured poses.
         """
         step, left_out = self.linear.fitted((self.owner < 0) | np.isin(self.owner, kept))
-        anywhere, measured = (
+        linear = self.linear
+        anywhere, in_ranges, measured = (
             self._error(step, left_out, columns)
-            for columns in (self.linear.columns, self.linear.columns_measured)
+            for columns in (linear.columns, linear.columns_in_ranges, linear.columns_measured)
         )
-        return anywhere, measured
+        return anywhere, in_ranges, measured
 
     def _error(self, step: Array, left_out: Array, columns: Array) -> float:
         wide_step, wide_left_out = self.optimum

@@ -11,7 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scalar.diagnosis.elsewhere import displacement_columns, joint_limits, measured_ranges, poses_within
+from scalar.diagnosis.elsewhere import (
+    displacement_columns,
+    joint_limits,
+    measured_ranges,
+    poses_measured,
+    poses_within,
+)
 from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.diagnosis.harmonic_spectrum import as_whitened
 from scalar.geometry.se3 import Array
@@ -49,7 +55,8 @@ class Linearised:
     Attributes:
         columns: ``(3 K, F)``, derivatives of positions [m] by its free coordinates, each divided by ``scale``, at random poses within the
             joint limits.
-        columns_measured: The same within the ranges of the joints that were measured.
+        columns_in_ranges: The same within the ranges of the joints that were measured.
+        columns_measured: The same at measured poses.
         coefficients: ``(F,)``, the free coordinates, times ``scale``.
         scale: ``(F,)``, the lengths of the Jacobian's columns.
     """
@@ -67,9 +74,13 @@ class Linearised:
         self.scale[self.scale == 0] = 1.0
         self._residual, self._J = residual, J / self.scale
         self._gram, self._projection = self._J.T @ self._J, self._J.T @ residual
-        self.columns, self.columns_measured = (
-            displacement_columns(state, poses_within(ranges, state, N_POSES))[:, state.free] / self.scale
-            for ranges in (joint_limits(state), measured_ranges(state))
+        self.columns, self.columns_in_ranges, self.columns_measured = (
+            displacement_columns(state, poses)[:, state.free] / self.scale
+            for poses in (
+                poses_within(joint_limits(state), state, N_POSES),
+                poses_within(measured_ranges(state), state, N_POSES),
+                poses_measured(state, N_POSES),
+            )
         )
         self.coefficients = state.model.vector[state.free] * self.scale
 

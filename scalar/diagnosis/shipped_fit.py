@@ -2,8 +2,9 @@
 
 Where a variance component is identified, the fit may use its weights or equal weights. The fit that predicts held-out poses better is shipped;
 their errors are compared in metres, pose by pose in blocks. If the two do not differ significantly, the weights are used only if predictions at
-poses that were not measured then vary clearly less when single poses are left out. If the model without effects predicts held-out poses
-significantly better than either fit, it is shipped instead, and the effects remain findings. Effects whose correction is expected to make
+poses that were not measured then vary clearly less when single poses are left out. If the model without effects predicts held-out poses, or
+unseen ones where they are known, better than either fit, it is shipped instead, and the effects remain findings: a correction that may do harm
+needs more reason than one that is missing. Effects whose correction is expected to make
 predictions elsewhere worse are left out (``focused_choice``). A test of whether the two fits differ (Hausman,
 Econometrica 46, 1978) is only reported: wrong weights lose efficiency but cause no bias, so it does not protect against them.
 """
@@ -16,7 +17,7 @@ from typing import Any
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.focused_choice import FocusedChoice, focused_choice
 from scalar.diagnosis.harmonic_spectrum import as_whitened
-from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors, improvement_in_metres
+from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors, improvement_in_metres, no_worse
 from scalar.diagnosis.jackknife import moves
 from scalar.geometry.se3 import Array
 from scalar.units import MM
@@ -132,8 +133,15 @@ def shipped_fit(
     effects_fit, effects_held_out = fit, held_out
     if choice.left_out and not after.effects:
         fit, held_out, decided_by = BEFORE, without, "expected_error"
-    elif improvement_in_metres(held_out, without) >= settings.beyond_chance:
+    elif _worse(held_out, without, after, settings.beyond_chance):
         fit, held_out, decided_by = BEFORE, without, "held_out"
-    elif unseen is not None and improvement_in_metres(unseen[1], unseen[0]) >= settings.beyond_chance:
+    elif unseen is not None and _worse(unseen[1], unseen[0], after, settings.beyond_chance):
         fit, held_out, decided_by = BEFORE, without, "unseen"
     return ShippedFit(fit, effects_fit, held_out, effects_held_out, decided_by, found, choice)
+
+
+def _worse(shipped: HeldOutErrors, without: HeldOutErrors, after: FittedState, beyond_chance: float) -> bool:
+    """Return whether poses are predicted worse than without effects; weights alone have to be significantly worse, since they correct nothing."""
+    if after.effects and not no_worse(without, shipped):
+        return True
+    return improvement_in_metres(shipped, without) >= beyond_chance

@@ -16,6 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from scalar.estimation.design_effect import design_effect
 from scalar.estimation.initial_estimate import COARSE
 from scalar.estimation.learned_spread import group_of, learned_spreads
 from scalar.estimation.least_squares import covariance_and_step, fit
@@ -127,7 +128,10 @@ def _change(before: Model, after: Model) -> float:
 def misfit_ratio(
     residuals: Residuals, model: Model, free: Array, settings: EstimationSettings = DEFAULTS
 ) -> float:
-    """Return the ratio of the residual to the noise: 1 if the noise explains it, or if too few rows are left to judge.
+    """Return by how much less than the noise alone says the residual determines: 1 if the noise explains it, or if too few rows are left to judge.
+
+    It is the ratio of the residual to the noise, times the root of the design effect: a misfit is systematic, so that similar poses err alike and
+    many of them say little more than one.
 
     Args:
         residuals: Of the dataset.
@@ -138,7 +142,11 @@ def misfit_ratio(
     spare = float(residuals.measurement.equations.sum()) - float(free.sum())
     if spare < settings.identifiability.enough_to_judge:
         return 1.0
-    return float(np.sqrt(misfit(residuals, model, free, settings.fit.misfit_p_value).inflation))
+    p_value = settings.fit.misfit_p_value
+    ratio = float(np.sqrt(misfit(residuals, model, free, p_value).inflation))
+    return ratio * float(
+        np.sqrt(design_effect(residuals, model, free, ratio, settings.identifiability, p_value))
+    )
 
 
 def with_reasons(

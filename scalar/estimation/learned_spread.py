@@ -10,6 +10,7 @@ variance (Gelman et al., Bayesian Data Analysis, 2013, 2.6).
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -51,9 +52,8 @@ def learned_spreads(
     """
     index = np.flatnonzero(free)
     names = [model.names[i] for i in index]
-    N = residuals.measurement.rows_per_pose * len(residuals.poses.q)
-    residual, jacobian = residuals.linearise(model)
-    J, r = jacobian[:N, index] / model.misfit_ratio, residual[:N] / model.misfit_ratio
+    residual, jacobian = residuals.linearise(replace(model, priors=()))  # effects' own priors stay
+    J, r = jacobian[:, index] / model.misfit_ratio, residual / model.misfit_ratio
     means, stds = np.zeros(len(index)), np.full(len(index), np.inf)
     at = {name: k for k, name in enumerate(names)}
     for prior in model.priors:

@@ -63,7 +63,7 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
         poses, errors = "poses held out from the fit", (shipped.held_out, shipped.effects_held_out)
     without, with_effects = (number(error.rms / MM) for error in errors)
     return [
-        f"after.json is the model without effects, because with them {poses} are predicted significantly worse ({with_effects} mm RMS, "
+        f"after.json is the model without effects, because with them {poses} are predicted worse ({with_effects} mm RMS, "
         f"{without} mm without). The effects are findings only, and nothing is corrected for them."
     ]
 

@@ -111,3 +111,18 @@ class Predicting:
         """Return the sensor's poses by the rigid model ``(N, 4, 4)``; errors of the scanner move none."""
         q = table[[f"q{i + 1}" for i in range(self.model.robot.n_joints)]].to_numpy()
         return self.model.robot.flange(q) @ self.model.T_flange_sensor
+
+
+def test_a_correction_that_serves_the_measured_poses_is_not_left_out_for_the_rest_of_their_ranges(
+    scaled, monkeypatch
+):
+    """Poses that press a tool on plates fill a small part of their joints' ranges, and what is expected of the rest decides nothing there."""
+    measured_without = 7e-3
+
+    def errors(self, kept):
+        return (23e-3, 12e-3, 6e-3) if kept else (14e-3, 11e-3, measured_without)
+
+    monkeypatch.setattr(_Wide, "errors", errors)
+    assert focused_choice(scaled).left_out == ()
+    measured_without = 5e-3
+    assert len(focused_choice(scaled).left_out) == 2

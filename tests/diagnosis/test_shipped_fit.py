@@ -11,15 +11,16 @@ from scalar.data.dataset import Dataset
 from scalar.diagnosis import diagnose
 from scalar.diagnosis.elsewhere import displacement_columns, poses_anywhere
 from scalar.diagnosis.fitted_state import FittedState, refit, whitened
-from scalar.diagnosis.hold_out import held_out_errors
+from scalar.diagnosis.hold_out import held_out_errors, improvement_in_metres
 from scalar.diagnosis.jackknife import N_POSES, moves
 from scalar.diagnosis.shipped_fit import BEFORE, BY_COMPONENT, EQUAL, shipped_fit
 from scalar.diagnosis.variance_components import WhitenedMeasurement
 from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.residuals import Residuals
 from scalar.report.shipped_words import shipped_sentences
-from tests.effects.injected import Flaws, make_cell
+from tests.effects.injected import Flaws, make_cell, on_joint
 
 
 def fitted(seed: int, flaws: Flaws | None = None, **settings) -> FittedState:
@@ -131,3 +132,18 @@ def test_what_is_reported_is_of_the_file_that_is_written():
     free = np.array([name in shipped.free for name in shipped.model.names])
     step = np.linalg.lstsq(J[:, free], -residual, rcond=None)[0]
     assert np.linalg.norm(J[:, free] @ step) < 0.05
+
+
+def test_effects_with_which_unseen_poses_are_predicted_worse_are_not_shipped():
+    """Not even where their scatter lets it count as chance: a correction that may do harm needs more reason than one that is missing."""
+    before = fitted(77, Flaws(joints=on_joint(3, lambda at: 1e-3 * at.q[:, 2])), poses_per_plane=20)
+    after = before.refitted([JointScale(3)])
+    errors = held_out_errors(before)
+    rng = np.random.default_rng(3)
+    for factor, fit in ((0.9, EQUAL), (1.2, BEFORE)):
+        other = replace(
+            errors, metric=errors.metric * factor * rng.permutation(errors.metric) / errors.metric
+        )
+        assert abs(improvement_in_metres(other, errors)) < 2
+        shipped = shipped_fit(before, after, None, (errors, other))
+        assert (shipped.fit, shipped.decided_by) == (fit, "only_one" if fit == EQUAL else "unseen")

@@ -1,0 +1,80 @@
+"""What a model lacks makes similar poses err alike: priors then weigh more, and noise alone changes nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from scalar.estimation.design_effect import design_effect, similar_poses
+from scalar.estimation.geometry_fit import geometry_fit
+from scalar.estimation.joint_fit import fit_all
+from scalar.estimation.model import Model
+from scalar.estimation.prepare import prepare
+from scalar.estimation.settings import DEFAULTS, changed
+from scalar.sensors.tracker_frames import TrackerFrames
+from tests.estimation.test_data_sheet_priors import base_and_tool, elsewhere, rms, workcell
+
+
+def wide_grid() -> np.ndarray:
+    """Return a grid in q2 and q3 of which every joint moves by 10 degrees at each point, as campaigns of local calibration have it."""
+    rng = np.random.default_rng(5)
+    corners = [(a, b) for a in np.linspace(-0.9, 0.5, 6) for b in np.linspace(0.3, 1.7, 6)]
+    rows = [
+        [0.0, a, b, 0.0, 0.3, 0.0] + 0.17 * rng.uniform(-1, 1, 6) * [1, 0, 0, 1, 1, 1]
+        for a, b in corners
+        for _ in range(25)
+    ]
+    return np.array(rows)
+
+
+def effect_of(dataset) -> float:
+    """Return the design effect of a dataset's geometry fit."""
+    model, prepared = geometry_fit(dataset)
+    residuals = prepared.residuals.reweighted(model)
+    ratio = max(residuals.rms(model) / (dataset.sensor.noise * np.sqrt(3)), 1.0)
+    return design_effect(residuals, model, prepared.free, ratio)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_independent_noise_has_none(seed):
+    """It is exactly one, so that the priors of a complete model weigh what they did."""
+    dataset, _ = workcell(seed, elsewhere(np.random.default_rng(seed), 200))
+    assert effect_of(dataset) == 1.0
+
+
+def test_gears_have_one():
+    """A wave of the joints over their angles is common to poses with similar angles."""
+    dataset, _ = workcell(1, wide_grid(), gear=1e-3)
+    assert effect_of(dataset) > 3.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_calibration_on_a_grid_is_better_elsewhere_for_it(seed):
+    """A grid shows the gears' errors and little of the geometry: the arm's lengths are not bent to fit the gears."""
+    dataset, truth = workcell(seed, wide_grid(), gear=3e-4)
+    q = elsewhere(np.random.default_rng(100 + seed), 400)
+
+    def error(model: Model) -> float:
+        assert isinstance(model.target, TrackerFrames)
+        T = model.target.transforms[0]
+        points = (model.robot.flange(q) @ model.T_flange_sensor)[:, :3, 3]
+        return rms(points @ T[:3, :3].T + T[:3, 3] - truth(q))
+
+    def calibrated(groups: int) -> float:
+        settings = changed(DEFAULTS, {"identifiability.groups_of_poses": groups})
+        prepared = prepare(dataset, settings=settings, lean_on_priors=True)
+        return error(fit_all(dataset, prepared, settings=settings)[0].model)
+
+    found = calibrated(DEFAULTS.identifiability.groups_of_poses)
+    assert found < error(base_and_tool(dataset).model)
+    assert found < 0.95 * calibrated(1)
+
+
+def test_groups_are_of_similar_poses():
+    """Halves along the joint that spreads most, none smaller than allowed."""
+    q = np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [3.0, 1.0, 0.1]
+    group = similar_poses(q, 8, 6)
+    assert sorted(np.bincount(group)) == [12, 12, 12, 12, 13, 13, 13, 13]
+    assert max(np.ptp(q[group == k, 0]) for k in range(8)) < 2.0
+    assert len(np.unique(similar_poses(q[:11], 8, 6))) == 1
+    assert len(np.unique(similar_poses(np.zeros((50, 3)), 8, 6))) == 1
