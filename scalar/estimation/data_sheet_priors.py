@@ -144,9 +144,7 @@ def misfit_ratio(
         return 1.0
     p_value = settings.fit.misfit_p_value
     ratio = float(np.sqrt(misfit(residuals, model, free, p_value).inflation))
-    return ratio * float(
-        np.sqrt(design_effect(residuals, model, free, ratio, settings.identifiability, p_value))
-    )
+    return ratio * float(np.sqrt(design_effect(residuals, model, free, ratio, p_value)))
 
 
 def with_reasons(

@@ -14,8 +14,11 @@ from scipy.special import chdtrc  # what scipy.stats.chi2.sf calls, without its 
 
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
-from scalar.estimation.settings import DEFAULTS, IdentifiabilitySettings
+from scalar.estimation.settings import DEFAULTS
 from scalar.geometry.se3 import Array
+
+GROUPS = 32  # of similar poses: five halvings; a variance of thirty samples is known to a quarter. 16 and 64 give about the same on two measured grids
+LEAST_POSES = 6  # of a group: with fewer, similar poses are hardly in one group
 
 
 def design_effect(
@@ -23,7 +26,6 @@ def design_effect(
     model: Model,
     free: Array,
     ratio: float,
-    settings: IdentifiabilitySettings = DEFAULTS.identifiability,
     least_p_value: float = DEFAULTS.fit.misfit_p_value,
 ) -> float:
     """Return the design effect: 1 if chance explains it, or if there are too few poses to judge.
@@ -33,10 +35,9 @@ def design_effect(
         model: At its optimum.
         free: ``(P,)`` bool.
         ratio: Of the residual to the noise.
-        settings: Thresholds.
         least_p_value: With a larger p-value, independent residuals explain what the groups show.
     """
-    group = similar_poses(residuals.poses.q, settings.groups_of_poses, settings.least_poses_of_group)
+    group = similar_poses(residuals.poses.q, GROUPS, LEAST_POSES)
     n_groups = int(group.max()) + 1
     if n_groups < 2:
         return 1.0

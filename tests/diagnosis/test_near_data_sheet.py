@@ -1,0 +1,36 @@
+"""The final fits of a diagnosis hold near the data sheet what the poses hardly determine, and nothing else."""
+
+import numpy as np
+
+from scalar import calibrate
+from scalar.diagnosis.fitted_state import refit
+from scalar.diagnosis.near_data_sheet import near_data_sheet
+from scalar.estimation.geometry_fit import geometry_fit
+from tests.estimation.test_data_sheet_priors import elsewhere, workcell
+
+
+def fitted(count: int, gear: float):
+    """Return a dataset of some poses with worn gears, and its state without effects and without priors."""
+    dataset, _ = workcell(7, elsewhere(np.random.default_rng(7), count), gear=gear)
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    return dataset, refit(dataset, model, prepared.free, ())
+
+
+def test_few_poses_with_gears_end_where_a_calibration_ends():
+    """What a diagnosis ships without effects is the calibration of the same data."""
+    dataset, state = fitted(18, 1e-3)
+    assert not state.model.priors
+    found = near_data_sheet(state).model
+    expected = calibrate(dataset).model
+    assert found.priors and len(found.priors) == len(expected.priors)
+    apart = found.robot.geometry - expected.robot.geometry
+    changed = expected.robot.geometry - dataset.robot.geometry
+    assert np.linalg.norm(apart) < 0.1 * np.linalg.norm(changed)
+
+
+def test_what_the_poses_determine_stays_as_it_is():
+    """Many poses without a misfit: the arm moves by a twentieth of its distance from the data sheet at most."""
+    dataset, state = fitted(200, 0.0)
+    apart = near_data_sheet(state).model.robot.geometry - state.model.robot.geometry
+    changed = state.model.robot.geometry - dataset.robot.geometry
+    assert np.linalg.norm(apart) < 0.05 * np.linalg.norm(changed)
