@@ -144,6 +144,8 @@ def misfit_ratio(
         return 1.0
     p_value = settings.fit.misfit_p_value
     ratio = float(np.sqrt(misfit(residuals, model, free, p_value).inflation))
+    if ratio == 1.0:
+        return ratio
     return ratio * float(np.sqrt(design_effect(residuals, model, free, ratio, p_value)))
 
 

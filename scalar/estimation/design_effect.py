@@ -17,7 +17,7 @@ from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS
 from scalar.geometry.se3 import Array
 
-GROUPS = 32  # of similar poses: five halvings; a variance of thirty samples is known to a quarter. 16 and 64 give about the same on two measured grids
+GROUPS = 32  # of similar poses: five halvings; a variance of thirty samples is known to a quarter. 16 and 64 do about the same on measured grids
 LEAST_POSES = 6  # of a group: with fewer, similar poses are hardly in one group
 
 
@@ -48,9 +48,12 @@ def design_effect(
     of_pose = Q[: N * m].reshape(N, m, -1)
     scores = np.zeros((n_groups, Q.shape[1]))
     np.add.at(scores, group, np.einsum("nmp,nm->np", of_pose, residual[: N * m].reshape(N, m)) / ratio)
-    # Of independent residuals, a group's score has the covariance B = H - H H, with H what its poses determine of each direction.
+    # What priors pull the scores by is no misfit: they are taken at the optimum of the data alone. There, a group's score has the covariance
+    # B = H - H S^+ H if residuals are independent, with H what its poses determine of each direction, and S the sum of all H.
     H = np.stack([(rows := of_pose[group == k].reshape(-1, Q.shape[1])).T @ rows for k in range(n_groups)])
-    B = H - H @ H
+    inverse = np.linalg.pinv(H.sum(axis=0), rcond=1e-8, hermitian=True)
+    scores -= np.einsum("gij,j->gi", H, inverse @ scores.sum(axis=0))
+    B = H - H @ inverse @ H
     mean = float(np.trace(B, axis1=1, axis2=2).sum())
     variance = 2.0 * float(np.sum(B * B))
     found = float(np.sum(scores * scores))
