@@ -1,0 +1,52 @@
+"""The worst case of an effect without some of the poses: against nothing, part by part, and against rivals."""
+
+import numpy as np
+import pytest
+
+from scalar.diagnosis.fitted_state import FittedState, refit
+from scalar.diagnosis.fold_odds import fold_odds
+from scalar.diagnosis.hold_out import blocks
+from scalar.effects import Effect
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.joint_scale import JointScale
+from scalar.estimation.geometry_fit import geometry_fit
+from tests.effects.injected import Flaws, Moment, make_cell
+
+
+def gear(at: Moment) -> np.ndarray:
+    """Return the second order of joint 2."""
+    error = np.zeros_like(at.q)
+    error[:, 1] = 6e-4 * np.sin(2 * at.q[:, 1] + 0.3)
+    return error
+
+
+def state_with(effect: Effect, joints=gear) -> FittedState:
+    """Return a cell of 60 poses fitted with an effect."""
+    dataset = make_cell(Flaws(joints=joints), seed=91, poses_per_plane=20).dataset
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    return refit(dataset, model, prepared.free, [effect])
+
+
+def test_a_gear_beats_nothing_and_its_rivals_without_any_fold():
+    """By far: with four fifths of the poses it has most of its evidence."""
+    odds = fold_odds(state_with(JointHarmonic(2, (2,))), 0, [JointScale(2), JointHarmonic(2, (3,))])
+    assert odds.shape == (3,) and odds.min() > 5.0
+
+
+def test_an_order_that_is_not_there_is_the_weakest_part():
+    """Against nothing the effect is as sure as its weakest order."""
+    right = fold_odds(state_with(JointHarmonic(2, (2,))), 0, [])
+    more = fold_odds(state_with(JointHarmonic(2, (2, 9))), 0, [])
+    assert right[0] > 20.0 and more[0] < 3.0
+
+
+def test_an_effect_that_hangs_on_the_poses_of_one_fold_has_no_odds_without_them():
+    """The gear errs in the poses of one fold alone."""
+    cell = make_cell(seed=91, poses_per_plane=20)
+    fold = blocks(cell.dataset.q)[1]
+
+    def in_one_fold(at: Moment) -> np.ndarray:
+        return gear(at) * (fold == 0)[:, None]
+
+    state = state_with(JointHarmonic(2, (2,)), in_one_fold)
+    assert fold_odds(state, 0, [])[0] == pytest.approx(0.0, abs=3.0)
