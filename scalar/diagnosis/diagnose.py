@@ -21,6 +21,7 @@ from scalar.diagnosis.merging import merged
 from scalar.diagnosis.observability import unobservable_effects
 from scalar.diagnosis.outer_split import Answer, OuterSplit, outer_split
 from scalar.diagnosis.ranking import rank
+from scalar.diagnosis.repeated_changes import repeated_changes_doubted
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.shipped_fit import shipped_fit
@@ -176,4 +177,4 @@ def _findings(run: Explained, left: FinalResiduals) -> tuple[Finding, ...]:
             Finding(effect, own.p_value, error, now, tuple(near), sure, (), grounds, doubtful=doubtful)
         )
         error = now
-    return tuple(found)
+    return repeated_changes_doubted(found, after.settings.naming.least_confidence)

@@ -31,7 +31,9 @@ shares = st.floats(0.0, 1.0)
 left = st.builds(
     FinalResiduals, st.integers(2, 100_000), st.floats(1e-3, 1e4), st.floats(1e-30, 1.0), st.booleans()
 )
-grounds = st.builds(Grounds, st.sampled_from(KINDS), nats, shares, st.integers(0, 40), st.booleans(), left)
+grounds = st.builds(
+    Grounds, st.sampled_from(KINDS), nats, nats, shares, st.integers(0, 40), st.booleans(), left
+)
 
 
 @given(own=nats, more=st.floats(0.0, 50.0), others=st.lists(nats, min_size=1, max_size=5))
@@ -66,6 +68,7 @@ def test_it_is_a_chance(grounds):
 def test_more_evidence_never_makes_an_answer_less_sure(grounds, more):
     """All other grounds being the same."""
     assert confidence(replace(grounds, log_odds=grounds.log_odds + more)) >= confidence(grounds)
+    assert confidence(replace(grounds, least_log_odds=grounds.least_log_odds + more)) >= confidence(grounds)
 
 
 @given(grounds=grounds)
@@ -83,7 +86,8 @@ def test_a_regression_finds_the_coefficients_of_simulated_answers():
     """20,000 answers drawn from known odds: coefficients within four of their standard errors, here at most 0.1."""
     rng = np.random.default_rng(4)
     X = rng.normal(size=(20_000, len(FEATURES))) * np.linspace(0.5, 2.0, len(FEATURES)) + 1.0
-    truth = np.array([0.8 if name == "log_odds" else (-1) ** k * 0.3 for k, name in enumerate(FEATURES)])
+    signs = {"log_odds": 2.5, "least_log_odds": 1, "rivalled": -1, "share": 1}  # which coefficients keep
+    truth = np.array([0.3 * signs.get(name, (-1) ** k) for k, name in enumerate(FEATURES)])
     right = (rng.random(len(X)) < expit(X @ truth - 0.5)).astype(float)
     found = regression(X, right, 1.0)
     slopes = [found["features"][name]["coefficient"] for name in FEATURES]

@@ -19,6 +19,7 @@ from scipy.special import expit
 
 from scalar.diagnosis.confidence import features, predicted
 from scalar.diagnosis.grounds import COMPONENT, EFFECT, STRUCTURE, FinalResiduals, Grounds
+from scalar.diagnosis.repeated_changes import repetitions
 from scalar.geometry.se3 import Array
 from study.blind_trials.score import NOISES, SURE, UNATTRIBUTED, same
 from study.blind_trials.statistics import wilson
@@ -46,11 +47,13 @@ def answers_of(sets: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for row in sets.to_dict("records"):
         truth, found = truth_in(row), json.loads(row["found"])
-        for entry in every_answer(found):
+        given = list(every_answer(found))
+        times = repetitions([(entry["name"], entry["target"]) for entry in given])
+        for entry, repeated in zip(given, times, strict=True):
             kind = kind_of(entry)
             rows.append(
                 {"number": row["number"], "seed": row["seed"], "half": half_of(row, truth), "row": row["row"], "poses": row["poses"]}
-                | {"kind": kind, "name": entry["name"], "right": is_right(entry, truth, found)}
+                | {"kind": kind, "name": entry["name"], "right": is_right(entry, truth, found), "repeated": repeated}
                 | features(grounds_from(kind, entry["grounds"]))
             )  # fmt: skip
     return pd.DataFrame(rows)
@@ -95,8 +98,9 @@ def half_of(row: Mapping[Any, Any], truth: Mapping[str, Any]) -> str:
 
 
 def fitted(answers: pd.DataFrame) -> dict[str, Any]:
-    """Return the coefficients of each kind, as ``predicted`` takes them."""
-    return {kind: regression(*_arrays(answers[answers["kind"] == kind]), PRIOR[kind]) for kind in KINDS}
+    """Return the coefficients of each kind, as ``predicted`` takes them; changes found again and again are judged by a rule instead."""
+    some: Any = answers[answers["repeated"] == 1]
+    return {kind: regression(*_arrays(some[some["kind"] == kind]), PRIOR[kind]) for kind in KINDS}
 
 
 def regression(X: Array, right: Array, prior: float) -> dict[str, Any]:
@@ -145,6 +149,7 @@ def with_confidence(answers: pd.DataFrame) -> pd.DataFrame:
     by_half = {half: fitted(some[some["half"] != half]) for half in HALVES}
     stated = [
         predicted({str(key): value for key, value in row.items()}, by_half[row["half"]][row["kind"]])
+        / row["repeated"]
         for row in answers.to_dict("records")
     ]
     return answers.assign(confidence=stated)

@@ -1,0 +1,45 @@
+"""Changes of one kind that are found again and again: likelier one cause that keeps acting than so many accidents.
+
+A target plane is knocked, or a sensor slips, by an accident. A base that sways or an encoder that drifts moves everything all the time, and several
+changes at several moments describe that as a staircase describes a slope. The evidence of each is large, and all their names are wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from scalar.diagnosis.finding import Finding
+
+MOST_ACCIDENTS = 2  # of one kind in a campaign, each at another place
+
+
+def repeated_changes_doubted(found: Sequence[Finding], least_confidence: float) -> tuple[Finding, ...]:
+    """Return the findings; of a change that is found more often than accidents happen, each name is as likely as one of so many.
+
+    Args:
+        found: All findings.
+        least_confidence: Below which a name is doubtful.
+    """
+    result = []
+    for f, times in zip(found, repetitions([(f.effect.name, f.effect.target) for f in found]), strict=True):
+        sure = f.confidence / times
+        doubtful = f.doubtful or (times > 1 and sure < least_confidence)
+        result.append(replace(f, confidence=sure, doubtful=doubtful))
+    return tuple(result)
+
+
+def repetitions(answers: Sequence[tuple[str, Mapping[str, Any]]]) -> list[int]:
+    """Return for each answer (name, target) how many changes of its kind were found, or one if these may be accidents."""
+    result = []
+    for name, target in answers:
+        places = [
+            {k: v for k, v in other.items() if k != "at"}
+            for kind, other in answers
+            if kind == name and "at" in other
+        ]
+        again = any(place in places[:i] for i, place in enumerate(places))
+        many = "at" in target and (again or len(places) > MOST_ACCIDENTS)
+        result.append(len(places) if many else 1)
+    return result

@@ -1,0 +1,53 @@
+"""A change that is found again and again is doubted; one accident, or two at two places, are not."""
+
+import pytest
+
+from scalar.diagnosis.finding import Finding
+from scalar.diagnosis.grounds import EFFECT, FinalResiduals, Grounds
+from scalar.diagnosis.hold_out import HeldOutErrors
+from scalar.diagnosis.repeated_changes import repeated_changes_doubted
+from scalar.effects import Effect
+from scalar.effects.joint_scale import JointScale
+from scalar.effects.plane_moved import PlaneMoved
+from scalar.effects.sensor_slip import SensorSlip
+
+
+def finding(effect: Effect) -> Finding:
+    """Return a finding that is sure."""
+    grounds = Grounds(EFFECT, 50.0, 40.0, 0.5, 1, False, FinalResiduals(60, 1.0, 1.0, False))
+    errors: HeldOutErrors = None  # type: ignore[assignment]
+    return Finding(effect, 1e-9, errors, errors, (), 0.98, (), grounds)
+
+
+def moved(plane: str, order: float) -> Effect:
+    """Return a target plane knocked at a pose."""
+    return PlaneMoved(plane, order, None, (0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        [moved("a", 10.0)],
+        [moved("a", 10.0), moved("b", 30.0)],
+        [moved("a", 10.0), SensorSlip(20.0, None), moved("b", 30.0), JointScale(2)],
+    ],
+)
+def test_accidents_at_different_places_stay_sure(effects):
+    """One of a kind, or two at two places, and whatever is found beside them."""
+    judged = repeated_changes_doubted([finding(effect) for effect in effects], 0.5)
+    assert [f.confidence for f in judged] == [0.98] * len(effects) and not any(f.doubtful for f in judged)
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        [moved("a", 10.0), moved("a", 30.0)],
+        [moved("a", 10.0), moved("b", 20.0), moved("c", 30.0)],
+        [SensorSlip(20.0, None), SensorSlip(40.0, None)],
+    ],
+)
+def test_a_staircase_is_doubted_as_a_whole(effects):
+    """The same place twice, or three of a kind: no name is kept, what is beside them is."""
+    judged = repeated_changes_doubted([finding(effect) for effect in [*effects, JointScale(2)]], 0.5)
+    assert all(f.doubtful and f.confidence == pytest.approx(0.98 / len(effects)) for f in judged[:-1])
+    assert judged[-1].confidence == 0.98 and not judged[-1].doubtful
