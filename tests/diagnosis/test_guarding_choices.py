@@ -286,6 +286,7 @@ def test_the_model_without_effects_is_shipped_where_it_predicts_clearly_better(e
         shipped_fit, "focused_choice", lambda state: SimpleNamespace(state=state, left_out=())
     )
     monkeypatch.setattr(shipped_fit, "held_out_errors", lambda *_: None)
+    monkeypatch.setattr(shipped_fit, "no_worse", lambda *_: True)
     monkeypatch.setattr(shipped_fit, "improvement_in_metres", lambda *_: errors)
     assert shipped_fit.shipped_fit(state(), state(effects=("one",)), None).fit == fit
 
@@ -332,6 +333,7 @@ def test_what_explains_nearly_as_much_is_confounded(monkeypatch):
         "rivals": lambda *_: (own, [own, scored(near, 96.0), scored(far, 93.0)]),
         "has_all_orders": lambda *_: False,
         "is_shrunk": lambda _: False,
+        "fold_odds": lambda *_: np.array([9.0, 3.0, 6.0]),
         "grounds_of_effect": lambda *_: None,
         "confidence": lambda _: 0.9,
     }

@@ -224,7 +224,7 @@ def test_cleaning_and_selecting_in_turn_ends(monkeypatch):
     monkeypatch.setattr(explained, "_selected", lambda *_: start)
     monkeypatch.setattr(explained, "clean_given_effects", lambda *_: rounds.append(object()) or rounds[-1])
     monkeypatch.setattr(explained, "flexible_pools", lambda _: [])
-    for name in ("with_flexible_terms", "with_spectrum"):
+    for name in ("with_flexible_terms", "with_spectrum", "near_data_sheet"):
         monkeypatch.setattr(explained, name, lambda state, *_: state)
     explained.explained(None, DEFAULTS, lambda stage: None)  # type: ignore[arg-type]
     assert len(rounds) == 3

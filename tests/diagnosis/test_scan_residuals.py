@@ -44,7 +44,7 @@ def test_heights_average_to_the_signed_residual(state):
 def test_a_bow_explains_the_heights_of_its_plane(cell):
     """With the bow in the model nothing is left of the heights, and what it adds is the injected paraboloid but for a plane."""
     dataset = cell.dataset
-    model, prepared = geometry_fit(dataset)
+    model, prepared = geometry_fit(dataset, effects_follow=True)
     fitted = refit(dataset, model, prepared.free, PlaneBow.parsed(dataset, ["floor"]))
     (effect,) = fitted.effects
     found = pieces(fitted, effect)
