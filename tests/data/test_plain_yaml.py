@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from ruamel.yaml import YAML
 
-from scalar.data.io.plain_yaml import MAX_DEPTH, dump_yaml, load_yaml, load_yaml_lines
+from scalar.data.io.plain_yaml import _TEXT_KEYS, MAX_DEPTH, dump_yaml, load_yaml, load_yaml_lines
 from scalar.errors import InvalidInput
 
 LEAVES = (
@@ -19,7 +19,7 @@ LEAVES = (
     | st.floats(allow_nan=False)
     | st.text(max_size=12)
 )
-KEYS = st.text(max_size=8)
+KEYS = st.text(max_size=8).filter(lambda key: key not in _TEXT_KEYS)  # what stands at these is always text
 DATA = st.recursive(
     LEAVES,
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(KEYS, inner, max_size=4),
