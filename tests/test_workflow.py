@@ -362,6 +362,7 @@ def test_a_misspelt_config_fails_at_load_with_its_name(checkout, file, old, new,
     assert "Job stats" not in ran.stdout
 
 
+@pytest.mark.slow
 def test_the_papers_config_is_sound():
     """It plans thirty seeds of the headline in every way, and every published value of every sweep for two kinds of walls."""
     ran = snakemake(ROOT, "--dry-run", "--forceall", "--quiet", "reason", "--nolock")
@@ -383,6 +384,7 @@ def test_the_papers_config_is_sound():
 NO_NETWORK = 'addresses: ["http://127.0.0.1:9/{path}"]'
 
 
+@pytest.mark.slow
 def test_measured_robots_without_data_are_left_out_kindly(tmp_path):
     """With neither folder nor network it says which files are missing and what to do, and fails nothing."""
     folder = copy_checkout(tmp_path)
@@ -396,6 +398,7 @@ def test_measured_robots_without_data_are_left_out_kindly(tmp_path):
     assert not (folder / RESULTS / "measured").exists()
 
 
+@pytest.mark.slow
 def test_measured_robots_with_a_folder_run_as_far_as_their_files_go(tmp_path):
     """Sets whose files are there are planned, transfer included, the others named; other content is refused."""
     folder, data = copy_checkout(tmp_path / "checkout"), tmp_path / "data"

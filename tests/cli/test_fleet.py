@@ -137,6 +137,7 @@ def test_what_is_finished_stays_and_what_has_changed_is_done_again(
     assert [row["status"] for row in table(tmp_path / "out").values()] == ["70", "70"]
 
 
+@pytest.mark.slow
 def test_killed_and_called_again_it_gives_the_same_bytes(fleet: Path, tmp_path: Path) -> None:
     """SIGKILL as soon as one result is there: its workers end, it is kept, and the second call ends with the bytes of a run that nobody stopped."""
     call = [sys.executable, "-m", "scalar.cli", "diagnose", "--batch", str(fleet), "--quick", "-o"]

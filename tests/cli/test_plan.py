@@ -189,6 +189,7 @@ def test_poses_that_would_separate_nothing_are_not_written(tmp_path):
     assert not (tmp_path / "p").exists()
 
 
+@pytest.mark.slow
 def test_what_cannot_be_planned_is_refused(laser, tmp_path):
     """Too few poses, no such arm, a bad range, an empty range of the scanner: one line each, nothing written."""
     out = tmp_path / "out"
