@@ -22,6 +22,15 @@ from tests import helpers
 needs_library = pytest.mark.skipif(kernels.LIBRARY is None, reason="no compiled kernels here: no C compiler")
 
 
+def scans(seed, noise):
+    """Return scans of one, two and many points of a line: the points, where each scan starts, and contact vectors."""
+    rng = np.random.default_rng(seed)
+    starts = np.array([0, 1, 3, 40, 300])
+    x = rng.uniform(-0.1, 0.1, 300)
+    points = np.column_stack([x, 0.4 + 0.2 * x + noise * rng.normal(size=300)])
+    return points, starts, rng.normal(size=(4, 3))
+
+
 def without(monkeypatch):
     """Let NumPy serve alone."""
     for module in (kernels, residuals):
@@ -50,11 +59,7 @@ def test_frames_are_the_products_of_link_transforms(n, N, seed):
 @pytest.mark.parametrize("noise", [0.0, 1e-4])
 def test_scans_are_compressed_alike(axis, noise, monkeypatch):
     """Weighted or not, with and without noise, scans of one, two and many points: ``R'R`` and the rank are those of NumPy's factors."""
-    rng = np.random.default_rng(3)
-    starts = np.array([0, 1, 3, 40, 300])
-    x = rng.uniform(-0.1, 0.1, 300)
-    points = np.column_stack([x, 0.4 + 0.2 * x + noise * rng.normal(size=300)])
-    c = rng.normal(size=(4, 3))
+    points, starts, c = scans(seed=3, noise=noise)
     for contact in (None, c):
         compiled = profile.line_factors(points, starts, contact, axis, 2e-4)
         with monkeypatch.context() as patch:
@@ -69,11 +74,7 @@ def test_scans_are_compressed_alike(axis, noise, monkeypatch):
 @pytest.mark.parametrize("noise", [0.0, 1e-4])
 def test_profiles_of_scans_are_those_of_numpy(axis, noise, monkeypatch):
     """Every function of a point that an effect may need, on scans of one, two and many points: the same components along 1, t and t^2."""
-    rng = np.random.default_rng(4)
-    starts = np.array([0, 1, 3, 40, 300])
-    x = rng.uniform(-0.1, 0.1, 300)
-    points = np.column_stack([x, 0.4 + 0.2 * x + noise * rng.normal(size=300)])
-    c = rng.normal(size=(4, 3))
+    points, starts, c = scans(seed=4, noise=noise)
     names = ("1", "x", "z", "xx", "xz", "zz", "ux", "uz", "rx", "rz", "dx", "dz", "ux:30", "uz:12", "uz:04")
     compiled = profile.profile_factors(names, points, starts, c, axis, 2e-4)
     monkeypatch.setattr(kernels, "LIBRARY", None)

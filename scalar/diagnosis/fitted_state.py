@@ -76,6 +76,12 @@ class FittedState:
         """Return rows whitened for the noise within scans ``(N m + priors,)`` and the Jacobian by what is free."""
         return self._rows
 
+    def rows_of(self, poses: Array) -> tuple[Array, Array]:
+        """Return the indices of the rows of some poses, and these with the rows on priors, which follow those of all poses."""
+        N, m = self.dataset.n_poses, self.residuals.measurement.rows_per_pose
+        rows = (poses[:, None] * m + np.arange(m)).ravel()
+        return rows, np.r_[rows, np.arange(N * m, len(self.linearised()[0]))]
+
     def background_within_scans(self) -> Background:
         """Return the residual and what the model explains already, whitened for the noise within scans alone."""
         return self._background_within_scans

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -33,16 +34,15 @@ def fold_odds(state: FittedState, i: int, others: Sequence[Effect]) -> Array:
     ends = np.cumsum([int(mine.sum()), *(len(effect.coefficients) for effect in others)])
     groups = np.split(np.arange(E.shape[1]), ends[:-1])
     fold = blocks(state.dataset.q, state.settings.hold_out)[1]
+    parts = _parts(state, i, mine)
     found = []
     for f in np.unique(fold):
-        poses = np.flatnonzero(fold != f)
-        rows = (poses[:, None] * m + np.arange(m)).ravel()
-        used = np.r_[rows, np.arange(N * m, len(residual))]
-        fewer = _Fold(residual[used], jacobian[used], state.model.vector[state.free], len(poses), m)
+        rows, used = state.rows_of(np.flatnonzero(fold != f))
+        fewer = _Fold(state, residual[used], jacobian[used], len(rows) // m)
         own, *rivals = fewer.evidences(mine, E[rows], sizes, groups)
-        parts = [fewer.evidences(part, jacobian[rows][:, part], state_sizes, [np.arange(part.sum())])[0]
-                 for part, state_sizes in _parts(state, i, mine)]  # fmt: skip
-        found.append([min([own, *parts]), *(own - rival for rival in rivals)])
+        weakest = [fewer.evidences(part, jacobian[rows][:, part], its_sizes, [np.arange(part.sum())])[0]
+                   for part, its_sizes in parts]  # fmt: skip
+        found.append([min([own, *weakest]), *(own - rival for rival in rivals)])
     return np.min(found, axis=0)
 
 
@@ -63,17 +63,21 @@ def _parts(state: FittedState, i: int, mine: Array) -> list[tuple[Array, Array]]
     return found
 
 
+@dataclass(frozen=True, eq=False)
 class _Fold:
-    """The rows of the poses that are left."""
+    """The rows of the poses that are left, priors included."""
 
-    def __init__(self, residual: Array, jacobian: Array, vector: Array, n_poses: int, rows_per_pose: int):
-        self.residual, self.jacobian, self.vector = residual, jacobian, vector
-        self.shape = n_poses, rows_per_pose
+    state: FittedState
+    residual: Array
+    jacobian: Array
+    n_poses: int
 
     def evidences(self, mine: Array, E: Array, sizes: Array, groups: Sequence[Array]) -> list[float]:
         """Return the evidence of groups of columns E ``(N m, e)`` where the columns ``mine`` ``(F,)`` of the model are left out, zero at least."""
-        without = self.residual - self.jacobian[:, mine] @ self.vector[mine]
-        background = Background.of(without, self.jacobian[:, ~mine], *self.shape)
+        state = self.state
+        without = self.residual - self.jacobian[:, mine] @ state.model.vector[state.free][mine]
+        m, settings = state.residuals.measurement.rows_per_pose, state.settings.score_test
+        background = Background.of(without, self.jacobian[:, ~mine], self.n_poses, m, settings)
         projected = Projected.of(background, E, E.T @ E, sizes)
         found = []
         for group in groups:

@@ -8,9 +8,11 @@ efficiency but is not biased; its own standard errors do not show this loss, whe
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from scalar.data.poses import Poses
 from scalar.diagnosis.elsewhere import (
     displacement_columns,
     joint_limits,
@@ -53,10 +55,6 @@ class Linearised:
     """A state, linearised at its optimum: fits with some of its coordinates free, and of all poses but one.
 
     Attributes:
-        columns: ``(3 K, F)``, derivatives of positions [m] by its free coordinates, each divided by ``scale``, at random poses within the
-            joint limits.
-        columns_in_ranges: The same within the ranges of the joints that were measured.
-        columns_measured: The same at measured poses.
         coefficients: ``(F,)``, the free coordinates, times ``scale``.
         scale: ``(F,)``, the lengths of the Jacobian's columns.
     """
@@ -74,15 +72,26 @@ class Linearised:
         self.scale[self.scale == 0] = 1.0
         self._residual, self._J = residual, J / self.scale
         self._gram, self._projection = self._J.T @ self._J, self._J.T @ residual
-        self.columns, self.columns_in_ranges, self.columns_measured = (
-            displacement_columns(state, poses)[:, state.free] / self.scale
-            for poses in (
-                poses_within(joint_limits(state), state, N_POSES),
-                poses_within(measured_ranges(state), state, N_POSES),
-                poses_measured(state, N_POSES),
-            )
-        )
+        self._state = state
         self.coefficients = state.model.vector[state.free] * self.scale
+
+    @cached_property
+    def columns(self) -> Array:
+        """Return derivatives ``(3 K, F)`` of positions [m] by the free coordinates, each over its ``scale``, at random poses within the limits."""
+        return self._columns(poses_within(joint_limits(self._state), self._state, N_POSES))
+
+    @cached_property
+    def columns_in_ranges(self) -> Array:
+        """Return the same at random poses within the ranges of the joints that were measured."""
+        return self._columns(poses_within(measured_ranges(self._state), self._state, N_POSES))
+
+    @cached_property
+    def columns_measured(self) -> Array:
+        """Return the same at measured poses."""
+        return self._columns(poses_measured(self._state, N_POSES))
+
+    def _columns(self, poses: Poses) -> Array:
+        return displacement_columns(self._state, poses)[:, self._state.free] / self.scale
 
     def fitted(self, free: Array) -> tuple[Array, Array]:
         """Return the step ``(F,)`` to the optimum with the coordinates ``free`` ``(F,)`` bool, and the steps ``(N, F)`` when each pose is left out.

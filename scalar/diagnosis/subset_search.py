@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy import linalg
@@ -35,9 +36,9 @@ MOMENTS = 40  # at which a change is tried at first
 def best_subset(state: FittedState, candidates: CandidateSet) -> tuple[Effect, ...]:
     """Return the effects that explain the data best, all together, in place of those that a state has.
 
-    They are picked from many, and with few poses some of so many imitate what is left of any other. Such ones change with the poses, so a piece
-    has to be found as well without each of most parts of the poses (stability selection: Meinshausen and Buehlmann, Journal of the Royal
-    Statistical Society B 72, 2010).
+    They are picked from many, and with few poses some of so many imitate what is left of any other. Such ones change with the poses, so the set
+    has to have more evidence with a piece than without it in each of most parts of the poses (after stability selection: Meinshausen and
+    Buehlmann, Journal of the Royal Statistical Society B 72, 2010).
 
     Args:
         state: Fitted; everything is linear about its optimum.
@@ -115,7 +116,7 @@ class Pieces:
         """Return the pieces of the set with the most evidence."""
         best, beam = self.subset(()), [self.subset(())]
         for _ in range(MOST_PIECES):
-            extended = {more: None for subset in beam for more, _ in self.extensions(subset, BRANCHES)}
+            extended = {more: None for subset in beam for more in self.extensions(subset, BRANCHES)}
             if not extended:
                 break
             beam = sorted((self.subset(more) for more in extended), key=lambda s: -s.evidence)[:WIDTH]
@@ -126,7 +127,7 @@ class Pieces:
         """Return a set that is not the better for leaving out one of its pieces, nor for exchanging one."""
         while True:  # each exchange adds evidence
             fewer = [self.subset(tuple(p for p in subset.pieces if p != piece)) for piece in subset.pieces]
-            others = [self.subset(more) for less in fewer for more, _ in self.extensions(less, BRANCHES)]
+            others = [self.subset(more) for less in fewer for more in self.extensions(less, BRANCHES)]
             best = max([subset, *fewer, *others], key=lambda s: s.evidence)
             if best is subset:
                 return subset
@@ -139,10 +140,11 @@ class Pieces:
         values, vectors = np.linalg.eigh(gram)
         gain = float(np.sum((vectors.T @ s) ** 2 / (1.0 + np.maximum(values, 0.0))))
         squared = self.squared - gain
-        return Subset(pieces, squared, self._evidence(squared, int(np.sum(values > 1.0)), len(pieces)))
+        choice = len(pieces) * np.log(self.tried)
+        return Subset(pieces, squared, float(self._worth(squared, np.sum(values > 1.0)) - choice))
 
-    def extensions(self, subset: Subset, most: int) -> list[tuple[tuple[int, ...], float]]:
-        """Return the sets with one more piece that explain most, one for each family, and what the piece is worth [nats]; best first."""
+    def extensions(self, subset: Subset, most: int) -> list[tuple[int, ...]]:
+        """Return the sets with one more piece that explain most, one for each family, best first."""
         where = self._where(subset.pieces)
         factor = linalg.cholesky(self.gram[np.ix_(where, where)] + np.eye(len(where)), lower=True)
         across = linalg.solve_triangular(
@@ -154,15 +156,13 @@ class Pieces:
             B = shared[:, places]
             grams = self._blocks[places.shape[1]] - np.einsum("atw,atv->twv", B, B)
             gains, dofs = shrunk_gain(grams, projection[places])
-            left = np.maximum(subset.squared - gains, self.least * self.freedom)
-            own = -0.5 * self.freedom * np.log(left) - 0.5 * dofs * np.log(self.freedom)
-            worth[members] = np.where(gains > 0.0, own, -np.inf)
+            worth[members] = np.where(gains > 0.0, self._worth(subset.squared - gains, dofs), -np.inf)
         worth[list(subset.pieces)] = -np.inf
-        found: dict[int, tuple[tuple[int, ...], float]] = {}
+        found: dict[int, tuple[int, ...]] = {}
         for k in np.argsort(-worth, kind="stable"):
             if worth[k] == -np.inf or len(found) == most:
                 break
-            found.setdefault(int(self.family[k]), (tuple(sorted((*subset.pieces, int(k)))), float(worth[k])))
+            found.setdefault(int(self.family[k]), tuple(sorted((*subset.pieces, int(k)))))
         return list(found.values())
 
     @cached_property
@@ -180,11 +180,10 @@ class Pieces:
     def _where(self, pieces: tuple[int, ...]) -> Array:
         return np.concatenate([np.zeros(0, dtype=int), *(self.columns[p] for p in pieces)])
 
-    def _evidence(self, squared: float, dof: int, pieces: int) -> float:
-        """Return the log evidence of a set [nats]: fit less complexity less the log of how many were tried for each of its pieces."""
+    def _worth(self, squared: Any, dof: Any) -> Any:
+        """Return fit less complexity [nats]: the log evidence but for how many were tried."""
         n = self.freedom
-        fit = -0.5 * n * np.log(max(squared / n, self.least))
-        return float(fit - 0.5 * dof * np.log(n) - pieces * np.log(self.tried))
+        return -0.5 * n * np.log(np.maximum(squared / n, self.least)) - 0.5 * dof * np.log(n)
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,9 +214,8 @@ class _Rows:
     def pieces(self, poses: Array, moments: Collection[int]) -> Pieces:
         """Return what sets are made of, by some of the poses; changes begin at some of the poses ``moments``."""
         state, candidates, settings = self.state, self.candidates, self.state.settings.score_test
-        N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
-        rows = (poses[:, None] * m + np.arange(m)).ravel()
-        used = np.r_[rows, np.arange(N * m, len(self.residual))]
+        rows, used = state.rows_of(poses)
+        m = state.residuals.measurement.rows_per_pose
         background = Background.of(self.residual[used], self.jacobian[used], len(poses), m, settings)
         ends = np.cumsum([len(effect.coefficients) for effect in candidates.effects])
         own = np.split(np.arange(self.columns.shape[1]), ends[:-1])

@@ -130,8 +130,8 @@ def misfit_ratio(
 ) -> float:
     """Return by how much less than the noise alone says the residual determines: 1 if the noise explains it, or if too few rows are left to judge.
 
-    It is the ratio of the residual to the noise, times the root of the design effect: a misfit is systematic, so that similar poses err alike and
-    many of them say little more than one.
+    It is the ratio of the residual to the noise, times the root of the design effect: a misfit is systematic, so the residuals of similar
+    poses are correlated, and many of them say little more than one.
 
     Args:
         residuals: Of the dataset.

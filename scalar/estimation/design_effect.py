@@ -1,8 +1,8 @@
-"""The design effect of a misfit: by how much more variable the estimates are because residuals of similar poses err alike.
+"""The design effect of a misfit: by how much more variable the estimates are because the residuals of similar poses are correlated.
 
-A model that lacks something leaves a residual that is systematic: poses with similar joint angles err alike. Many such poses then determine
-less than their number says. With the scores ``g_k`` of groups of similar poses (sums of the derivatives of their squared residuals), the
-variance of an estimate is ``F^-1 (sum g_k g_k') F^-1`` (Liang and Zeger, Biometrika 73, 1986), where independent residuals have ``F^-1``. The
+A model that lacks something leaves a residual that is systematic: the residuals of poses with similar joint angles are correlated. Many such poses
+then determine less than their number says. With the scores ``g_k`` of groups of similar poses (sums of the derivatives of their squared residuals),
+the variance of an estimate is ``F^-1 (sum g_k g_k') F^-1`` (Liang and Zeger, Biometrika 73, 1986), where independent residuals have ``F^-1``. The
 design effect is the mean ratio of the two over all directions (Kish, Survey Sampling, 1965). The fit takes up a part of each group's score, which
 is corrected exactly: independent residuals have a design effect of one on average (Bell and McCaffrey, Survey Methodology 28, 2002).
 """

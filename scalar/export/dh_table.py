@@ -46,7 +46,7 @@ def dh_csv(calibration: Calibration, rigid: RigidPart, *, standard: bool = False
 def dh_markdown(calibration: Calibration, rigid: RigidPart, *, standard: bool = False) -> str:
     """Return tables for people, in millimetres and degrees: joints, with the change from nominal, and the fixed transforms.
 
-    These have the digits that ``dh_csv`` needs beside it to be the calibrated arm to 1e-9 m.
+    Together with the fixed transforms as they stand here, the table of ``dh_csv`` describes the calibrated arm to 1e-9 m.
 
     Args:
         calibration: To write.

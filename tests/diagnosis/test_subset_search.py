@@ -50,7 +50,7 @@ def test_extensions_are_ranked_as_the_sets_that_they_lead_to(seed):
     """The piece that extends a set best is the one with which the set has the most evidence."""
     pieces, _, _ = drawn(seed)
     start = pieces.subset((1, 3))
-    first, _ = pieces.extensions(start, most=8)[0]
+    first = pieces.extensions(start, most=8)[0]
     every = [tuple(sorted((1, 3, p))) for p in range(len(pieces.columns)) if p not in (1, 3)]
     assert first == max(every, key=lambda some: pieces.subset(some).evidence)
 

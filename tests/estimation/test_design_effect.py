@@ -1,4 +1,4 @@
-"""What a model lacks makes similar poses err alike: priors then weigh more, and noise alone changes nothing."""
+"""What a model lacks correlates the residuals of similar poses: priors then weigh more, and noise alone changes nothing."""
 
 from __future__ import annotations
 

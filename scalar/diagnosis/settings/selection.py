@@ -143,6 +143,6 @@ class SubsetSearchSettings:
         "chosen: with more, every effect stands out alone",
     )
     stable: float = setting(
-        0.6, "of the parts", "of the poses without which a piece has to be found as well",
+        0.6, "of the parts", "of the poses without which a piece has to be needed as well",
         "the usual threshold of stability selection",
     )  # fmt: skip
