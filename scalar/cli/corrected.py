@@ -15,6 +15,8 @@ CORRECTED = "corrected-dataset.yaml"
 def corrected_description(dataset: Path, output: Path) -> Iterator[None]:
     """Write ``corrected-dataset.yaml`` to the output folder if what is done inside refuses the table of joints.
 
+    The corrected table is standard or modified DH as dataset.yaml has it, unless that is what is corrected.
+
     Args:
         dataset: The folder that is read.
         output: The folder that results go to; it exists.
@@ -22,6 +24,7 @@ def corrected_description(dataset: Path, output: Path) -> Iterator[None]:
     from scalar.data.description import DESCRIPTION
     from scalar.data.io.plain_yaml import dump_yaml, load_yaml
     from scalar.estimation.setup.suspicion import WrongSetup
+    from scalar.geometry.standard_dh import stated_mapping
 
     try:
         yield
@@ -29,7 +32,7 @@ def corrected_description(dataset: Path, output: Path) -> Iterator[None]:
         robot = refusal.suspicions[0].robot
         if robot is not None:
             path = output / CORRECTED
-            dump_yaml({**load_yaml(dataset / DESCRIPTION), "robot": robot.to_mapping()}, path)
+            dump_yaml({**load_yaml(dataset / DESCRIPTION), "robot": stated_mapping(robot)}, path)
             say(
                 f"scalar: {path} is dataset.yaml with the table of joints corrected for the first of the suspicions below; "
                 "if it is right, put it in the place of dataset.yaml",

@@ -157,7 +157,7 @@ class Robot:
         )
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return the ``robot:`` block of a dataset, modified DH."""
+        """Return the ``robot:`` block of a dataset, modified DH (``standard_dh.stated_mapping`` keeps to the table that was read)."""
         joints: list[dict[str, Any]] = []
         for i in range(self.n_joints):
             joint: dict[str, Any] = {kind: float(self.geometry[k, i]) for k, kind in enumerate(GEOMETRY)}

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from scalar.geometry.robot import GEOMETRY, Robot, link_end
+from scalar.geometry.robot import GEOMETRY, Robot, fixed_transform_mapping, link_end
 from scalar.geometry.se3 import Array, transform_from_rotation_vector
 
 AFTER_THE_JOINT = ("a", "alpha", "beta")
@@ -58,6 +59,28 @@ def standard_table(robot: Robot) -> StandardTable:
         robot.T_base_0 @ link_end(a, alpha) @ transform_from_rotation_vector([0.0] * 3, [0.0, beta, 0.0]),
         np.linalg.inv(link_end(*end)) @ robot.T_n_flange,
     )
+
+
+def stated_mapping(robot: Robot) -> dict[str, Any]:
+    """Return the ``robot:`` block of a dataset in the convention of the table that the arm was read from.
+
+    Standard DH holds no beta between joints, and a nominal arm that was read from such a table has none.
+    """
+    mapping = robot.to_mapping()
+    if not robot.standard_dh:
+        return mapping
+    table = standard_table(robot)
+    joints = [
+        {kind: float(value) + 0.0 for kind, value in zip(GEOMETRY, row, strict=True) if kind != "beta"}
+        | {key: joint[key] for key in ("limits", "type") if key in joint}
+        for row, joint in zip(table.rows.T, mapping["joints"], strict=True)
+    ]
+    return mapping | {
+        "convention": "standard-dh",
+        "joints": joints,
+        "base": fixed_transform_mapping(table.T_base_0),
+        "flange": fixed_transform_mapping(table.T_n_flange),
+    }
 
 
 def without_beta(robot: Robot) -> Robot:

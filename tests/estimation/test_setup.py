@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 from scalar.cli import cli
 from scalar.data.dataset import Dataset
+from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.diagnosis import diagnose
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.calibrate import calibrate
@@ -24,6 +25,7 @@ from scalar.estimation.setup.alternatives import (
 )
 from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.geometry.robot import Robot
+from scalar.geometry.standard_dh import stated_mapping
 from scalar.units import DEG, MM
 from tests import helpers
 
@@ -199,11 +201,39 @@ def test_a_changed_sign_is_undone_by_the_table(joint):
 
 def test_a_table_read_one_way_and_back_is_the_same():
     """Standard and modified DH are two readings of one table: one undoes the other."""
-    robot = Robot.from_mapping(helpers.robot_mapping("vs060"))
-    for there, back in ((read_as_standard, read_as_modified), (read_as_modified, read_as_standard)):
+    modified = Robot.from_mapping(helpers.robot_mapping("vs060"))
+    standard = read_as_standard(modified)
+    for robot, there, back in (
+        (modified, read_as_standard, read_as_modified),
+        (standard, read_as_modified, read_as_standard),
+    ):
+        assert there(robot).standard_dh != robot.standard_dh == back(there(robot)).standard_dh
         again = back(there(robot))
         np.testing.assert_allclose(again.geometry, robot.geometry, atol=1e-12)
         np.testing.assert_allclose(again.T_n_flange, robot.T_n_flange, atol=1e-12)
+
+
+@pytest.mark.parametrize("joint", range(6))
+def test_a_corrected_standard_table_stays_standard(joint):
+    """A joint of a standard-DH table counts the other way, the first and the last included: the correction is written as standard DH too."""
+    joints = [
+        {"a": 0.1 * (i + 1), "alpha": 0.3 * i - 0.7, "d": 0.2 - 0.1 * i, "theta": 0.1 * i} for i in range(6)
+    ]
+    robot = Robot.from_mapping({"name": "arm", "convention": "standard-dh", "joints": joints})
+    written = stated_mapping(with_sign_changed(robot, joint))
+    assert written["convention"] == "standard-dh"
+    q = np.random.default_rng(2).uniform(-2, 2, (8, 6))
+    other = q.copy()
+    other[:, joint] *= -1
+    rows = [[row[key] for key in ("theta", "d", "a", "alpha")] for row in written["joints"]]
+    by_formula = (
+        helpers.fixed(written["base"])
+        @ helpers.standard_chain(rows, other)
+        @ helpers.fixed(written["flange"])
+    )
+    np.testing.assert_allclose(by_formula, robot.flange(q), atol=1e-12)
+    near = [[row[key] for key in ("a", "d")] for row in joints]
+    np.testing.assert_allclose(np.abs([[row[2], row[1]] for row in rows]), np.abs(near), atol=1e-12)
 
 
 def test_alternatives_differ_from_what_is_stated(sound):
@@ -222,16 +252,32 @@ def test_alternatives_differ_from_what_is_stated(sound):
     assert len(set(seen)) == len(seen)
 
 
-def test_the_corrected_table_is_offered_and_works(tmp_path):
-    """`corrected-dataset.yaml` in the output folder, put in the place of dataset.yaml, calibrates."""
+@pytest.mark.parametrize("convention", ["modified-dh", "standard-dh"])
+def test_the_corrected_table_is_offered_and_works(tmp_path, convention):
+    """`corrected-dataset.yaml` in the output folder, put in the place of dataset.yaml, calibrates; its table is of the user's convention."""
     scene = helpers.make_scene("vs060", poses_per_plane=30, points_per_scan=12, noise=1e-4, seed=6)
     folder = scene.write(tmp_path / "cell")
+    if convention == "standard-dh":
+        mapping = load_yaml(folder / "dataset.yaml")
+        dump_yaml({**mapping, "robot": in_standard_dh(mapping["robot"])}, folder / "dataset.yaml")
     poses = pd.read_csv(folder / "poses.csv")
     poses.assign(q4=-poses["q4"]).to_csv(folder / "poses.csv", index=False)
     run = CliRunner().invoke(cli, ["calibrate", str(folder), "-o", str(tmp_path / "out")])
     assert run.exit_code == 2
     assert "joint 4 counts the other way" in run.output
     corrected = tmp_path / "out" / "corrected-dataset.yaml"
+    assert load_yaml(corrected)["robot"]["convention"] == convention
     (folder / "dataset.yaml").write_bytes(corrected.read_bytes())
     run = CliRunner().invoke(cli, ["calibrate", str(folder), "-o", str(tmp_path / "out")])
     assert run.exit_code == 0, run.output
+
+
+def in_standard_dh(mapping: dict) -> dict:
+    """Return a ``robot:`` block of modified DH, whose first row has no a and alpha, as one of standard DH."""
+    joints = mapping["joints"]
+    after = [*joints[1:], {"a": 0.0, "alpha": 0.0}]
+    rows = [
+        {key: joint[key] for key in ("d", "theta", "limits")} | {key: follows[key] for key in ("a", "alpha")}
+        for joint, follows in zip(joints, after, strict=True)
+    ]
+    return {**mapping, "convention": "standard-dh", "joints": rows}

@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.geometry.robot import GEOMETRY, Robot
-from scalar.geometry.se3 import Array, transform_from_rotation_vector
+from scalar.geometry.robot import GEOMETRY, Robot, link_end
+from scalar.geometry.se3 import Array
+from scalar.geometry.standard_dh import standard_table
 from scalar.units import DEG
 
 ZERO_STEP = 30 * DEG  # between the zeros of a joint that are tried: a fit finds its way from half of it
@@ -100,13 +101,13 @@ def with_sign_changed(robot: Robot, joint: int) -> Robot:
     geometry[ALPHA, joint] = _wrapped(geometry[ALPHA, joint] + np.pi)
     for kind in (D, THETA, BETA):
         geometry[kind, joint] = -geometry[kind, joint]
-    T_n_flange = robot.T_n_flange
+    T_n_flange, end = robot.T_n_flange, robot.standard_end
     if joint + 1 < robot.n_joints:
         geometry[ALPHA, joint + 1] = _wrapped(geometry[ALPHA, joint + 1] - np.pi)
     else:
-        T_n_flange = transform_from_rotation_vector([0.0, 0.0, 0.0], [-np.pi, 0.0, 0.0]) @ T_n_flange
-    limits = robot.limits.copy()
-    return replace(robot, geometry=geometry, T_n_flange=T_n_flange, limits=limits)
+        T_n_flange = link_end(0.0, -np.pi) @ T_n_flange
+        end = None if end is None else (end[0], _wrapped(end[1] - np.pi))
+    return replace(robot, geometry=geometry, T_n_flange=T_n_flange, standard_end=end)
 
 
 def with_zero_moved(robot: Robot, joint: int, angle: float) -> Robot:
@@ -121,33 +122,27 @@ def read_as_standard(robot: Robot) -> Robot:
     geometry = robot.geometry.copy()
     a, alpha = geometry[A].copy(), geometry[ALPHA].copy()
     geometry[A], geometry[ALPHA] = np.r_[0.0, a[:-1]], np.r_[0.0, alpha[:-1]]
-    last = transform_from_rotation_vector([a[-1], 0.0, 0.0], [alpha[-1], 0.0, 0.0])
-    return replace(robot, geometry=geometry, T_n_flange=last @ robot.T_n_flange)
+    end = float(a[-1]), float(alpha[-1])
+    return replace(robot, geometry=geometry, T_n_flange=link_end(*end) @ robot.T_n_flange, standard_end=end)
 
 
 def read_as_modified(robot: Robot) -> Robot:
-    """Return the arm whose standard-DH table, already converted, is read as modified DH: a and alpha act before their joint.
-
-    The last link's a and alpha went into the flange's transform; its shift along x and turn about x are taken back from there.
-    """
-    geometry = robot.geometry.copy()
-    turn = robot.T_n_flange[:3, :3]
-    a, alpha = float(robot.T_n_flange[0, 3]), float(np.arctan2(turn[2, 1], turn[1, 1]))
-    geometry[A], geometry[ALPHA] = np.r_[geometry[A, 1:], a], np.r_[geometry[ALPHA, 1:], alpha]
-    last = transform_from_rotation_vector([a, 0.0, 0.0], [alpha, 0.0, 0.0])
-    return replace(robot, geometry=geometry, T_n_flange=np.linalg.inv(last) @ robot.T_n_flange)
+    """Return the arm whose standard-DH table, already converted, is read as modified DH: a and alpha act before their joint."""
+    table = standard_table(robot)
+    return replace(robot, geometry=table.rows, T_n_flange=table.T_n_flange, standard_end=None)
 
 
 def _convention(dataset: Dataset) -> Iterator[Alternative]:
-    for says, robot in (
-        ("the table of joints is standard DH", read_as_standard(dataset.robot)),
-        ("the table of joints is modified DH", read_as_modified(dataset.robot)),
-    ):
-        if robot.geometry[BETA].any():
-            continue
-        yield _with_robot(
-            dataset, robot, "convention", "robot.convention", says, "with the table read that way"
-        )
+    robot = dataset.robot
+    if robot.geometry[BETA].any():
+        return
+    says, other = (
+        ("the table of joints is modified DH", read_as_modified)
+        if robot.standard_dh
+        else ("the table of joints is standard DH", read_as_standard)
+    )
+    changed = "with the table read that way"
+    yield _with_robot(dataset, other(robot), "convention", "robot.convention", says, changed)
 
 
 def _zeros(dataset: Dataset, joint: int) -> Iterator[Alternative]:
