@@ -1,10 +1,10 @@
-"""Kill the commands at random moments, look at what is left, and run them again.
+"""Kill the commands and the workflow at random moments, look at what is left, and run them again.
 
-    python -m tests.endurance.kills --kills 50
+    python -m tests.endurance.kills --kills 50 --table kills.csv
 
 A result of another dataset lies in the folder already, so that a kill may leave files of two runs. After each kill every file is whole: that of the
 first result or that of the second, byte by byte; files of two runs are refused by the command that reads them; a plain second call succeeds, gives
-the bytes of an undisturbed run, and leaves nothing hidden.
+the bytes of an undisturbed run, and leaves nothing hidden. The workflow (``killed_workflow``) starts from nothing each time.
 """
 
 from __future__ import annotations
@@ -20,39 +20,26 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
+import pandas as pd
+
 from scalar.data.io.lock import LOCK
+from tests.endurance import killed_workflow
+from tests.endurance.outcome import HOWS, Outcome
 
 SCALAR = (sys.executable, "-m", "scalar.cli")
 COMMANDS = {
     "calibrate": ("calibrate", "{data}", "-o", "{out}", "--report"),
     "diagnose --quick": ("diagnose", "{data}", "-o", "{out}", "--quick"),
     "diagnose": ("diagnose", "{data}", "-o", "{out}"),
-    "diagnose --batch": ("diagnose", "--batch", "{data}", "-o", "{out}", "--quick"),
+    "diagnose --batch": ("diagnose", "--batch", "{data}/../fleet", "-o", "{out}", "--quick"),
     "simulate": ("simulate", "{data}/../scene.yaml", "-o", "{out}"),
     "plan": ("plan", "{data}", "--poses", "24", "--no-collisions", "--candidates", "200", "-o", "{out}"),
     "predict": ("predict", "{data}/../calibration.json", "{data}/poses.csv", "-o", "{out}/frames.csv"),
+    "export": ("export", "{data}/../calibration.json", "-o", "{out}/arm.md"),
 }
-HOWS = (signal.SIGTERM, signal.SIGKILL)
-
-
-@dataclass
-class Outcome:
-    """What was seen of one command.
-
-    Attributes:
-        kills: That met a living process.
-        left: Number of kills after which files of two runs lay in the folder.
-        refused: Number of those that a reader refused.
-        faults: What should not have been, a sentence each.
-    """
-
-    kills: int = 0
-    left: int = 0
-    refused: int = 0
-    faults: list[str] = field(default_factory=list)
+WORKFLOW = "snakemake"
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -106,16 +93,18 @@ def endure(name: str, datasets: tuple[Path, Path], kills: int, rng: random.Rando
     of_old, of_new = contents(old), contents(new)
     outcome = Outcome()
     while outcome.kills < kills:
-        if not out.exists():
-            shutil.copytree(old, out)
+        shutil.rmtree(out, ignore_errors=True)
+        shutil.copytree(old, out)
         # Most of the time nothing is written: every other kill falls into the last tenth.
         begin = 0.9 if rng.random() < 0.5 else 0.0
         how, whole_group = rng.choice(HOWS), rng.random() < 0.5
         if not killed(command(name, datasets[1], out), length * rng.uniform(begin, 1.05), how, whole_group):
             continue
-        outcome.kills += 1
-        case = f"{name}, {how.name} to {'its group' if whole_group else 'it alone'}"
+        case = outcome.killed(name, how, whole_group)
         left = contents(out)
+        outcome.partial += (
+            0 < sum(left.get(file) == of_new[file] != of_old.get(file) for file in of_new) < len(of_new)
+        )
         for file, content in left.items():
             if content not in (of_old.get(file), of_new.get(file)):
                 outcome.faults.append(f"{case}: {file} is neither of the old run nor of the new")
@@ -130,8 +119,7 @@ def endure(name: str, datasets: tuple[Path, Path], kills: int, rng: random.Rando
             outcome.faults.append(f"{case}: the second call gave other bytes")
         if hidden(out):
             outcome.faults.append(f"{case}: left hidden after the second call: {', '.join(hidden(out))}")
-        shutil.rmtree(out)
-    for folder in (old, new):
+    for folder in (old, new, out):
         shutil.rmtree(folder)
     return outcome
 
@@ -181,6 +169,8 @@ def write_datasets(root: Path) -> tuple[Path, Path]:
         dump_yaml(scene, folder / "scene.yaml")
         write_scene(simulate(load_config(folder / "scene.yaml"), base_dir=folder), folder)
         calibrate(read_dataset(folder / "dataset")).save(folder / "calibration.json")
+        for arm in ("first", "second"):
+            shutil.copytree(folder / "dataset", folder / "fleet" / arm)
         found.append(folder / "dataset")
     return found[0], found[1]
 
@@ -190,16 +180,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kills", type=int, default=50, help="of all commands together")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", nargs="*", choices=COMMANDS, default=list(COMMANDS), help="these commands")
+    parser.add_argument("--only", nargs="*", choices=[*COMMANDS, WORKFLOW], default=[*COMMANDS, WORKFLOW])
+    parser.add_argument("--table", type=Path, help="CSV file that gets a row for each command")
     wanted = parser.parse_args()
     rng = random.Random(wanted.seed)
     shares = Counter(wanted.only[k % len(wanted.only)] for k in range(wanted.kills))
-    faults, survived = [], 0
+    rows, faults = [], 0
     with tempfile.TemporaryDirectory() as folder:
         datasets = write_datasets(Path(folder) / "data")
         for name, kills in shares.items():
-            outcome = endure(name, datasets, kills, rng, Path(folder))
-            faults += outcome.faults
+            if name == WORKFLOW:
+                outcome = killed_workflow.endure(kills, rng, Path(folder) / "workflow")
+            else:
+                outcome = endure(name, datasets, kills, rng, Path(folder))
             print(
                 f"{name:18s} {outcome.kills:4d} kills, {outcome.left} left files of two runs, {outcome.refused} of these refused, "
                 f"{len(outcome.faults)} faults",
@@ -207,8 +200,11 @@ def main() -> None:
                 sep="\n",
                 flush=True,
             )
-            survived += outcome.kills
-    print(f"{survived} kills, {len(faults)} faults; the lock is called {LOCK}")
+            rows.append(outcome.row(name))
+            faults += len(outcome.faults)
+            if wanted.table:
+                pd.DataFrame(rows).to_csv(wanted.table, index=False)
+    print(f"{sum(row['kills'] for row in rows)} kills, {faults} faults; the lock is called {LOCK}")
     sys.exit(1 if faults else 0)
 
 
