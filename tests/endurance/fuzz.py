@@ -1,9 +1,10 @@
 """Damage good files at random, and read them.
 
-    python -m tests.endurance.fuzz --inputs 100000 --finds finds
+    python -m tests.endurance.fuzz --inputs 100000 --finds finds --table fuzz.csv
 
-Each input is read, or refused with sentences that can be printed. Everything else is a find: another exception, more than 20 s, half a gigabyte, and
-a file whose content is that of the good one and which is read otherwise. Finds are kept as files; each becomes a test.
+Each input is read, or refused with sentences that can be printed. Everything else is a find: another exception, more than 20 s of processor time,
+half a gigabyte, and a file whose content is that of the good one and which is read otherwise. Finds are kept as files; each becomes a test. The
+readers take turns, so that a run which is stopped has tried all of them alike.
 """
 
 from __future__ import annotations
@@ -19,16 +20,22 @@ import time
 import traceback
 import warnings
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from unittest import mock
+
+import pandas as pd
+from ruamel.yaml import YAML
 
 from scalar.errors import ScalarError
 from tests.endurance.mutations import mutated
 from tests.endurance.readers import READERS, Reader, answer
 
-PATIENCE = 20  # s
+PATIENCE = 20  # s of processor time
+LONGEST = 1200  # s, waiting included: a reader that only waits uses no processor
+ROUND = 100  # inputs of a reader before it is the next one's turn
 MEMORY = 500_000  # kB by which the process may grow for one input
 
 
@@ -38,18 +45,39 @@ class TooLong(BaseException):
 
 @contextmanager
 def patience(seconds: int) -> Iterator[None]:
-    """Raise TooLong where the block takes longer."""
+    """Raise TooLong where the block takes more processor time, on however busy a machine, or does nothing but wait."""
 
     def stop(*_: object) -> None:
         raise TooLong
 
-    before = signal.signal(signal.SIGALRM, stop)
-    signal.alarm(seconds)
+    before = {number: signal.signal(number, stop) for number in (signal.SIGPROF, signal.SIGALRM)}
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    signal.alarm(LONGEST)
     try:
         yield
     finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
         signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def parsed_once(texts: Collection[str]) -> Iterator[None]:
+    """Take the YAML events of some texts, those of good files, from memory within the block: nothing is learnt from parsing them again."""
+    known: dict[str, list[Any]] = {}
+
+    class Parser(YAML):
+        def parse(self, stream: Any) -> Any:
+            text = stream.getvalue()
+            if text not in texts:
+                return super().parse(stream)
+            if text not in known:
+                known[text] = list(super().parse(stream))
+            return iter(known[text])
+
+    with mock.patch("scalar.data.io.plain_yaml.YAML", Parser):
+        yield
 
 
 class Fuzzed:
@@ -57,7 +85,8 @@ class Fuzzed:
 
     Attributes:
         counts: Of inputs that were read, refused, and finds.
-        finds: A line for each kind of find.
+        finds: For each kind of find, the name of the file that is kept.
+        slowest: Processor time of the input that took longest [s].
     """
 
     def __init__(self, reader: Reader, folder: Path) -> None:
@@ -69,6 +98,11 @@ class Fuzzed:
         self.files = sorted(p for pattern in reader.damaged for p in self.good.rglob(pattern) if p.is_file())
         self.counts: Counter[str] = Counter()
         self.finds: dict[str, str] = {}
+        self.slowest = 0.0
+        self._texts = {
+            path.read_bytes().decode("utf-8-sig")
+            for path in self.good.rglob("*.yaml")
+        }  # fmt: skip
 
     def one(self, rng: random.Random) -> str | None:
         """Read one damaged copy; return the kind of find, or None."""
@@ -79,10 +113,24 @@ class Fuzzed:
             shutil.copytree(self.good, copy)
         path = copy / file.relative_to(self.good)
         path.write_bytes(raw)
+        started = time.process_time()
         try:
-            return self._judged(copy, path, file)
+            with parsed_once(self._texts):
+                return self._judged(copy, path, file)
         finally:
+            self.slowest = max(self.slowest, time.process_time() - started)
             shutil.copyfile(file, path)
+
+    def row(self) -> dict[str, Any]:
+        """Return a row of the table of a long run."""
+        counts = {what: self.counts[what] for what in ("read", "refused", "finds")}
+        return {
+            "reader": self.reader.name,
+            "inputs": sum(counts.values()),
+            **counts,
+            "kinds_of_finds": len(self.finds),
+            "slowest_s": round(self.slowest, 2),
+        }
 
     def _judged(self, copy: Path, path: Path, good: Path) -> str | None:
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -94,7 +142,7 @@ class Fuzzed:
             bad = not all(line.isprintable() for line in str(error).splitlines())
             return self._find("a message that cannot be printed", path) if bad else None
         except TooLong:
-            return self._find(f"longer than {PATIENCE} s", path)
+            return self._find(f"longer than {PATIENCE} s of processor time, or {LONGEST} s", path)
         except Exception as error:
             where = traceback.extract_tb(error.__traceback__)[-1]
             what = f"{type(error).__name__} in {Path(where.filename).name}:{where.lineno}: {str(error)[:120]}"
@@ -120,7 +168,7 @@ class Fuzzed:
             kept.parent.mkdir(exist_ok=True)
             shutil.copyfile(path, kept)
             self.finds[what] = kept.name
-        return what
+        return f"{what}; kept as {self.folder / 'finds' / self.finds[what]}"
 
 
 def main() -> None:
@@ -129,34 +177,35 @@ def main() -> None:
     parser.add_argument("--inputs", type=int, default=20_000, help="of all readers together")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", nargs="*", choices=READERS, default=list(READERS))
-    parser.add_argument("--seconds", type=float, default=1e9, help="at most, for each reader")
     parser.add_argument("--finds", type=Path, help="folder to keep finds in")
+    parser.add_argument(
+        "--table", type=Path, help="CSV file with a row for each reader, written after every round"
+    )
     wanted = parser.parse_args()
     warnings.simplefilter("error")
     with tempfile.TemporaryDirectory() as temporary:
-        finds = 0
-        for name in wanted.only:
-            fuzzed = Fuzzed(READERS[name], Path(temporary) / name.replace(" ", "-"))
-            rng = random.Random(f"{wanted.seed} {name}")
-            started = time.monotonic()
-            for _ in range(wanted.inputs // len(wanted.only)):
-                fuzzed.one(rng)
-                if time.monotonic() - started > wanted.seconds:
-                    break
-            counts = fuzzed.counts
-            print(
-                f"{name:24s} {sum(counts.values()):7d} inputs: {counts['read']} read, {counts['refused']} refused, "
-                f"{counts['finds']} finds of {len(fuzzed.finds)} kinds, {time.monotonic() - started:.0f} s",
-                flush=True,
-            )
-            for what, kept in fuzzed.finds.items():
-                print(f"    {what} ({kept})", flush=True)
-            if wanted.finds and fuzzed.finds:
-                shutil.copytree(
-                    fuzzed.folder / "finds", wanted.finds / name.replace(" ", "-"), dirs_exist_ok=True
-                )
-            finds += len(fuzzed.finds)
-    sys.exit(1 if finds else 0)
+        everything = {
+            name: (Fuzzed(READERS[name], Path(temporary) / name.replace(" ", "-")), random.Random(f"{wanted.seed} {name}"))
+            for name in wanted.only
+        }  # fmt: skip
+        left = -(-wanted.inputs // len(wanted.only))
+        while left > 0:
+            for name, (fuzzed, rng) in everything.items():
+                known = set(fuzzed.finds)
+                for _ in range(min(ROUND, left)):
+                    fuzzed.one(rng)
+                for what in fuzzed.finds.keys() - known:
+                    print(f"{name}: {what} ({fuzzed.finds[what]})", flush=True)
+                    if wanted.finds:
+                        kept = wanted.finds / name.replace(" ", "-")
+                        kept.mkdir(parents=True, exist_ok=True)
+                        shutil.copy(fuzzed.folder / "finds" / fuzzed.finds[what], kept)
+            left -= ROUND
+            rows = pd.DataFrame([fuzzed.row() for fuzzed, _ in everything.values()])
+            if wanted.table:
+                rows.to_csv(wanted.table, index=False)
+    print(rows.to_string(index=False))
+    sys.exit(1 if rows["finds"].any() else 0)
 
 
 if __name__ == "__main__":

@@ -19,6 +19,8 @@ VALUES: list[Any] = [
     "1", "../../x", "\u202e", "\x1b[2J", "\ud800", "y" * 400, [], {}, [0], [0, 0, 0], [[1]], {"a": 1}, [None], ["x"], {"": {}}, [1e308] * 3,
 ]  # fmt: skip
 _WORD = re.compile(rb"[^\s,:\[\]{}<>=\"']+")
+_NUMBER = re.compile(rb"-?[0-9]+(\.[0-9]+)?(e[-+]?[0-9]+)?")
+_WINDOW = 20_000  # bytes of a file that are searched for words and numbers
 
 
 def mutated(raw: bytes, rng: random.Random) -> bytes:
@@ -62,8 +64,14 @@ def _lines(raw: bytes, rng: random.Random) -> bytes:
     return b"\n".join(lines)
 
 
+def _found(pattern: re.Pattern[bytes], raw: bytes, rng: random.Random) -> list[re.Match[bytes]]:
+    """Return where a pattern occurs, in a file that is long in a part of it that is drawn."""
+    start = rng.randint(0, max(len(raw) - _WINDOW, 0))
+    return list(pattern.finditer(raw, start, start + _WINDOW))
+
+
 def _word(raw: bytes, rng: random.Random) -> bytes:
-    found = list(_WORD.finditer(raw))
+    found = _found(_WORD, raw, rng)
     if not found:
         return raw + rng.choice(WORDS)
     at = rng.choice(found)
@@ -72,7 +80,7 @@ def _word(raw: bytes, rng: random.Random) -> bytes:
 
 
 def _number(raw: bytes, rng: random.Random) -> bytes:
-    found = list(re.finditer(rb"-?[0-9]+(\.[0-9]+)?(e[-+]?[0-9]+)?", raw))
+    found = _found(_NUMBER, raw, rng)
     if not found:
         return raw
     at = rng.choice(found)

@@ -1,13 +1,15 @@
 """Every reader survives files damaged at random: what it cannot read it refuses in sentences. `python -m tests.endurance.fuzz` is the long run."""
 
 import random
+import time
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.endurance.fuzz import Fuzzed
-from tests.endurance.readers import READERS
+from tests.endurance.fuzz import Fuzzed, TooLong, patience
+from tests.endurance.readers import READERS, Reader
 
 INPUTS = 50
 
@@ -20,8 +22,49 @@ def fuzzed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     return Fuzzed(READERS[request.param], tmp_path_factory.mktemp("fuzzed") / "files")
 
 
+def keep(config: pytest.Config, find: str) -> None:
+    """Write a find to a file, for the words of a random failure are easily lost: .pytest_cache/d/fuzz/finds.txt."""
+    with (config.cache.mkdir("fuzz") / "finds.txt").open("a") as file:
+        file.write(f"{find}\n")
+
+
 @settings(max_examples=INPUTS, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(seed=st.integers(0, 2**63))
-def test_a_damaged_file_is_refused_or_read_as_what_it_says(fuzzed: Fuzzed, seed: int) -> None:
+def test_a_damaged_file_is_refused_or_read_as_what_it_says(
+    fuzzed: Fuzzed, pytestconfig: pytest.Config, seed: int
+) -> None:
     """Bytes, lines, words and parts of a tree changed: a refusal that can be printed, or an answer, in bounded time and memory."""
-    assert fuzzed.one(random.Random(seed)) is None
+    find = fuzzed.one(random.Random(seed))
+    if find is not None:
+        keep(pytestconfig, f"{fuzzed.reader.name}, seed {seed}: {find}")
+    assert find is None
+
+
+def test_the_words_of_a_find_name_the_error_and_the_file_that_is_kept(tmp_path):
+    """What a reader did and the bytes that made it do so outlive the input after it."""
+
+    def read(folder: Path) -> str:
+        if (folder / "a.txt").read_text(errors="replace") != "sound":
+            raise RuntimeError("nobody foresaw this")
+        return "sound"
+
+    fuzzed = Fuzzed(Reader("text", lambda folder: _write(folder / "a.txt"), read), tmp_path / "files")
+    rng = random.Random(1)
+    find = next(found for found in (fuzzed.one(rng) for _ in range(100)) if found)
+    assert "RuntimeError in test_fuzz.py" in find and "nobody foresaw this" in find
+    kept = Path(find.split("kept as ")[1])
+    assert kept.read_text(errors="replace") != "sound"
+    assert fuzzed.row()["finds"] == 1
+
+
+def test_patience_is_of_processor_time():
+    """A loop ends; on a machine that is busy with other things an input does not become slow by waiting."""
+    with pytest.raises(TooLong), patience(1):
+        while True:
+            pass
+    with patience(1):
+        time.sleep(1.2)
+
+
+def _write(path: Path) -> None:
+    path.write_text("sound")
