@@ -105,6 +105,7 @@ def diagnose(
 
 def describe_diagnosis(diagnosis: Diagnosis) -> str:
     """Return what was found, in about ten lines."""
+    from scalar.estimation.misfit import lacks_something
     from scalar.report import words
     from scalar.report.few_poses import few_poses
     from scalar.report.shipped_words import shipped_sentences
@@ -113,8 +114,14 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     d = diagnosis.to_mapping()
     before, after = d["residual"]["before"], d["residual"]["after"]
     only_noise = diagnosis.verdict == "effect" and not diagnosis.findings
+    summary = diagnosis.calibration_after.summary
     verdict = {
-        "no_effect": "no effect found: these data show nothing that the model lacks",
+        "no_effect": "no effect found: "
+        + (
+            f"the residual is {summary['misfit']:.1f} times what the noise explains, by something that these data do not name"
+            if lacks_something(summary)
+            else "these data show nothing that the model lacks"
+        ),
         "effect": "only random errors found" if only_noise else "found what the model lacks",
         "unattributed": "the residual holds structure that no known effect explains",
     }[d["verdict"]]

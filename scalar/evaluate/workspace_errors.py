@@ -5,7 +5,8 @@ At random poses within the joint limits, the position of the sensor's origin by 
 normal. The place of the base and the place of the sensor on the flange are set once in every workcell, by measuring, so the motion
 of the base and the shift of the sensor that fit best are removed from both terms. What is left is what no such setting mends.
 
-The band is that of chance errors of the measurements. It does not know of anything that the model lacks.
+The band is that of chance errors of the measurements. Of what the model lacks it knows only a distance, where one is given, by which the arm
+is off at every pose.
 """
 
 from __future__ import annotations
@@ -50,11 +51,13 @@ class WorkspaceErrors:
         position: ``(N, 3)`` [m], of the sensor's origin in the base frame, as calibrated.
         errors: ``{state: (N, 3)}`` [m], the estimated error of each model.
         deviations: ``(N, 3, K)`` [m], independent deviations of that estimate, of one standard deviation each.
+        lacking: Root mean square distance [m] by which the arm is off at every pose for what no model here holds.
     """
 
     position: Array
     errors: Mapping[str, Array]
     deviations: Array
+    lacking: float = 0.0
 
     @cached_property
     def _chance(self) -> Array:
@@ -64,7 +67,7 @@ class WorkspaceErrors:
 
     def sizes(self, state: str) -> Array:
         """Return draws ``(R, N)`` [m] of the size of the error of a model at every pose, as the covariance leaves it open."""
-        return np.linalg.norm(self.errors[state] + self._chance, axis=2)
+        return np.hypot(np.linalg.norm(self.errors[state] + self._chance, axis=2), self.lacking)
 
 
 @dataclass(frozen=True)
@@ -87,7 +90,7 @@ class Banded:
 
 
 def errors_within_limits(
-    estimate: Calibration, models: Mapping[str, Model], seen: Poses
+    estimate: Calibration, models: Mapping[str, Model], seen: Poses, lacking: float = 0.0
 ) -> WorkspaceErrors | None:
     """Return the position errors of the data sheet and of models at random poses within the joint limits; None without covariance.
 
@@ -95,16 +98,17 @@ def errors_within_limits(
         estimate: The best calibration of the arm, with its covariance.
         models: What is judged beside the data sheet, by name.
         seen: The measured poses: ranges of joints without limits, and other columns, are theirs.
+        lacking: As in ``WorkspaceErrors``.
     """
     robot = estimate.model.nominal
     count = int(np.clip(_MOST_DERIVATIVES // len(estimate.model.names), _LEAST_POSES, _MOST_POSES))
     anywhere = poses_within_limits(limits_or_seen(robot.limits, seen.q), seen, count, _SEED)
     nominal = replace(estimate.model, robot=robot, effects=())
-    return workspace_errors(estimate, {NOMINAL: nominal, **models}, anywhere)
+    return workspace_errors(estimate, {NOMINAL: nominal, **models}, anywhere, lacking)
 
 
 def workspace_errors(
-    calibration: Calibration, models: Mapping[str, Model], poses: Poses
+    calibration: Calibration, models: Mapping[str, Model], poses: Poses, lacking: float = 0.0
 ) -> WorkspaceErrors | None:
     """Return the position errors of models, the calibration being the best estimate of the arm; None if it has no covariance.
 
@@ -112,6 +116,7 @@ def workspace_errors(
         calibration: The estimate, with its covariance.
         models: What is judged, by name.
         poses: Where.
+        lacking: As in ``WorkspaceErrors``.
     """
     estimate = kinematics_at(calibration.model, poses)
     found = pose_deviations(calibration.model, estimate, calibration.free, calibration.covariance)
@@ -124,7 +129,7 @@ def workspace_errors(
     errors = {
         name: aligned_errors(kinematics_at(model, poses).T_base_sensor, T) for name, model in models.items()
     }
-    return WorkspaceErrors(T[:, :3, 3], errors, deviations)
+    return WorkspaceErrors(T[:, :3, 3], errors, deviations, lacking)
 
 
 def aligned_errors(T_model: Array, T_hat: Array) -> Array:

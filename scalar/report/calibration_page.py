@@ -8,6 +8,7 @@ from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
 from scalar.estimation.misfit import lacks_something
 from scalar.estimation.result import Calibration
+from scalar.report.lacking import lacking
 from scalar.report.parameter_table import convention_in_words, gauge_rows, parameter_tables
 from scalar.report.workspace_map import workspace_section
 from scalar.sensors import kind_of
@@ -23,10 +24,7 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
         dataset: That it was made from.
     """
     seen = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
-    lacking = (
-        float(calibration.summary.get("misfit_shift_m", 0.0)) if lacks_something(calibration.summary) else 0.0
-    )
-    workspace = workspace_section(calibration, None, seen, FILE, lacking)
+    workspace = workspace_section(calibration, None, seen, FILE, lacking(calibration))
     about = [f"robot {dataset.robot.name}, {dataset.robot.n_joints} joints", kind_of(dataset).words]
     return {
         "name": dataset.name,

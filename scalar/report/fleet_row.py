@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scalar.errors import ScalarError, printable
 from scalar.evaluate.workspace_errors import NOMINAL, Banded, errors_within_limits
+from scalar.report.lacking import lacking_after
 from scalar.report.words import title
 from scalar.units import MM
 
@@ -63,7 +64,8 @@ def row_of(diagnosis: Diagnosis) -> dict[str, Any]:
 def _over_workspace(diagnosis: Diagnosis) -> dict[str, float]:
     """Return the mean errors over the workspace by the data sheet and by what is shipped; nothing where the fit has no covariance."""
     after = diagnosis.calibration_after
-    errors = errors_within_limits(after, {SHIPPED: after.model}, diagnosis.after.residuals.poses)
+    seen = diagnosis.after.residuals.poses
+    errors = errors_within_limits(after, {SHIPPED: after.model}, seen, lacking_after(diagnosis))
     if errors is None:
         return {}
     by_data_sheet, left = (Banded.of(errors.sizes(state).mean(axis=1)) for state in (NOMINAL, SHIPPED))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scalar.diagnosis.separating_poses import separation
 from scalar.effects.picture import Map, Profile
+from scalar.estimation.misfit import lacks_something
 from scalar.report import words
 from scalar.report.few_poses import few_poses
 from scalar.report.noise_card import SURE, noise_advice, noise_clause, noise_size
@@ -86,6 +87,12 @@ def _what_matters(diagnosis: Diagnosis, mapping: Mapping[str, Any], pictures: Se
     found = clauses(diagnosis.findings, pictures)
     has_noise = bool(diagnosis.reported_noise)
     noise = [_with_size(noise_clause(diagnosis), noise_size(diagnosis))] if has_noise else []
+    if not found and not noise and lacks_something(diagnosis.calibration_after.summary):
+        times = f"{diagnosis.calibration_after.summary['misfit']:.1f}"
+        return (
+            f"The model lacks something that these data do not name: the residual is {times} times what the noise explains, {error} is {before} mm, "
+            f"and {level}."
+        )
     if not found and not noise:
         return f"These data show nothing that the model lacks: {error} is {before} mm, and {level}."
     said = _joined(found, noise)
@@ -121,6 +128,11 @@ def _what_to_do(diagnosis: Diagnosis) -> str:
     if not diagnosis.findings:
         if too_few := few_poses(diagnosis):
             return too_few[0]
+        if not diagnosis.reported_noise and lacks_something(diagnosis.calibration_after.summary):
+            return (
+                "Use after.json with care, since it may err by more at other poses; check the noise that dataset.yaml states, and measure more "
+                "poses: they show what the model lacks."
+            )
         return (
             noise_advice(diagnosis)[0]
             if diagnosis.reported_noise

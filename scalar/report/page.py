@@ -14,6 +14,7 @@ from scalar.diagnosis.shipped_fit import BY_COMPONENT
 from scalar.effects.picture import Map, Profile
 from scalar.report import shipped_words, unseen_words, words
 from scalar.report.advice import advice
+from scalar.report.lacking import lacking_after
 from scalar.report.noise_card import noise_card
 from scalar.report.opening import opening
 from scalar.report.own_noise import own_noise
@@ -132,7 +133,8 @@ def _files(diagnosis: Diagnosis) -> list[str]:
 def _workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
     before, after = diagnosis.calibration_before.model, diagnosis.calibration_after
     seen = diagnosis.after.residuals.poses
-    return workspace_section(after, before if after.model.effects else None, seen, SHIPPED)
+    without_effects = before if after.model.effects else None
+    return workspace_section(after, without_effects, seen, SHIPPED, lacking_after(diagnosis))
 
 
 def _errors(mapping: Mapping[str, Any], changed: bool) -> dict[str, Any]:

@@ -71,10 +71,10 @@ def workspace_section(
     """
     robot = judged.model.nominal
     models = {**({} if without_effects is None else {WITHOUT_EFFECTS: without_effects}), file: judged.model}
-    errors = errors_within_limits(judged, models, seen)
+    errors = errors_within_limits(judged, models, seen, lacking)
     if errors is None:
         return None
-    sizes = {state: np.hypot(errors.sizes(state), lacking) for state in errors.errors}
+    sizes = {state: errors.sizes(state) for state in errors.errors}
     if max(float(draws.max()) for draws in sizes.values()) < _LEAST_ERROR:
         return None
     bases = EffectBases.of(robot, seen, judged.model.effects)

@@ -14,6 +14,7 @@ from scalar.effects.joint_backlash import JointBacklash
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.thermal_drift import ThermalDrift
 from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import log_so3
 from tests.calibrated_arms import T_SENSOR, calibrated
 from tests.helpers import CONFIGS
 
@@ -149,22 +150,80 @@ def test_what_a_tracker_does_not_know_of_a_target_is_left_out(cell):
     assert not {"rx_std", "x_rx_correlation", "rx_ry_correlation"} & set(table.columns)
 
 
-def test_poses_out_of_reach_are_refused_or_left_out(cell):
-    """Exit 2 with the pose and no output; with --leave-out the others are written."""
+@pytest.mark.parametrize("with_joints", [False, True])
+def test_frames_out_of_reach_do_not_stop_the_program(cell, with_joints):
+    """All others are corrected to 1e-6 m; those out of reach have no joint angles and corrected = 0; exit 2 with a line for each. With --leave-out
+    they are left out, and the status is 0."""
     joints = pd.read_csv(cell / "targets.csv")
     wanted = predicted(cell, "targets.csv")
-    wanted.loc[3, "x"] += 3.0
-    for content in (wanted, pd.concat([wanted, joints[JOINTS]], axis=1)):
-        extra = joints.drop(columns=["pose", *JOINTS])
-        pd.concat([content, extra], axis=1).to_csv(cell / "wanted.csv", index=False)
-        arguments = ("correct", cell / "calibration.json", cell / "wanted.csv", "-o", cell / "out.csv")
-        status, said = run(*arguments)
-        assert status == 2 and "pose 103:" in said and len(said.splitlines()) == 1
+    wanted.loc[[3, 29], "x"] += 3.0
+    rest = joints.drop(columns=["pose", *([] if with_joints else JOINTS)]).assign(speed=250.0)
+    pd.concat([wanted, rest], axis=1).to_csv(cell / "wanted.csv", index=False, float_format="%.17g")
+    arguments = ("correct", cell / "calibration.json", cell / "wanted.csv", "-o", cell / "out.csv")
+    status, said = run(*arguments)
+    faults = [line for line in said.splitlines() if line.startswith("scalar:")]
+    assert status == 2 and "30 poses, 28 of them corrected" in said
+    assert [re.search(r"wanted.csv: (pose \d+: not corrected)", line)[1] for line in faults] == [
+        "pose 103: not corrected",
+        "pose 129: not corrected",
+    ]
+    table = pd.read_csv(cell / "out.csv").set_index("pose")
+    assert list(table.index) == list(range(100, 130)) and (table["speed"] == 250.0).all()
+    assert list(table.index[table["corrected"] == 0]) == [103, 129]
+    assert table.loc[[103, 129], [*JOINTS, "beyond_limits", "near_singular"]].isna().all(axis=None)
+    status, said = run(*arguments, "--leave-out")
+    assert status == 0 and said.count("left out: pose") == 2
+    reached = pd.read_csv(cell / "out.csv").set_index("pose")
+    pd.testing.assert_frame_equal(reached, table.drop([103, 129]), check_dtype=False)
+    predicted(cell, "out.csv")
+    off = frames(cell / "frames.csv")[:, :3] - wanted.drop([3, 29])[FRAME[:3]].to_numpy()
+    assert np.abs(off).max() < 1e-6
+
+
+def test_a_program_that_is_out_of_reach_throughout_is_refused(cell):
+    """Nothing is written where no frame can be taken; ten lines name poses, and one counts the others."""
+    wanted = predicted(cell, "targets.csv")
+    wanted["x"] += 3.0
+    rest = pd.read_csv(cell / "targets.csv").drop(columns=["pose", *JOINTS])
+    pd.concat([wanted, rest], axis=1).to_csv(cell / "wanted.csv", index=False)
+    for options in ([], ["--leave-out"]):
+        status, said = run(
+            "correct", cell / "calibration.json", cell / "wanted.csv", "-o", cell / "out.csv", *options
+        )
+        assert status == 2 and len(said.splitlines()) == 11 and "20 more poses" in said
         assert not (cell / "out.csv").exists()
+
+
+def test_a_row_out_of_reach_is_no_move(tmp_path, calibration):
+    """The direction from which a joint arrives is that from the last pose that is reached: a frame out of reach between two changes nothing."""
+    made = replace(
+        calibration,
+        model=replace(calibration.model, effects=(JointBacklash(2, "moves", coefficients=np.array([2e-3])),)),
+    )
+    made.save(tmp_path / "calibration.json")
+    q = np.array(
+        [[0.1, 0.2, 1.2, 0.1, 0.8, 0.0], [0.0, 0.4, 1.1, 0.0, 0.9, 0.1], [0.2, 0.6, 1.0, 0.2, 0.7, 0.2]]
+    )
+    T = made.model.nominal.flange(q) @ T_SENSOR
+    values = np.column_stack([T[:, :3, 3], log_so3(T[:, :3, :3])])
+    found = []
+    for far in ([], [1]):
+        table = pd.DataFrame(values, columns=FRAME).assign(**dict(zip(JOINTS, q.T, strict=True)))
+        between = table.iloc[far].assign(x=9.0, q2=2.0)
+        table = pd.concat([table.iloc[:2], between, table.iloc[2:]]).reset_index(names="old")
+        table.insert(0, "pose", np.arange(len(table)))
+        table.drop(columns="old").to_csv(tmp_path / "wanted.csv", index=False, float_format="%.17g")
+        arguments = (
+            "correct",
+            tmp_path / "calibration.json",
+            tmp_path / "wanted.csv",
+            "-o",
+            tmp_path / "out.csv",
+        )
         status, said = run(*arguments, "--leave-out")
-        assert status == 0 and "left out" in said
-        assert list(pd.read_csv(cell / "out.csv")["pose"]) == [p for p in range(100, 130) if p != 103]
-        (cell / "out.csv").unlink()
+        assert status == 0, said
+        found.append(pd.read_csv(tmp_path / "out.csv")[JOINTS].to_numpy())
+    np.testing.assert_allclose(found[0], found[1], atol=1e-9)
 
 
 def test_limits_and_singular_poses_are_said(cell):

@@ -1,0 +1,134 @@
+"""What ``scalar correct`` says of poses: of those that it could not correct, and of those that it did."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scalar.errors import Fault
+from scalar.units import DEG, MM
+
+if TYPE_CHECKING:
+    from scalar.estimation.correction import Correction, Sensitivity
+    from scalar.geometry.robot import Robot
+    from scalar.geometry.se3 import Array
+
+_MOST_SHOWN = 10
+_MOST_TURN = 180.0  # deg or mm for a shift of 1 mm: beyond it a number says no more than that
+_EMPTY, _AS_GIVEN = "without joint angles (corrected = 0)", "as it was given, with corrected = 0"
+
+
+@dataclass(frozen=True)
+class Uncorrected:
+    """A pose that could not be corrected.
+
+    Attributes:
+        pose: Its number.
+        why: A clause.
+        written: How the row is written.
+        remedy: What to do.
+    """
+
+    pose: int
+    why: str
+    written: str
+    remedy: str
+
+    def fault(self, file: str, written: bool) -> Fault:
+        """Return what is said where the row is written, or nothing is."""
+        how = f"not corrected, and written {self.written}: " if written else ""
+        return Fault(file, f"pose {self.pose}: {how}{self.why}; {self.remedy}")
+
+
+def no_posture(pose: int) -> Uncorrected:
+    """Return what is said of a frame for which no joint angles were found."""
+    remedy = "move it, or give q1..qn of a posture near it"
+    return Uncorrected(pose, "out of reach within the joint limits", _EMPTY, remedy)
+
+
+def cannot_take(pose: int, found: Correction, i: int) -> Uncorrected:
+    """Return what is said of a frame that the calibrated arm cannot take."""
+    if found.position_error[i] > MM * 1e-3 or found.orientation_error[i] > 1e-6:
+        off = f"the nearest is {found.position_error[i] / MM:.3g} mm and {found.orientation_error[i] / DEG:.3g} deg away"
+    else:
+        off = "it takes another posture"
+    why = f"the calibrated arm cannot take it ({_where(found, i)}: {off})"
+    return Uncorrected(pose, why, _EMPTY, "move the pose")
+
+
+def left_as_given(pose: int, found: Correction, i: int) -> Uncorrected:
+    """Return what is said of joint angles that are written as they were given."""
+    off = f"{found.position_error[i] / MM:.2g} mm and {found.orientation_error[i] / DEG:.2g} deg"
+    why = f"{_where(found, i)}, no small change of the joints takes the arm there, and uncorrected it errs by {off}"
+    remedy = "move the pose a few degrees away if it has to be exact, or keep it, as for a home pose"
+    return Uncorrected(pose, why, _AS_GIVEN, remedy)
+
+
+def _where(found: Correction, i: int) -> str:
+    return "near a singularity" if found.near_singular[i] else "at the edge of its reach"
+
+
+def faults_of(uncorrected: Sequence[Uncorrected], file: str, *, written: bool = True) -> list[Fault]:
+    """Return a fault for each of the first few poses, and one that counts the others; ``written``: whether their rows are."""
+    faults = [one.fault(file, written) for one in uncorrected[:_MOST_SHOWN]]
+    more = len(uncorrected) - _MOST_SHOWN
+    if more > 0:
+        marked = " (corrected = 0)" if written else ""
+        faults.append(Fault(file, f"{more} more poses cannot be corrected{marked}; look for a common cause"))
+    return faults
+
+
+def left_out(uncorrected: Sequence[Uncorrected]) -> list[str]:
+    """Return a line for each of the first few poses that are left out, and one that counts the others."""
+    return some([f"  left out: pose {one.pose}: {one.why}" for one in uncorrected])
+
+
+def written_poses(robot: Robot, ids: Array, found: Correction, near: Sensitivity) -> list[str]:
+    """Return what a user has to know of the poses that are written: joints beyond their limits, singularities near by."""
+    import numpy as np
+
+    beyond = []
+    for i in np.flatnonzero(found.beyond_limits.any(axis=1)):
+        joint = int(np.argmax(found.beyond_limits[i]))
+        size, unit = (MM, "mm") if joint in robot.prismatic else (DEG, "deg")
+        low, high = robot.limits[joint] / size
+        beyond.append(
+            f"  pose {ids[i]}: joint {joint + 1} at {found.q[i, joint] / size:.3f} {unit} is beyond its limits "
+            f"{low:.1f} to {high:.1f} {unit}"
+        )
+    singular = [
+        f"  pose {ids[i]}: near a singularity ({_how_near(robot, near, int(i))})"
+        for i in np.flatnonzero(is_near(near))
+    ]
+    return [*some(beyond), *some(singular)]
+
+
+def is_near(near: Sensitivity) -> Array:
+    """Return which poses are called near a singularity ``(N,)`` bool."""
+    from scalar.estimation.correction import CorrectionSettings
+
+    return near.singular_value < CorrectionSettings().near_singular
+
+
+def _how_near(robot: Robot, near: Sensitivity, i: int) -> str:
+    """Return by how much a joint moves for a small shift there."""
+    import numpy as np
+
+    # Of joints that turn and such that slide the largest number of degrees or millimetres is named.
+    units = [("mm", MM) if joint in robot.prismatic else ("deg", DEG) for joint in range(robot.n_joints)]
+    moves = near.travel[i] * MM / np.array([size for _, size in units])
+    joint = int(np.argmax(moves))
+    unit = units[joint][0]
+    moved = (
+        f"up to {moves[joint]:.2g} {unit}"
+        if moves[joint] < _MOST_TURN
+        else f"more than {_MOST_TURN:.0f} {unit}"
+    )
+    return f"smallest singular value {near.singular_value[i]:.2g}: to shift the sensor by 1 mm, joint {joint + 1} moves by {moved}"
+
+
+def some(lines: list[str]) -> list[str]:
+    """Return the first lines, and one that counts the others."""
+    more = len(lines) - _MOST_SHOWN
+    return [*lines[:_MOST_SHOWN], f"  and {more} more poses likewise"] if more > 0 else lines

@@ -1,0 +1,39 @@
+"""How far an arm is off, beyond what the covariance of its calibration tells, for what no model here holds.
+
+The residual of an incomplete model exceeds the noise. The excess at the measured poses, as a distance, is counted in every error over the
+workspace. Where a diagnosis names it as a random error of whole poses or scans, it is no error of the model: that error is reported on its own.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scalar.diagnosis.shipped_fit import BY_COMPONENT
+from scalar.estimation.misfit import lacking_shift, lacks_something, misfit
+from scalar.estimation.result import Calibration
+
+if TYPE_CHECKING:
+    from scalar.diagnosis.result import Diagnosis
+
+
+def lacking(calibration: Calibration) -> float:
+    """Return the root mean square distance [m] by which the residual of a calibration exceeds the noise; zero where it does not clearly."""
+    summary = calibration.summary
+    return float(summary.get("misfit_shift_m", 0.0)) if lacks_something(summary) else 0.0
+
+
+def lacking_after(diagnosis: Diagnosis) -> float:
+    """Return the same of the calibration that a diagnosis ships; zero where the diagnosis names the excess as a random error.
+
+    Weights of a variance component hide the excess from the fit. A component that is reported without a name is no random error, so the excess is
+    then that of equal weights.
+    """
+    unnamed = diagnosis.noise_without_a_name
+    if diagnosis.reported_noise and not unnamed and not diagnosis.shipped.without_effects:
+        return 0.0
+    if not unnamed or diagnosis.shipped.fit != BY_COMPONENT:
+        return lacking(diagnosis.calibration_after)
+    state = diagnosis.shipped.choice.state
+    found = misfit(state.residuals, state.model, state.free)
+    exceeds = lacks_something({"misfit": found.ratio, "misfit_p_value": found.p_value})
+    return lacking_shift(state.residuals, state.model, found) if exceeds else 0.0

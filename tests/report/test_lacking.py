@@ -1,0 +1,73 @@
+"""What the model of a diagnosis still lacks is counted in the errors that its report states, and said."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scalar.cli.diagnose import describe_diagnosis
+from scalar.diagnosis.diagnose import diagnose
+from scalar.diagnosis.result import Diagnosis
+from scalar.evaluate.workspace_errors import aligned_errors
+from scalar.report.fleet_row import row_of
+from scalar.report.lacking import lacking_after
+from scalar.report.page import page
+from tests.diagnosis.cases import unnamed
+from tests.diagnosis.test_patterns_are_no_noise import loose_mount
+from tests.effects.injected import Moment, make_cell
+
+
+@pytest.fixture(scope="module")
+def few() -> Diagnosis:
+    """Return the diagnosis of sixty poses of an arm whose joint errs as no effect does: too few to find anything."""
+    return diagnose(unnamed(1, poses_per_plane=20)[0].dataset, outer_folds=0)
+
+
+@pytest.mark.slow
+def test_an_excess_that_nothing_explains_is_said_and_counted(few: Diagnosis) -> None:
+    """The residual is far beyond chance: the report does not say that nothing is lacking, and counts the excess in the error over the workspace."""
+    summary = few.calibration_after.summary
+    assert few.verdict == "no_effect" and summary["misfit"] > 1.15 and summary["misfit_p_value"] < 1e-3
+    told = page(few)
+    assert told["opening"][0].startswith("The model lacks something that these data do not name")
+    for text in (*told["opening"], describe_diagnosis(few)):
+        assert "nothing that the model lacks" not in text
+    assert told["workspace"]["lacking"] == f"{summary['misfit_shift_m'] * 1e3:.4f} mm"
+    stated = float(told["workspace"]["rows"][-1]["mean"]["value"].removesuffix(" mm"))
+    assert stated > summary["misfit_shift_m"] * 1e3
+    assert row_of(few)["after_error_mm"] == pytest.approx(stated, abs=1e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 2])
+def test_a_pattern_without_a_name_is_counted_in_the_error(seed: int) -> None:
+    """A loose mount moves the sensor by gravity, and is reported as no random error. The map states the arm's true error within a factor of 1.5,
+    whether poses are fitted with equal weights or with those of the component that hides the excess."""
+    truth = make_cell(seed=seed, poses_per_plane=3).scene.truth
+    cell = make_cell(loose_mount(truth), seed=seed, poses_per_plane=34)
+    found = diagnose(cell.dataset, outer_folds=0)
+    q = np.random.default_rng(9).uniform(*cell.dataset.robot.limits.T, (3000, 6))
+    order = np.random.default_rng(8).uniform(0, cell.dataset.n_poses - 1, len(q))
+    errors = aligned_errors(
+        found.calibration_after.predict(q, order=order), cell.sensor(Moment(q, order, {}))
+    )
+    errs = float(np.mean(np.linalg.norm(errors, axis=1))) * 1e3
+    stated = float(page(found)["workspace"]["rows"][-1]["mean"]["value"].removesuffix(" mm"))
+    assert errs / 1.5 < stated < 1.5 * errs
+
+
+def test_a_random_error_that_is_named_is_not_counted() -> None:
+    """Poses that scatter at random, and are reported so, are no error of the model: the report states their scatter on its own."""
+    summary = {"misfit": 3.0, "misfit_p_value": 0.0, "misfit_shift_m": 1e-4}
+    named: Any = SimpleNamespace(
+        reported_noise=(object(),),
+        noise_without_a_name=False,
+        shipped=SimpleNamespace(without_effects=False, fit="equal_weights"),
+        calibration_after=SimpleNamespace(summary=summary),
+    )
+    assert lacking_after(named) == 0.0
+    named.reported_noise = ()
+    assert lacking_after(named) == 1e-4
