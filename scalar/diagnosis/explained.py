@@ -62,7 +62,7 @@ class Explained:
         before, found = self._concluded(self.before, None), self._concluded(self.after, whitening)
         if shipped.without_effects:
             return before, found, before
-        if not shipped.choice.left_out:
+        if shipped.choice.as_found:
             return before, found, found
         return before, found, self._concluded(shipped.choice.state, whitening)
 

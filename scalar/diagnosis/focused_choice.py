@@ -6,7 +6,9 @@ estimates the mean squared error of what is asked for, here predicted positions 
 variance, and the square of its distance to the wide model's prediction, less what chance makes of that distance. Here a multiple of what
 chance makes is taken off (``settings.shipped_fit.beyond_chance``, squared), since a correction that does harm is worse than one that is
 missing. The variances are those of the jackknife over poses, which hold whatever the noise of a pose is. The wide model has all that was
-found and, for an effect of a special form, a more general one beside it.
+found, for an effect of a special form a more general one beside it, and what any set-up of the kind has a little of, as target planes are
+never quite flat (``Effect.nuisances``). The latter may be shipped too, though they are no findings: with one target plane's bow, say, the arm
+is nearer to the truth if the smaller bows of the others are fitted as well.
 """
 
 from __future__ import annotations
@@ -18,8 +20,13 @@ import numpy as np
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.jackknife import Linearised, variance_of
 from scalar.effects import Effect
+from scalar.effects.registry import known
 from scalar.geometry.se3 import Array
 from scalar.units import MM
+
+Errors = tuple[float, float, float]
+"""Expected errors of a predicted position [m]: within the joint limits, within the measured ranges, at the measured poses."""
+LIMITS, RANGES, MEASURED = 0, 1, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,74 +36,111 @@ class FocusedChoice:
     Attributes:
         state: The model with them.
         left_out: Effects that were found and are not in it.
-        error_with, error_without: Expected error of a predicted position [m], root mean square within the joint limits, with all effects found
-            and as chosen.
+        added: Effects that were not found and are in it.
+        error_with_all, error_as_shipped: Expected error of a predicted position [m], root mean square within the joint limits, with all effects
+            found and as chosen.
         error_measured: The latter within the ranges of the joints that were measured.
     """
 
     state: FittedState
     left_out: tuple[Effect, ...]
-    error_with: float
-    error_without: float
+    added: tuple[Effect, ...]
+    error_with_all: float
+    error_as_shipped: float
     error_measured: float
+
+    @property
+    def as_found(self) -> bool:
+        """Return whether the model contains the effects that were found, and no others."""
+        return not self.left_out and not self.added
 
     def to_mapping(self) -> dict[str, object]:
         """Return what ``diagnosis.json`` says of it."""
         return {
             "left_out": [{"name": effect.name, "target": effect.target} for effect in self.left_out],
+            "added": [{"name": effect.name, "target": effect.target} for effect in self.added],
             "expected_error_mm": {
-                "with_all": self.error_with / MM,
-                "as_shipped": self.error_without / MM,
+                "with_all": self.error_with_all / MM,
+                "as_shipped": self.error_as_shipped / MM,
                 "as_shipped_within_measured_ranges": self.error_measured / MM,
             },
         }
 
 
 def focused_choice(after: FittedState) -> FocusedChoice:
-    """Return the effects with which predictions are expected to err least, of those that were found.
+    """Return the effects with which predictions are expected to err least.
 
-    Effects are left out one after the other, that one first without which the expected error is least, as long as it falls; all of them at once
-    are tried as well. What is chosen has to be clearly better than the model with all effects within the joint limits
-    (``settings.shipped_fit.nearer``), and not worse within the ranges of the joints that were measured, nor at the measured poses: a correction
-    that is only uncertain where nobody has measured still serves where somebody has. The ranges alone do not show this. Poses that press a tool
-    on plates, say, fill a small part of them, and anything may be predicted for the rest.
+    Effects are left out one after the other, that one first without which the expected error is least, as long as it falls: once from those
+    that were found, once from all of the wide model. What is chosen has to be clearly better than the model with all that was found within the
+    joint limits (``settings.shipped_fit.nearer``), and not worse within the ranges of the joints that were measured, nor at the measured poses:
+    a correction that is only uncertain where nobody has measured still serves where somebody has. The ranges alone do not show this. Poses that
+    press a tool on plates, say, fill a small part of them, and anything may be predicted for the rest. Nothing is shipped where the model
+    without effects errs little more (``settings.shipped_fit.worth_correcting``), neither there nor at the measured poses.
 
     Args:
         after: With all that was found.
     """
     effects = after.effects
     if not effects:
-        return FocusedChoice(after, (), 0.0, 0.0, 0.0)
-    general = [e.generalised(after.dataset) for e in effects]
-    beside = [e for e in general if e is not None and not any(e.same_place(other) for other in effects)]
-    wide = _Wide(after.refitted((*effects, *beside[:1]), after.model) if beside else after)
-    every = tuple(range(len(effects)))
-    with_all, *near_with_all = wide.errors(every)
-    kept, least = every, with_all
+        return FocusedChoice(after, (), (), 0.0, 0.0, 0.0)
+    settings = after.settings.shipped_fit
+    nuisances, general = _nuisances(after), _general(after)
+    everything = (*effects, *nuisances, *general)
+    wide = _Wide(after.refitted(everything, after.model) if len(everything) > len(effects) else after)
+    found = tuple(range(len(effects)))
+    with_all = wide.errors(found)
+    starts = {found, tuple(range(len(effects) + len(nuisances)))}
+    kept = min(
+        (_fewest(wide, start, with_all) for start in sorted(starts)),
+        key=lambda kept: wide.errors(kept)[LIMITS],
+    )
+    if wide.errors(kept)[LIMITS] > settings.nearer * with_all[LIMITS] or not _no_worse(
+        wide.errors(kept), with_all
+    ):
+        kept = found
+    least, without = wide.errors(kept), wide.errors(())
+    if all(least[k] > settings.worth_correcting * without[k] for k in (LIMITS, MEASURED)):
+        kept = ()
+    return FocusedChoice(
+        after if kept == found else after.refitted([everything[i] for i in kept]),
+        tuple(effects[i] for i in found if i not in kept),
+        tuple(everything[i] for i in kept if i not in found),
+        with_all[LIMITS],
+        wide.errors(kept)[LIMITS],
+        wide.errors(kept)[RANGES],
+    )
+
+
+def _nuisances(after: FittedState) -> list[Effect]:
+    """Return what any set-up has a little of, and was not found."""
+    possible = [effect for kind in known().values() for effect in kind.nuisances(after.dataset)]
+    return [effect for effect in possible if not any(effect.same_place(other) for other in after.effects)]
+
+
+def _general(after: FittedState) -> list[Effect]:
+    """Return a more general effect than one that was found, at most one: others would describe the same."""
+    general = (effect.generalised(after.dataset) for effect in after.effects)
+    beside = (e for e in general if e is not None and not any(e.same_place(other) for other in after.effects))
+    return list(beside)[:1]
+
+
+def _fewest(wide: _Wide, kept: tuple[int, ...], than: Errors) -> tuple[int, ...]:
+    """Return which effects are left once leaving out another would add to the expected error, or make it worse at measured poses."""
+    least = wide.errors(kept)[LIMITS]
     while kept:
-        fewer = [_without(kept, i) for i in kept]
+        fewer = [tuple(k for k in kept if k != i) for i in kept]
         errors = [wide.errors(model) for model in fewer]
-        allowed = [anywhere if _no_worse(near, near_with_all) else np.inf for anywhere, *near in errors]
+        allowed = [each[LIMITS] if _no_worse(each, than) else np.inf for each in errors]
         best = int(np.argmin(allowed))
         if allowed[best] >= least:
             break
         kept, least = fewer[best], allowed[best]
-    error, *near = wide.errors(())
-    if error < least and _no_worse(near, near_with_all):
-        kept, least = (), error
-    if kept == every or least > after.settings.shipped_fit.nearer * with_all:
-        return FocusedChoice(after, (), with_all, with_all, near_with_all[0])
-    state = after.refitted([effects[i] for i in kept])
-    left_out = tuple(effects[i] for i in every if i not in kept)
-    return FocusedChoice(state, left_out, with_all, least, wide.errors(kept)[1])
+    return kept
 
 
-def _no_worse(errors: list[float], than: list[float]) -> bool:
-    return all(error <= other for error, other in zip(errors, than, strict=True))
-
-
-def _without(kept: tuple[int, ...], i: int) -> tuple[int, ...]:
-    return tuple(k for k in kept if k != i)
+def _no_worse(errors: Errors, than: Errors) -> bool:
+    """Return whether errors are no larger, within the measured ranges and at the measured poses."""
+    return all(errors[k] <= than[k] for k in (RANGES, MEASURED))
 
 
 class _Wide:
@@ -112,7 +156,7 @@ class _Wide:
         self.owner = owner[state.free]
         self.optimum = self.linear.fitted(np.ones(len(self.owner), dtype=bool))
 
-    def errors(self, kept: tuple[int, ...]) -> tuple[float, float, float]:
+    def errors(self, kept: tuple[int, ...]) -> Errors:
         """Return the expected error [m] of a predicted position with some of the effects, root mean square over poses.
 
         The first is that of random poses within the joint limits, the second that within the measured ranges, the third that of measured poses.

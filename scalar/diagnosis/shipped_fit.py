@@ -4,8 +4,8 @@ Where a variance component is identified, the fit may use its weights or equal w
 their errors are compared in metres, pose by pose in blocks. If the two do not differ significantly, the weights are used only if predictions at
 poses that were not measured then vary clearly less when single poses are left out. If the model without effects predicts held-out poses, or
 unseen ones where they are known, better than either fit, it is shipped instead, and the effects remain findings: a correction that may do harm
-needs more reason than one that is missing. Effects whose correction is expected to make
-predictions elsewhere worse are left out (``focused_choice``). A test of whether the two fits differ (Hausman,
+needs more reason than one that is missing. Effects whose correction is expected to make predictions elsewhere worse are left out, and others
+that were not found may be added (``focused_choice``). A test of whether the two fits differ (Hausman,
 Econometrica 46, 1978) is only reported: wrong weights lose efficiency but cause no bias, so it does not protect against them.
 """
 

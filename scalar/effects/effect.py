@@ -186,6 +186,11 @@ class Effect(ABC):
         """Return flexible effects that might be mistaken for this one, besides those that are tried on every dataset."""
         return []
 
+    @classmethod
+    def nuisances(cls, dataset: Dataset) -> list[Effect]:
+        """Return the effects of this kind that any set-up has a little of, found or not: the correction of what was found is judged beside them."""
+        return []
+
     def generalised(self, dataset: Dataset) -> Effect | None:
         """Return an effect of which this one is a special form, where a wrong form would move the geometry; else None."""
         return None

@@ -89,6 +89,11 @@ class PlaneBow(PointEffect):
         return [cls(p.name, plane_centre(dataset, p.name)) for p in dataset.planes if p.name in used]
 
     @classmethod
+    def nuisances(cls, dataset: Dataset) -> list[Effect]:
+        """Return the bow of every plane: none is quite flat."""
+        return cls.candidates(dataset)
+
+    @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
         """Return the bow of a plane, or of every plane."""
         return [cls(p, plane_centre(dataset, p)) for p in planes_named(dataset, words)]

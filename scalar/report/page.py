@@ -123,7 +123,7 @@ def _files(diagnosis: Diagnosis) -> list[str]:
         )
         return [f"after.json is the calibration of arm, sensor and target; before.json is {other}. {use}"]
     what = "this effect" if len(diagnosis.findings) == 1 else "these effects"
-    if diagnosis.shipped.choice.left_out:
+    if not diagnosis.shipped.choice.as_found:
         what = "what was found, as far as these data determine it,"
     return [
         f"after.json is the calibration that takes {what} into account; before.json is the one of the geometry alone. {use}"

@@ -20,6 +20,7 @@ def shipped_sentences(diagnosis: Diagnosis) -> list[str]:
     return [
         *_without_effects(diagnosis),
         *_left_out(diagnosis),
+        *_added(diagnosis),
         *_weights(diagnosis),
         *_beyond_measured_ranges(diagnosis),
     ]
@@ -33,17 +34,29 @@ def _left_out(diagnosis: Diagnosis) -> list[str]:
     them = "it" if len(choice.left_out) == 1 else "them"
     return [
         f"after.json does not correct for {names}, because these data do not determine {them} well enough: predictions at other poses are "
-        f"expected to err by {length(choice.error_with)} with this correction, and by {length(choice.error_without)} without it."
+        f"expected to err by {length(choice.error_with_all)} with this correction, and by {length(choice.error_as_shipped)} without it."
+    ]
+
+
+def _added(diagnosis: Diagnosis) -> list[str]:
+    choice = diagnosis.shipped.choice
+    if not choice.added or diagnosis.shipped.without_effects:
+        return []
+    names = listed([quoted(effect.title) for effect in choice.added])
+    a_finding = "a finding" if len(choice.added) == 1 else "findings"
+    return [
+        f"after.json also corrects for {names}. The data do not show this clearly enough to report it as {a_finding}, but with this correction "
+        "predictions at other poses are expected to be nearer to the truth."
     ]
 
 
 def _beyond_measured_ranges(diagnosis: Diagnosis) -> list[str]:
     choice = diagnosis.shipped.choice
-    if diagnosis.shipped.without_effects or choice.error_without <= MUCH_FARTHER * choice.error_measured:
+    if diagnosis.shipped.without_effects or choice.error_as_shipped <= MUCH_FARTHER * choice.error_measured:
         return []
     return [
         "Use after.json within the ranges of the joints that were measured: there, predictions are expected to err by "
-        f"{length(choice.error_measured)}, but by {length(choice.error_without)} over the whole of the joint limits."
+        f"{length(choice.error_measured)}, but by {length(choice.error_as_shipped)} over the whole of the joint limits."
     ]
 
 
@@ -52,10 +65,16 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
     if not shipped.without_effects:
         return []
     if shipped.decided_by == "expected_error":
-        with_all, without = length(shipped.choice.error_with), length(shipped.choice.error_without)
+        choice = shipped.choice
+        with_all, without = length(choice.error_with_all), length(choice.error_as_shipped)
+        gain = (
+            ": a correction that gains so little may do harm"
+            if choice.error_with_all < choice.error_as_shipped
+            else ""
+        )
         return [
             f"after.json is the model without effects, because with them predictions at other poses are expected to err by {with_all}, "
-            f"and by {without} without them. The effects are findings only, and nothing is corrected for them."
+            f"and by {without} without them{gain}. The effects are findings only, and nothing is corrected for them."
         ]
     if shipped.decided_by == "unseen" and diagnosis.outer is not None:
         poses, errors = "poses that took no part in the diagnosis", diagnosis.outer.errors

@@ -9,6 +9,7 @@ from scalar.diagnosis.jackknife import moves
 from scalar.effects import Effect
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
+from scalar.effects.plane_bow import PlaneBow
 from scalar.effects.range_distortion import RangeDistortion
 from scalar.estimation.geometry_fit import geometry_fit
 from tests.effects.injected import Flaws, make_cell, on_joint
@@ -71,7 +72,7 @@ def test_many_effects_that_are_not_there_are_left_out():
     )
     choice = focused_choice(state)
     assert len(choice.left_out) >= 2
-    assert choice.error_without < choice.error_with
+    assert choice.error_as_shipped < choice.error_with_all
 
 
 def test_what_serves_where_it_was_measured_is_not_left_out_for_what_it_does_elsewhere():
@@ -82,7 +83,7 @@ def test_what_serves_where_it_was_measured_is_not_left_out_for_what_it_does_else
     part = dataset.subset(np.flatnonzero(q < np.quantile(q, 0.4)))
     choice = focused_choice(fitted(part, JointHarmonic(2, (7, 8, 9, 10, 11))))
     assert choice.left_out == ()
-    assert choice.error_without > 3 * choice.error_measured
+    assert choice.error_as_shipped > 3 * choice.error_measured
 
 
 def test_a_wrong_form_of_the_scanner_error_does_little_harm():
@@ -120,9 +121,35 @@ def test_a_correction_that_serves_the_measured_poses_is_not_left_out_for_the_res
     measured_without = 7e-3
 
     def errors(self, kept):
-        return (23e-3, 12e-3, 6e-3) if kept else (14e-3, 11e-3, measured_without)
+        return (23e-3, 12e-3, 4e-3) if kept else (14e-3, 11e-3, measured_without)
 
     monkeypatch.setattr(_Wide, "errors", errors)
     assert focused_choice(scaled).left_out == ()
-    measured_without = 5e-3
+    measured_without = 3.5e-3
     assert len(focused_choice(scaled).left_out) == 2
+
+
+def test_a_correction_as_large_as_its_own_error_is_not_made(scaled, monkeypatch):
+    """Where the model without effects is expected to err little more, within the joint limits and at the measured poses, nothing is corrected."""
+    with_effects = (8e-3, 8e-3, 8e-3)
+    monkeypatch.setattr(_Wide, "errors", lambda self, kept: with_effects if kept else (10e-3, 10e-3, 10e-3))
+    assert len(focused_choice(scaled).left_out) == 2
+    with_effects = (8e-3, 8e-3, 6e-3)
+    assert focused_choice(scaled).left_out == ()
+    with_effects = (6e-3, 8e-3, 8e-3)
+    assert focused_choice(scaled).left_out == ()
+
+
+def test_planes_that_bow_a_little_are_shipped_beside_one_that_was_found():
+    """All target planes are bowed and one bow was found: with the others' bows the arm is nearer to the truth."""
+    gains, added = [], 0
+    for seed in range(3):
+        rng = np.random.default_rng(90 + seed)
+        bent = {name: tuple(rng.choice([-1, 1], 3) * 1e-3) for name in ("floor", "wall_x", "wall_y")}
+        cell = make_cell(Flaws(bent=bent), seed=91 + seed, poses_per_plane=40)
+        found = fitted(cell.dataset, PlaneBow.candidates(cell.dataset)[0])
+        choice = focused_choice(found)
+        added += len(choice.added)
+        gains.append(mean_error(Predicting(choice.state), cell) / mean_error(Predicting(found), cell))
+    assert added >= 3
+    assert np.exp(np.mean(np.log(gains))) < 0.8

@@ -271,19 +271,33 @@ def test_the_few_best_terms_are_looked_at(monkeypatch):
 
 @pytest.mark.parametrize(("share", "left_out"), [(0.9, True), (0.96, False)])
 def test_effects_are_left_out_only_where_that_is_clearly_nearer(share, left_out, monkeypatch):
-    """An expected error of 90 % without the effects is clearly less, one of 96 % is not."""
-    wide = SimpleNamespace(errors=lambda kept: (1.0, 1.0) if kept else (share, 1.0))
+    """An expected error of 90 % without one of two effects is clearly less, one of 96 % is not."""
+    errors = {(0, 1): (1.0, 1.0, 1.0), (0,): (share, 1.0, 1.0)}
+    assert bool(chosen(monkeypatch, errors).left_out) == left_out
+
+
+@pytest.mark.parametrize(("share", "shipped"), [(0.6, 2), (0.8, 0)])
+def test_what_leaves_most_of_the_error_is_not_corrected(share, shipped, monkeypatch):
+    """A correction that leaves 60 % of the expected error is made, one that leaves 80 % is not."""
+    errors = {(0, 1): (share, share, share), (): (1.0, 1.0, 1.0)}
+    assert len(chosen(monkeypatch, errors).left_out) == 2 - shipped
+
+
+def chosen(monkeypatch, errors):
+    """Return what is chosen of two effects, given the expected errors of some models; those of all others are large."""
+    wide = SimpleNamespace(errors=lambda kept: errors.get(kept, (10.0, 10.0, 10.0)))
     monkeypatch.setattr(focused_choice, "_Wide", lambda _: wide)
-    effect = SimpleNamespace(generalised=lambda _: None)
-    after: Any = SimpleNamespace(effects=(effect,), dataset=None, settings=DEFAULTS, refitted=lambda _: None)
-    assert bool(focused_choice.focused_choice(after).left_out) == left_out
+    monkeypatch.setattr(focused_choice, "_nuisances", lambda _: [])
+    effects = (SimpleNamespace(generalised=lambda _: None),) * 2
+    after: Any = SimpleNamespace(effects=effects, dataset=None, settings=DEFAULTS, refitted=lambda _: None)
+    return focused_choice.focused_choice(after)
 
 
 @pytest.mark.parametrize(("errors", "fit"), [(1.5, "equal_weights"), (3.0, "before")])
 def test_the_model_without_effects_is_shipped_where_it_predicts_clearly_better(errors, fit, monkeypatch):
     """By three standard errors it does, by one and a half it does not."""
     monkeypatch.setattr(
-        shipped_fit, "focused_choice", lambda state: SimpleNamespace(state=state, left_out=())
+        shipped_fit, "focused_choice", lambda state: SimpleNamespace(state=state, left_out=(), as_found=True)
     )
     monkeypatch.setattr(shipped_fit, "held_out_errors", lambda *_: None)
     monkeypatch.setattr(shipped_fit, "no_worse", lambda *_: True)

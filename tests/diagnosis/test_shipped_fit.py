@@ -147,3 +147,18 @@ def test_effects_with_which_unseen_poses_are_predicted_worse_are_not_shipped():
         assert abs(improvement_in_metres(other, errors)) < 2
         shipped = shipped_fit(before, after, None, (errors, other))
         assert (shipped.fit, shipped.decided_by) == (fit, "only_one" if fit == EQUAL else "unseen")
+
+
+@pytest.mark.slow
+def test_a_bow_that_is_no_finding_is_said_to_be_corrected():
+    """One target plane bows clearly and two a little: after.json has bows that are no findings, and report and diagnosis.json say so."""
+    bent = {"floor": (4e-3, 2e-3, 4e-3), "wall_x": (2e-4, -2e-4, 2e-4), "wall_y": (-2e-4, 2e-4, 2e-4)}
+    dataset = make_cell(Flaws(bent=bent), seed=4, poses_per_plane=25).dataset
+    diagnosis = diagnose(dataset)
+    added = [effect.target["plane"] for effect in diagnosis.shipped.choice.added]
+    assert added and not set(added) & {f.effect.target["plane"] for f in diagnosis.findings}
+    corrected = {effect.target["plane"] for effect in diagnosis.calibration_after.model.effects}
+    assert corrected >= {"floor", *added}
+    assert {entry["target"]["plane"] for entry in diagnosis.to_mapping()["shipped"]["added"]} == set(added)
+    (sentence,) = [s for s in shipped_sentences(diagnosis) if "also corrects for" in s]
+    assert all(plane in sentence for plane in added)

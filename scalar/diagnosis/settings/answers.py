@@ -40,8 +40,12 @@ class ShippedFitSettings:
         "chosen: for a gain of less than a tenth, equal weights are the plainer choice",
     )  # fmt: skip
     nearer: float = setting(
-        0.95, "of the expected error of a prediction", "that the model without some of the effects has to leave for them to be left out",
+        0.95, "of the expected error of a prediction", "that a model with other effects than were found has to leave to be shipped instead",
         "chosen: what makes no difference of a twentieth is better corrected as it is reported",
+    )  # fmt: skip
+    worth_correcting: float = setting(
+        0.7, "of the expected error without effects", "that a correction may leave at most, or nothing is corrected",
+        "one over the root of two: what a correction removes is then at least as large as the error that it leaves",
     )  # fmt: skip
 
 

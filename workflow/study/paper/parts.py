@@ -109,6 +109,7 @@ def settings() -> dict[str, Any]:
         "variance_component_alpha": DEFAULTS.selection.alpha_unnamed,
         "unattributed_alpha": DEFAULTS.selection.alpha_unnamed,
         "least_confidence": DEFAULTS.naming.least_confidence,
+        "worth_correcting": DEFAULTS.shipped_fit.worth_correcting,
         "folds": DEFAULTS.hold_out.folds,
         "most_poses_of_sets": DEFAULTS.subset_search.most_poses,
         "blocks": DEFAULTS.hold_out.folds * DEFAULTS.hold_out.blocks_per_fold,
