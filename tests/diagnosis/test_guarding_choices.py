@@ -119,18 +119,21 @@ def test_what_is_proposed_is_stable(monkeypatch):
     fold = subset_search.blocks(q, DEFAULTS.hold_out)[1]
     needed = {0: {0, 1, 2}, 1: {0, 1}}
 
-    def pieces(poses: Any, moments: Any) -> Any:
+    def pieces(poses: Any) -> Any:
         missing = set(range(5)) - set(fold[poses].tolist())
 
-        def subset(some: tuple[int, ...]) -> Any:
+        def evidence(some: tuple[int, ...]) -> float:
             left_out = {0, 1} - set(some)
-            return SimpleNamespace(evidence=-sum(1.0 if missing <= needed[p] else -1.0 for p in left_out))
+            return -sum(1.0 if missing <= needed[p] else -1.0 for p in left_out)
 
         return SimpleNamespace(
-            best=lambda: (0, 1), begins=[(), ()], effects=[JointScale(1), JointScale(2)], subset=subset
+            best=lambda: (0, 1),
+            subsets=lambda sets: [SimpleNamespace(evidence=evidence(some)) for some in sets],
         )
 
-    monkeypatch.setattr(subset_search._Rows, "of", lambda *_: SimpleNamespace(pieces=pieces))
+    laid = SimpleNamespace(begins=[(), ()], effects=[JointScale(1), JointScale(2)], pieces=pieces)
+    laid.only = lambda chosen: laid
+    monkeypatch.setattr(subset_search._Rows, "of", lambda *_: SimpleNamespace(laid_out=lambda moments: laid))
     given = state(dataset=SimpleNamespace(n_poses=60, q=q))
     assert [effect.joint for effect in subset_search.best_subset(given, None)] == [1]  # type: ignore[attr-defined, arg-type]
 

@@ -5,9 +5,10 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from scalar.diagnosis.beam_search import Pieces, Subset
 from scalar.diagnosis.candidate_columns import named_candidates
 from scalar.diagnosis.fitted_state import FittedState, refit
-from scalar.diagnosis.subset_search import Pieces, best_subset
+from scalar.diagnosis.subset_search import best_subset
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
 from tests.effects.injected import Flaws, make_cell
@@ -16,11 +17,12 @@ from tests.effects.injected import Flaws, make_cell
 def pieces_of(E: np.ndarray, r: np.ndarray, widths: list[int]) -> Pieces:
     """Return pieces with columns of these widths, in units of priors and noise."""
     columns = np.split(np.arange(E.shape[1]), np.cumsum(widths)[:-1])
-    effects = [JointScale(1)] * len(widths)
-    return Pieces(
-        effects, [()] * len(widths), columns, np.arange(len(widths)),
-        E.T @ E, E.T @ r, float(r @ r), len(r), len(widths), 0.2,
-    )  # fmt: skip
+    return Pieces(columns, np.arange(len(widths)), E.T @ E, E.T @ r, float(r @ r), len(r), len(widths), 0.2)
+
+
+def subset(pieces: Pieces, some: tuple[int, ...]) -> Subset:
+    """Return one set."""
+    return pieces.subsets([some])[0]
 
 
 def drawn(
@@ -42,17 +44,29 @@ def test_the_squared_residual_of_a_set_is_that_of_the_penalised_fit(seed):
     where = np.concatenate([pieces.columns[p] for p in (0, 2, 6)])
     rows = np.vstack([E[:, where], np.eye(len(where))])
     wanted = np.linalg.lstsq(rows, np.r_[r, np.zeros(len(where))])[1][0]
-    assert pieces.subset((0, 2, 6)).squared == pytest.approx(wanted, rel=1e-9)
+    assert subset(pieces, (0, 2, 6)).squared == pytest.approx(wanted, rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_extensions_are_ranked_as_the_sets_that_they_lead_to(seed):
     """The piece that extends a set best is the one with which the set has the most evidence."""
     pieces, _, _ = drawn(seed)
-    start = pieces.subset((1, 3))
-    first = pieces.extensions(start, most=8)[0]
+    start = subset(pieces, (1, 3))
+    first = pieces.extensions([start], most=8)[0][0]
     every = [tuple(sorted((1, 3, p))) for p in range(len(pieces.columns)) if p not in (1, 3)]
-    assert first == max(every, key=lambda some: pieces.subset(some).evidence)
+    assert first == max(every, key=lambda some: subset(pieces, some).evidence)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_sets_that_are_worked_out_together_are_those_worked_out_alone(seed):
+    """In the order in which they are given, whatever their numbers of columns; and so are their extensions."""
+    pieces, _, _ = drawn(seed)
+    every = [some for size in (3, 0, 2) for some in combinations(range(8), size)]
+    together = pieces.subsets(every)
+    assert [found.pieces for found in together] == every
+    alone = [subset(pieces, some) for some in every]
+    np.testing.assert_allclose([s.evidence for s in together], [s.evidence for s in alone], rtol=1e-12)
+    assert pieces.extensions(together, most=4) == [pieces.extensions([s], most=4)[0] for s in together]
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -60,7 +74,7 @@ def test_no_set_has_more_evidence_than_the_one_that_is_found(seed):
     """Against all sets of eight pieces."""
     pieces, _, _ = drawn(seed)
     every = [some for size in range(9) for some in combinations(range(8), size)]
-    best = max(every, key=lambda some: pieces.subset(some).evidence)
+    best = max(every, key=lambda some: subset(pieces, some).evidence)
     assert pieces.best() == best
 
 
@@ -71,7 +85,7 @@ def test_an_exchange_leaves_a_set_that_imitates():
     halves = rng.permutation(200) < 100
     E = 50 * np.column_stack([np.where(halves, true, 0.3 * true), np.where(halves, 0.3 * true, true), true])
     pieces = pieces_of(E, E[:, 2] + rng.normal(size=200), [1, 1, 1])
-    assert pieces.exchanged(pieces.subset((0, 1))).pieces == (2,)
+    assert pieces.exchanged(subset(pieces, (0, 1))).pieces == (2,)
 
 
 def state_of(flaws: Flaws, seed: int, **options: object) -> FittedState:
