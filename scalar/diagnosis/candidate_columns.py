@@ -5,9 +5,11 @@ Several candidates share columns (an order of a joint stands alone and in the jo
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import log
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -81,6 +83,23 @@ class CandidateSet:
         for candidate, where in self.tried:
             result.setdefault(len(where), []).append((candidate, where))
         return result
+
+    @cached_property
+    def families(self) -> dict[int, Array]:
+        """Return the logarithm of how many of its kind are tried, of each candidate of ``by_width``."""
+        count = Counter(candidate.name for candidate, _ in self.tried)
+        return {
+            width: np.array([log(count[candidate.name] + self.elsewhere) for candidate, _ in own])
+            for width, own in self.by_width.items()
+        }
+
+    @cached_property
+    def of_several_terms(self) -> dict[int, list[int]]:
+        """Return which candidates of ``by_width`` consist of several terms."""
+        return {
+            width: [k for k, (candidate, _) in enumerate(own) if candidate.n_terms > 1]
+            for width, own in self.by_width.items()
+        }
 
     @cached_property
     def groups(self) -> dict[int, Array]:

@@ -71,7 +71,7 @@ def diagnose(
     before, after = run.before, run.after
     if refused:
         left = FinalResiduals.of(after)
-    ranking = rank(before, before.background(), CandidateColumns(before, tried))
+    ranking = rank(before, before.background(), CandidateColumns(before, tried), MAX_RANKING)
     noise = identified_components(after)
     unseen = None if outer is None else outer.errors
     shipped = shipped_fit(before, after, after.whitening if noise else None, unseen)
@@ -95,7 +95,7 @@ def diagnose(
         noise_grounds=grounds_of_component(after, noise, left) if noise else None,
         depends_on=tuple(depends_on(after)) if noise else (),
         unobservable=tuple(unobservable_effects(after, [candidate for candidate, _ in tried.tried])),
-        ranking=tuple(ranking[:MAX_RANKING]),
+        ranking=tuple(ranking),
         outer=outer,
     )
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import comb, log
+from typing import Any
 
 import numpy as np
 
@@ -38,34 +39,40 @@ class Scored:
     observability: float
 
 
-def rank(state: FittedState, background: Background, columns: CandidateColumns) -> list[Scored]:
-    """Return every candidate and change with its score, best first."""
+def rank(
+    state: FittedState, background: Background, columns: CandidateColumns, most: int | None = None
+) -> list[Scored]:
+    """Return every candidate and change with its score, best first; only so many of them if ``most`` is given."""
     candidates = columns.candidates
-    families = Counter(candidate.name for candidate, _ in candidates.tried)
     conditional = columns.conditional(background)
     tally = _Tally()
     for width, members in candidates.by_width.items():
-        gain, dof, observability = (values.tolist() for values in conditional[width].score())
-        for k, (candidate, _) in enumerate(members):
-            family = families[candidate.name] + candidates.elsewhere
-            if candidate.n_terms <= 1:
-                tally.add(candidate, gain[k], dof[k], observability[k], family, candidates.total)
-                continue
+        gain, dof, observability = conditional[width].score()
+        families = candidates.families[width]
+        effects = [candidate for candidate, _ in members]
+        numbers = np.column_stack(
+            [gain, dof, observability, families, np.full(len(members), candidates.total)]
+        )
+        kept = np.ones(len(members), dtype=bool)
+        for k in candidates.of_several_terms[width]:
+            candidate = effects[k]
             rest, freedom = remainder(background, gain[k], dof[k])
             projected, terms = conditional[width].of(k), np.arange(width).reshape(candidate.n_terms, -1)
             # Each term is penalised for its columns and for the number of terms tried, as it would be alone.
             price = np.log(background.freedom) + 2 * np.log(candidate.n_terms) / terms.shape[1]
             chosen = projected.forward(terms, worth=float(price * rest / freedom))
             if not chosen:
+                kept[k] = False
                 continue
             own = projected.score(terms[sorted(chosen)].reshape(1, -1))
             choices = comb(candidate.n_terms, len(chosen))
-            tally.add(
-                candidate.with_terms(chosen), own[0][0], own[1][0], observability[k], family * choices,
-                candidates.total * choices,
-            )  # fmt: skip
+            effects[k] = candidate.with_terms(chosen)
+            numbers[k, :2] = own[0][0], own[1][0]
+            numbers[k, 3] += log(choices)
+            numbers[k, 4] = float(candidates.total * choices)
+        tally.add([effect for effect, keep in zip(effects, kept, strict=True) if keep], numbers[kept])
     _tally_changes(tally, state, background, columns)
-    return sorted(tally.scored(background), key=lambda entry: -entry.evidence)
+    return tally.scored(background, most)
 
 
 def _tally_changes(
@@ -79,7 +86,8 @@ def _tally_changes(
         best = int(np.argmax(found.gain))
         i = int(found.first[best])
         at = effect.beginning(float(order[i]), None if time is None else float(time[i]))
-        tally.add(at, found.gain[best], found.dof[best], 1.0, len(found.gain), columns.candidates.total)
+        total = float(columns.candidates.total)
+        tally.add([at], [[found.gain[best], found.dof[best], 1.0, log(len(found.gain)), total]])
 
 
 @dataclass
@@ -87,25 +95,27 @@ class _Tally:
     """Candidates whose p-values and evidence are worked out all at once."""
 
     effects: list[Effect] = field(default_factory=list)
-    numbers: list[tuple[float, int, float, float, float]] = field(default_factory=list)
+    numbers: list[Any] = field(default_factory=list)
 
-    def add(
-        self, effect: Effect, gain: float, dof: int, observability: float, family: int, total: int
-    ) -> None:
-        """Add a candidate; how many were tried may be more than a machine's number holds, for the choices of terms multiply."""
-        self.effects.append(effect)
-        self.numbers.append((gain, dof, observability, log(max(family, 1)), float(total)))
+    def add(self, effects: Sequence[Effect], numbers: Any) -> None:
+        """Add candidates; of each ``(T, 5)``: gain, degrees of freedom, observability, log of how many of its kind were tried, and how many in all.
 
-    def scored(self, background: Background) -> list[Scored]:
-        """Return the candidates with their scores, in the order in which they were added."""
-        gain, dof, observability, log_family, total = np.array(self.numbers, dtype=float).reshape(-1, 5).T
+        How many may be more than a machine's integer holds, for the choices of terms multiply.
+        """
+        self.effects += effects
+        self.numbers.append(numbers)
+
+    def scored(self, background: Background, most: int | None = None) -> list[Scored]:
+        """Return the candidates with their scores, or so many of them, the one with the largest evidence first."""
+        gain, dof, observability, log_family, total = np.concatenate([np.zeros((0, 5)), *self.numbers]).T
         p = np.minimum(1.0, np.maximum(p_value(background, gain, dof), _LEAST_P_VALUE) * total)
         nats = evidence(background, gain, dof, log_family)
-        rows = zip(
-            self.effects, gain.tolist(), dof.astype(int).tolist(), nats.tolist(), p.tolist(), observability.tolist(),
+        best = np.argsort(-nats, kind="stable")[:most]
+        numbers = zip(
+            gain[best].tolist(), dof[best].astype(int).tolist(), nats[best].tolist(), p[best].tolist(), observability[best].tolist(),
             strict=True,
         )  # fmt: skip
-        return [Scored(*row) for row in rows]
+        return [Scored(self.effects[k], *row) for k, row in zip(best.tolist(), numbers, strict=True)]
 
 
 def score_of(
@@ -129,7 +139,7 @@ def score_of(
         total: How many were tried in all.
     """
     tally = _Tally()
-    tally.add(effect, gain, dof, observability, family, total)
+    tally.add([effect], [[gain, dof, observability, log(max(family, 1)), float(total)]])
     return tally.scored(background)[0]
 
 
@@ -149,7 +159,7 @@ def _look(state: FittedState, background: Background, entry: Scored, scale: floa
     pool = CandidateSet.of(entry.effect.variations(scale))
     if len(pool.tried) == 1:
         return entry
-    best = rank(state, background, CandidateColumns(state, pool))[0]
+    best = rank(state, background, CandidateColumns(state, pool), 1)[0]
     # The penalty for the number of candidates is that of the coarse search; only the fit improves.
     was, now = (max(background.squared - e.gain, 1e-300) for e in (entry, best))
     gained = float(0.5 * background.freedom * np.log(was / now))

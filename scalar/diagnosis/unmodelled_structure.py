@@ -83,7 +83,7 @@ def _ranked(
     for pool in pools:
         columns = CandidateColumns(state, pool)
         for entries, background in zip(found, backgrounds, strict=True):
-            entries += rank(state, background, columns)[:looked_at]
+            entries += rank(state, background, columns, looked_at)
     return [sorted(entries, key=lambda entry: -entry.evidence)[:looked_at] for entries in found]
 
 

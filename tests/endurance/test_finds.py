@@ -41,6 +41,25 @@ def test_a_diagnosis_whose_coefficients_are_none_is_refused(coefficients, tmp_pa
         assert "damaged diagnosis" in str(refusal)
 
 
+@pytest.mark.parametrize(
+    ("file", "was", "now", "place"),
+    [
+        ("blind_trials_smoke.yaml", "unknown:\n  seeds: 1", "unknown:\n  seeds: 1000.0", "unknown.seeds"),
+        ("blind_trials_smoke.yaml", "seeds_per_job: 1", "seeds_per_job: 1.0", "seeds_per_job"),
+        ("blind_trials_stratified_smoke.yaml", "sets: 4\n", "sets: 4.0\n", "sets"),
+        ("smoke.csv", ",14,", ",14.0,", "poses_per_plane"),
+    ],
+)
+def test_a_number_with_a_point_is_no_count(file, was, now, place, tmp_path):
+    """The JSON schema standard takes 1000.0 for an integer; counting with it failed when the jobs were listed."""
+    READERS["config and grids"].make(tmp_path)
+    text = (tmp_path / file).read_text()
+    assert was in text
+    (tmp_path / file).write_text(text.replace(was, now, 1))
+    with pytest.raises(InvalidInput, match=place):
+        READERS["config and grids"].read(tmp_path)
+
+
 def test_damage_is_the_same_from_the_same_seed():
     """A find can be made again."""
     from tests.endurance.mutations import mutated

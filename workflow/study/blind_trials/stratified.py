@@ -14,11 +14,11 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
-import jsonschema
 import numpy as np
 
 from scalar.data.io.plain_yaml import load_yaml
 from scalar.data.io.regular_file import path_inside
+from scalar.data.strict_schema import strict_validator
 from scalar.errors import Fault, InvalidInput
 
 SCHEMA = Path(__file__).parent / "schemas/stratified.schema.json"
@@ -180,7 +180,7 @@ def load_design(path: str | Path) -> Design:
         if not isinstance(base, dict):
             raise InvalidInput(Fault(file, "names a file that holds no design; correct it", column="extends"))
         content = base | {key: value for key, value in content.items() if key != "extends"}
-    validator = jsonschema.Draft202012Validator(json.loads(SCHEMA.read_text(encoding="utf-8")))
+    validator = strict_validator(json.loads(SCHEMA.read_text(encoding="utf-8")))
     faults = [
         Fault(file, error.message.splitlines()[0], column=".".join(map(str, error.absolute_path)))
         for error in validator.iter_errors(content)

@@ -19,12 +19,11 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import jsonschema
-
 from scalar.data.io.plain_yaml import resolve
 from scalar.data.io.regular_file import read_regular_file
 from scalar.data.located_table import did_you_mean
 from scalar.data.schema_words import in_our_words
+from scalar.data.strict_schema import strict_validator
 from scalar.errors import Fault, InvalidInput
 
 CASE = "case"
@@ -148,7 +147,7 @@ def _case(file: str, line: int, row: Mapping[str, Any], names: set[str], faults:
             continue
         value = resolve(cell.strip())
         schema = {"$defs": _schema()["$defs"], **_schema_of(column)}  # type: ignore[dict-item]
-        for error in jsonschema.Draft202012Validator(schema).iter_errors(value):
+        for error in strict_validator(schema).iter_errors(value):
             faults += [Fault(file, message, line, column) for _, message in in_our_words(error)]
         overrides[column] = value
     return Case(name, (row.get(SCENE) or "").strip() or None, overrides)
