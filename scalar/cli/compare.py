@@ -118,7 +118,7 @@ def describe_comparison(comparison: Comparison) -> list[str]:
     lines.append(
         f"the sensor's place on the flange differs by {shift:.3f} mm{turned}: of the campaigns, not of the arm"
     )
-    return lines + _not_compared(comparison.not_compared)
+    return lines + _not_compared(comparison)
 
 
 def _said(comparison: Comparison, change: Change) -> list[str]:
@@ -127,18 +127,27 @@ def _said(comparison: Comparison, change: Change) -> list[str]:
         _sized(comparison.arm.names[i], comparison.arm.units[i], value, std)
         for i, value, std in zip(change.candidate.columns, change.value, change.std, strict=True)
     ]
-    lines = [f"  {_title(change.candidate.name)}: {', '.join(sizes)} ({_chance(change.p_value)})"]
+    lines = [f"  {_title(comparison, change.candidate.name)}: {', '.join(sizes)} ({_chance(change.p_value)})"]
     if change.rivals:
-        names = [_title(rival.name) for rival in change.rivals[:_RIVALS_SHOWN]]
+        names = [_title(comparison, rival.name) for rival in change.rivals[:_RIVALS_SHOWN]]
         more = len(change.rivals) - len(names)
         shown = ", ".join(names) + (f" and {more} more" if more > 0 else "")
         lines.append(f"    not distinguished from: {shown}")
     return lines
 
 
-def _title(name: str) -> str:
-    kind, _, joint = name.rpartition("_")
-    return f"joint {joint}, {_KINDS[kind]} {name}" if kind in _KINDS else name
+def _title(comparison: Comparison, name: str) -> str:
+    kind, _, _ = name.rpartition("_")
+    named = _named(comparison, name)
+    return f"joint {named[len(kind) + 1 :]}, {_KINDS[kind]} {named}" if kind in _KINDS else named
+
+
+def _named(comparison: Comparison, name: str) -> str:
+    """Return a parameter's name, where dataset.yaml has standard DH by the row of that table."""
+    from scalar.geometry.standard_dh import in_rows
+
+    nominal = comparison.arm.model.nominal
+    return in_rows(name, nominal) if nominal.standard_dh else name
 
 
 def _chance(p: float) -> str:
@@ -154,11 +163,11 @@ def _sized(name: str, unit: str, value: float, std: float) -> str:
     return f"{which}{value / size:+.4g} +- {std / size:.2g} {shown}"
 
 
-def _not_compared(reasons: dict[str, str]) -> list[str]:
+def _not_compared(comparison: Comparison) -> list[str]:
     """Return what was not compared, a line for each reason."""
     by_reason: dict[str, list[str]] = {}
-    for name, reason in reasons.items():
-        by_reason.setdefault(reason, []).append(name)
+    for name, reason in comparison.not_compared.items():
+        by_reason.setdefault(reason, []).append(_named(comparison, name))
     lines = []
     for reason, names in by_reason.items():
         more = len(names) - _NOT_COMPARED_SHOWN

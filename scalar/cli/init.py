@@ -26,7 +26,7 @@ from scalar.errors import Fault, InvalidInput
     "--dh",
     type=PATH,
     metavar="TABLE.csv",
-    help="Table a_mm,alpha_deg,d_mm,theta_deg (or _m, _rad), a row a joint.",
+    help="Table a_mm,alpha_deg,d_mm,theta_deg (or _m, _rad), a row a joint; optional: lower_deg,upper_deg (limits), type, joint (its number).",
 )
 @click.option(
     "--convention",

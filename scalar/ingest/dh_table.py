@@ -16,7 +16,7 @@ _LENGTHS = {"m": 1.0, "mm": MM}
 _ANGLES = {"rad": 1.0, "deg": DEG}
 _PARAMETERS = {"a": _LENGTHS, "alpha": _ANGLES, "d": _LENGTHS, "theta": _ANGLES}
 _LIMITS = ("lower", "upper")
-_TYPE = "type"
+_TYPE, _NUMBER = "type", "joint"
 _TYPES = ("revolute", "prismatic")
 
 
@@ -26,7 +26,7 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
     Args:
         path: CSV file with a row for each joint, base to flange. Columns: ``a_mm`` or ``a_m``, ``alpha_deg`` or ``alpha_rad``, and so
             on for d and theta; optional ``lower_deg`` and ``upper_deg`` (or ``_rad``), the limits of the joint, for joints that
-            slide ``lower_mm`` and ``upper_mm`` (or ``_m``); optional ``type``, ``revolute`` or ``prismatic``.
+            slide ``lower_mm`` and ``upper_mm`` (or ``_m``); optional ``type``, ``revolute`` or ``prismatic``, and ``joint``: 1, 2, ...
         convention: One of ``CONVENTIONS``.
         name: Of the robot.
 
@@ -36,10 +36,15 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
     columns = {f"{key}_{unit}" for key, units in _PARAMETERS.items() for unit in units}
     columns |= {f"{key}_{unit}" for key in _LIMITS for unit in _ANGLES | _LENGTHS}
     faults: list[Fault] = []
-    layout = Layout((), (*sorted(columns), _TYPE), text=frozenset({_TYPE}), integers=frozenset())
+    known = (*sorted(columns), _TYPE, _NUMBER)
+    layout = Layout((), known, text=frozenset({_TYPE}), integers=frozenset({_NUMBER}))
     table = read_csv(path, layout, faults)
     if table is None or faults:
         raise InvalidInput(faults)
+    numbers = [int(number) for number in table.columns.get(_NUMBER, range(1, table.n_rows + 1))]
+    if numbers != list(range(1, table.n_rows + 1)):
+        message = "the rows are not joints 1, 2, ... in this order; write them base to flange, or leave the column out"
+        faults.append(Fault(path.name, message, None, _NUMBER))
     types = _types(path, table, faults)
     values = {
         key: _column(path, table.columns, key, units, True, faults) for key, units in _PARAMETERS.items()

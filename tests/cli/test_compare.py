@@ -54,6 +54,21 @@ def test_a_changed_zero_is_said_and_written(folder):
     assert content["changes"][0]["moves_positions"]["rms_mm"] > 0
 
 
+def test_who_gave_standard_dh_reads_the_rows_of_that_table(folder):
+    """a_3 of modified DH is the length in row 2 of standard DH; the JSON keeps the names of the model."""
+    for name, step in (("a.json", 0.0), ("b.json", 2e-4)):
+        made = load_calibration(folder / name)
+        model = made.model.with_vector(made.model.vector + step * (np.array(made.model.names) == "a_3"))
+        robots = {
+            part: replace(getattr(model, part), standard_end=(0.0, 0.0)) for part in ("nominal", "robot")
+        }
+        replace(made, model=replace(model, **robots)).save(folder / f"standard_{name}")
+    written = folder / "c.json"
+    result = run("compare", folder / "standard_a.json", folder / "standard_b.json", "-o", written)
+    assert "joint 2, length a 2: +0.2 " in result.output and "a_3" not in result.output
+    assert "a_3" in written.read_text(encoding="utf-8")
+
+
 def test_calibrations_whose_noise_nobody_stated_are_compared(folder):
     """A tracker without stated noise: its calibration says null for what would compare the residual with the noise."""
     for name in ("a.json", "b.json"):

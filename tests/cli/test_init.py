@@ -115,11 +115,13 @@ def test_a_robot_from_a_urdf(tmp_path):
     ("units", "factor"), [(("mm", "deg"), (1e3, 180 / np.pi)), (("m", "rad"), (1.0, 1.0))]
 )
 def test_a_robot_from_a_table(units, factor, tmp_path):
-    """Lengths and angles come back from either unit."""
+    """Lengths and angles come back from either unit; the number of each joint may stand beside them."""
     joints = read_arm("ur5e").mapping["joints"]
-    header = [f"{key}_{units[0] if key in 'ad' else units[1]}" for key in ("a", "alpha", "d", "theta")]
+    keys = ("a", "alpha", "d", "theta")
+    header = ["joint", *(f"{key}_{units[0] if key in 'ad' else units[1]}" for key in keys)]
     rows = [
-        ",".join(repr(j[k] * factor[k not in "ad"]) for k in ("a", "alpha", "d", "theta")) for j in joints
+        ",".join([str(i + 1), *(repr(j[k] * factor[k not in "ad"]) for k in keys)])
+        for i, j in enumerate(joints)
     ]
     table = tmp_path / "arm.csv"
     table.write_text("\n".join([",".join(header), *rows]) + "\n")
@@ -140,6 +142,7 @@ def test_a_robot_from_a_table(units, factor, tmp_path):
         ("a_mm,alpha_deg,d_mm,theta_deg,lower_deg,upper_deg\n0,0,0,0,10,-10\n", "row 2"),
         ("a,alpha,d,theta\n0,0,0,0\n", "unknown column"),
         ("a_mm,alpha_deg,d_mm,theta_deg\n0,x,0,0\n", "row 2"),
+        ("joint,a_mm,alpha_deg,d_mm,theta_deg\n2,0,0,0,0\n1,0,0,0,0\n", "base to flange"),
     ],
 )
 def test_a_table_at_fault_is_refused(text, word, tmp_path):
