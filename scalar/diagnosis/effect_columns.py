@@ -74,7 +74,10 @@ class EffectColumns:
                 basis = self._basis(effect)
                 if isinstance(basis, JointBasis) or basis.nbytes <= _MOST_KEPT:
                     bases[effect] = basis
-            self._fill(columns[:, :, start:stop], effect, basis)
+            if isinstance(basis, JointBasis):
+                self._fill_by_joints(found[start:stop], basis)
+            else:
+                self._fill(columns[:, :, start:stop], effect, basis)
         if on_points:
             at = np.concatenate([np.arange(place.start, place.stop) for _, place in on_points])
             columns[:, :, at] = self._of_points([effect for effect, _ in on_points])
@@ -93,13 +96,19 @@ class EffectColumns:
             return effect.sensor_screws(nominal, poses)
         return np.zeros((len(poses), 6, len(effect.coefficients)))
 
-    def _fill(self, columns: Array, effect: Effect, basis: Basis) -> None:
-        """Fill in the columns ``(N, m, k)`` of an effect that does not act on points."""
-        if isinstance(basis, JointBasis):
+    def _fill_by_joints(self, columns: Array, basis: JointBasis) -> None:
+        """Fill in the columns ``(k, N, m)`` of an effect on joints."""
+        if not basis.parts:
             columns[:] = 0.0
-            for j, part in basis.parts:
-                columns += self._by_joint[j, :, :, None] * part[:, None, :]
-        elif isinstance(effect, LinkEffect):
+        for i, (j, part) in enumerate(basis.parts):
+            if i == 0:
+                np.multiply(self._by_joint[j], part.T[:, :, None], out=columns)
+            else:
+                columns += self._by_joint[j] * part.T[:, :, None]
+
+    def _fill(self, columns: Array, effect: Effect, basis: Array) -> None:
+        """Fill in the columns ``(N, m, k)`` of an effect that acts neither on joints nor on points."""
+        if isinstance(effect, LinkEffect):
             np.matmul(self._by_geometry, basis.reshape(len(basis), -1, basis.shape[-1]), out=columns)
         else:
             np.matmul(
