@@ -86,7 +86,10 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
         return _agreeing(dataset, distance, keep, gross)
     usable = core = keep
     for _ in range(_CONCENTRATIONS):
-        core = _core(dataset, _left_out(dataset, model, prepared.free, core), usable, gross)
+        better = _core(dataset, _left_out(dataset, model, prepared.free, core), usable, gross)
+        if np.array_equal(better, core):
+            break
+        core = better
         model, prepared = geometry_fit(dataset.subset(core), settings)
         distance = _distances_under(dataset, model)
     keep = _agreeing(dataset, distance, core, gross)

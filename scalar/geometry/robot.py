@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scalar import kernels
-from scalar.geometry.se3 import Array, cross, log_so3, transform_from_rotation_vector
+from scalar.geometry.se3 import Array, log_so3, transform_from_rotation_vector
 
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
@@ -223,19 +223,20 @@ class Robot:
         """
         n = self.n_joints
         geometry = self.geometry if geometry_offsets is None else self.geometry + geometry_offsets
-        before, after = frames[:, :-1], frames[:, 1:]
-        x_before, z_after, o_before = before[..., :3, 0], after[..., :3, 2], before[..., :3, 3]
-        a, alpha = geometry[..., 0, :, None], geometry[..., 1, :, None]
-        y_tilted = np.cos(alpha) * before[..., :3, 1] + np.sin(alpha) * before[..., :3, 2]
-        axes = np.stack([x_before, z_after, y_tilted], axis=1)
-        points = np.stack([o_before, after[..., :3, 3], o_before + a * x_before], axis=1)
+        columns = np.swapaxes(frames, 1, 3)  # (N, axes and origin, their coordinates, frames)
+        before, after = columns[..., :-1], columns[..., 1:]
+        a, alpha = (np.expand_dims(geometry[..., k, :], -2) for k in (0, 1))
+        x_before, z_after, o_before = (
+            at.copy() for at in (before[:, 0, :3], after[:, 2, :3], before[:, 3, :3])
+        )
+        y_tilted = np.cos(alpha) * before[:, 1, :3] + np.sin(alpha) * before[:, 2, :3]
         screws = np.zeros((frames.shape[0], 6, 5, n))
-        for k, axis in ((_A, x_before), (_D, z_after)):
-            screws[:, 3:, k] = np.swapaxes(axis, 1, 2)
-        moments = cross(points, axes)
-        for j, k in enumerate(_TURNING):
-            screws[:, :3, k] = np.swapaxes(axes[:, j], 1, 2)
-            screws[:, 3:, k] = np.swapaxes(moments[:, j], 1, 2)
+        screws[:, 3:, _A], screws[:, 3:, _D] = x_before, z_after
+        points = o_before, after[:, 3, :3], o_before + a * x_before
+        for k, axis, point in zip(_TURNING, (x_before, z_after, y_tilted), points, strict=True):
+            screws[:, :3, k] = axis
+            for row, i, j in ((3, 1, 2), (4, 2, 0), (5, 0, 1)):  # the cross product
+                screws[:, row, k] = point[:, i] * axis[:, j] - point[:, j] * axis[:, i]
         return screws.reshape(frames.shape[0], 6, 5 * n)
 
 
