@@ -26,6 +26,7 @@ from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.shipped_fit import shipped_fit
 from scalar.diagnosis.unmodelled_structure import evidence_without_a_name
+from scalar.diagnosis.variance_components import whitening_for
 from scalar.effects import Effect
 from scalar.estimation.measured_effects import with_target_motion
 
@@ -74,9 +75,12 @@ def diagnose(
     ranking = rank(before, before.background(), CandidateColumns(before, tried), MAX_RANKING)
     noise = identified_components(after)
     unseen = None if outer is None else outer.errors
-    shipped = shipped_fit(before, after, after.whitening if noise else None, unseen)
+    final = run.near_data_sheet()
+    shipped = shipped_fit(final.before, final.after, after.whitening if noise else None, unseen)
     progress("calibrating")
-    calibration_before, calibration_found, calibration_after = run.calibrated(shipped)
+    calibration_before, calibration_found, calibration_after = final.calibrated(
+        shipped, after.variance_components[0] if noise else None
+    )
     # The findings report exactly the coefficients that the calibration contains.
     fitted = zip(found, calibration_found.model.effects, calibration_found.effect_std, strict=True)
     return Diagnosis(
@@ -84,7 +88,7 @@ def diagnose(
         cleaned=run.cleaned,
         before=before,
         after=after,
-        held_out_before=held_out_errors(before),
+        held_out_before=held_out_errors(final.before),
         calibration_before=calibration_before,
         calibration_found=calibration_found,
         calibration_after=calibration_after,
@@ -104,8 +108,10 @@ def answer_without(dataset: Dataset, settings: Settings) -> Answer:
     """Return the answer of a whole diagnosis of some of the poses, for the outer split."""
     run = explained(dataset, settings, lambda stage: None)
     noise = identified_components(run.after)
-    shipped = shipped_fit(run.before, run.after, run.after.whitening if noise else None)
-    before, _, after = run.calibrated(shipped)
+    component = noise[0] if noise else None
+    final = run.near_data_sheet()
+    shipped = shipped_fit(final.before, final.after, whitening_for(component) if component else None)
+    before, _, after = final.calibrated(shipped, component)
     return Answer(
         before.model,
         after.model,

@@ -21,7 +21,7 @@ from scalar.diagnosis.near_data_sheet import near_data_sheet
 from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.shipped_fit import BY_COMPONENT, ShippedFit
 from scalar.diagnosis.unmodelled_structure import flexible_pools, with_flexible_terms
-from scalar.diagnosis.variance_components import WhitenedMeasurement
+from scalar.diagnosis.variance_components import VarianceComponent, WhitenedMeasurement, whitening_for
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.conclude import conclude
 from scalar.estimation.geometry_fit import geometry_fit
@@ -34,7 +34,6 @@ from scalar.estimation.result import Calibration
 from scalar.estimation.setup.ran_away import ran_away
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT
-from scalar.geometry.se3 import Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +43,7 @@ class Explained:
     Attributes:
         cleaned: The dataset without its gross errors.
         prepared: The same, prepared for fits.
-        before, after: States without effects and with all that were found.
+        before, after: States without effects and with all that were found, without priors of the data sheet that the misfit weighs.
         tried: The candidate set of named effects.
         flexible: Those of the flexible terms.
     """
@@ -56,19 +55,34 @@ class Explained:
     tried: CandidateSet
     flexible: Sequence[CandidateSet] = ()
 
-    def calibrated(self, shipped: ShippedFit) -> tuple[Calibration, Calibration, Calibration]:
-        """Return the calibrations without effects, with all that were found, and as shipped, with the weights of the fit that is shipped."""
-        whitening = self.after.whitening if shipped.effects_fit == BY_COMPONENT else None
-        before, found = self._concluded(self.before, None), self._concluded(self.after, whitening)
+    def near_data_sheet(self) -> Explained:
+        """Return the same with the priors of a calibration, for the final fits.
+
+        Whatever is judged is judged without these: a misfit makes them tight, and what they then hold in the geometry looks like an effect, or
+        like poses that do not repeat.
+        """
+        return replace(self, before=near_data_sheet(self.before), after=near_data_sheet(self.after))
+
+    def calibrated(
+        self, shipped: ShippedFit, component: VarianceComponent | None
+    ) -> tuple[Calibration, Calibration, Calibration]:
+        """Return the calibrations without effects, with all that were found, and as shipped, with the weights of the fit that is shipped.
+
+        Args:
+            shipped: What is shipped.
+            component: Whose weights it may have.
+        """
+        weights = component if shipped.effects_fit == BY_COMPONENT else None
+        before, found = self._concluded(self.before, None), self._concluded(self.after, weights)
         if shipped.without_effects:
             return before, found, before
         if shipped.choice.as_found:
             return before, found, found
-        return before, found, self._concluded(shipped.choice.state, whitening)
+        return before, found, self._concluded(shipped.choice.state, weights)
 
-    def _concluded(self, state: FittedState, whitening: Array | None) -> Calibration:
+    def _concluded(self, state: FittedState, component: VarianceComponent | None) -> Calibration:
         settings = self.after.settings.estimation.fit
-        return conclude(self.cleaned.dataset, self.prepared, *_final_fit(state, whitening), settings=settings)
+        return conclude(self.cleaned.dataset, self.prepared, *_final_fit(state, component), settings=settings)
 
 
 def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], None]) -> Explained:
@@ -94,7 +108,7 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
     after = with_flexible_terms(start.after, start.tried, pools)
     progress("fitting joints that need many orders")
     after = with_spectrum(after, start.tried)
-    return replace(start, before=near_data_sheet(start.before), after=near_data_sheet(after), flexible=pools)
+    return replace(start, after=after, flexible=pools)
 
 
 def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:
@@ -145,7 +159,7 @@ def _selected(
     return Explained(cleaned, prepared, before, found, tried)
 
 
-def _final_fit(state: FittedState, whitening: Array | None) -> tuple[Fit, Residuals]:
+def _final_fit(state: FittedState, component: VarianceComponent | None) -> tuple[Fit, Residuals]:
     """Return the final fit of a state: on all points, or on profile rows where these are weighted for their noise or an effect acts on single points.
 
     Of an effect that acts on single points the shape within the scans tells most, hundreds of points a scan. A shape that is slightly wrong there
@@ -153,15 +167,15 @@ def _final_fit(state: FittedState, whitening: Array | None) -> tuple[Fit, Residu
 
     Args:
         state: To fit.
-        whitening: Weights of a variance component of whole poses ``(N, m, m)``, or None.
+        component: Variance component of whole poses by which the rows are weighted, or None.
     """
     residuals, settings = state.residuals, state.settings.estimation
-    if whitening is None:
+    if component is None:
         white = state.rows.noise is None and not extra_basis_of(state.effects)
         own = None if white else residuals
         return fit_from(state.dataset, state.model, state.free, own, settings)
     residuals = type(residuals)(
-        WhitenedMeasurement(residuals.measurement, whitening, state.variance_components[0].as_noise()),
+        WhitenedMeasurement(residuals.measurement, whitening_for(component), component.as_noise()),
         residuals.poses,
         residuals.bases,
         residuals.known,

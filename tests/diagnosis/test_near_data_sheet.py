@@ -1,11 +1,13 @@
 """The final fits of a diagnosis hold near the data sheet what the poses hardly determine, and nothing else."""
 
 import numpy as np
+import pytest
 
-from scalar import calibrate
+from scalar import calibrate, diagnose
 from scalar.diagnosis.fitted_state import refit
 from scalar.diagnosis.near_data_sheet import near_data_sheet
 from scalar.estimation.geometry_fit import geometry_fit
+from tests.effects.injected import Flaws, make_cell
 from tests.estimation.test_data_sheet_priors import elsewhere, workcell
 
 
@@ -34,3 +36,13 @@ def test_what_the_poses_determine_stays_as_it_is():
     apart = near_data_sheet(state).model.robot.geometry - state.model.robot.geometry
     changed = state.model.robot.geometry - dataset.robot.geometry
     assert np.linalg.norm(apart) < 0.05 * np.linalg.norm(changed)
+
+
+def test_what_scatters_is_judged_without_priors():
+    """Each scan has an error of its own, which makes the priors tight: what these then hold in the geometry is no jitter of the joints."""
+    cell = make_cell(Flaws(bias=1.3e-4), seed=4, poses_per_plane=20, points_per_scan=30, noise=5e-5)
+    diagnosis = diagnose(cell.dataset)
+    assert diagnosis.calibration_before.model.priors
+    (effect,) = diagnosis.to_mapping()["effects"]
+    assert effect["name"] == "scan_bias"
+    assert effect["coefficients"]["std_m"]["value"] == pytest.approx(1.3e-4, rel=0.3)
