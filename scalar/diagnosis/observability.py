@@ -38,10 +38,11 @@ class Unobservable:
     consequence: str
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return the entry of ``diagnosis.json``."""
+        """Return the entry of ``diagnosis.json``; the settings tell effects of one target apart, as backlash by moves and by torque."""
         return {
             "name": self.effect.name,
             "target": self.effect.target,
+            "settings": self.effect.to_mapping(),
             "observability": self.observability,
             "consequence": self.consequence,
         }

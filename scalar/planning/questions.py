@@ -80,7 +80,7 @@ def open_pairs(
             ):  # terms of one rival are listed one by one
                 pairs.append(pair)
     for entry in diagnosis.get("unobservable", diagnosis.get("silent", ())):
-        effect = wanted(entry)
+        effect = _as_written(entry) or wanted(entry)
         if effect is None or not effect.natural_sizes.any() or not _by_poses(effect):
             beyond.append(_named(entry))
             continue
@@ -161,8 +161,20 @@ def _is(effect: Effect, entry: Mapping[str, Any]) -> bool:
     return effect.name == entry["name"] and plain(effect.target) == entry["target"]
 
 
+def _as_written(entry: Mapping[str, Any]) -> Effect | None:
+    """Return the effect that an entry describes with its settings, None where it has none or the kind is absent."""
+    kind = registry.known().get(entry["name"])
+    return kind.from_mapping(entry["settings"]) if kind is not None and "settings" in entry else None
+
+
 def _same(one: Effect, other: Effect) -> bool:
-    return one.name == other.name and one.target == other.target and one.term_names == other.term_names
+    alike = one.name == other.name and one.target == other.target and one.term_names == other.term_names
+    return alike and _words(one) == _words(other)
+
+
+def _words(effect: Effect) -> dict[str, str]:
+    """Return the settings that are words, as by what the side of a backlash is told; numbers are estimates."""
+    return {key: value for key, value in effect.to_mapping().items() if isinstance(value, str)}
 
 
 def _same_pair(one: Pair, other: Pair) -> bool:
