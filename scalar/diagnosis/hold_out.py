@@ -6,6 +6,9 @@ it. Poses are therefore divided into blocks in the order of acquisition. The blo
 the whole time and a change at any time has poses of every fold on both sides. Repetitions of a pose are held out together, because an error that
 belongs to the pose repeats with it. The fit of a fold is one Gauss-Newton step from the joint optimum, which is accurate as long as the model is
 nearly linear over that step.
+
+Poses near the measured ones say little of others. Whole regions of the joint space are therefore held out as well: what predicts a region well
+that took no part in the fit extrapolates.
 """
 
 from __future__ import annotations
@@ -17,8 +20,11 @@ from scipy.spatial import KDTree
 
 from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.diagnosis.settings import DEFAULTS, HoldOutSettings
+from scalar.estimation.design_effect import LEAST_POSES, similar_poses
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
+
+REGIONS = 8  # of the joint space: three halvings. With more, a region has others all around it
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,25 +90,33 @@ def held_out_errors(state: FittedState, whitening: Array | None = None) -> HeldO
     """
     key = id(whitening)
     if key not in state.held_out:
-        state.held_out[key] = whitening, _held_out_errors(state, whitening)
+        block, fold = blocks(state.dataset.q, state.settings.hold_out)
+        state.held_out[key] = whitening, _held_out_errors(state, whitening, block, fold)
     return state.held_out[key][1]
 
 
-def _held_out_errors(state: FittedState, whitening: Array | None) -> HeldOutErrors:
+def held_out_regions(state: FittedState, whitening: Array | None = None) -> HeldOutErrors | None:
+    """Return the errors where each of eight regions of the joint space is held out as a whole, or None with too few poses for two of them.
+
+    Args:
+        state: Model and data at the joint optimum.
+        whitening: ``(N, m, m)``, of a variance component of whole poses, if any.
+    """
+    region = similar_poses(state.dataset.q, REGIONS, LEAST_POSES)
+    return _held_out_errors(state, whitening, region, region) if region.any() else None
+
+
+def _held_out_errors(state: FittedState, whitening: Array | None, block: Array, fold: Array) -> HeldOutErrors:
     residual, J = (whitened(whitening, rows) for rows in state.linearised())
     N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
     r_metric, J_metric = _in_metres(state)
     m_metric = len(r_metric) // N
-    settings = state.settings.hold_out
-    block, fold = blocks(state.dataset.q, settings)
     whitened_squares, squares = np.zeros(N), np.zeros(N)
     scale = np.linalg.norm(J, axis=0)
     scale[scale == 0] = 1.0
     gram, projection = J.T @ J / np.outer(scale, scale), J.T @ residual / scale
-    for f in range(settings.folds):
+    for f in np.unique(fold):
         out = fold == f
-        if not out.any():
-            continue
         test = np.repeat(out, m)
         J_test = J[: N * m][test]
         scaled = J_test / scale
@@ -118,7 +132,7 @@ def _held_out_errors(state: FittedState, whitening: Array | None) -> HeldOutErro
         rest = (r_metric[test] + J_metric[test] @ step).reshape(-1, m_metric)
         squares[out] = np.sum(rest**2, axis=1)
     _, counts = state.residuals.squared_distances(state.model)
-    return HeldOutErrors(whitened_squares, squares / counts, counts, block, settings)
+    return HeldOutErrors(whitened_squares, squares / counts, counts, block, state.settings.hold_out)
 
 
 def _step(gram: Array, projection: Array) -> Array | None:

@@ -4,8 +4,9 @@ Where a variance component is identified, the fit may use its weights or equal w
 their errors are compared in metres, pose by pose in blocks. If the two do not differ significantly, the weights are used only if predictions at
 poses that were not measured then vary clearly less when single poses are left out. If the model without effects predicts held-out poses, or
 unseen ones where they are known, better than either fit, it is shipped instead, and the effects remain findings: a correction that may do harm
-needs more reason than one that is missing. Effects whose correction is expected to make predictions elsewhere worse are left out, and others
-that were not found may be added (``focused_choice``). A test of whether the two fits differ (Hausman,
+needs more reason than one that is missing. The same holds where whole regions of the joint space are held out: effects that predict these worse
+do not extrapolate, however well they predict poses between others. Effects whose correction is expected to make predictions elsewhere worse are
+left out, and others that were not found may be added (``focused_choice``). A test of whether the two fits differ (Hausman,
 Econometrica 46, 1978) is only reported: wrong weights lose efficiency but cause no bias, so it does not protect against them.
 """
 
@@ -17,7 +18,13 @@ from typing import Any
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.focused_choice import FocusedChoice, focused_choice
 from scalar.diagnosis.harmonic_spectrum import as_whitened
-from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors, improvement_in_metres, no_worse
+from scalar.diagnosis.hold_out import (
+    HeldOutErrors,
+    held_out_errors,
+    held_out_regions,
+    improvement_in_metres,
+    no_worse,
+)
 from scalar.diagnosis.jackknife import moves
 from scalar.geometry.se3 import Array
 from scalar.units import MM
@@ -65,7 +72,8 @@ class ShippedFit:
         effects_fit: The fit of the effects that are reported: ``equal_weights`` or ``weights_of_component``.
         held_out: Errors of the fit that is shipped.
         effects_held_out: Errors of the fit of the effects.
-        decided_by: ``held_out``, ``unseen``, ``predicted_std``, ``expected_error`` or ``only_one``.
+        regions: Errors without and with the effects where whole regions are held out, or None without effects or with too few poses.
+        decided_by: ``held_out``, ``regions``, ``unseen``, ``predicted_std``, ``expected_error`` or ``only_one``.
         disagreement: Between the weights, where there are two.
         choice: Of the effects that it contains.
     """
@@ -74,6 +82,7 @@ class ShippedFit:
     effects_fit: str
     held_out: HeldOutErrors
     effects_held_out: HeldOutErrors
+    regions: tuple[HeldOutErrors, HeldOutErrors] | None
     decided_by: str
     disagreement: Disagreement | None
     choice: FocusedChoice
@@ -90,6 +99,7 @@ class ShippedFit:
             "fit": self.fit,
             "decided_by": self.decided_by,
             "disagreement": found,
+            "regions": None if self.regions is None else _in_mapping(*self.regions),
         } | self.choice.to_mapping()
 
 
@@ -131,13 +141,36 @@ def shipped_fit(
         if better:
             fit, held_out = BY_COMPONENT, weighted
     effects_fit, effects_held_out = fit, held_out
+    regions = _regions(before, after, whitening if fit == BY_COMPONENT else None)
     if choice.left_out and not after.effects:
         fit, held_out, decided_by = BEFORE, without, "expected_error"
     elif _worse(held_out, without, after, settings.beyond_chance):
         fit, held_out, decided_by = BEFORE, without, "held_out"
+    elif regions is not None and not no_worse(*regions):
+        fit, held_out, decided_by = BEFORE, without, "regions"
     elif unseen is not None and _worse(unseen[1], unseen[0], after, settings.beyond_chance):
         fit, held_out, decided_by = BEFORE, without, "unseen"
-    return ShippedFit(fit, effects_fit, held_out, effects_held_out, decided_by, found, choice)
+    return ShippedFit(fit, effects_fit, held_out, effects_held_out, regions, decided_by, found, choice)
+
+
+def _regions(
+    before: FittedState, after: FittedState, whitening: Array | None
+) -> tuple[HeldOutErrors, HeldOutErrors] | None:
+    """Return the errors without and with effects where whole regions of the joint space are held out; None without effects or regions."""
+    if not after.effects:
+        return None
+    without = held_out_regions(before)
+    effects = held_out_regions(as_whitened(after) if whitening is not None else after, whitening)
+    return None if without is None or effects is None else (without, effects)
+
+
+def _in_mapping(without: HeldOutErrors, effects: HeldOutErrors) -> dict[str, Any]:
+    """Return what ``diagnosis.json`` says of held-out regions."""
+    return {
+        "count": int(without.block.max()) + 1,
+        "without_effects_rms_mm": without.rms / MM,
+        "with_effects_rms_mm": effects.rms / MM,
+    }
 
 
 def _worse(shipped: HeldOutErrors, without: HeldOutErrors, after: FittedState, beyond_chance: float) -> bool:

@@ -22,6 +22,7 @@ def shipped_sentences(diagnosis: Diagnosis) -> list[str]:
         *_left_out(diagnosis),
         *_added(diagnosis),
         *_weights(diagnosis),
+        *_in_other_regions(diagnosis),
         *_beyond_measured_ranges(diagnosis),
     ]
 
@@ -47,6 +48,18 @@ def _added(diagnosis: Diagnosis) -> list[str]:
     return [
         f"after.json also corrects for {names}. The data do not show this clearly enough to report it as {a_finding}, but with this correction "
         "predictions at other poses are expected to be nearer to the truth."
+    ]
+
+
+def _in_other_regions(diagnosis: Diagnosis) -> list[str]:
+    shipped = diagnosis.shipped
+    if shipped.without_effects or shipped.regions is None:
+        return []
+    without, effects = (number(error.rms / MM) for error in shipped.regions)
+    count = int(shipped.regions[0].block.max()) + 1
+    return [
+        f"Where each of {count} regions of the joint space is held out as a whole, its poses are predicted to {effects} mm RMS with the effects, "
+        f"and to {without} mm without. Expect this next to the poses that were measured; nothing is known of poses farther away."
     ]
 
 
@@ -78,6 +91,8 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
         ]
     if shipped.decided_by == "unseen" and diagnosis.outer is not None:
         poses, errors = "poses that took no part in the diagnosis", diagnosis.outer.errors
+    elif shipped.decided_by == "regions" and shipped.regions is not None:
+        poses, errors = "regions of the joint space that are held out as a whole", shipped.regions
     else:
         poses, errors = "poses held out from the fit", (shipped.held_out, shipped.effects_held_out)
     without, with_effects = (number(error.rms / MM) for error in errors)

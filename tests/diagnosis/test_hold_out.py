@@ -7,9 +7,11 @@ from hypothesis import strategies as st
 
 from scalar.diagnosis.fitted_state import refit
 from scalar.diagnosis.hold_out import (
+    REGIONS,
     HeldOutErrors,
     blocks,
     held_out_errors,
+    held_out_regions,
     improvement,
 )
 from scalar.diagnosis.settings import DEFAULTS
@@ -84,6 +86,24 @@ def test_held_out_errors_exceed_the_fitted_ones_by_the_price_of_the_fit():
     ratio = held_out_errors(state).whitened.sum() / np.sum(rows**2)
     # A scan has three rows, of which the model moves two: p is spent on the latter.
     assert 1.0 < ratio < 1.6 * (n + p) / (n - p)
+
+
+def test_each_region_is_predicted_by_a_fit_without_it():
+    """Regions are of similar poses, and each is predicted by least squares on the others."""
+    dataset = make_cell(seed=5, poses_per_plane=30, points_per_scan=20).dataset
+    state = settled(dataset)
+    found = held_out_regions(state)
+    assert found is not None and len(np.unique(found.block)) == REGIONS
+    widest = int(np.argmax(np.ptp(dataset.q, axis=0)))
+    middle = [np.mean(dataset.q[found.block == k, widest]) for k in range(REGIONS)]
+    assert np.ptp(middle) > np.ptp(dataset.q[:, widest]) / 3
+    residual, J = state.linearised()
+    m = state.residuals.measurement.rows_per_pose
+    for region in (0, 5):
+        out = np.repeat(found.block == region, m)
+        step = np.linalg.lstsq(J[~out], -residual[~out], rcond=None)[0]
+        left = (residual[out] + J[out] @ step).reshape(-1, m)
+        np.testing.assert_allclose(found.whitened[found.block == region], np.sum(left**2, axis=1), rtol=1e-5)
 
 
 def test_what_is_there_lowers_the_error_of_poses_never_seen():

@@ -162,3 +162,32 @@ def test_a_bow_that_is_no_finding_is_said_to_be_corrected():
     assert {entry["target"]["plane"] for entry in diagnosis.to_mapping()["shipped"]["added"]} == set(added)
     (sentence,) = [s for s in shipped_sentences(diagnosis) if "also corrects for" in s]
     assert all(plane in sentence for plane in added)
+
+
+@pytest.mark.parametrize(
+    ("factor", "fit", "decided_by"), [(1.005, EQUAL, "only_one"), (1.1, BEFORE, "regions")]
+)
+def test_effects_that_do_not_extrapolate_are_not_shipped(monkeypatch, factor, fit, decided_by):
+    """Where whole regions are held out, effects have to predict them no worse than the model without effects, to a hundredth."""
+    before = fitted(77, Flaws(joints=on_joint(3, lambda at: 1e-3 * at.q[:, 2])), poses_per_plane=20)
+    after = before.refitted([JointScale(3)])
+    errors = held_out_errors(before)
+    worse = replace(errors, metric=errors.metric * factor**2)
+    monkeypatch.setattr(
+        "scalar.diagnosis.shipped_fit.held_out_regions",
+        lambda state, whitening=None: worse if state.effects else errors,
+    )
+    shipped = shipped_fit(before, after, None)
+    assert (shipped.fit, shipped.decided_by) == (fit, decided_by)
+    said = shipped.to_mapping()["regions"]
+    assert said["with_effects_rms_mm"] == pytest.approx(factor * said["without_effects_rms_mm"])
+
+
+def test_a_true_effect_extrapolates():
+    """A joint's scale predicts regions that took no part in the fit, and is shipped; without effects there is nothing to hold out."""
+    before = fitted(77, Flaws(joints=on_joint(3, lambda at: 1e-3 * at.q[:, 2])), poses_per_plane=20)
+    shipped = shipped_fit(before, before.refitted([JointScale(3)]), None)
+    assert shipped.regions is not None and shipped.fit == EQUAL
+    without, effects = shipped.regions
+    assert effects.rms < 0.5 * without.rms
+    assert shipped_fit(before, before, None).regions is None
