@@ -25,15 +25,14 @@ def lacking(calibration: Calibration) -> float:
 def lacking_after(diagnosis: Diagnosis) -> float:
     """Return the same of the calibration that a diagnosis ships; zero where the diagnosis names the excess as a random error.
 
-    Weights of a variance component hide the excess from the fit. A component that is reported without a name is no random error, so the excess is
-    then that of equal weights.
+    Weights of a variance component hide the excess from the fit. Where the component is not confirmed, or has no name, it is no random error, and
+    the excess is that of equal weights; that the component was identified shows that there is one.
     """
-    unnamed = diagnosis.noise_without_a_name
-    if diagnosis.reported_noise and not unnamed and not diagnosis.shipped.without_effects:
+    shipped = diagnosis.shipped
+    named = bool(diagnosis.reported_noise) and not diagnosis.noise_without_a_name
+    if named and not shipped.without_effects:
         return 0.0
-    if not unnamed or diagnosis.shipped.fit != BY_COMPONENT:
+    if shipped.fit != BY_COMPONENT:
         return lacking(diagnosis.calibration_after)
-    state = diagnosis.shipped.choice.state
-    found = misfit(state.residuals, state.model, state.free)
-    exceeds = lacks_something({"misfit": found.ratio, "misfit_p_value": found.p_value})
-    return lacking_shift(state.residuals, state.model, found) if exceeds else 0.0
+    state = shipped.choice.state
+    return lacking_shift(state.residuals, state.model, misfit(state.residuals, state.model, state.free))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,13 +12,14 @@ import pytest
 from scalar.cli.diagnose import describe_diagnosis
 from scalar.diagnosis.diagnose import diagnose
 from scalar.diagnosis.result import Diagnosis
+from scalar.diagnosis.shipped_fit import BY_COMPONENT
 from scalar.evaluate.workspace_errors import aligned_errors
 from scalar.report.fleet_row import row_of
 from scalar.report.lacking import lacking_after
 from scalar.report.page import page
 from tests.diagnosis.cases import unnamed
 from tests.diagnosis.test_patterns_are_no_noise import loose_mount
-from tests.effects.injected import Moment, make_cell
+from tests.effects.injected import Flaws, Moment, make_cell
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +51,8 @@ def test_a_pattern_without_a_name_is_counted_in_the_error(seed: int) -> None:
     truth = make_cell(seed=seed, poses_per_plane=3).scene.truth
     cell = make_cell(loose_mount(truth), seed=seed, poses_per_plane=34)
     found = diagnose(cell.dataset, outer_folds=0)
-    q = np.random.default_rng(9).uniform(*cell.dataset.robot.limits.T, (3000, 6))
+    low, high = cell.dataset.robot.limits.T
+    q = np.random.default_rng(9).uniform(low, high, (3000, 6))
     order = np.random.default_rng(8).uniform(0, cell.dataset.n_poses - 1, len(q))
     errors = aligned_errors(
         found.calibration_after.predict(q, order=order), cell.sensor(Moment(q, order, {}))
@@ -57,6 +60,21 @@ def test_a_pattern_without_a_name_is_counted_in_the_error(seed: int) -> None:
     errs = float(np.mean(np.linalg.norm(errors, axis=1))) * 1e3
     stated = float(page(found)["workspace"]["rows"][-1]["mean"]["value"].removesuffix(" mm"))
     assert errs / 1.5 < stated < 1.5 * errs
+
+
+@pytest.mark.slow
+def test_a_random_error_that_is_not_confirmed_is_counted() -> None:
+    """Poses that scatter are weighed by it; where the runs without a part of the poses do not confirm the name, the error over the workspace
+    counts the scatter, which the weights hide from the fit."""
+    cell = make_cell(Flaws(jitter=2e-4), seed=3, poses_per_plane=25)
+    found = diagnose(cell.dataset, outer_folds=0)
+    assert found.shipped.fit == BY_COMPONENT and found.reported_noise and lacking_after(found) == 0.0
+    assert found.calibration_after.summary["misfit"] < 1.15
+    doubted = replace(found, noise=())
+    assert not doubted.reported_noise
+    shift = lacking_after(doubted)
+    assert 5e-5 < shift < 1e-3
+    assert float(page(doubted)["workspace"]["rows"][-1]["mean"]["value"].removesuffix(" mm")) > shift * 1e3
 
 
 def test_a_random_error_that_is_named_is_not_counted() -> None:
