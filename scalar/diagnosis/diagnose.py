@@ -16,7 +16,7 @@ from scalar.diagnosis.fold_odds import fold_odds
 from scalar.diagnosis.grounds import FinalResiduals, grounds_of_component, grounds_of_effect
 from scalar.diagnosis.harmonic_spectrum import as_whitened, has_all_orders, is_shrunk
 from scalar.diagnosis.hold_out import held_out_errors
-from scalar.diagnosis.identified_components import identified_components
+from scalar.diagnosis.identified_components import identified_components, only_place
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.observability import unobservable_effects
 from scalar.diagnosis.outer_split import Answer, OuterSplit, outer_split
@@ -98,6 +98,7 @@ def diagnose(
         noise=noise,
         noise_grounds=grounds_of_component(after, noise, left) if noise else None,
         depends_on=tuple(depends_on(after)) if noise else (),
+        noise_place=only_place(after, noise[0]) if noise else None,
         unobservable=tuple(unobservable_effects(after, [candidate for candidate, _ in tried.tried])),
         ranking=tuple(ranking),
         outer=outer,

@@ -43,6 +43,8 @@ class Diagnosis:
         noise: Variance components of whole poses, the likeliest first; the first is what is reported.
         noise_grounds: What the confidence in it follows from, or None where there is none.
         depends_on: Columns along which the residuals are autocorrelated. A variance component is then no noise, and is reported as unattributed.
+        noise_place: The one place at which a random error explains the scatter better (``q4``, ``sensor``, ``base``), or None. A variance
+            component is then no noise either.
         unobservable: Effects that these data cannot show.
         ranking: Of all candidates on the residual before, best first.
         outer: Answers of the diagnoses without a part of the poses, or None if there were none.
@@ -64,6 +66,7 @@ class Diagnosis:
     unobservable: tuple[Unobservable, ...]
     ranking: tuple[Scored, ...]
     not_confirmed: tuple[Finding, ...] = ()
+    noise_place: str | None = None
     outer: OuterSplit | None = None
 
     @property
@@ -127,8 +130,9 @@ class Diagnosis:
 
     @property
     def component_is_no_noise(self) -> bool:
-        """Return whether the variance component is no noise: larger than any arm's repeatability, or autocorrelated over neighbouring poses."""
-        return bool(self.confirmed_noise) and (self.exceeds_any_repeatability or bool(self.depends_on))
+        """Return whether the variance component is no noise: larger than any arm's repeatability, autocorrelated, or of one place."""
+        no_noise = self.exceeds_any_repeatability or bool(self.depends_on) or self.noise_place is not None
+        return bool(self.confirmed_noise) and no_noise
 
     @property
     def exceeds_any_repeatability(self) -> bool:
@@ -256,7 +260,8 @@ class Diagnosis:
             "selected_in": share,
         }
         if self.component_is_no_noise:
-            depends = list(self.depends_on) or self._joint_columns
+            joint = [self.noise_place] if self.noise_place in self._joint_columns else []
+            depends = list(self.depends_on) or joint or self._joint_columns
             entry |= {"name": UNATTRIBUTED, "confounded_with": [], "depends_on": depends, "most_like": []}
         return entry
 

@@ -89,6 +89,19 @@ def directions(residuals: Residuals, model: Model) -> list[tuple[str, Array]]:
     return [*([("pose_jitter", jitter)] if turning.any() else []), ("scan_bias", bias)]
 
 
+def columns_by_place(residuals: Residuals, model: Model) -> list[tuple[str, Array]]:
+    """Return the rows' derivatives ``(N, m)`` by what may err at one place: ``q4``, ``sensor.0`` or ``base.5``; none that move no row."""
+    kinematics = residuals.kinematics(model)
+    by_angle = kinematics.screws()[:, :, model.robot.by_joint]
+    rows = residuals.measurement.rows(kinematics.T_base_sensor, model.target).wrench
+    N, m, _ = rows.shape
+    sensor = residuals.linearise_measured(model)[1][:, model.blocks["sensor"]].reshape(N, m, -1)
+    found = [(f"q{j + 1}", column) for j, column in enumerate(np.moveaxis(rows @ by_angle, 2, 0))]
+    found += [(f"sensor.{k}", column) for k, column in enumerate(np.moveaxis(sensor, 2, 0))]
+    found += [(f"base.{k}", column) for k, column in enumerate(np.moveaxis(rows, 2, 0))]
+    return [(place, column) for place, column in found if column.any()]
+
+
 def _maximum_likelihood(rows: Array, K: Array) -> tuple[float, float, float]:
     """Return the gain of log likelihood over v = 0, v itself and its standard error."""
     values, vectors = np.linalg.eigh(K)

@@ -22,6 +22,7 @@ REPEAT_POSES = (
     "do not."
 )
 
+PLACES = {"sensor": "the place of the sensor on the flange", "base": "the place of the base"}
 SCATTER = "scatter without a certain cause"
 SURE = 0.8  # confidence below which a cause is to be confirmed before anything is repaired
 
@@ -33,6 +34,9 @@ def noise_clause(diagnosis: Diagnosis) -> str:
     if diagnosis.depends_on:
         along = words.columns_in_words(diagnosis.depends_on)
         return f"there is structure that no known effect explains, which varies with {along}"
+    if diagnosis.noise_place is not None:
+        where = PLACES.get(diagnosis.noise_place) or words.columns_in_words([diagnosis.noise_place])
+        return f"the poses scatter as if {where} alone erred, afresh at each pose, and no known effect explains it"
     if diagnosis.noise_is_doubtful:
         return f"whole {_measurement(diagnosis)}s scatter by more than the noise of their points, and these data do not show what causes it"
     if diagnosis.noise[0].name == JITTER:

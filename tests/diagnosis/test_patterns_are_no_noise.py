@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.diagnose import diagnose
-from tests.effects.injected import A, D, Flaws, make_cell, true_frames
+from scalar.report.noise_card import noise_clause
+from tests.effects.injected import A, D, Flaws, make_cell, on_joint, true_frames
 
 
 def sawtooth_growth(truth):
@@ -54,3 +55,15 @@ def test_a_noise_is_no_pattern(flaws):
         content = diagnose(make_cell(flaws, seed=seed, poses_per_plane=25).dataset).to_mapping()
         assert content["verdict"] != "unattributed"
         assert {effect["name"] for effect in content["effects"]} <= {"pose_jitter", "scan_bias"}
+
+
+@pytest.mark.parametrize("joint", [2, pytest.param(4, marks=pytest.mark.slow)])
+def test_one_joint_that_scatters_is_no_jitter_of_all(joint):
+    """A joint that stands otherwise at each pose, by a cause of its own: the scatter has no name, and is said to be that joint's."""
+    errors = np.random.default_rng(joint).normal(0.0, 4e-4, 1000)
+    flaws = Flaws(joints=on_joint(joint, lambda at: errors[: len(at.q)]))
+    diagnosis = diagnose(make_cell(flaws, seed=60 + joint, poses_per_plane=30).dataset)
+    (effect,) = diagnosis.to_mapping()["effects"]
+    assert effect["name"] == "unattributed"
+    assert diagnosis.noise_place == f"q{joint}" and f"q{joint}" in effect["depends_on"]
+    assert f"as if the position of joint {joint} alone erred" in noise_clause(diagnosis)
