@@ -37,7 +37,11 @@ def declared(
         if needs_data:
             from scalar.data.dataset import read_dataset
 
-            dataset = read_dataset(source)
+            try:
+                dataset = read_dataset(source)
+            except InvalidInput as error:
+                message = "--after needs the folder of the dataset that was diagnosed, with its data"
+                raise InvalidInput([*error.faults, Fault(source, message)]) from None
             robot, sensor, planes = dataset.robot, dataset.sensor, dataset.planes
         else:
             robot, sensor, planes = _described(Path(source))

@@ -209,3 +209,6 @@ def test_an_empty_dataset_of_init_says_what_is_missing(tmp_path):
     assert result.exit_code == 2
     assert "nominal_pose" in result.stderr and "{translation: [" in result.stderr
     assert load_yaml(tmp_path / "cell" / "dataset.yaml")["sensor"]["kind"] == "tracker"
+    result = run("plan", tmp_path / "cell", "--after", tmp_path / "diagnosis.json", "-o", tmp_path / "plan")
+    assert result.exit_code == 2
+    assert "--after needs the folder of the dataset that was diagnosed" in result.stderr.splitlines()[-1]
