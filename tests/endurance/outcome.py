@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections import Counter
 from dataclasses import dataclass, field
 
@@ -34,7 +35,9 @@ class Outcome:
         self.kills += 1
         self.hows[how.name] += 1
         self.hows["group" if whole_group else "alone"] += 1
-        return f"{name}, {how.name} to {'its group' if whole_group else 'it alone'}"
+        case = f"{name}, {how.name} to {'its group' if whole_group else 'it alone'}"
+        print(f"kill {self.kills}: {case}; faults until now: {len(self.faults)}", file=sys.stderr, flush=True)
+        return case
 
     def row(self, name: str) -> dict[str, str | int]:
         """Return a row of the table of kills."""

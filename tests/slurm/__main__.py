@@ -148,6 +148,9 @@ def main() -> int:
                 for name in ("alone.log", "spread.log"):
                     if (folder / name).exists():
                         shutil.copy(folder / name, LOGS)
+                # What a job said itself: the controller knows no more than that it failed.
+                if (of_jobs := spread / ".snakemake/slurm_logs").exists():
+                    shutil.copytree(of_jobs, LOGS / "jobs", dirs_exist_ok=True)
     except MissingPackages as error:
         print(error, file=sys.stderr)
         return 1

@@ -211,7 +211,10 @@ def cluster(root: Path, nodes: Sequence[str], cores: int) -> Iterator[Cluster]:
     bin_folder = root / "bin"
     bin_folder.mkdir()
     for name, path in programs.items():
-        (bin_folder / name).symlink_to(path)
+        # A job's environment does not have SLURM_CONF, and srun within a job looks for it.
+        program = bin_folder / name
+        program.write_text(f'#!/bin/sh\nSLURM_CONF="{root}/slurm.conf" exec "{path}" "$@"\n')
+        program.chmod(0o755)
     environment["PATH"] = f"{bin_folder}:{environment['PATH']}"
     plugins = ""
     if unpacked is not None:
