@@ -123,7 +123,10 @@ class Cluster:
         return done.stdout
 
     def start_node(self, name: str) -> None:
-        """Start a node and wait until the controller knows it."""
+        """Start a node, with nothing of an earlier life on its disk, and wait until the controller knows it."""
+        spool = self.root / f"spool-{name}"
+        shutil.rmtree(spool, ignore_errors=True)
+        spool.mkdir()
         self.nodes[name] = subprocess.Popen(
             [self.programs["slurmd"], "-D", "-N", name, "-d", self.programs["slurmstepd"]],
             env=self.environment,
@@ -135,14 +138,18 @@ class Cluster:
     def kill_node(self, name: str) -> None:
         """Kill a node and everything that runs on it, and tell the controller, which else finds out by itself after a while."""
         node = self.nodes.pop(name)
+        jobs = [job for job, where in self.jobs() if where == name]
         node.kill()
         node.wait()
-        for pid in self._of_node(name):
+        for pid in self._of_node(name, jobs):
             with_group_killed(pid)
         self.run("scontrol", "update", f"nodename={name}", "state=down", "reason=killed")
 
-    def _of_node(self, name: str) -> list[int]:
-        """Return the processes that carry the name of a node in their environment: steps and jobs."""
+    def _of_node(self, name: str, jobs: Sequence[str]) -> list[int]:
+        """Return the processes of jobs, which carry the name of their node in their environment, and those that watch their steps.
+
+        The daemons of other nodes have ``slurmstepd`` among their arguments as well.
+        """
         found = []
         for folder in Path("/proc").iterdir():
             try:
@@ -153,7 +160,7 @@ class Cluster:
             mine = str(self.root).encode()
             if f"SLURMD_NODENAME={name}".encode() in content.split(b"\0") and mine in content:
                 found.append(int(folder.name))
-            elif b"slurmstepd" in title and mine in content:
+            elif mine in content and any(title.startswith(f"slurmstepd: [{job}.".encode()) for job in jobs):
                 found.append(int(folder.name))
         return found
 
@@ -229,8 +236,7 @@ def cluster(root: Path, nodes: Sequence[str], cores: int) -> Iterator[Cluster]:
         f"NodeName={name} NodeHostname={host} NodeAddr=127.0.0.1 Port={port} CPUs={cores} RealMemory=4000 State=UNKNOWN"
         for name, port in zip(nodes, ports[1:], strict=True)
     )
-    for folder in ("state", *(f"spool-{name}" for name in nodes)):
-        (root / folder).mkdir()
+    (root / "state").mkdir()
     (root / "slurm.conf").write_text(
         CONF.format(
             root=root, host=host, ctld_port=ports[0], user=getpass.getuser(), nodes=lines, plugins=plugins
