@@ -14,7 +14,7 @@ from docs.site.catalogue import CATALOGUE, SCENE, Shown, effect_of
 from scalar.data.dataset import Dataset
 from scalar.effects.effect import Effect
 from scalar.effects.flexible.first_steps import first_steps
-from scalar.effects.registry import OURS
+from scalar.effects.registry import BUILT_IN
 from scalar.effects.wording import sized
 
 PICTURES = Path(__file__).resolve().parents[1] / "pictures/effects"
@@ -31,15 +31,15 @@ def write_pages(folder: Path, dataset: Dataset) -> None:
         folder: To write to. dataset: Of the scene of the pages: words and advice name its joints and planes.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    for kind in OURS:
+    for kind in BUILT_IN:
         (folder / f"{kind.name}.md").write_text(_page(kind, CATALOGUE[kind.name], dataset), encoding="utf-8")
     (folder / "index.md").write_text(_index(), encoding="utf-8")
 
 
 def _index() -> str:
-    rows = "".join(f"| [{kind.name}]({kind.name}.md) | {kind.sentence} |\n" for kind in OURS)
+    rows = "".join(f"| [{kind.name}]({kind.name}.md) | {kind.sentence} |\n" for kind in BUILT_IN)
     noises = "".join(f"| `{name}` | {text} |\n" for name, text in NOISES.items())
-    names = "".join(f"{kind.name}\n" for kind in OURS)
+    names = "".join(f"{kind.name}\n" for kind in BUILT_IN)
     return f"""# What a rigid model lacks
 
 `scalar diagnose` tries these effects on every dataset. Each has a page: what it does, where it comes from, what to do about it, and how to inject

@@ -115,11 +115,11 @@ def describe_calibration(calibration: Calibration) -> str:
     if misfit is not None and summary.get("misfit_p_value") is not None:
         if lacks_something(summary):
             lines.append(
-                f"  the residual is {misfit:.1f} times what the noise explains: the model lacks something; "
-                "try 'scalar diagnose'"
+                f"  apart from the scatter within poses, the residual is {misfit:.1f} times what the noise explains: "
+                "the model lacks something; try 'scalar diagnose'"
             )
         else:
-            lines.append(f"  the residual is what the noise explains (ratio {misfit:.2f})")
+            lines.append(f"  the noise explains the residual (ratio {misfit:.2f})")
     std = calibration.std
     standard = model.nominal.standard_dh
 

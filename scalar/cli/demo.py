@@ -65,8 +65,10 @@ def demo(output: Path | None, seed: int | None) -> None:
     say(f"\nreport: {output / 'diagnosis' / 'report.html'} (opens in a browser, offline)")
     for secret in simulated.truth["effects"]:
         say(told(secret, result.to_mapping()["effects"]))
-    say("next: `scalar diagnose` on its dataset confirms the findings on poses that nothing has seen;")
-    say("  `scalar init --help` begins a dataset of your own")
+    say(
+        "next: `scalar diagnose` on this dataset tests the findings on poses that took no part in the diagnosis;"
+    )
+    say("  `scalar init --help` says how to begin a dataset of your own")
 
 
 def told(secret: Mapping[str, Any], found: list[Mapping[str, Any]]) -> str:
@@ -82,7 +84,7 @@ def told(secret: Mapping[str, Any], found: list[Mapping[str, Any]]) -> str:
     if any(_same_place(entry["target"], secret["target"]) for entry in same_kind):
         verdict = "the diagnosis has named it"
     elif same_kind:
-        verdict = "the diagnosis has named its kind, and another place"
+        verdict = "the diagnosis has named this kind of effect, but at another place"
     elif found:
         verdict = "the diagnosis has named something else"
     else:

@@ -45,23 +45,25 @@ if TYPE_CHECKING:
     type=float,
     default=STILL,
     show_default=True,
-    help="How far a joint that stands may move [rad; m for a slide].",
+    help="Range within which a joint counts as standing still [rad; m for a slide].",
 )
 @click.option(
     "--settled",
     type=float,
     default=SETTLED,
     show_default=True,
-    help="Time after a motion that is left out [s].",
+    help="Time after a motion whose data are left out [s].",
 )
 @click.option(
     "--least",
     type=float,
     default=LEAST,
     show_default=True,
-    help="Time that the arm then stands at least [s].",
+    help="Least time for which the arm then has to stand still [s].",
 )
-@click.option("--accept-losses", is_flag=True, help="Write the dataset although most stops become no pose.")
+@click.option(
+    "--accept-losses", is_flag=True, help="Write the dataset even if most stops have to be left out."
+)
 @FORCE
 def import_bag(
     workcell: Path,
@@ -78,14 +80,14 @@ def import_bag(
 ) -> None:
     """Import a ROS bag into a dataset.
 
-    WORKCELL is a dataset.yaml (or the folder that holds it, as `scalar init` makes it) with the robot, the rough place of the scanner on
-    the flange, and guesses of the planes. BAG is a .bag file of ROS 1, or a folder or file (.mcap, .db3) of ROS 2, with JointState
+    WORKCELL is a dataset.yaml (or the folder that holds it, as `scalar init` makes it) with the robot, the approximate pose of the scanner on
+    the flange, and initial guesses of the planes. BAG is a .bag file of ROS 1, or a folder or file (.mcap, .db3) of ROS 2, with JointState
     and LaserScan or PointCloud2 messages. ROS need not be installed.
 
     The arm has to stop at every pose for half a second or more. Of each stop the scan in the middle is taken, cut to its longest straight
-    piece, and given the name of the plane on which it lies; scans near no plane, or near two, are left out and counted. Where more than half
-    of the stops would be left out, nothing is written (exit status 3): the main reason is said, and what to try; often the joints are recorded in
-    another order, or the scanner's axes point elsewhere.
+    piece, and given the name of the plane on which it lies; scans near no plane, or near two, are left out and counted. If more than half
+    of the stops would be left out, nothing is written (exit status 3), and the message says the main reason and what to try. Often the joints
+    are recorded in another order, or the scanner's axes have other directions.
 
     \b
     Example:
@@ -119,7 +121,7 @@ def import_bag(
 
 
 def _left_out(cut: Cut) -> list[str]:
-    """Return how many stops there were, and why some of them are no poses."""
+    """Return the number of stops, and how many of them were left out for which reason, a line each."""
     lines = [f"  {cut.still} stops"]
     lines += [f"  left out: {count}, {why}" for why, count in cut.reasons.items()]
     return lines

@@ -61,7 +61,7 @@ def declared(
 
 
 def _described(folder: Path) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...]]:
-    from scalar.data.dataset import declared_parts
+    from scalar.data.declared import declared_parts
     from scalar.data.description import DESCRIPTION, Description, check_description
     from scalar.data.io.plain_yaml import load_yaml_lines
 

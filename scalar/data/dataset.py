@@ -1,7 +1,6 @@
-"""The one reader and checker of measured data: a folder of the format ``scalar-dataset/2``, or 1.
+"""Datasets: everything that calibration and diagnosis read, from a folder of the format ``scalar-dataset/2`` or 1, or from arrays.
 
-A dataset is all that calibration and diagnosis read. Poses stand in acquisition order; the laser
-points of one pose stand together, in the order of the file. The reader raises every fault it finds.
+Poses are in acquisition order. The points of one pose are consecutive, in the order of the file. A reader that finds faults reports all of them.
 """
 
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
@@ -20,43 +19,42 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from scalar.data.arrays import content_of_arrays
+from scalar.data.covariates import covariate_names
 from scalar.data.dataset_writer import write_dataset
-from scalar.data.declared import PlaneGuess, Sensor, description, optional_float, unit_plane
+from scalar.data.declared import PlaneGuess, Sensor, declared_parts, description, unit_plane
 from scalar.data.folder import Content, examine_folder, read_folder
-from scalar.data.formats import COMMANDED, TARGET_MOTION
-from scalar.data.located_table import Table
+from scalar.data.formats import COMMANDED
 from scalar.data.moves import move_columns, moves
+from scalar.data.point_tables import group_points, point_table
 from scalar.data.poses import Poses
 from scalar.data.references import References
-from scalar.data.sensor_formats import SensorFormat, sensor_formats
+from scalar.data.sensor_formats import sensor_formats
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.robot import Robot
-from scalar.geometry.se3 import transform_from_rotation_vector
 
 if TYPE_CHECKING:
     import pandas as pd
 
-KNOWN_POSE_COLUMNS = ("pose", "plane", "order", "time", "temperature", "session")
-
 
 @dataclass(frozen=True, eq=False)
 class Dataset:
-    """Poses of a robot and what its sensor saw in each.
+    """Poses of a robot, and what its sensor measured at each of them.
 
     Attributes:
-        name: of the dataset.
-        source: free text, may be empty.
-        robot: the nominal robot.
-        sensor: the nominal sensor.
-        planes: the initial guesses of the planes; empty for a tracker.
-        poses: one row a pose in acquisition order (by `order` where that column is there, else as in the
+        name: Name of the dataset.
+        source: Free text, may be empty.
+        robot: The nominal robot.
+        sensor: The nominal sensor.
+        planes: The initial guesses of the planes; empty for a tracker.
+        poses: One row for each pose in acquisition order (by the column `order` if there is one, else as in the
             file); columns as in poses.csv: `pose` int64, `plane` and `session` text, all others float64.
-        points: ``(P, k)``, the table of the measurements, its columns as the kind of the sensor has them: x and z
-            in the sensor frame, or x, y and z in a tracker's frame [m]; ``(0, 2)`` for a sensor without a table.
-        starts: ``(N + 1,)`` int64; pose row i owns ``points[starts[i]:starts[i + 1]]``.
-        point_columns: the optional columns of that table by name, ``(P,)`` float64 each; ``target`` holds which of `targets`.
-        targets: the names of the targets on the flange, in the order of the file; empty where the table names none.
-        references: points fixed to the base that were measured as well, or None.
+        points: ``(P, k)`` [m], the measured points; the columns depend on the sensor kind: x and z in the sensor
+            frame, or x, y and z in a tracker's frame; ``(0, 2)`` for a sensor without a table of points.
+        starts: ``(N + 1,)`` int64; the points of pose row i are ``points[starts[i]:starts[i + 1]]``.
+        point_columns: The optional columns of the table of points by name, ``(P,)`` float64 each; ``target`` holds
+            indices into `targets`.
+        targets: The names of the targets on the flange, in the order of the file; empty if the table names none.
+        references: Points fixed to the base that were measured as well, or None.
     """
 
     name: str
@@ -129,7 +127,7 @@ class Dataset:
         """
         mapping = description(name, source, robot, sensor, planes)
         content = content_of_arrays(mapping, q, points, plane, pose_ids, columns or {}, point_columns or {})
-        # Not the rotation vectors that dataset.yaml would hold: they keep the last digit of a transform only nearly.
+        # The transforms are taken from the arguments: as rotation vectors in dataset.yaml they would lose their last digit.
         references = References.of_arrays(nests) if nests else None
         declared = {"robot": robot, "sensor": sensor, "planes": tuple(map(unit_plane, planes))}
         return replace(_build(content), **declared, references=references)
@@ -150,14 +148,10 @@ class Dataset:
         tables: dict[str, pd.DataFrame] = {}
         layout = sensor_formats()[self.sensor.kind].table
         if layout is not None:
-            table = pd.DataFrame(self.points, columns=list(layout.units))
-            table.insert(0, "pose", np.repeat(self.pose_ids, np.diff(self.starts)))
-            for name, values in self.point_columns.items():
-                if name == layout.item:
-                    table.insert(1, name, np.array(self.targets, dtype=object)[values.astype(int)])
-                else:
-                    table[name] = values
-            tables[layout.stem] = table
+            row_pose_ids = np.repeat(self.pose_ids, np.diff(self.starts))
+            tables[layout.stem] = point_table(
+                layout, row_pose_ids, self.points, self.point_columns, self.targets
+            )
         layout = sensor_formats()[self.sensor.kind].references
         if layout is not None and self.references is not None:
             tables[layout.stem] = pd.DataFrame(self.references.columns(layout, self.pose_ids))
@@ -192,8 +186,7 @@ class Dataset:
         if not self.planes:
             return np.full(self.n_poses, -1, dtype=np.int64)
         index = {plane.name: i for i, plane in enumerate(self.planes)}
-        names = cast(Any, self.poses["plane"])
-        return np.array([index[name] for name in names], dtype=np.int64)
+        return np.array([index[name] for name in cast(Any, self.poses["plane"])], dtype=np.int64)
 
     @cached_property
     def session(self) -> np.ndarray | None:
@@ -211,13 +204,7 @@ class Dataset:
     @property
     def covariates(self) -> tuple[str, ...]:
         """Return the names of the numeric columns that the format does not define, as in the file."""
-        n = self.robot.n_joints
-        known = {*KNOWN_POSE_COLUMNS, *(f"{stem}{i + 1}" for stem in ("q", "approach") for i in range(n))}
-        known |= {*move_columns(n), *TARGET_MOTION}
-        columns: list[Any] = list(self.poses.columns)
-        commanded = {f"{COMMANDED}{i + 1}" for i in range(n)}
-        known |= commanded if commanded <= {*columns} else set()
-        return tuple(str(name) for name in columns if name not in known)
+        return covariate_names(list(self.poses.columns), self.robot.n_joints)
 
     def commanded(self) -> Dataset:
         """Return the dataset with the commanded joint positions, ``qc1..qcn``, in place of those logged.
@@ -247,11 +234,10 @@ class Dataset:
         starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
         moved = cast(Any, self.starts[rows] - starts[:-1])
         taken = np.arange(int(starts[-1])) + np.repeat(moved, counts)
+        poses = self.poses.assign(**moves(self.poses, self.robot.n_joints))
         return replace(
             self,
-            poses=self.poses.assign(**moves(self.poses, self.robot.n_joints))
-            .iloc[rows]
-            .reset_index(drop=True),
+            poses=poses.iloc[rows].reset_index(drop=True),
             points=self.points[taken],
             starts=starts,
             point_columns={name: values[taken] for name, values in self.point_columns.items()},
@@ -282,7 +268,7 @@ def validate_dataset(path: str | os.PathLike[str]) -> list[Fault]:
 
 
 def _build(content: Content) -> Dataset:
-    """Return the dataset of a folder that has no fault."""
+    """Return the dataset with the content of a folder, or of arrays, that has been checked."""
     import pandas as pd
 
     mapping = content.mapping
@@ -292,7 +278,10 @@ def _build(content: Content) -> Dataset:
         frame = frame.sort_values("order", kind="stable").reset_index(drop=True)
     robot, sensor, planes = declared_parts(mapping)
     format = sensor_formats()[sensor.kind]
-    xyz, starts, further, targets = _group_points(_values(frame, "pose", np.int64), format, content.points)
+    ids = _values(frame, "pose", np.int64)
+    xyz, starts, further, targets = group_points(ids, format, content.points)
+    table, layout = content.references, format.references
+    references = None if table is None or layout is None else References.of_table(table, layout, ids)
     return Dataset(
         name=mapping["name"],
         source=mapping.get("source") or "",
@@ -304,59 +293,10 @@ def _build(content: Content) -> Dataset:
         starts=starts,
         point_columns=further,
         targets=targets,
-        references=None
-        if content.references is None or format.references is None
-        else References.of_table(content.references, format.references, _values(frame, "pose", np.int64)),
-    )
-
-
-def declared_parts(mapping: Mapping[str, Any]) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...]]:
-    """Return the robot, the sensor and the planes that a dataset.yaml without fault declares.
-
-    Args:
-        mapping: its plain data.
-    """
-    sensor = mapping["sensor"]
-    pose = sensor.get("nominal_pose")
-    T_flange_sensor = None
-    if pose is not None:
-        T_flange_sensor = transform_from_rotation_vector(pose["translation"], pose["rotation_vector"])
-    format = sensor_formats()[sensor["kind"]]
-    return (
-        Robot.from_mapping(mapping["robot"]),
-        Sensor(
-            format.kind,
-            T_flange_sensor,
-            optional_float(sensor.get("noise")),
-            sensor.get("error_axis", "ray"),
-            {key: sensor[key] for key in format.options if key in sensor},
-        ),
-        tuple(PlaneGuess.from_mapping(plane) for plane in mapping["planes"]) if format.on_planes else (),
+        references=references,
     )
 
 
 def _values(table: Any, columns: str | list[str], dtype: type[np.float64 | np.int64]) -> np.ndarray:
     """Return columns of a table as an array."""
     return table[columns].to_numpy(dtype=dtype)
-
-
-def _group_points(
-    pose_ids: np.ndarray, format: SensorFormat, points: Table | None
-) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray], tuple[str, ...]]:
-    """Return the points sorted by pose row, file order kept within a pose, where each pose's begin, further columns, and names of targets."""
-    if points is None or format.table is None:
-        return np.empty((0, 2)), np.zeros(len(pose_ids) + 1, dtype=np.int64), {}, ()
-    by_id = np.argsort(pose_ids, kind="stable")
-    rows = by_id[np.searchsorted(pose_ids, points.columns["pose"].astype(np.int64), sorter=by_id)]
-    xyz = np.column_stack([points.columns[name] for name in format.table.units])
-    further = {name: points.columns[name] for name in format.table.further if name in points.columns}
-    targets: tuple[str, ...] = ()
-    if (item := format.table.item) in further:
-        targets = tuple(dict.fromkeys(str(name) for name in further[item]))
-        code = {name: i for i, name in enumerate(targets)}
-        further[item] = np.array([code[str(name)] for name in further[item]], dtype=float)
-    if np.any(np.diff(rows) < 0):
-        by_row = np.argsort(rows, kind="stable")
-        xyz, further = xyz[by_row], {name: values[by_row] for name, values in further.items()}
-    counts = np.bincount(rows, minlength=len(pose_ids))
-    return xyz, np.concatenate([[0], np.cumsum(counts)]).astype(np.int64), further, targets

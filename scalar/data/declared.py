@@ -1,4 +1,4 @@
-"""What a dataset declares besides its measurements: planes as they are guessed, and the sensor as it is nominally."""
+"""What a dataset declares besides its measurements: the nominal robot and sensor, and the initial guesses of the planes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from scalar.data.formats import DATASET_FORMAT
+from scalar.data.sensor_formats import sensor_formats
 from scalar.geometry.robot import Robot, fixed_transform_mapping
+from scalar.geometry.se3 import transform_from_rotation_vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,11 +61,11 @@ class PlaneGuess:
 
 @dataclass(frozen=True, eq=False)
 class Sensor:
-    """What is on the flange, nominally.
+    """The nominal sensor on the flange.
 
     Attributes:
         kind: The name of one of the kinds in ``scalar.sensors``.
-        T_flange_sensor: ``(4, 4)``, rough; None where it is not given.
+        T_flange_sensor: ``(4, 4)``, its initial guess; None if it is not given.
         noise: one standard deviation along the error axis [m], or None.
         error_axis: ``ray`` (from the sensor's origin through the point) or ``z``.
         options: what the kind asks for beyond these, by the key in dataset.yaml.
@@ -96,6 +98,31 @@ def description(
     if planes:
         mapping["planes"] = [plane.to_mapping() for plane in planes]
     return mapping
+
+
+def declared_parts(mapping: Mapping[str, Any]) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...]]:
+    """Return the robot, the sensor and the planes that a dataset.yaml without fault declares.
+
+    Args:
+        mapping: its plain data.
+    """
+    sensor = mapping["sensor"]
+    pose = sensor.get("nominal_pose")
+    T_flange_sensor = None
+    if pose is not None:
+        T_flange_sensor = transform_from_rotation_vector(pose["translation"], pose["rotation_vector"])
+    format = sensor_formats()[sensor["kind"]]
+    return (
+        Robot.from_mapping(mapping["robot"]),
+        Sensor(
+            format.kind,
+            T_flange_sensor,
+            optional_float(sensor.get("noise")),
+            sensor.get("error_axis", "ray"),
+            {key: sensor[key] for key in format.options if key in sensor},
+        ),
+        tuple(PlaneGuess.from_mapping(plane) for plane in mapping["planes"]) if format.on_planes else (),
+    )
 
 
 def unit_plane(plane: PlaneGuess) -> PlaneGuess:

@@ -1,4 +1,4 @@
-"""Points fixed to the robot's base that were measured at the poses beside the sensor: reference nests. They show whether tracker or base moved."""
+"""Reference nests, points fixed to the robot's base that were measured at the poses as well: they show whether tracker or base moved."""
 
 from __future__ import annotations
 

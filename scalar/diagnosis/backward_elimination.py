@@ -1,8 +1,8 @@
-"""Drop what the poses held out do not bear out: effects, and of effects with several joints or orders each of these.
+"""Backward elimination: remove effects, or single joints or orders of an effect, without which held-out poses are predicted as well.
 
-An effect that was chosen together with others, or joined others bit by bit, has not been judged alone. Here each part is left out in turn and
-everything else is fitted again: the part stays if the poses held out are predicted clearly worse without it, or if the other effects become
-implausibly large in its place. The weakest is dropped first.
+An effect that was selected together with others has not yet been tested alone. Here each part is left out in turn, and the model is refitted
+without it. A part is kept if held-out poses are predicted clearly worse without it, or if the other effects take implausibly large
+coefficients to replace it. The part whose removal costs least is removed first.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from scalar.diagnosis.hold_out import held_out_errors, improvement
 from scalar.effects import Effect
 
 
-def borne_out(state: FittedState) -> FittedState:
-    """Return a state without the parts of its effects that the poses held out do not bear out."""
+def eliminate_backward(state: FittedState) -> FittedState:
+    """Return the state refitted without those parts of its effects that do not clearly improve the prediction of held-out poses."""
     while state.effects:
-        trials = [state.refitted(fewer) for fewer in _with_less(state.effects)]
+        trials = [state.refitted(fewer) for fewer in _without_one_part(state.effects)]
         complete = held_out_errors(state, state.whitening)
         gains = [
             improvement(held_out_errors(trial, state.whitening), complete) if trial.is_plausible else np.inf
@@ -32,8 +32,8 @@ def borne_out(state: FittedState) -> FittedState:
     return state
 
 
-def _with_less(effects: tuple[Effect, ...]) -> Iterator[tuple[Effect, ...]]:
-    """Yield the effects without each part: a joint or an order of an effect that has several, else the whole effect."""
+def _without_one_part(effects: tuple[Effect, ...]) -> Iterator[tuple[Effect, ...]]:
+    """Yield the effects with one part left out, for each part: a joint or an order of an effect that has several, else the whole effect."""
     for i, effect in enumerate(effects):
         before, after = effects[:i], effects[i + 1 :]
         parts = effect.parts()

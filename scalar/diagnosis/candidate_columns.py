@@ -72,7 +72,7 @@ class CandidateSet:
         return [*self.elements, *(effect for effect, _ in self.changes)]
 
     @cached_property
-    def sizes(self) -> Array:
+    def prior_std(self) -> Array:
         """Return the prior standard deviation of every coefficient."""
         return np.concatenate([np.zeros(0), *(effect.prior_std for effect in self.effects)])
 
@@ -154,7 +154,7 @@ class CandidateColumns:
 
         Args:
             state: Fitted.
-            candidates: What is tried.
+            candidates: The candidate set.
         """
         self.candidates = candidates
         self.change_margin = state.settings.selection.change_margin
@@ -171,7 +171,7 @@ class CandidateColumns:
         given = self.squared - np.einsum("ef,ef->e", self._along, self._along)
         if released is not None:
             given += np.einsum("ef,ef->e", released, released)
-        share, scale = observable_share(background, given, self.squared, self.candidates.sizes)
+        share, scale = observable_share(background, given, self.squared, self.candidates.prior_std)
         projection = (self.E.T @ background.residual.ravel()) * scale / background.variance
         found = {}
         for width, groups in self.candidates.groups.items():

@@ -55,7 +55,7 @@ class Moments:
         grams = moment[at] - np.swapaxes(shared, 1, 2) @ shared
         return cls(index, at, grams, np.einsum("nme,nme->e", Ei, Ei))
 
-    def score(self, background: Background, E: Array, sizes: Array) -> ChangeScores:
+    def score(self, background: Background, E: Array, prior_std: Array) -> ChangeScores:
         """Return the scores given a background of the same model, or one that has released directions of it."""
         projection = np.cumsum(
             np.einsum("nme,nm->ne", E[self.index], background.residual[self.index])[::-1], axis=0
@@ -64,7 +64,7 @@ class Moments:
         if background.released is not None:
             shared = _from_each_on(background.released, E, self.index)[self.at]
             grams = grams + np.swapaxes(shared, 1, 2) @ shared
-        scale = in_prior_units(background, self.squared, sizes)
+        scale = in_prior_units(background, self.squared, prior_std)
         grams = grams * ((scale[:, None] * scale[None, :]) / background.variance)
         gain, dof = shrunk_gain(grams, projection[self.at] * scale / background.variance)
         return ChangeScores(self.index[self.at], background.variance * gain, dof)

@@ -1,4 +1,4 @@
-"""How an effect that a state has scores given the others, and how everything else would score in its place."""
+"""Score an effect of a state given its other effects, and all candidates in its place."""
 
 from __future__ import annotations
 
@@ -15,31 +15,32 @@ from scalar.geometry.se3 import Array
 
 
 def rivals(state: FittedState, i: int, columns: CandidateColumns) -> tuple[Scored, list[Scored]]:
-    """Return how effect i of a state scores given the others, and how everything else would score in its place."""
+    """Return the score of effect i of a state given its other effects, and the scores of all candidates in its place."""
     left_out = background_without(state, [i])
-    return together(state, [i], columns.candidates, left_out), rank(state, left_out[0], columns)
+    return score_together(state, [i], columns.candidates, left_out), rank(state, left_out[0], columns)
 
 
-def together(
+def score_together(
     state: FittedState,
     indices: Sequence[int],
     candidates: CandidateSet,
     left_out: tuple[Background, Array, Array],
 ) -> Scored:
-    """Return the score of several effects of a state together, given the others, under the name of the first.
+    """Return the joint score of several effects of a state given the others, under the name of the first.
 
     Args:
         state: With the effects.
-        indices: Which.
+        indices: Indices of the effects.
         candidates: The candidate set.
         left_out: As ``background_without`` gives it for these effects.
     """
-    without, mine, sizes = left_out
-    # What is left of the effects' own columns given the others; rows of priors have no part in other effects.
+    without, columns, prior_std = left_out
+    # The effects' own columns conditional on the rest of the model; the priors of these effects do not act on other effects.
     assert without.released is not None
-    left = without.released.T @ mine
-    projected = Projected.with_gram(without, mine, left.T @ left, np.sum(mine * mine, axis=0), sizes)
-    gain, dof, observability = (x[0] for x in projected.score(np.arange(mine.shape[1])[None]))
+    given = without.released.T @ columns
+    squares = np.sum(columns * columns, axis=0)
+    projected = Projected.with_gram(without, columns, given.T @ given, squares, prior_std)
+    gain, dof, observability = (x[0] for x in projected.score(np.arange(columns.shape[1])[None]))
     effects = [state.effects[i] for i in indices]
     families = [sum(c.name == e.name for c, _ in candidates.tried) for e in effects]
     family = prod(count or state.dataset.n_poses for count in families)
@@ -50,15 +51,15 @@ def together(
 
 def background_without(state: FittedState, indices: Sequence[int]) -> tuple[Background, Array, Array]:
     """Return the background of a state without some effects, those effects' free columns ``(N m, k)`` and prior standard deviations ``(k,)``."""
-    local, sizes = columns_of_effects(state, indices)
-    background = without_columns(state.background(), state, local, sizes)
+    local, prior_std = columns_of_effects(state, indices)
+    background = without_columns(state.background(), state, local, prior_std)
     measured = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
-    return background, whitened(state.whitening, state.linearised()[1][:measured, local]), sizes
+    return background, whitened(state.whitening, state.linearised()[1][:measured, local]), prior_std
 
 
-def without_columns(background: Background, state: FittedState, local: Array, sizes: Array) -> Background:
+def without_columns(background: Background, state: FittedState, local: Array, prior_std: Array) -> Background:
     """Return a background of a state without some of its free columns ``(F,)`` with prior standard deviations ``(k,)``, where finite."""
-    return background.without(local, state.model.vector[state.free][local], int(np.isfinite(sizes).sum()))
+    return background.without(local, state.model.vector[state.free][local], int(np.isfinite(prior_std).sum()))
 
 
 def columns_of_effects(state: FittedState, indices: Sequence[int]) -> tuple[Array, Array]:
@@ -66,8 +67,8 @@ def columns_of_effects(state: FittedState, indices: Sequence[int]) -> tuple[Arra
     start = state.model.blocks["effects"].start
     ends = start + np.cumsum([0, *(len(effect.coefficients) for effect in state.effects)])
     mine = np.zeros(len(state.free), dtype=bool)
-    sizes = np.full(len(state.free), np.inf)
+    prior_std = np.full(len(state.free), np.inf)
     for i in indices:
         mine[ends[i] : ends[i + 1]] = True
-        sizes[ends[i] : ends[i + 1]] = state.effects[i].prior_std
-    return mine[state.free], sizes[mine & state.free]
+        prior_std[ends[i] : ends[i + 1]] = state.effects[i].prior_std
+    return mine[state.free], prior_std[mine & state.free]

@@ -1,10 +1,10 @@
-"""How sure an answer is: how often answers with such grounds have been right.
+"""The confidence of an answer: the share of answers with similar evidence that were right in simulated trials.
 
-The evidence alone is no chance. It would be one if the truth were among what was tried, and nothing but Gaussian noise in addition; neither
-need be: causes have no known name, scanners err in ways of their own. So the chance that an answer is right is a logistic regression on its
-grounds, fitted to answers about simulated data whose truth is known, imperfect scanners and unknown causes among them
-(``workflow/study/blind_trials/confidence_fit.py``; the coefficients stand beside this module). An answer with grounds beyond those that
-were tried is judged as if it had the nearest tried ones.
+The evidence alone does not give this probability. It would if one of the candidates were the truth and all noise were Gaussian. In practice a
+cause may have no effect in the catalogue, and scanners have errors that no model describes. The probability that an answer is right is therefore
+a logistic regression on its grounds. It was fitted to answers on simulated data whose truth is known, with imperfect scanners and unknown causes
+among them (``workflow/study/blind_trials/confidence_fit.py``; the coefficients are in the folder of this module). A number outside the range of
+the trials is replaced by the nearest end of that range.
 """
 
 from __future__ import annotations
@@ -21,14 +21,15 @@ from scipy.special import expit
 from scalar.diagnosis.grounds import Grounds
 
 COEFFICIENTS = "confidence_coefficients.json"  # written by `snakemake confidence`
-_FEW, _LEAST_SHARE = 100, 1e-3
-_NEAR_NATS = 20.0  # within which something else explains nearly as much: chosen among 10, 20, 40 by the likelihood of trials not fitted to
+_REFERENCE_POSES = 100  # the number of poses enters as a ratio to this one
+_LEAST_SHARE = 1e-3  # lower bound of what is put into a logarithm
+_NEAR_NATS = 20.0  # log odds below which a rival explains nearly as much: chosen among 10, 20, 40 by the likelihood of trials left out of the fit
 
 
 def features(grounds: Grounds) -> dict[str, float]:
-    """Return the numbers, by their names, on which the log odds of being right depend linearly.
+    """Return the features of the regression by name: the log odds of being right are linear in them.
 
-    The share that an answer explains counts only as far as nothing else explains nearly as much.
+    The share of the residual that an answer explains counts less, the nearer a rival comes to explaining as much (``rivalled``).
     """
     odds = grounds.log_odds
     rivalled = float(np.exp(-max(odds, 0.0) / _NEAR_NATS))
@@ -39,26 +40,26 @@ def features(grounds: Grounds) -> dict[str, float]:
         "least_log_odds": float(np.sign(least) * np.log1p(abs(least))),
         "rivalled": rivalled,
         "share": (1.0 - rivalled) * explained,
-        "poses": float(np.log(grounds.left.poses / _FEW)),
-        "misfit": float(np.log(max(grounds.left.misfit, _LEAST_SHARE))),
-        "chance": float(np.log(grounds.left.chance)),
+        "poses": float(np.log(grounds.final_residuals.poses / _REFERENCE_POSES)),
+        "misfit": float(np.log(max(grounds.final_residuals.misfit, _LEAST_SHARE))),
+        "chance": float(np.log(grounds.final_residuals.chance)),
         "others": float(np.log1p(grounds.others)),
         "beside_structure": float(grounds.beside_structure),
-        "correlated": float(grounds.left.correlated),
+        "correlated": float(grounds.final_residuals.correlated),
     }
 
 
 def confidence(grounds: Grounds) -> float:
-    """Return the chance that an answer is right, between 0 and 1."""
+    """Return the estimated probability that an answer is right, between 0 and 1."""
     return predicted(features(grounds), _coefficients()[grounds.kind])
 
 
 def predicted(values: Mapping[str, float], fitted: Mapping[str, Any]) -> float:
-    """Return the chance that a fitted logistic regression gives.
+    """Return the probability that a fitted logistic regression gives.
 
     Args:
         values: The features.
-        fitted: ``intercept`` and, in ``features``, for each ``coefficient`` and the range that was tried, ``from`` and ``to``.
+        fitted: ``intercept`` and ``features``: for each feature its ``coefficient``, and its range in the trials, ``from`` and ``to``.
     """
     total = fitted["intercept"]
     for name, feature in fitted["features"].items():

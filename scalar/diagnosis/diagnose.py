@@ -65,14 +65,14 @@ def diagnose(
     """
     dataset = with_target_motion(dataset)
     run = explained(dataset, settings, progress)
-    left, tried = FinalResiduals.of(run.after), run.tried
-    found = _findings(run, left)
+    final_residuals, candidates = FinalResiduals.of(run.after), run.candidates
+    found = _findings(run, final_residuals)
     outer = outer_split(dataset, run.cleaned, answer_without, settings, outer_folds, on_fold, cores)
     run, found, refused = _confirmed(run, found, outer)
     before, after = run.before, run.after
     if refused:
-        left = FinalResiduals.of(after)
-    ranking = rank(before, before.background(), CandidateColumns(before, tried), MAX_RANKING)
+        final_residuals = FinalResiduals.of(after)
+    ranking = rank(before, before.background(), CandidateColumns(before, candidates), MAX_RANKING)
     noise = identified_components(after)
     unseen = None if outer is None else outer.errors
     final = run.near_data_sheet()
@@ -96,10 +96,10 @@ def diagnose(
         findings=tuple(replace(f, effect=effect, std=tuple(std)) for f, effect, std in fitted),
         not_confirmed=refused,
         noise=noise,
-        noise_grounds=grounds_of_component(after, noise, left) if noise else None,
+        noise_grounds=grounds_of_component(after, noise, final_residuals) if noise else None,
         depends_on=tuple(depends_on(after)) if noise else (),
         noise_place=only_place(after, noise[0]) if noise else None,
-        unobservable=tuple(unobservable_effects(after, [candidate for candidate, _ in tried.tried])),
+        unobservable=tuple(unobservable_effects(after, [candidate for candidate, _ in candidates.tried])),
         ranking=tuple(ranking),
         outer=outer,
     )
@@ -141,15 +141,15 @@ def _confirmed(
     return run, kept, refused
 
 
-def _findings(run: Explained, left: FinalResiduals) -> tuple[Finding, ...]:
+def _findings(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding, ...]:
     """Return the effects of a run one by one, each with the held-out error before and after it is added."""
-    before, after, tried = run.before, run.after, run.tried
+    before, after, candidates = run.before, run.after, run.candidates
     found: list[Finding] = []
     state, error = before, held_out_errors(before)
     effects: tuple[Effect, ...] = ()
     scored = as_whitened(after)
-    columns = CandidateColumns(scored, tried)
-    without_a_name = evidence_without_a_name(scored, run.flexible)
+    columns = CandidateColumns(scored, candidates)
+    without_a_name = evidence_without_a_name(scored, run.flexible_candidates)
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
         state = after.refitted(effects, state.model)
@@ -169,14 +169,19 @@ def _findings(run: Explained, left: FinalResiduals) -> tuple[Finding, ...]:
         nearest = rival[:NEAREST_RIVALS]
         odds = fold_odds(scored, i, [s.effect for s in nearest])
         grounds = grounds_of_effect(
-            scored, i, own, [*(s.evidence for s in rival), *without], float(odds.min()), left
+            scored, i, own, [*(s.evidence for s in rival), *without], float(odds.min()), final_residuals
         )
         sure = confidence(grounds)
         # What it is confounded with is said with its name: the name is doubtful only if neither it nor one of these is likely right.
         beyond = [s for s in rival if not any(s.effect.same_place(other) for other in near)]
         far = [value for value, s in zip(odds[1:], nearest, strict=True) if s in beyond]
         of_these = grounds_of_effect(
-            scored, i, own, [*(s.evidence for s in beyond), *without], float(min([odds[0], *far])), left
+            scored,
+            i,
+            own,
+            [*(s.evidence for s in beyond), *without],
+            float(min([odds[0], *far])),
+            final_residuals,
         )
         likely = max(sure, confidence(of_these)) >= after.settings.naming.least_confidence
         doubtful = not (effect.flexible or likely)

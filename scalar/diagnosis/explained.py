@@ -15,7 +15,7 @@ from scalar.diagnosis.candidate_columns import CandidateSet, named_candidates
 from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.forward_selection import select_forward
 from scalar.diagnosis.harmonic_spectrum import as_whitened, with_spectrum
-from scalar.diagnosis.joint_selection import select_together
+from scalar.diagnosis.joint_selection import select_jointly
 from scalar.diagnosis.measured_rows import rows_given_own_noise
 from scalar.diagnosis.near_data_sheet import near_data_sheet
 from scalar.diagnosis.settings import Settings
@@ -43,23 +43,23 @@ class Explained:
     Attributes:
         cleaned: The dataset without its gross errors.
         prepared: The same, prepared for fits.
-        before, after: States without effects and with all that were found, without priors of the data sheet that the misfit weighs.
-        tried: The candidate set of named effects.
-        flexible: Those of the flexible terms.
+        before, after: States without effects and with all that were found, without the priors of the data sheet, whose weight depends on the misfit.
+        candidates: The candidate set of named effects.
+        flexible_candidates: The candidate sets of flexible terms.
     """
 
     cleaned: Cleaned
     prepared: Prepared
     before: FittedState
     after: FittedState
-    tried: CandidateSet
-    flexible: Sequence[CandidateSet] = ()
+    candidates: CandidateSet
+    flexible_candidates: Sequence[CandidateSet] = ()
 
     def near_data_sheet(self) -> Explained:
         """Return the same with the priors of a calibration, for the final fits.
 
-        Whatever is judged is judged without these: a misfit makes them tight, and what they then hold in the geometry looks like an effect, or
-        like poses that do not repeat.
+        Effects and random errors are judged without these priors. A large misfit gives them much weight, and the errors of the geometry that they
+        then leave look like an effect, or like a random error of the poses.
         """
         return replace(self, before=near_data_sheet(self.before), after=near_data_sheet(self.after))
 
@@ -69,8 +69,8 @@ class Explained:
         """Return the calibrations without effects, with all that were found, and as shipped, with the weights of the fit that is shipped.
 
         Args:
-            shipped: What is shipped.
-            component: Whose weights it may have.
+            shipped: The fit that is shipped.
+            component: The variance component by which its poses may be weighted.
         """
         weights = component if shipped.effects_fit == BY_COMPONENT else None
         before, found = self._concluded(self.before, None), self._concluded(self.after, weights)
@@ -94,29 +94,29 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
     """
     progress("cleaning")
     cleaned = _cleaned(dataset, settings)
-    start = _selected(dataset, cleaned, settings, progress)
+    named = _with_named_effects(dataset, cleaned, settings, progress)
     for _ in range(settings.selection.max_cleanings):
-        cleaner = clean_given_effects(
-            cleaned, start.after.residuals.pose_distances(start.after.model), settings.estimation.gross_errors
+        cleaned_again = clean_given_effects(
+            cleaned, named.after.residuals.pose_distances(named.after.model), settings.estimation.gross_errors
         )
-        if cleaner is cleaned:
+        if cleaned_again is cleaned:
             break
-        cleaned = cleaner
-        start = _selected(dataset, cleaned, settings, progress)
+        cleaned = cleaned_again
+        named = _with_named_effects(dataset, cleaned, settings, progress)
     progress("looking for unmodelled structure")
-    pools = flexible_pools(start.after.dataset)
-    after = with_flexible_terms(start.after, start.tried, pools)
+    pools = flexible_pools(named.after.dataset)
+    after = with_flexible_terms(named.after, named.candidates, pools)
     progress("fitting joints that need many orders")
-    after = with_spectrum(after, start.tried)
-    return replace(start, after=after, flexible=pools)
+    after = with_spectrum(after, named.candidates)
+    return replace(named, after=after, flexible_candidates=pools)
 
 
 def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:
-    """Return the dataset without gross errors, or refuse its set-up if that is why the poses contradict one another.
+    """Return the dataset without gross errors, or refuse it if its set-up is described wrongly.
 
     Raises:
-        InvalidInput: One other reading of the set-up explains the data.
-        Undetermined: The poses contradict one another, and no other reading of the set-up explains them.
+        InvalidInput: A corrected description of the set-up explains the data.
+        Undetermined: The poses contradict one another, and no corrected description explains them.
     """
     try:
         return clean(dataset, settings.estimation)
@@ -129,8 +129,8 @@ def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
     """Refuse data whose residual is larger than any effect can make it, or whose fit describes another arm.
 
     Raises:
-        InvalidInput: One other reading of the set-up explains the data.
-        Undetermined: No other reading of the set-up explains the data.
+        InvalidInput: A corrected description of the set-up explains the data.
+        Undetermined: No corrected description explains them.
     """
     distances = state.residuals.pose_distances(state.model)
     typical = float(np.median(distances))
@@ -140,40 +140,44 @@ def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
         raise misfit_refused(state.dataset, distances)
 
 
-def _selected(
+def _with_named_effects(
     dataset: Dataset, cleaned: Cleaned, settings: Settings, progress: Callable[[str], None]
 ) -> Explained:
-    """Return the effects that are selected on a dataset once it is cleaned."""
+    """Return a cleaned dataset with the named effects that are selected on it."""
     model, prepared = geometry_fit(cleaned.dataset, settings.estimation, effects_follow=True)
     rows = rows_given_own_noise(cleaned.dataset, model, settings.estimation.within_scan_noise)
     before = refit(cleaned.dataset, model, prepared.free, (), settings, rows)
     _refuse_misfit(dataset, before)
-    tried = named_candidates(cleaned.dataset)
+    candidates = named_candidates(cleaned.dataset)
     progress("selecting effects")
-    found = select_together(before, select_forward(before, tried), tried)
-    # What a model lacks enlarges a noise that is estimated from its residual, so the weights are estimated anew with what was found.
-    again = rows.reweighted(found.residuals, found.model)
-    if again is not None:
-        before = refit(cleaned.dataset, model, prepared.free, (), settings, again)
-        found = select_together(before, select_forward(before, tried), tried)
-    return Explained(cleaned, prepared, before, found, tried)
+    after = select_jointly(before, select_forward(before, candidates), candidates)
+    # Noise that is estimated from a residual comes out too large if the model lacks effects. With the effects that were found, the weights are
+    # estimated again, and the selection is repeated.
+    reweighted = rows.reweighted(after.residuals, after.model)
+    if reweighted is not None:
+        before = refit(cleaned.dataset, model, prepared.free, (), settings, reweighted)
+        after = select_jointly(before, select_forward(before, candidates), candidates)
+    return Explained(cleaned, prepared, before, after, candidates)
 
 
 def _final_fit(state: FittedState, component: VarianceComponent | None) -> tuple[Fit, Residuals]:
-    """Return the final fit of a state: on all points, or on profile rows where these are weighted for their noise or an effect acts on single points.
+    """Return the final fit of a state.
 
-    Of an effect that acts on single points the shape within the scans tells most, hundreds of points a scan. A shape that is slightly wrong there
-    decides against the poses, and moves the lengths of the arm; profile rows, on which the effect was selected and judged, do not show it.
+    It is made on all points, except in three cases, in which it is made on profile rows: the poses are weighted by a variance component, the rows
+    are weighted for noise that was estimated within the scans, or an effect acts on single points. A scan has hundreds of points, so if the
+    assumed form of such an effect is slightly wrong, the shape within the scans outweighs the poses and shifts the lengths of the arm. Profile
+    rows, on which the effect was selected, avoid this.
 
     Args:
-        state: To fit.
+        state: The state to fit.
         component: Variance component of whole poses by which the rows are weighted, or None.
     """
     residuals, settings = state.residuals, state.settings.estimation
     if component is None:
-        white = state.rows.noise is None and not extra_basis_of(state.effects)
-        own = None if white else residuals
-        return fit_from(state.dataset, state.model, state.free, own, settings)
+        on_all_points = state.rows.noise is None and not extra_basis_of(state.effects)
+        return fit_from(
+            state.dataset, state.model, state.free, None if on_all_points else residuals, settings
+        )
     residuals = type(residuals)(
         WhitenedMeasurement(residuals.measurement, whitening_for(component), component.as_noise()),
         residuals.poses,

@@ -1,4 +1,4 @@
-"""A fitted model during forward selection, and the columns of everything that might be added to it."""
+"""A model fitted to a dataset, as forward selection uses it: its residual, its Jacobian, its noise, and the columns of candidates at its optimum."""
 
 from __future__ import annotations
 
@@ -25,12 +25,14 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-# Refits: steps of Gauss-Newton by normal equations, then the careful fit where they do not end.
-_STEPS = 10  # three are the rule
-_PROMISED = 1e-8  # of the misfit's variance: a step that promises a smaller drop is the last
-_SOUND = 1e-11  # of the largest eigenvalue: with a smaller one, normal equations have too few digits
-_TOLERANCE = 1e-9  # relative, of cost and coordinates where the careful fit ends: rounding
-_RELINEARISATIONS = 8  # more fits for what an effect is not linear in, a time constant; three are the rule
+# Refits take Gauss-Newton steps by normal equations. If these do not converge, the slower fit of ``least_squares`` is made.
+_STEPS = 10  # at most; usually three suffice
+_LEAST_DROP = 1e-8  # of the misfit's variance: a step that is expected to lower the cost by less is the last
+_LEAST_EIGENVALUE = 1e-11  # of the largest: with a smaller one, normal equations lose too many digits
+_TOLERANCE = 1e-9  # relative, of cost and coordinates, at which the slower fit ends: rounding errors
+_RELINEARISATIONS = (
+    8  # at most, for nonlinear parameters of effects, such as a time constant; usually three suffice
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +42,8 @@ class FittedState:
     Attributes:
         dataset: Cleaned.
         model: At the optimum, with the effects found so far.
-        geometry_free: ``(G,)`` bool over robot, sensor and target: what is free whatever the effects.
-        free: ``(P,)`` bool.
+        geometry_free: ``(G,)`` bool over the parameters of robot, sensor and target: which of them are free, with any effects.
+        free: ``(P,)`` bool over all parameters, effects included.
         residuals: Whitened at the optimum.
         settings: Thresholds.
         rows: The dataset reduced to rows, for refits.
@@ -58,7 +60,7 @@ class FittedState:
     held_out: dict[int, tuple[Array | None, Any]] = field(default_factory=dict, init=False, repr=False)
 
     def refitted(self, effects: Sequence[Effect], start: Model | None = None) -> FittedState:
-        """Return the joint optimum with other effects, from where this state, or another model, stands."""
+        """Return the joint optimum with other effects; the fit starts from this state's model, or from ``start``."""
         model = self.model if start is None else start
         return refit(self.dataset, model, self.geometry_free, effects, self.settings, self.rows)
 
@@ -73,17 +75,17 @@ class FittedState:
         return residual, jacobian[:, self.free]
 
     def linearised(self) -> tuple[Array, Array]:
-        """Return rows whitened for the noise within scans ``(N m + priors,)`` and the Jacobian by what is free."""
+        """Return the rows whitened for the noise within scans ``(N m + priors,)`` and their derivatives by the free parameters."""
         return self._rows
 
     def rows_of(self, poses: Array) -> tuple[Array, Array]:
-        """Return the indices of the rows of some poses, and these with the rows on priors, which follow those of all poses."""
+        """Return the indices of the rows of some poses, and these indices followed by those of the rows of priors."""
         N, m = self.dataset.n_poses, self.residuals.measurement.rows_per_pose
         rows = (poses[:, None] * m + np.arange(m)).ravel()
         return rows, np.r_[rows, np.arange(N * m, len(self.linearised()[0]))]
 
     def background_within_scans(self) -> Background:
-        """Return the residual and what the model explains already, whitened for the noise within scans alone."""
+        """Return the residual and the directions that the model explains, whitened for the noise within scans alone."""
         return self._background_within_scans
 
     @cached_property
@@ -97,7 +99,7 @@ class FittedState:
 
     @cached_property
     def variance_components(self) -> list[VarianceComponent]:
-        """Return the noises common to a pose that the residual's covariance would be explained by, the likeliest first."""
+        """Return the variance components of whole poses that would explain the residual's covariance, the likeliest first."""
         return variance_components(
             self.background_within_scans(),
             self.residuals,
@@ -109,7 +111,8 @@ class FittedState:
     def whitening(self) -> Array | None:
         """Return ``(N, m, m)``, the whitening of the likeliest variance component of whole poses, or None.
 
-        Whatever a model lacks looks like such a component at first. With it, tests do not take a few poses of large residuals for an effect.
+        An effect that the model lacks at first looks like such a component. With this whitening, tests do not mistake a few poses of large residuals
+        for an effect.
         """
         return whitening_for(self.variance_components[0]) if self.variance_components else None
 
@@ -118,22 +121,25 @@ class FittedState:
         return self.background_whitened_by(self.whitening)
 
     def background(self) -> Background:
-        """Return the residual and what the model explains already, whitened for the state's own variance component as well."""
+        """Return the residual and the directions that the model explains, whitened for the state's own variance component as well."""
         return self._background
 
     @property
     def is_rounding(self) -> bool:
-        """Return whether what the model leaves is rounding: its structure is the computer's."""
+        """Return whether the residual is so small that it consists of rounding errors, whose structure means nothing."""
         return self.background().variance < self.settings.selection.rounding
 
     @property
     def is_plausible(self) -> bool:
-        """Return whether no coefficient is far beyond its prior: a gain of the range of -1 shrinks all scans to a point, and leaves no residual."""
+        """Return whether no coefficient is far beyond its prior standard deviation.
+
+        An example of an implausible one is a range scale of -1: it shrinks all scans to a point, and leaves no residual.
+        """
         most = self.settings.selection.plausible_coefficient
         return all(np.all(np.abs(effect.coefficients) <= most * effect.prior_std) for effect in self.effects)
 
     def background_whitened_by(self, whitening: Array | None) -> Background:
-        """Return the same under any whitening ``(N, m, m)``: squared residuals of two states compare only under one."""
+        """Return the background under a given whitening ``(N, m, m)``; squared residuals of two states can be compared only under the same one."""
         if whitening is None:
             return self.background_within_scans()
         residual, jacobian = (whitened(whitening, rows) for rows in self.linearised())
@@ -146,11 +152,11 @@ class FittedState:
         )
 
     def columns_of(self, effects: Sequence[Effect], bases: dict[Effect, Basis] | None = None) -> Array:
-        """Return the columns ``(N m, e)`` of effects at this model, whitened as the background, whether or not it has them.
+        """Return the columns ``(N m, e)`` of effects at this model, whitened like the background.
 
         Args:
-            effects: Any.
-            bases: What effects do at the poses, where it is known already; filled where it is not.
+            effects: Any effects, in the model or not.
+            bases: The bases of effects at the poses, as far as they are known; those that are computed here are added.
         """
         return self._columns.of(effects, bases)
 
@@ -166,7 +172,7 @@ class FittedState:
 
 
 def whitened(whitening: Array | None, rows: Array) -> Array:
-    """Return rows ``(N m + priors,)`` or ``(N m + priors, k)`` with every pose's own whitened by ``(N, m, m)``; priors as they are."""
+    """Return rows ``(N m + priors,)`` or ``(N m + priors, k)`` with those of each pose whitened by ``(N, m, m)``; rows of priors are unchanged."""
     if whitening is None:
         return rows
     N, m, _ = whitening.shape
@@ -183,15 +189,15 @@ def refit(
     settings: Settings = DEFAULTS,
     rows: MeasuredRows | None = None,
 ) -> FittedState:
-    """Return the joint optimum of a model with the given effects, starting from where model and effects stand.
+    """Return the joint optimum of a model with the given effects; the fit starts from the given parameters and coefficients.
 
     Args:
-        dataset: Cleaned.
+        dataset: The cleaned dataset.
         model: Robot, sensor and target to start from.
         geometry_free: ``(G,)`` bool over robot, sensor and target.
-        effects: With starting coefficients.
+        effects: The effects, with the coefficients to start from.
         settings: Thresholds.
-        rows: The same dataset reduced to rows, or None to reduce it now.
+        rows: The same dataset reduced to rows, or None to reduce it here.
     """
     rows = MeasuredRows(dataset) if rows is None else rows
     state = _fitted(dataset, replace(model, effects=tuple(effects)), geometry_free, settings, rows)
@@ -212,7 +218,7 @@ def _fitted(
     measurement = rows.keeping(extra_basis_of(model.effects))
     residuals = Residuals.of(dataset, model, measurement)
     if measurement.scans:
-        # Noise that is not stated is measured from the scatter within scans, which profiles leave out.
+        # Noise that is not stated is estimated from the scatter within scans, which profile rows no longer contain.
         weighted = residuals if measurement.sigma_stated else residuals.reweighted(model)
         profiled = profile_measurement(measurement, model, weighted)
         residuals = Residuals(profiled, residuals.poses, residuals.bases, residuals.known)
@@ -230,7 +236,7 @@ def _fitted(
 
 
 def _optimum(residuals: Residuals, model: Model, free: Array) -> Model:
-    """Return the optimum near a model: Gauss-Newton steps while each lowers the cost as it promises, else the careful way."""
+    """Return the optimum near a model by Gauss-Newton steps, or by the slower fit if a step raises the cost or the equations are ill-conditioned."""
     start = model
     cost = np.inf
     for _ in range(_STEPS):
@@ -244,13 +250,13 @@ def _optimum(residuals: Residuals, model: Model, free: Array) -> Model:
         scale[scale == 0] = 1.0
         gram, projection = (J.T @ J) / np.outer(scale, scale), (J.T @ residual) / scale
         values, vectors = np.linalg.eigh(gram)
-        if len(values) == 0 or values[0] < _SOUND * values[-1]:
+        if len(values) == 0 or values[0] < _LEAST_EIGENVALUE * values[-1]:
             break
         along = vectors.T @ projection
         vector = model.vector.copy()
         vector[free] -= (vectors @ (along / values)) / scale
         model = model.with_vector(vector)
-        promised = float(np.sum(along**2 / values))
-        if promised < _PROMISED * max(1.0, cost / max(len(residual), 1)):
+        expected_drop = float(np.sum(along**2 / values))
+        if expected_drop < _LEAST_DROP * max(1.0, cost / max(len(residual), 1)):
             return model
     return fit(residuals, start, free, tolerance=_TOLERANCE).model

@@ -1,14 +1,17 @@
-"""Which of the effects that were found the shipped model contains: those with which predictions elsewhere are nearest to the truth.
+"""Choose which of the effects that were found the shipped model contains: those with which predictions at other poses have the smallest error.
 
-An effect may be significant and its correction do harm: an error of the scanner over its range is all but a change of the arm's lengths, and a
-wrong form of it moves them. The focused information criterion (Claeskens and Hjort, Journal of the American Statistical Association 98, 2003)
-estimates the mean squared error of what is asked for, here predicted positions at random poses, for every model within a wide one: its
-variance, and the square of its distance to the wide model's prediction, less what chance makes of that distance. Here a multiple of what
-chance makes is taken off (``settings.shipped_fit.beyond_chance``, squared), since a correction that does harm is worse than one that is
-missing. The variances are those of the jackknife over poses, which hold whatever the noise of a pose is. The wide model has all that was
-found, for an effect of a special form a more general one beside it, and what any set-up of the kind has a little of, as target planes are
-never quite flat (``Effect.nuisances``). The latter may be shipped too, though they are no findings: with one target plane's bow, say, the arm
-is nearer to the truth if the smaller bows of the others are fitted as well.
+An effect may be significant although its correction does harm. An error of the scanner over its range, for example, is almost equivalent to a
+change of the arm's lengths, and if its assumed form is wrong, it biases them. The focused information criterion (Claeskens and Hjort, Journal of
+the American Statistical Association 98, 2003) estimates the mean squared error of a quantity, here of predicted positions at random poses, for
+every model nested in a wide one. It is the sum of the variance and the squared bias; the bias is estimated by the distance to the wide model's
+prediction, and the expected square of this distance by chance alone is subtracted. Here a multiple of it is subtracted
+(``settings.shipped_fit.beyond_chance``, squared), because a correction that does harm is worse than one that is missing. The variances are those
+of the jackknife over poses, which is valid for any noise within a pose.
+
+The wide model contains all effects that were found and, for an effect that is a special case, a more general one as well. It also contains
+deviations that every set-up of the kind has to a small degree, since no target plane is perfectly flat (``Effect.nuisances``). These may be
+shipped too, although they are no findings: if one target plane is bowed, for example, the arm is estimated more accurately if the smaller bows of
+the other planes are fitted as well.
 """
 
 from __future__ import annotations
@@ -37,9 +40,9 @@ class FocusedChoice:
         state: The model with them.
         left_out: Effects that were found and are not in it.
         added: Effects that were not found and are in it.
-        error_with_all, error_as_shipped: Expected error of a predicted position [m], root mean square within the joint limits, with all effects
-            found and as chosen.
-        error_measured: The latter within the ranges of the joints that were measured.
+        error_with_all: Expected error of a predicted position [m] with all effects, root mean square over poses within the joint limits.
+        error_as_shipped: The same with the effects that were chosen.
+        error_measured: The same with the effects that were chosen, over poses within the measured ranges of the joints.
     """
 
     state: FittedState

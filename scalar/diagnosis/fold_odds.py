@@ -1,4 +1,4 @@
-"""How an effect does against its rivals when some poses are left out: an answer that hangs on a few poses is a doubtful one."""
+"""The log odds of an effect against its rivals when one fold of the poses is left out: they show an answer that depends on a few poses only."""
 
 from __future__ import annotations
 
@@ -20,44 +20,45 @@ def fold_odds(state: FittedState, i: int, others: Sequence[Effect]) -> Array:
 
     Args:
         state: With the effect.
-        i: Which of its effects.
+        i: Index of the effect.
         others: K rivals.
 
     Returns:
-        ``(1 + K,)``: against nothing, which is that of its weakest part where it has several joints or orders, and against each rival in its place.
+        ``(1 + K,)``: first the log odds against no effect, then those against each rival in the effect's place. If the effect has several joints
+        or orders, the first number is that of the joint or order with the least evidence.
     """
     residual, jacobian = (whitened(state.whitening, rows) for rows in state.linearised())
-    mine, sizes = columns_of_effects(state, [i])
+    of_effect, prior_std = columns_of_effects(state, [i])
     N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
-    E = np.column_stack([jacobian[: N * m, mine], state.columns_of(others)])
-    sizes = np.concatenate([sizes, *(effect.prior_std for effect in others)])
-    ends = np.cumsum([int(mine.sum()), *(len(effect.coefficients) for effect in others)])
+    E = np.column_stack([jacobian[: N * m, of_effect], state.columns_of(others)])
+    prior_std = np.concatenate([prior_std, *(effect.prior_std for effect in others)])
+    ends = np.cumsum([int(of_effect.sum()), *(len(effect.coefficients) for effect in others)])
     groups = np.split(np.arange(E.shape[1]), ends[:-1])
     fold = blocks(state.dataset.q, state.settings.hold_out)[1]
-    parts = _parts(state, i, mine)
-    found = []
+    parts = _parts(state, i, of_effect)
+    odds_by_fold = []
     for f in np.unique(fold):
         rows, used = state.rows_of(np.flatnonzero(fold != f))
         fewer = _Fold(state, residual[used], jacobian[used], len(rows) // m)
-        own, *rivals = fewer.evidences(mine, E[rows], sizes, groups)
-        weakest = [fewer.evidences(part, jacobian[rows][:, part], its_sizes, [np.arange(part.sum())])[0]
-                   for part, its_sizes in parts]  # fmt: skip
-        found.append([min([own, *weakest]), *(own - rival for rival in rivals)])
-    return np.min(found, axis=0)
+        own, *rivals = fewer.evidences(of_effect, E[rows], prior_std, groups)
+        weakest = [fewer.evidences(part, jacobian[rows][:, part], part_prior_std, [np.arange(part.sum())])[0]
+                   for part, part_prior_std in parts]  # fmt: skip
+        odds_by_fold.append([min([own, *weakest]), *(own - rival for rival in rivals)])
+    return np.min(odds_by_fold, axis=0)
 
 
-def _parts(state: FittedState, i: int, mine: Array) -> list[tuple[Array, Array]]:
-    """Return which free columns ``(F,)`` belong to each part of an effect, and their prior standard deviations; nothing where it has one part."""
+def _parts(state: FittedState, i: int, of_effect: Array) -> list[tuple[Array, Array]]:
+    """Return for each part of an effect which free columns ``(F,)`` are its own, and their prior standard deviations; nothing if it has one part."""
     effect = state.effects[i]
     parts = effect.parts()
-    where = np.flatnonzero(mine)
+    where = np.flatnonzero(of_effect)
     if len(parts) == 1 or len(where) != len(effect.coefficients):
         return []
     width = len(effect.coefficients) // effect.n_terms
     found = []
     for terms in parts:
         columns = np.concatenate([np.arange(k * width, (k + 1) * width) for k in terms])
-        part = np.zeros(len(mine), dtype=bool)
+        part = np.zeros(len(of_effect), dtype=bool)
         part[where[columns]] = True
         found.append((part, effect.prior_std[columns]))
     return found
@@ -65,20 +66,27 @@ def _parts(state: FittedState, i: int, mine: Array) -> list[tuple[Array, Array]]
 
 @dataclass(frozen=True, eq=False)
 class _Fold:
-    """The rows of the poses that are left, priors included."""
+    """The rows of the poses that remain when one fold is left out, with the rows of the priors."""
 
     state: FittedState
     residual: Array
     jacobian: Array
     n_poses: int
 
-    def evidences(self, mine: Array, E: Array, sizes: Array, groups: Sequence[Array]) -> list[float]:
-        """Return the evidence of groups of columns E ``(N m, e)`` where the columns ``mine`` ``(F,)`` of the model are left out, zero at least."""
+    def evidences(self, removed: Array, E: Array, prior_std: Array, groups: Sequence[Array]) -> list[float]:
+        """Return the log evidence of groups of columns, negative values raised to zero, given the model without some of its columns.
+
+        Args:
+            removed: ``(F,)`` bool, the columns of the model that are left out.
+            E: ``(N m, e)``, the columns that are scored.
+            prior_std: ``(e,)``, prior standard deviations of their coefficients.
+            groups: The indices of the columns of each group.
+        """
         state = self.state
-        without = self.residual - self.jacobian[:, mine] @ state.model.vector[state.free][mine]
+        without = self.residual - self.jacobian[:, removed] @ state.model.vector[state.free][removed]
         m, settings = state.residuals.measurement.rows_per_pose, state.settings.score_test
-        background = Background.of(without, self.jacobian[:, ~mine], self.n_poses, m, settings)
-        projected = Projected.of(background, E, E.T @ E, sizes)
+        background = Background.of(without, self.jacobian[:, ~removed], self.n_poses, m, settings)
+        projected = Projected.of(background, E, E.T @ E, prior_std)
         found = []
         for group in groups:
             gain, dof, _ = projected.score(group[None])

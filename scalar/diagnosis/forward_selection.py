@@ -50,12 +50,12 @@ def _better(state: FittedState, columns: CandidateColumns, refused: set[str]) ->
 def _best(state: FittedState, columns: CandidateColumns) -> list[Scored]:
     """Return the significant candidates among those with the largest evidence, refined, best first."""
     background, settings = state.background(), state.settings.selection
-    worth = [
+    significant = [
         e
         for e in rank(state, background, columns, settings.tried)
         if e.p_value <= settings.alpha_named_effect and e.evidence > 0
     ]
-    return sorted((refined(state, background, e) for e in worth), key=lambda entry: -entry.evidence)
+    return sorted((refined(state, background, e) for e in significant), key=lambda entry: -entry.evidence)
 
 
 def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedState, CandidateColumns]:
@@ -84,14 +84,14 @@ def _replaced(
 ) -> FittedState | None:
     """Return the state in which another candidate takes an effect's place, or None.
 
-    It has to explain the same clearly better; or about as well, if it is a further term of an effect that the state has: what needs one cause
-    less is likelier.
+    The candidate has to explain the same part of the residual clearly better. If it is a further term of an effect that the state contains, about
+    as well is enough, because an explanation with one cause less is more probable.
 
     Args:
-        state: With the effect.
+        state: The state with the effect.
         others: Its other effects.
-        own: The score of the effect, given the others.
-        ranking: Of all candidates in its place, best first.
+        own: The score of the effect given the others.
+        ranking: The scores of all candidates in its place, best first.
     """
     margin, best = state.settings.selection.swap_margin, ranking[0]
     joining = next(
@@ -107,7 +107,7 @@ def _replaced(
         if entry is None:
             continue
         trial = state.refitted(merged(others, entry.effect))
-        # Both fits are compared under one whitening: a worse fit has a larger variance component of its own, which would hide that.
+        # Both fits are compared under the same whitening, because the larger variance component of a worse fit would hide that it is worse.
         left, now = trial.background_whitened_by(state.whitening), state.background()
         lost = 0.5 * now.freedom * np.log(left.squared / now.squared)
         explains = lost <= allowance + 1e-9 or (entry is best and better and entry.dof < own.dof)

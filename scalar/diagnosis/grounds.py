@@ -1,4 +1,4 @@
-"""What an answer rests on: the numbers from which its confidence follows, and which diagnosis.json states beside it."""
+"""The grounds of an answer: the numbers that summarise its evidence, from which its confidence follows. diagnosis.json lists them with it."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _LEAST_CHANCE = 1e-30  # smaller p-values count as this one
 
 @dataclass(frozen=True)
 class FinalResiduals:
-    """What the residuals that are left say of all answers alike.
+    """What the residuals of the final model show; it concerns all answers of a diagnosis alike.
 
     Attributes:
-        poses: How many were used.
-        misfit: Mean square of the whitened residuals, a degree of freedom each; 1 where the noise explains them.
-        chance: p-value of the autocorrelation that they show still; small where structure remains.
+        poses: Number of poses that were used.
+        misfit: Sum of squares of the whitened residuals over their degrees of freedom; 1 if the noise explains them.
+        chance: p-value of their autocorrelation; it is small if structure remains.
         correlated: Whether errors are correlated within scans.
     """
 
@@ -35,7 +35,7 @@ class FinalResiduals:
 
     @classmethod
     def of(cls, state: FittedState) -> FinalResiduals:
-        """Return it of the state that holds all that was found."""
+        """Return these numbers for the state with all effects that were found."""
         background = state.background()
         chance = min(chances(state, background.residual).values(), default=1.0)
         return cls(
@@ -48,16 +48,16 @@ class FinalResiduals:
 
 @dataclass(frozen=True)
 class Grounds:
-    """What an answer rests on.
+    """The numbers that summarise the evidence for an answer.
 
     Attributes:
-        kind: ``effect``: one with a name; ``component``: a variance component; ``structure``: a flexible term.
-        log_odds: For the answer, against everything else that was tried and against nothing at all [nats].
-        least_log_odds: The same for the worst case of one fold of the poses left out, against the nearest rivals.
-        share: Of the variance without the answer that it explains.
-        others: How many other answers were found.
+        kind: ``effect``: an effect with a name; ``component``: a variance component; ``structure``: a flexible term.
+        log_odds: Log odds of the answer against all other candidates and against no effect at all [nats].
+        least_log_odds: The least of these log odds when one fold of the poses is left out, against the nearest rivals [nats].
+        share: The part of the squared residual without the answer that the answer explains.
+        others: Number of other answers.
         beside_structure: Whether a flexible term was found as well.
-        left: What the final residuals say.
+        final_residuals: What the final residuals show.
     """
 
     kind: str
@@ -66,25 +66,32 @@ class Grounds:
     share: float
     others: int
     beside_structure: bool
-    left: FinalResiduals
+    final_residuals: FinalResiduals
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the entry of diagnosis.json."""
-        return {key: value for key, value in asdict(self).items() if key != "left"} | asdict(self.left)
+        return {key: value for key, value in asdict(self).items() if key != "final_residuals"} | asdict(
+            self.final_residuals
+        )
 
 
 def grounds_of_effect(
-    state: FittedState, i: int, own: Scored, others: Sequence[float], least: float, left: FinalResiduals
+    state: FittedState,
+    i: int,
+    own: Scored,
+    others: Sequence[float],
+    least: float,
+    final_residuals: FinalResiduals,
 ) -> Grounds:
-    """Return what effect i of a state rests on.
+    """Return the grounds of effect i of a state.
 
     Args:
-        state: With all that was found.
-        i: Which of its effects.
+        state: With all effects that were found.
+        i: Index of the effect.
         own: Its score given the others.
-        others: Evidence of everything that would answer otherwise in its place [nats].
-        least: Its log odds for the worst case of one fold of the poses left out [nats].
-        left: Of the state.
+        others: Log evidence of every different answer in its place [nats].
+        least: Its least log odds when one fold of the poses is left out [nats].
+        final_residuals: Of the state.
     """
     flexible = [effect.flexible for effect in state.effects]
     return Grounds(
@@ -94,17 +101,19 @@ def grounds_of_effect(
         share=own.gain / max(own.gain + state.background().squared, 1e-300),
         others=len(flexible) - 1,
         beside_structure=any(flexible[:i] + flexible[i + 1 :]),
-        left=left,
+        final_residuals=final_residuals,
     )
 
 
 def grounds_of_component(
-    state: FittedState, components: Sequence[VarianceComponent], left: FinalResiduals
+    state: FittedState, components: Sequence[VarianceComponent], final_residuals: FinalResiduals
 ) -> Grounds:
-    """Return what the first of the identified components, at least one, rests on.
+    """Return the grounds of the likeliest variance component.
 
     Args:
-        state: With all effects that were found. components: The likeliest first. left: Of the state.
+        state: With all effects that were found.
+        components: The variance components that were identified, at least one, the likeliest first.
+        final_residuals: Of the state.
     """
     best, *rest = components
     rows = best.covariance.shape[1]
@@ -116,17 +125,17 @@ def grounds_of_component(
         share=1.0 - rows * len(best.covariance) / float(np.einsum("nii->", best.covariance)),
         others=len(state.effects),
         beside_structure=any(effect.flexible for effect in state.effects),
-        left=left,
+        final_residuals=final_residuals,
     )
 
 
 def log_odds(own: float, others: Sequence[float]) -> float:
-    """Return the log odds of an answer among all that was tried and nothing at all [nats].
+    """Return the log odds of an answer against all other candidates and against no effect at all [nats].
 
-    They would be right if the truth were among what was tried, and nothing but Gaussian noise in addition.
+    They would be correct if one of the candidates were the truth, and all noise were Gaussian.
 
     Args:
-        own: Its evidence: half the drop of the Bayesian information criterion, less the log of how many of a kind were tried.
-        others: Those of everything else that would answer otherwise.
+        own: Its log evidence: half the drop of the Bayesian information criterion, less the log of the number of candidates of its kind.
+        others: The log evidence of every different answer.
     """
     return -float(np.logaddexp.reduce([-own, *(other - own for other in others)]))

@@ -59,12 +59,12 @@ def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
     misfit = np.sqrt(variance) * _excess(state)
     effects = tempered([*smooth, *kept], 1.0 / max(misfit, 1.0))
     trial = state.refitted(effects)
-    trial = _with_more(_borne_out(trial, named), named)
+    trial = _with_more(_without_insignificant_bands(trial, named), named)
     return trial if improvement(held_out_errors(state), held_out_errors(trial)) > 0 else state
 
 
-def _borne_out(state: FittedState, named: CandidateSet) -> FittedState:
-    """Return a state without the ranges of orders of single joints that chance explains as well."""
+def _without_insignificant_bands(state: FittedState, named: CandidateSet) -> FittedState:
+    """Return the state without those bands of orders of single joints that are not significant."""
     scored = as_whitened(state)
     columns = CandidateColumns(scored, named)
     kept = [

@@ -1,4 +1,4 @@
-"""The variance of predictions at poses that were not measured, by leaving out one pose at a time: it judges how a fit weighs the poses.
+"""The variance of predictions at poses that were not measured, by leaving out one pose at a time; it is used to compare weights of the poses.
 
 The delete-one-pose jackknife (Efron and Stein, Annals of Statistics 9, 1981; CR3 of Bell and McCaffrey, Survey Methodology 28, 2002) is valid
 for any covariance within a pose, even if the weights of a fit are wrong. A fit with the weights of a component that does not exist loses

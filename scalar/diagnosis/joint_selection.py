@@ -1,35 +1,36 @@
 """Joint selection: the set of effects that explains the data best as a whole, tested effect by effect.
 
-Forward selection takes one effect after the other. Of several strong effects each explains a small share, the others look like a large scatter of
-the poses, and with few poses no effect is significant beside that scatter; or several wrong effects imitate a right one bit by bit. Here whole
-sets are compared (``subset_search``). What is found is tested again effect by effect, as after forward selection, and takes its place if it has
-clearly more evidence and predicts held-out poses clearly better.
+Forward selection adds one effect after the other. This fails in two ways. If several strong effects are present, each of them explains a small
+share of the residual, while the others look like a large scatter of the poses; with few poses no effect is significant against that scatter. Or
+several wrong effects, added one by one, together mimic a right one. Here whole sets are compared (``subset_search``). Each effect of the set that
+is found is tested given the others, as after forward selection. The set replaces the result of forward selection if it has clearly more
+evidence and predicts held-out poses clearly better.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from scalar.diagnosis.backward_elimination import borne_out
+from scalar.diagnosis.backward_elimination import eliminate_backward
 from scalar.diagnosis.candidate_columns import CandidateSet
-from scalar.diagnosis.conditional_scores import background_without, together
+from scalar.diagnosis.conditional_scores import background_without, score_together
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.forward_selection import reconsidered, select_forward
 from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
 from scalar.diagnosis.subset_search import best_subset
 
-SEARCHES = 2  # each about the optimum of the one before: effects that are large are not linear about a model without them
+SEARCHES = 2  # the second is linearised at the optimum that the first one found: large effects are not linear about a model without them
 
 
-def select_together(before: FittedState, forward: FittedState, candidates: CandidateSet) -> FittedState:
+def select_jointly(before: FittedState, forward: FittedState, candidates: CandidateSet) -> FittedState:
     """Return the state with the set of effects that explains most, if it explains the data better than the one of forward selection.
 
-    With many poses nothing is tried: beside these every effect stands out alone.
+    With many poses no sets are searched, because every effect is then significant alone.
 
     Args:
-        before: Without effects.
-        forward: Where forward selection ended.
-        candidates: The candidate set of both.
+        before: The state without effects.
+        forward: The state that forward selection found.
+        candidates: The candidate set.
     """
     if before.is_rounding or before.dataset.n_poses > before.settings.subset_search.most_poses:
         return forward
@@ -37,10 +38,10 @@ def select_together(before: FittedState, forward: FittedState, candidates: Candi
     for _ in range(SEARCHES):
         effects = best_subset(state, candidates)
         if not effects:
-            return borne_out(forward)
+            return eliminate_backward(forward)
         state = before.refitted(effects, state.model)
-    tested = borne_out(reconsidered(_weakest_dropped(state, candidates), candidates)[0])
-    return borne_out(_better(forward, select_forward(tested, candidates), candidates))
+    tested = eliminate_backward(reconsidered(_weakest_dropped(state, candidates), candidates)[0])
+    return eliminate_backward(_better(forward, select_forward(tested, candidates), candidates))
 
 
 def _better(state: FittedState, trial: FittedState, candidates: CandidateSet) -> FittedState:
@@ -61,7 +62,7 @@ def _weakest_dropped(state: FittedState, candidates: CandidateSet) -> FittedStat
     """Return a state whose effects are all significant given the others; the least significant one is dropped first."""
     while state.effects:
         each = range(len(state.effects))
-        scores = [together(state, [i], candidates, background_without(state, [i])) for i in each]
+        scores = [score_together(state, [i], candidates, background_without(state, [i])) for i in each]
         weakest = min(each, key=lambda i: scores[i].evidence)
         own = scores[weakest]
         if own.evidence > 0 and own.p_value <= state.settings.selection.alpha_named_effect:
@@ -71,7 +72,10 @@ def _weakest_dropped(state: FittedState, candidates: CandidateSet) -> FittedStat
 
 
 def evidence_of(state: FittedState, candidates: CandidateSet) -> float:
-    """Return the log likelihood of a state with its variance component, less what its coefficients and the choice of its effects cost [nats]."""
+    """Return the log evidence of a state [nats]: its log likelihood, penalised for coefficients and for the choice among the candidates.
+
+    The likelihood includes the state's likeliest variance component. The penalty of a coefficient is that of the Bayesian information criterion.
+    """
     background, n = state.background_within_scans(), state.background_within_scans().residual.size
     live = background.freedom + background.Q.shape[1]
     fit = -0.5 * background.squared * live / background.freedom - n * np.log(

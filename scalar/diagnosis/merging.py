@@ -1,4 +1,4 @@
-"""Adding an effect to others, with which it may become one."""
+"""Add an effect to a set of effects; it is merged with an effect of the set that has the same place, if there is one."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from scalar.effects import Effect
 
 
 def merged(effects: Sequence[Effect], new: Effect) -> tuple[Effect, ...]:
-    """Return effects with a new one, which becomes one with an effect of which it has further terms."""
+    """Return the effects with a new one added; if it has further terms of one of them, the two become one effect."""
     result = list(effects)
     for i, old in enumerate(result):
         both = old.merged_with(new)

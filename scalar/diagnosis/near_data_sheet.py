@@ -1,7 +1,7 @@
-"""Hold a diagnosis' final fits near the data sheet in the directions that the poses hardly determine.
+"""Keep the final fits of a diagnosis near the data sheet in the directions that the poses hardly determine.
 
-Effects are selected without such priors, since a misfit that makes them tight would hold the geometry against the very effect that is looked for.
-Once the effects are known, what they leave weighs the priors, as in a calibration.
+Effects are selected without these priors. A large misfit gives the priors much weight, and they would then keep the geometry from adapting to the
+effect that causes the misfit. Once the effects are known, the priors are weighted by the remaining residual, as in a calibration.
 """
 
 from __future__ import annotations

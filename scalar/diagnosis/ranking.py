@@ -60,7 +60,7 @@ def rank(
             projected, terms = conditional[width].of(k), np.arange(width).reshape(candidate.n_terms, -1)
             # Each term is penalised for its columns and for the number of terms tried, as it would be alone.
             price = np.log(background.freedom) + 2 * np.log(candidate.n_terms) / terms.shape[1]
-            chosen = projected.forward(terms, worth=float(price * rest / freedom))
+            chosen = projected.forward(terms, least_drop=float(price * rest / freedom))
             if not chosen:
                 kept[k] = False
                 continue

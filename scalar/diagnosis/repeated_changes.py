@@ -1,7 +1,7 @@
-"""Changes of one kind that are found again and again: likelier one cause that keeps acting than so many accidents.
+"""Doubt the names of changes of one kind that are found many times: one cause that acts all the time is more probable than so many accidents.
 
-A target plane is knocked, or a sensor slips, by an accident. A base that sways or an encoder that drifts moves everything all the time, and several
-changes at several moments describe that as a staircase describes a slope. The evidence of each is large, and all their names are wrong.
+A target plane is knocked, or a sensor slips, by accident. A base that sways or an encoder that drifts acts all the time, and several changes at
+different moments approximate it as the steps of a staircase approximate a slope. The evidence of each change is large, but all their names are wrong.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ MOST_ACCIDENTS = 2  # of one kind in a campaign, each at another place
 
 
 def repeated_changes_doubted(found: Sequence[Finding], least_confidence: float) -> tuple[Finding, ...]:
-    """Return the findings; of a change that is found more often than accidents happen, each name is as likely as one of so many.
+    """Return the findings; changes of a kind that is found more often than accidents happen have their confidence divided by their number.
 
     Args:
         found: All findings.

@@ -95,7 +95,7 @@ class Diagnosis:
 
     @property
     def reported_noise(self) -> tuple[VarianceComponent, ...]:
-        """Return the variance components that are reported: beside flexible terms, one is as likely the rest of that structure as a noise."""
+        """Return the variance components that are reported: none if there are flexible terms, since it may be a remainder of that structure."""
         return () if self.flexible_terms else self.confirmed_noise
 
     @property

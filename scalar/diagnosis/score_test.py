@@ -1,12 +1,12 @@
 """How much of a residual each candidate would explain given everything the model already fits: a score test without a refit.
 
-With Q an orthonormal basis of the Jacobian's columns, ``E' = E - Q Q' E`` is what a candidate's columns hold that the model does not, and
-``gain = r' E' (E' E')^+ E' r`` is the drop of the squared residual if the candidate were added (Frisch, Waugh and Lovell). Directions
-in which E' is all but nothing are never scored: an almost unobservable column explains whatever rounding left. Nor are combinations
-that the data determine less well than their prior does: an effect of implausible size is none.
+With Q an orthonormal basis of the Jacobian's columns, ``E' = E - Q Q' E`` is the part of a candidate's columns that the model does not span, and
+``gain = r' E' (E' E')^+ E' r`` is the drop of the squared residual if the candidate were added (Frisch, Waugh and Lovell). Directions in which E'
+is almost zero are not scored, because an almost unobservable column explains nothing but rounding errors. Combinations that the data determine
+less well than their prior does are not scored either, because their coefficients would be implausibly large.
 
-Rows are whitened, but a model that lacks something has more residual than noise, so gains are judged against the residual that
-would remain: an F test, and an evidence (half the drop of the Bayesian information criterion, less the log of how many were tried).
+Rows are whitened, but the residual of an incomplete model is larger than the noise. Gains are therefore compared with the residual that would
+remain: by an F test, and by the log evidence (half the drop of the Bayesian information criterion, less the log of the number of candidates).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Background:
         R: ``(F, K)``: the Jacobian by the K free coordinates is ``Q R``, priors included.
         along: ``(F,)``, the rows' components along Q, priors included.
         settings: Thresholds.
-        released: ``(N m, w)`` or None: orthonormal directions within Q that the model explains no longer, an effect being left out.
+        released: ``(N m, w)`` or None: orthonormal directions within Q that the model no longer explains, because an effect was left out.
     """
 
     residual: Array
@@ -69,22 +69,22 @@ class Background:
         freedom = max(live - Q.shape[1], 1)
         return cls(rest[:measured].reshape(n_poses, -1), Q[:measured], freedom, R, along, settings)
 
-    def without(self, mine: Array, coefficients: Array, n_priors: int) -> Background:
-        """Return the background of the model without some of its columns, in which it is linear: an update of Q, not another.
+    def without(self, removed: Array, coefficients: Array, n_priors: int) -> Background:
+        """Return the background of the model without some of its columns, in which it is linear. Q is updated and not factorised again.
 
         With N the directions that the other columns do not span, in the coordinates of Q, the residual gains ``Q N N' (Q' r - R c)``.
 
         Args:
-            mine: ``(K,)`` bool, the columns to leave out.
-            coefficients: ``(k,)``, what stands at them.
-            n_priors: How many rows of priors go with them.
+            removed: ``(K,)`` bool, the columns to leave out.
+            coefficients: ``(k,)``, their coefficients.
+            n_priors: Number of rows of priors that are left out with them.
         """
-        others = self.R[:, ~mine]
+        others = self.R[:, ~removed]
         norms = np.linalg.norm(others, axis=0)
         pivoted: Any = linalg.qr(others / np.where(norms > 0, norms, 1.0), pivoting=True)
         basis, triangle, _ = pivoted
         freed = basis[:, np.count_nonzero(np.abs(np.diag(triangle)) > self.settings.independent) :]
-        gained = freed.T @ (self.along - self.R[:, mine] @ coefficients)
+        gained = freed.T @ (self.along - self.R[:, removed] @ coefficients)
         released = self.Q @ freed
         residual = self.residual + (released @ gained).reshape(self.residual.shape)
         freedom = max(self.freedom + freed.shape[1] - n_priors, 1)
@@ -106,7 +106,7 @@ def _triangular(columns: Array, independent: float) -> tuple[Array, Array]:
     Q, R = np.linalg.qr(columns)
     if np.all(np.abs(np.diag(R)) > independent):
         return Q, R
-    # A column that adds nothing takes a place in Q that later columns may lean on: only pivoting puts such columns last.
+    # Without pivoting, a column that adds no direction would occupy a column of Q, and later columns would be expressed by it.
     pivoted: Any = linalg.qr(columns, mode="economic", pivoting=True)
     Q, R, order = pivoted
     rank = np.count_nonzero(np.abs(np.diag(R)) > independent)
@@ -117,7 +117,7 @@ def _triangular(columns: Array, independent: float) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Projected:
-    """Columns conditional on a model, all at once: what every group of them would explain follows without another pass over the rows.
+    """Columns conditional on a model: the gain of any group of them follows from their products, without another pass over the rows.
 
     Attributes:
         variance: Of the residual.
@@ -132,23 +132,23 @@ class Projected:
     share: Array
 
     @classmethod
-    def of(cls, background: Background, E: Array, own_gram: Array, sizes: Array) -> Projected:
+    def of(cls, background: Background, E: Array, own_gram: Array, prior_std: Array) -> Projected:
         """Return the columns conditional on a background.
 
         Args:
             background: Of the fitted model.
             E: ``(N m, e)``.
             own_gram: ``E^T E``, which does not depend on the background.
-            sizes: ``(e,)``, prior standard deviations of the coefficients.
+            prior_std: ``(e,)``, prior standard deviations of the coefficients.
         """
-        return cls.with_gram(background, E, gram_given(background, E, own_gram), np.diag(own_gram), sizes)
+        return cls.with_gram(background, E, gram_given(background, E, own_gram), np.diag(own_gram), prior_std)
 
     @classmethod
     def with_gram(
-        cls, background: Background, E: Array, gram: Array, squared: Array, sizes: Array
+        cls, background: Background, E: Array, gram: Array, squared: Array, prior_std: Array
     ) -> Projected:
         """Return the same, where ``E'^T E'`` ``(e, e)`` and the columns' squared lengths ``(e,)`` are known."""
-        share, scale = observable_share(background, np.diag(gram), squared, sizes)
+        share, scale = observable_share(background, np.diag(gram), squared, prior_std)
         return cls(
             background.variance,
             gram * (scale[:, None] * scale[None, :]) / background.variance,
@@ -161,10 +161,11 @@ class Projected:
         gain, dof = shrunk_gain(self.gram[groups[:, :, None], groups[:, None, :]], self.projection[groups])
         return self.variance * gain, dof, np.sqrt(self.share[groups].max(axis=1, initial=0.0))
 
-    def forward(self, groups: Array, worth: float) -> list[int]:
-        """Return which groups ``(T, w)`` to take, best first, as long as one drops the squared residual by ``worth`` a column.
+    def forward(self, groups: Array, least_drop: float) -> list[int]:
+        """Return the groups of columns ``(T, w)`` that forward selection takes, best first.
 
-        After each the others are projected onto what it leaves, so that each step looks at what is left.
+        It ends when no group lowers the squared residual by ``least_drop`` for each of its columns. After each step the remaining columns and the
+        residual are made conditional on the group that was taken.
         """
         width = groups.shape[1]
         columns = groups.ravel()
@@ -175,14 +176,14 @@ class Projected:
             gain, dof = shrunk_gain(G[local[:, :, None], local[:, None, :]], s[local])
             gain[chosen] = -np.inf
             best = int(np.argmax(gain))
-            if dof[best] == 0 or self.variance * gain[best] < worth * width:
+            if dof[best] == 0 or self.variance * gain[best] < least_drop * width:
                 break
             chosen.append(best)
-            mine = local[best]
+            taken = local[best]
             solved = np.linalg.solve(
-                G[np.ix_(mine, mine)] + np.eye(width), np.column_stack([G[mine], s[mine]])
+                G[np.ix_(taken, taken)] + np.eye(width), np.column_stack([G[taken], s[taken]])
             )
-            across = G[:, mine]
+            across = G[:, taken]
             s = s - across @ solved[:, -1]
             G = G - across @ solved[:, :-1]
         return chosen
@@ -199,26 +200,26 @@ def gram_given(background: Background, E: Array, own_gram: Array) -> Array:
 
 
 def observable_share(
-    background: Background, given: Array, squared: Array, sizes: Array
+    background: Background, given: Array, squared: Array, prior_std: Array
 ) -> tuple[Array, Array]:
-    """Return ``|E'|^2 / |E|^2`` ``(e,)`` of columns, and the factor ``(e,)`` on each: zero where it is all but unobservable.
+    """Return ``|E'|^2 / |E|^2`` ``(e,)`` of columns, and the factor ``(e,)`` on each: zero if the column is almost unobservable.
 
     Args:
         background: Of the fitted model.
         given: ``(e,)``, squared lengths of the columns conditional on it.
         squared: ``(e,)``, squared lengths of the columns.
-        sizes: ``(e,)``, prior standard deviations of the coefficients.
+        prior_std: ``(e,)``, prior standard deviations of the coefficients.
     """
     share = np.where(squared > 0, np.maximum(given, 0.0) / np.where(squared > 0, squared, 1.0), 0.0)
-    scale = in_prior_units(background, squared, sizes)
+    scale = in_prior_units(background, squared, prior_std)
     scale[share <= background.settings.unobservable_share] = 0.0
     return share, scale
 
 
-def in_prior_units(background: Background, squared: Array, sizes: Array) -> Array:
+def in_prior_units(background: Background, squared: Array, prior_std: Array) -> Array:
     """Return the factor ``(e,)`` on each column: its prior standard deviation, or many standard errors where it is not bounded."""
     unbounded = background.settings.unbounded * np.sqrt(background.variance / np.maximum(squared, 1e-300))
-    return np.where(np.isfinite(sizes), sizes, unbounded)
+    return np.where(np.isfinite(prior_std), prior_std, unbounded)
 
 
 def shrunk_gain(grams: Array, projections: Array) -> tuple[Array, Array]:
@@ -261,14 +262,14 @@ def remainder(background: Background, gain: Array, dof: Array) -> tuple[Array, A
 
 
 def p_value(background: Background, gain: Array, dof: Array) -> Array:
-    """Return the chance of gains this large where nothing is there to be explained (an F test)."""
+    """Return the probability of gains at least this large if no effect is present (an F test)."""
     rest, freedom = remainder(background, gain, dof)
     each = np.maximum(dof, 1)
     return np.where(dof > 0, fdtrc(each, freedom, np.maximum(gain, 0.0) / each / (rest / freedom)), 1.0)
 
 
 def evidence(background: Background, gain: Array, dof: Array, log_tried: Array) -> Array:
-    """Return the log evidence for candidates, in nats: fit less complexity less the log of how many of their kind were tried."""
+    """Return the log evidence for candidates [nats]: the gain in fit, less penalties for coefficients and for the number of their kind."""
     rest, _ = remainder(background, gain, dof)
     n = background.freedom
     found = 0.5 * (n * np.log((rest + gain) / rest) - dof * np.log(n)) - log_tried

@@ -1,10 +1,12 @@
 """Search for the set of effects that explains the data best, where one effect alone explains little.
 
-Of several strong effects each explains a small share of the residual, so that with few poses none is significant while the others are missing,
-and forward selection ends before it has begun. All of them together leave no more than the noise, which is known from the scatter within the
-scans. So sets of effects are grown without asking whether each step is significant: the best few sets of every size are extended by what
-explains most beside them (``beam_search``), then each member of the best set is exchanged for what serves better, and the evidence of the whole
-set decides. What is found is a proposal: the set is to be fitted, and each of its effects tested given the others.
+If several strong effects are present, each of them explains only a small share of the residual. With few poses, none is then significant while
+the others are missing from the model, and forward selection stops at its first step. All of them together leave only the noise, whose size is
+known from the scatter within the scans.
+
+This search therefore does not ask whether each step is significant. The best few sets of each size are extended by the elements that explain most
+given the set (``beam_search``). Each member of the best set is then exchanged if another element gives more evidence. The log evidence of the
+whole set decides. The result is a proposal: the caller has to fit the set, and to test each of its effects given the others.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scalar.diagnosis.beam_search import Pieces
+from scalar.diagnosis.beam_search import SearchElements
 from scalar.diagnosis.candidate_columns import CandidateSet
 from scalar.diagnosis.conditional_scores import columns_of_effects
 from scalar.diagnosis.fitted_state import FittedState
@@ -24,55 +26,59 @@ from scalar.diagnosis.score_test import Background, in_prior_units
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 
-MOMENTS = 40  # at which a change is tried at first; with more it finds the same, more slowly
+FIRST_MOMENTS = 40  # poses at which a change is assumed to begin in the first, coarse search; with more the result is the same, later
 
 
 def best_subset(state: FittedState, candidates: CandidateSet) -> tuple[Effect, ...]:
-    """Return the effects that explain the data best, all together, in place of those that a state has.
+    """Return the set of effects that explains the data best; the effects that the state contains are not presupposed.
 
-    They are picked from many, and with few poses some of so many imitate what is left of any other. Such ones change with the poses, so the set
-    has to have more evidence with a piece than without it in each of most parts of the poses (after stability selection: Meinshausen and
-    Buehlmann, Journal of the Royal Statistical Society B 72, 2010).
+    With few poses, some of the many candidates explain chance patterns of the residual. Which candidates do so changes with the poses.
+    An element is therefore kept only if it adds evidence to the set in most of the subsets of the poses that leave out one fold (after stability
+    selection: Meinshausen and Buehlmann, Journal of the Royal Statistical Society B 72, 2010).
 
     Args:
-        state: Fitted; everything is linear about its optimum.
-        candidates: What is tried.
+        state: Fitted. The model is linearised at its optimum.
+        candidates: The candidate set.
     """
     N = state.dataset.n_poses
     everywhere = np.arange(N)
-    step = max(N // MOMENTS, 1)
+    step = max(N // FIRST_MOMENTS, 1)
     moments: Collection[int] = range(0, N, step)
     rows = _Rows.of(state, candidates)
-    laid = rows.laid_out(moments)
-    chosen = laid.pieces(everywhere).best()
+    elements = rows.element_rows(moments)
+    chosen = elements.of_poses(everywhere).best()
     if step > 1:
-        coarse = [i for p in chosen for i in laid.begins[p]]
+        coarse = [i for p in chosen for i in elements.onsets[p]]
         moments = {j for i in coarse for j in range(i - step, i + step + 1)}
-        laid = rows.laid_out(moments)
-        chosen = laid.pieces(everywhere).best()
-    laid = laid.only(chosen)
+        elements = rows.element_rows(moments)
+        chosen = elements.of_poses(everywhere).best()
+    elements = elements.only(chosen)
     whole = tuple(range(len(chosen)))
     sets = [whole, *(tuple(q for q in whole if q != p) for p in whole)]
     fold = blocks(state.dataset.q, state.settings.hold_out)[1]
-    needed = np.zeros(len(chosen))
+    n_needed = np.zeros(
+        len(chosen)
+    )  # for each chosen element: without how many of the folds it adds evidence
     for f in np.unique(fold):
-        complete, *fewer = laid.pieces(everywhere[fold != f]).subsets(sets)
-        needed += [less.evidence < complete.evidence for less in fewer]
+        complete, *fewer = elements.of_poses(everywhere[fold != f]).subsets(sets)
+        n_needed += [less.evidence < complete.evidence for less in fewer]
     effects: tuple[Effect, ...] = ()
-    for effect, times in zip(laid.effects, needed, strict=True):
-        if times >= state.settings.subset_search.stable * len(np.unique(fold)):
+    for effect, count in zip(elements.effects, n_needed, strict=True):
+        if count >= state.settings.subset_search.stable * len(np.unique(fold)):
             effects = merged(effects, effect)
     return effects
 
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """The rows of a state without its effects, whitened within scans, and the columns of all candidates.
+    """The residual rows of a state whose effects are removed, whitened for the noise within scans, and the columns of all candidates.
 
     Attributes:
-        state: Fitted. candidates: What is tried.
-        residual: ``(N m + priors,)``. jacobian: By the free geometry.
-        columns: ``(N m, e)``.
+        state: The fitted state.
+        candidates: The candidate set.
+        residual: ``(N m + priors,)``, with the contribution of the state's effects removed.
+        jacobian: ``(N m + priors, F)``, derivatives of the rows by the free parameters of robot, sensor and target.
+        columns: ``(N m, e)``, of all candidates.
     """
 
     state: FittedState
@@ -85,66 +91,68 @@ class _Rows:
     def of(cls, state: FittedState, candidates: CandidateSet) -> _Rows:
         """Return the rows of a state."""
         residual, jacobian = state.linearised()
-        mine, _ = columns_of_effects(state, range(len(state.effects)))
-        without = residual - jacobian[:, mine] @ state.model.vector[state.free][mine]
+        of_effects, _ = columns_of_effects(state, range(len(state.effects)))
+        without = residual - jacobian[:, of_effects] @ state.model.vector[state.free][of_effects]
         columns = state.columns_within_scans(candidates.effects, candidates.bases)
-        return cls(state, candidates, without, jacobian[:, ~mine], columns)
+        return cls(state, candidates, without, jacobian[:, ~of_effects], columns)
 
-    def laid_out(self, moments: Collection[int]) -> _LaidOut:
-        """Return the pieces with their columns; changes begin at some of the poses ``moments``."""
+    def element_rows(self, moments: Collection[int]) -> _ElementRows:
+        """Return the elements with the rows of their columns; ``moments`` are the poses at which changes may begin."""
         state, candidates = self.state, self.candidates
         ends = np.cumsum([len(effect.coefficients) for effect in candidates.effects])
         own = np.split(np.arange(self.columns.shape[1]), ends[:-1])
         n = len(candidates.elements)
         effects, columns, family = list(candidates.elements), own[:n], list(range(n))
-        begins: list[tuple[int, ...]] = [()] * n
-        parts, sizes, width = [self.columns], [candidates.sizes], self.columns.shape[1]
+        onsets: list[tuple[int, ...]] = [()] * n
+        parts, stds, width = [self.columns], [candidates.prior_std], self.columns.shape[1]
         for k, where in enumerate(own[n:]):
             for i, effect, moved in _moments(state, candidates.changes[k], self.columns[:, where], moments):
                 effects.append(effect)
-                begins.append((i,))
+                onsets.append((i,))
                 columns.append(width + np.arange(len(where)))
                 family.append(n + k)
                 parts.append(moved)
-                sizes.append(effect.prior_std)
+                stds.append(effect.prior_std)
                 width += len(where)
-        E, prior_std = np.concatenate(parts, axis=1), np.concatenate(sizes)
-        return _LaidOut(self, effects, begins, columns, np.array(family), E, prior_std)
+        E, prior_std = np.concatenate(parts, axis=1), np.concatenate(stds)
+        return _ElementRows(self, effects, onsets, columns, np.array(family), E, prior_std)
 
 
 @dataclass(frozen=True, eq=False)
-class _LaidOut:
-    """Pieces with the rows of their columns, at all poses.
+class _ElementRows:
+    """Elements with the rows of their columns at all poses.
 
     Attributes:
-        rows: Of the state.
-        effects: Of each piece.
-        begins: Of each piece: the pose with which a change begins, empty where it is none.
-        columns: Of each piece ``(w,)``, indices.
-        family: Of each piece.
-        E: ``(N m, e)``.
-        prior_std: ``(e,)``.
+        rows: The rows of the state.
+        effects: The effect of each element.
+        onsets: The pose with which the change of each element begins; empty for an element that is not a change.
+        columns: The indices ``(w,)`` of the columns of each element.
+        family: The family of each element, as in ``beam_search``.
+        E: ``(N m, e)``, all columns.
+        prior_std: ``(e,)``, prior standard deviations of their coefficients.
     """
 
     rows: _Rows
     effects: Sequence[Effect]
-    begins: Sequence[Sequence[int]]
+    onsets: Sequence[Sequence[int]]
     columns: Sequence[Array]
     family: Array
     E: Array
     prior_std: Array
 
-    def only(self, chosen: Sequence[int]) -> _LaidOut:
-        """Return some of the pieces, with their columns alone."""
+    def only(self, chosen: Sequence[int]) -> _ElementRows:
+        """Return some of the elements, without the columns of the others."""
         taken = np.concatenate([np.zeros(0, dtype=int), *(self.columns[p] for p in chosen)])
         ends = np.cumsum([len(self.columns[p]) for p in chosen])
         columns = np.split(np.arange(len(taken)), ends[:-1]) if chosen else []
-        effects, begins = [self.effects[p] for p in chosen], [self.begins[p] for p in chosen]
+        effects, onsets = [self.effects[p] for p in chosen], [self.onsets[p] for p in chosen]
         family = self.family[list(chosen)]
-        return _LaidOut(self.rows, effects, begins, columns, family, self.E[:, taken], self.prior_std[taken])
+        return _ElementRows(
+            self.rows, effects, onsets, columns, family, self.E[:, taken], self.prior_std[taken]
+        )
 
-    def pieces(self, poses: Array) -> Pieces:
-        """Return what sets are made of, by some of the poses."""
+    def of_poses(self, poses: Array) -> SearchElements:
+        """Return the elements for the search, computed from the rows of some of the poses."""
         state, settings = self.rows.state, self.rows.state.settings.score_test
         rows, used = state.rows_of(poses)
         m = state.residuals.measurement.rows_per_pose
@@ -156,20 +164,20 @@ class _LaidOut:
         seen = np.sum(E * E, axis=0) > settings.unobservable_share * squares
         E = E * np.where(seen, in_prior_units(background, squares, self.prior_std), 0.0)
         gram, projection = E.T @ E, E.T @ background.residual.ravel()
-        return Pieces(self.columns, self.family, gram, projection, background.squared, background.freedom,
+        return SearchElements(self.columns, self.family, gram, projection, background.squared, background.freedom,
                       max(self.rows.candidates.total, 1), settings.least_remainder)  # fmt: skip
 
 
 def _moments(
     state: FittedState, change: tuple[Effect, Array], acting: Array, moments: Collection[int]
 ) -> Iterator[tuple[int, Effect, Array]]:
-    """Yield a change at several moments: the pose with which it begins, the effect, and its columns ``(N m, w)``.
+    """Yield a change for each of several moments: the pose with which it begins, the effect, and its columns ``(N m, w)``.
 
     Args:
-        state: Fitted.
-        change: The effect as it acts all the time, and the poses that it touches.
-        acting: ``(N m, w)``, its columns where it acts all the time.
-        moments: Poses; it begins with the first one that it touches from there on.
+        state: The fitted state.
+        change: The effect as if it acted all the time, and the poses ``(N,)`` bool on which it acts.
+        acting: ``(N m, w)``, its columns as if it acted all the time.
+        moments: Poses. From each of them, the change begins at the next pose on which the effect acts.
     """
     effect, touched = change
     index, margin = np.flatnonzero(touched), state.settings.selection.change_margin

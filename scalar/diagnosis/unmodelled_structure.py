@@ -19,7 +19,7 @@ from scalar.diagnosis.candidate_set import flexible
 from scalar.diagnosis.conditional_scores import (
     background_without,
     columns_of_effects,
-    together,
+    score_together,
     without_columns,
 )
 from scalar.diagnosis.fitted_state import FittedState
@@ -137,7 +137,7 @@ def _with_replacement(state: FittedState, pools: Sequence[CandidateSet]) -> Fitt
     left_out = [background_without(state, indices) for indices in groups]
     ranked = _ranked(state, [without for without, _, _ in left_out], pools)
     for indices, left, entries in zip(groups, left_out, ranked, strict=True):
-        without, own = left[0], together(state, indices, pools[0], left)
+        without, own = left[0], score_together(state, indices, pools[0], left)
         imitated = next(
             (state.effects[i] for i in indices if state.effects[i].imitators(state.dataset)), None
         )
@@ -186,7 +186,7 @@ def _with_partial_imitators(state: FittedState, imitated: Effect) -> tuple[Fitte
             break
         state = _refined_again(state.refitted((*state.effects, more.effect)), first, pools[0])
         terms = list(range(first, len(state.effects)))
-        now = together(state, terms, pools[0], background_without(state, terms)).evidence
+        now = score_together(state, terms, pools[0], background_without(state, terms)).evidence
         if now > evidence:
             best, evidence = state, now
     return best, evidence
@@ -198,7 +198,7 @@ def _refined_again(state: FittedState, first: int, pool: CandidateSet) -> Fitted
         changed = False
         for i in range(first, len(state.effects)):
             left_out = background_without(state, [i])
-            own = together(state, [i], pool, left_out)
+            own = score_together(state, [i], pool, left_out)
             effect = refined(state, left_out[0], own).effect
             if effect.key != state.effects[i].key:
                 state = state.refitted((*state.effects[:i], effect, *state.effects[i + 1 :]))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.effect import Effect
+from scalar.effects.effect import Effect, Table
 from scalar.effects.gravity import AXES, unit_moments
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import BaseEffect
@@ -128,6 +128,19 @@ class BaseCompliance(BaseEffect):
         """Return that the base tilts."""
         return "the base tilts under the weight of the arm"
 
+    def table(self, std: Sequence[float | None]) -> Table | None:
+        """Return the coefficients as a table whose rows say which first moment of mass tilts the base."""
+        table = super().table(std)
+        assert table is not None
+        head, rows = table
+        places = [(frame, axis) for frame in self.frames for axis in AXES]
+        titles = [
+            f"tilt {about}by the masses along {axis} of frame {frame}"
+            for frame, axis in places
+            for about in (("",) if self.alike else ("about u ", "about v "))
+        ]
+        return head, [(title, *row[1:]) for title, row in zip(titles, rows, strict=True)]
+
     @property
     def advice(self) -> list[str]:
         """Return what to do about it."""
@@ -154,8 +167,10 @@ class BaseCompliance(BaseEffect):
         rest, std = view.estimated_along(w / np.maximum(size, 1e-300)[:, None])
         curve = np.array([[0.0, 1.0], [0.0, largest], [0.0, 0.0]])
         x_axis, y_axis = (
-            Axis("overturning moment, share of its largest", "1"),
+            Axis("overturning moment, relative to the largest", "1"),
             Axis("tilt of the base", "rad"),
         )
-        note = "The moment's shape is fitted too, since the masses of the links are not known."
+        note = (
+            "How the moment depends on the pose is fitted too, since the masses of the links are not known."
+        )
         return [Profile(x_axis, y_axis, size / largest, size + rest, rest, std, size, curve, note=note)]

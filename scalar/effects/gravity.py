@@ -2,8 +2,8 @@
 
 A link's weight enters every moment through its first moment of mass in its own frame. The component along a joint's axis joins the link
 before, so two components a frame, along x and y, generate all gravity torques of a revolute chain (Gautier and Khalil, 1990). A joint
-that slides turns nothing; what it carries it moves along its axis, so its frame's first component is its travel along that axis, in
-shares of the farthest of its limits.
+that slides does not turn the links that it carries, but shifts them along its axis. The first component of its frame is therefore its
+travel along that axis, relative to the farthest of its limits.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ def torque_basis(robot: Robot, q: Array, joint: int, frame: int) -> Array:
 
 
 def torque_about(moments: Array, axes: Array, joint: int, frame: int) -> Array:
-    """Return the torque of ``torque_basis`` from what ``unit_moments`` has found, which serves every pair of joint and frame."""
+    """Return the torque of ``torque_basis`` from the moments and axes of ``unit_moments``, which are the same for every joint and frame."""
     return np.einsum("nax,nx->na", moments[:, frame - 1], axes[:, joint - 1])
 
 
 def typical_torque(robot: Robot, q: Array, joint: int) -> Array:
-    """Return the torque about a joint ``(N,)`` of an arm with equal masses at the ends of its links: good for its sign."""
+    """Return the torque about a joint ``(N,)`` of an arm with equal masses at the ends of its links; only its sign is reliable."""
     frames = robot.frames(q)
     flange = frames[:, -1] @ robot.T_n_flange
     ends = np.concatenate([frames[:, joint + 1 :, :3, 3], flange[:, None, :3, 3]], axis=1)
@@ -64,7 +64,7 @@ def torque_of(robot: Robot, q: Array, joint: int, masses: Sequence[float]) -> Ar
 
 
 def typical_masses(robot: Robot, q: Array, joint: int) -> Array:
-    """Return the first moments ``(2 (n - joint + 1),)`` of length one that give ``typical_torque`` but for its size."""
+    """Return the first moments ``(2 (n - joint + 1),)``, a vector of length one, whose torque is proportional to ``typical_torque``."""
     B = _torques(robot, q, joint)
     found = np.linalg.lstsq(B, typical_torque(robot, q, joint), rcond=1e-8)[0]
     return found / max(float(np.linalg.norm(found)), 1e-300)

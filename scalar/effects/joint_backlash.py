@@ -227,7 +227,7 @@ class JointBacklash(OneAxis, JointEffect):
             ]
         torque = self.torque(view.nominal, view.poses.q)
         x = torque / max(float(np.max(np.abs(torque))), 1e-300)
-        axis = Axis(f"gravity torque on joint {j}, share of its largest", "1")
+        axis = Axis(f"gravity torque on joint {j}, relative to the largest", "1")
         return [joint_profile(view, self, j, axis, x, side=np.sign(torque))]
 
 

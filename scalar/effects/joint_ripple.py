@@ -25,7 +25,7 @@ class JointRipple(JointHarmonic):
 
     name: ClassVar[str] = "joint_ripple"
     kind: ClassVar[str] = "ripple"
-    told_with: ClassVar[str] = JointHarmonic.name
+    reported_with: ClassVar[str] = JointHarmonic.name
     sentence: ClassVar[str] = (
         "the joint's angle errs periodically over its own turn, too finely for an eccentric gear: teeth, motor poles or encoder lines do that"
     )

@@ -42,7 +42,7 @@ from scalar.errors import Fault, InvalidInput
 GROUP = "scalar.effects"
 OPTION = "--effects-module"
 
-OURS: tuple[type[Effect], ...] = (
+BUILT_IN: tuple[type[Effect], ...] = (
     JointCompliance,
     TorqueCompliance,
     PayloadDeflection,
@@ -72,7 +72,7 @@ _asked = False  # whether installed packages have been asked
 
 def known() -> dict[str, type[Effect]]:
     """Return every kind of effect by its name, the package's own first."""
-    return {kind.name: kind for kind in OURS} | {name: kind for name, (kind, _) in _of_users().items()}
+    return {kind.name: kind for kind in BUILT_IN} | {name: kind for name, (kind, _) in _of_users().items()}
 
 
 def module_of(effect: Effect) -> str | None:
@@ -169,7 +169,7 @@ def _registered(kinds: Iterable[type[Effect]], module: str, where: str) -> list[
         )
     for kind in kinds:
         other = _OF_USERS.get(kind.name)
-        if kind.name in {own.name for own in OURS} or (other is not None and other[1] != module):
+        if kind.name in {own.name for own in BUILT_IN} or (other is not None and other[1] != module):
             raise InvalidInput(
                 Fault(where, f"another effect is called '{kind.name}'; give this one a name of its own")
             )

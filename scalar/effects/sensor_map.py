@@ -24,15 +24,16 @@ if TYPE_CHECKING:
 DEGREE = 4  # of the polynomials in x and z together: two waves across the profile
 TERMS = tuple((i, j) for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i) if i + j)
 _POWERS = ((0, 0), *TERMS)
-_LEAST_HALF = 1e-4  # m: half the width of a profile that is all but a point
+_LEAST_HALF = 1e-4  # m: a profile of less than this half width counts as a point
 
 
 @dataclass(frozen=True, eq=False)
 class SensorMap(RangeError):
     """The measured range needs a smooth correction over the profile: products of Legendre polynomials in x and z.
 
-    The constant is left out: it is the zero of the range (``range_offset``). The terms of first degree all but go with the arm's lengths and the
-    scanner's place, so every coefficient has a prior of the size that makers state for what they leave: the wider the term, the less is left.
+    The constant is left out: it is the zero of the range (``range_offset``). The terms of first degree are almost confounded with the arm's
+    lengths and the scanner's place, so every coefficient has a prior of the size that makers state for what they leave: the wider the term, the
+    less is left.
 
     Attributes:
         middle: x and z of the middle of what was measured [m].

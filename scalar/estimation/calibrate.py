@@ -42,12 +42,13 @@ def calibrate(
 
     Args:
         dataset: What was measured.
-        effects: To estimate, from where their coefficients stand.
-        fixed_effects: To apply as they are. Effects that the dataset itself shows (references on the base) are fixed as well.
-        fix: Further parameters to fix at their nominal values, by name.
+        effects: Effects to estimate; the fit starts from their coefficients.
+        fixed_effects: Effects to apply with their coefficients as they are. Effects that the dataset itself measures (by references on the base)
+            are fixed as well.
+        fix: Names of further parameters to fix at their nominal values.
         settings: Thresholds.
-        explain: Whether a refusal says what would make the data fit: wrong signs, zeros, units, labels, or single poses. The search takes
-            seconds, which a Monte Carlo need not spend that only counts refusals.
+        explain: Whether a refusal names the cause: wrong signs, zeros, units or labels, or single poses. The search takes seconds; a Monte
+            Carlo study that only counts refusals can leave it out.
 
     Raises:
         InvalidInput: The data contradict themselves.
@@ -81,10 +82,10 @@ def calibrate(
 
 
 def _explain(error: InvalidInput | Undetermined, dataset: Dataset, settings: EstimationSettings) -> None:
-    """Refuse a dataset for what is behind an error; do nothing where nothing is found.
+    """Refuse a dataset with the cause of an error; do nothing if no cause is found.
 
     Raises:
-        InvalidInput: Its set-up is another than described, or poses contradict the rest.
+        InvalidInput: Its set-up is described wrongly, or poses contradict the rest.
         Undetermined: So many poses contradict each other that none can be trusted.
     """
     if isinstance(error, Undetermined) or any(

@@ -1,12 +1,13 @@
-"""Gaussian priors from the data sheet, for parameters that the data determine no better than it does.
+"""Gaussian priors from the data sheet, for parameters that the data determine no better than the data sheet.
 
-The estimate is the maximum a posteriori: with whitened rows r, the ratio s of their residual to the noise, and prior standard deviations t,
-``minimise |r|^2 / s^2 + |(x - mean) / t|^2`` (MacKay, Neural Computation 4, 1992). Directions that the data do not determine stay near the data
+The estimate is the maximum a posteriori: with whitened rows r, the misfit ratio s and prior standard deviations t,
+``minimise |r|^2 / s^2 + |(x - mean) / t|^2`` (MacKay, Neural Computation 4, 1992). The misfit ratio is that of the residual to the noise,
+times the root of the design effect. Directions that the data do not determine stay near the data
 sheet, with a standard error that shows it. Directions that they determine are hardly changed by the priors; if this holds for every direction,
 no priors are used, and the estimate is that of least squares to the last digit.
 
-A tool on the axis of the last joint is no special case. If the tool is t metres off the axis, a turn of the axis about the tool moves it by t times
-that turn when the wrist rotates. Where this is small compared with the noise, the priors determine the direction.
+A tool on the axis of the last joint needs no special case. If the tool is b metres off the axis, a turn of the axis about the tool moves it by b
+times that turn when the wrist rotates. If this is small compared with the noise, the priors determine the direction.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from scalar.estimation.settings import DEFAULTS, EstimationSettings, Identifiabi
 from scalar.geometry.se3 import Array
 from scalar.units import DEG, MM
 
-_ROUNDS = 4  # of fitting and of weighing the priors by the residual that is left; two are the rule
+_ROUNDS = 4  # of fitting, and of weighting the priors by the remaining residual; usually two suffice
 
 
 def fit_near_data_sheet(
@@ -40,16 +41,16 @@ def fit_near_data_sheet(
 ) -> Model:
     """Return a coarse fit of all parameters, with priors if they make a difference.
 
-    Whether they do is judged at the fit and not at the initial estimate, where the tool may be nearer to an axis or farther from it.
+    Whether they do is decided at the fit and not at the initial estimate, at which the tool may be nearer to an axis or farther from it.
 
     Args:
         residuals: Of the dataset.
         initial: The initial estimate.
         free: ``(P,)`` bool.
         settings: Thresholds.
-        effects_follow: Whether effects are looked for in what this fit leaves. Priors that are tight because the residual is large would
-            hold the geometry against the very effect that is looked for: there are none where the noise alone leaves every direction
-            well determined.
+        effects_follow: Whether effects are selected afterwards, from the residual of this fit. A large residual gives the priors much weight, and
+            they would keep the geometry from adapting to the effect that causes it. No priors are used then if every direction would be well
+            determined with the noise alone.
     """
     rules = settings.identifiability
     model = replace(initial, priors=data_sheet_priors(initial, free, rules), misfit_ratio=1.0)
@@ -74,7 +75,7 @@ def fit_near_data_sheet(
 
 
 def _determined(residuals: Residuals, model: Model, free: Array, scale: Array, least: float) -> bool:
-    """Return whether the data show a change of one ``scale`` ``(P,)`` in every direction with more than ``least`` standard deviations."""
+    """Return whether a change by ``scale`` ``(P,)`` in any direction changes the rows by more than ``least`` standard deviations."""
     index = np.flatnonzero(free)
     columns = residuals.linearise(replace(model, priors=()))[1][:, index] * scale[index]
     if len(columns) < len(index):
@@ -119,19 +120,20 @@ def stds(model: Model) -> Array:
 
 def _change(before: Model, after: Model) -> float:
     """Return by how much the weights of the priors changed: the largest logarithm of a ratio."""
-    one, two = (
+    log_weights_before, log_weights_after = (
         np.log([prior.std / model.misfit_ratio for prior in model.priors]) for model in (before, after)
     )
-    return float(np.max(np.abs(one - two), initial=0.0))
+    return float(np.max(np.abs(log_weights_before - log_weights_after), initial=0.0))
 
 
 def misfit_ratio(
     residuals: Residuals, model: Model, free: Array, settings: EstimationSettings = DEFAULTS
 ) -> float:
-    """Return by how much less than the noise alone says the residual determines: 1 if the noise explains it, or if too few rows are left to judge.
+    """Return the factor on standard errors by which the data determine less than their noise alone would imply.
 
-    It is the ratio of the residual to the noise, times the root of the design effect: a misfit is systematic, so the residuals of similar
-    poses are correlated, and many of them say little more than one.
+    It is the ratio of the residual to the noise, times the root of the design effect. A misfit is systematic, so the residuals of similar poses
+    are correlated, and many such poses carry little more information than one. The factor is 1 if the noise explains the residual, or if too few
+    degrees of freedom remain to decide.
 
     Args:
         residuals: Of the dataset.
@@ -155,7 +157,7 @@ def with_reasons(
     free: Array,
     settings: IdentifiabilitySettings = DEFAULTS.identifiability,
 ) -> Model:
-    """Return the model with a sentence at every prior that says more of its parameter than the data do.
+    """Return the model with a reason, a sentence, at each prior that determines its parameter more closely than the data do.
 
     Args:
         residuals: Of the dataset.
@@ -175,8 +177,8 @@ def with_reasons(
         if own > settings.prior_decides * prior.std:
             unit, word = (DEG, "deg") if units[prior.name] == "rad" else (MM, "mm")
             reason = (
-                f"these poses say less of it than its prior standard deviation of {prior.std / unit:.2g} {word}, "
-                f"which leaves {own / unit:.2g} {word}"
+                f"these poses determine it less closely than its prior standard deviation of {prior.std / unit:.2g} {word}; "
+                f"with both, its standard error is {own / unit:.2g} {word}"
             )
         reasoned.append(replace(prior, reason=reason))
     return replace(model, priors=tuple(reasoned))

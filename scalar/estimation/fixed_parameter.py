@@ -26,7 +26,7 @@ class FixedParameter:
         name: Of the parameter.
         reason: A sentence.
         moves_with: Names of the parameters that would take up a change of it.
-        cause: ``structural`` if no poses whatever would determine it, ``still`` if a joint that never moves hides it,
+        cause: ``structural`` if no poses at all would determine it, ``still`` if a joint that never moves hides it,
             ``poses`` if other poses would determine it.
     """
 
@@ -70,19 +70,23 @@ def explain(
         reason = NO_LENGTH_KNOWN
     elif cause == "still":
         which = " and ".join(str(i) for i in still)
-        one = f"it acts as one with {_listed(moves_with)}" if others else "no residual depends on it"
-        reason = f"joint {which} never moves in these data, so {one}"
+        consequence = (
+            f"only its combination with {_listed(moves_with)} is determined"
+            if others
+            else "no residual depends on it"
+        )
+        reason = f"joint {which} never moves in these data, so {consequence}"
     elif joint - 1 in prismatic and cause == "structural" and name.split("_")[0] in ("a", "d"):
         reason = (
             f"joint {joint} slides, so the direction of its axis matters and its place does not: "
-            f"a shift of it is one with {_listed(moves_with)}"
+            f"only the combination of that place with {_listed(moves_with)} is determined"
             if others
             else f"joint {joint} slides, so the place of its axis does not matter"
         )
     elif not others:
         reason = "no residual depends on it"
     elif joint == 1 and in_target:
-        reason = "the base is floating: if it moved, the whole arm would move with it, and the target would be found elsewhere by as much"
+        reason = "the data do not show where the base is: if base and target moved together, no measurement would change"
     else:
         reason = f"only its combination with {_listed(moves_with)} is determined"
         if cause == "poses":

@@ -16,10 +16,11 @@ from scalar.geometry.se3 import Array
 
 
 def preference(robot: Robot, names: tuple[str, ...]) -> list[int]:
-    """Return the indices of the candidates in the order in which they would be fixed: what is convention or best known first.
+    """Return the indices of the candidates in the order in which they would be fixed: first those that are conventions or best known.
 
-    The base's parameters, the flange's, the place of a prismatic joint (its direction alone moves the arm), d of an axis that runs
-    parallel to the next (the earlier), other lengths of the robot from the longest (scale), its angles, the sensor, and the target last.
+    The order is: the base's parameters; the flange's; the place of a prismatic joint, since only its direction moves the arm; d of an axis that
+    is parallel to the next one; the other lengths of the robot, the longest first, since one of them has to set the scale; its angles; the
+    sensor; the target.
     """
     n = robot.n_joints
     near = near_parallel(robot)

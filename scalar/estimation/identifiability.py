@@ -4,7 +4,7 @@ The Jacobian is taken for *perfect* measurements (``scalar.estimation.perfect_ja
 taken as parallel: with them, plain DH can exchange d of one joint for d of the next with almost no residual, and the fit would run
 away along that direction.
 
-Directions are *structural* (no poses whatever would determine them: the base, the flange, scale) or due to *these poses* (a joint
+Directions are *structural* if no poses at all would determine them (the base, the flange, the scale), or due to *these poses* (a joint
 that never moves). Singular values as in Hollerbach and Wampler (1996); the choice of what to fix is ``scalar.estimation.gauge_choice``.
 """
 
@@ -25,9 +25,11 @@ from scalar.geometry.parallel_axes import with_parallel_axes
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
-STRUCTURAL_POSES_PER_TARGET = 40  # anywhere within the limits: many more equations than parameters
-_ZERO_COLUMN = 1e-12  # of the largest column: a parameter that no residual depends on
-_STRUCTURAL = 1e-5  # of a direction of unit length: less of it outside the structural null space is rounding
+STRUCTURAL_POSES_PER_TARGET = (
+    40  # random poses within the limits: they give many more equations than there are parameters
+)
+_ZERO_COLUMN = 1e-12  # of the largest column: no residual depends on a parameter whose column is shorter
+_STRUCTURAL = 1e-5  # of a direction of unit length: a smaller part outside the structural null space is a rounding error
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +40,7 @@ class Identifiability:
         names: ``(C,)``, the candidates: parameters that would be free if the data determined them.
         singular_values: ``(C,)``, of the column-scaled Jacobian at the poses, descending, the largest being 1.
         null_directions: ``(r, C)``, one for each fixed parameter, in the parameters' own units, that parameter's component being 1.
-        n_structural: How many of the null directions no poses whatever would determine.
+        n_structural: Number of the null directions that no poses at all would determine.
         fixed: ``(r,)``, the parameters to fix.
     """
 
@@ -78,7 +80,7 @@ def analyse(
         model: Where the Jacobian is taken; its target should fit the data roughly. Its effects are left out.
         candidates: ``(P,)`` bool over robot, sensor and target: what would be free if the data determined it.
         settings: Thresholds.
-        gauge_alone: Leave directions free that other poses of the same joints would determine: priors are there to take them.
+        gauge_alone: Whether directions that other poses of the same joints would determine are left free, because priors determine them.
 
     Raises:
         Undetermined: No pose reaches its target.
@@ -128,7 +130,7 @@ def analyse(
 
 
 def _any_poses(robot: Robot, n_targets: int) -> tuple[Array, Array]:
-    """Return joint angles all over the limits and targets for them: fixed, and the same for every dataset of a robot."""
+    """Return random joint angles within the limits, and a target for each; they are the same for every dataset of a robot."""
     count = STRUCTURAL_POSES_PER_TARGET * n_targets
     unit = np.random.default_rng(0).random((count, robot.n_joints))
     return robot.limits[:, 0] + unit * np.ptp(robot.limits, axis=1), np.arange(count) % n_targets

@@ -1,4 +1,4 @@
-"""What a dataset itself shows of effects, beside the poses: the motion of its target, by references on the base."""
+"""Effects that a dataset measures directly: the motion of its target, by references on the base."""
 
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
 # pandas is not annotated throughout.

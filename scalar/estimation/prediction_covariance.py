@@ -33,7 +33,7 @@ def pose_deviations(
         kinematics: Of the predicted poses.
         free: F names of what was estimated.
         covariance: ``(F, F)``.
-        on_flange: Name of a target beside the sensor; None for the sensor.
+        on_flange: Name of a further target on the flange; None for the sensor.
     """
     index = np.array([model.names.index(name) for name in free], dtype=int)
     # What is measured against moves no prediction, so only the marginal covariance of the rest is asked for, by its square root.

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,19 +14,20 @@ from numpy.typing import ArrayLike
 from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import write_json
 from scalar.data.poses import Poses
-from scalar.effects.saving import effect_from_mapping, effect_to_mapping
+from scalar.effects.saving import effect_to_mapping
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.calibration_file import check_effects_made
 from scalar.estimation.calibration_reader import FORMAT, read_calibration
 from scalar.estimation.correction import correct_joints, correct_table
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
-from scalar.estimation.model import Model, ParameterPrior
+from scalar.estimation.model import Model
 from scalar.estimation.prediction_covariance import pose_deviations
 from scalar.estimation.reporting import reporting, sensor_mapping
+from scalar.estimation.saved_calibration import saved_fields, standard_dh_mapping
 from scalar.estimation.targets_on_flange import sensor_to_target
-from scalar.geometry.robot import Robot, fixed_transform_mapping
-from scalar.geometry.se3 import Array, log_so3, transform_from_rotation_vector
+from scalar.geometry.robot import fixed_transform_mapping
+from scalar.geometry.se3 import Array
 from scalar.sensors import kind_named, kind_of
 
 if TYPE_CHECKING:
@@ -225,7 +226,7 @@ class Calibration:
             "robot": {
                 "nominal": model.nominal.to_mapping(),
                 "calibrated": model.robot.to_mapping(),
-                **_stated_table(model.nominal),
+                **standard_dh_mapping(model.nominal),
             },
             "sensor": {**self.sensor, "pose": fixed_transform_mapping(model.T_flange_sensor)},
             "parameters": self.parameters(),
@@ -270,51 +271,8 @@ def load_calibration(path: str | Path) -> Calibration:
     """
 
     def build(mapping: Mapping[str, Any]) -> Calibration:
-        calibration = _from_mapping(mapping)
+        calibration = Calibration(**saved_fields(mapping))
         check_effects_made(calibration.model.effects, mapping, str(path))
         return calibration
 
     return read_calibration(Path(path), build)
-
-
-def _stated_table(nominal: Robot) -> dict[str, Any]:
-    """Return what tells a standard-DH table from the modified one that is written: the end of its last link."""
-    if nominal.standard_end is None:
-        return {}
-    a, alpha = nominal.standard_end
-    return {"standard_dh": {"a": a, "alpha": alpha}}
-
-
-def _from_mapping(mapping: Mapping[str, Any]) -> Calibration:
-    parameters = mapping["parameters"]
-    stated = mapping["robot"].get("standard_dh")
-    end = None if stated is None else (float(stated["a"]), float(stated["alpha"]))
-    nominal, calibrated = (
-        replace(Robot.from_mapping(mapping["robot"][state]), standard_end=end)
-        for state in ("nominal", "calibrated")
-    )
-    sensor = {key: mapping["sensor"][key] for key in ("kind", "noise", "error_axis")}
-    pose = mapping["sensor"]["pose"]
-    T = transform_from_rotation_vector(pose["translation"], pose["rotation_vector"])
-    target = kind_named(sensor["kind"]).target_from_mapping(mapping)
-    effects = tuple(effect_from_mapping(effect) for effect in mapping["effects"])
-    priors = tuple(
-        ParameterPrior(name, float(entry["prior"]["value"]), float(entry["prior"]["std"]), "")
-        for name, entry in parameters.items()
-        if entry.get("prior") is not None
-    )
-    model = Model(
-        calibrated, nominal, np.eye(3), np.r_[T[:3, 3], log_so3(T[:3, :3])], target, effects, priors
-    )
-    model = model.with_vector(np.array([float(parameters[name]["value"]) for name in model.names]))
-    return Calibration(
-        model=model,
-        sensor=sensor,
-        free=tuple(mapping["names"]),
-        covariance=np.array(mapping["covariance"], dtype=float).reshape(2 * (len(mapping["names"]),)),
-        fixed={name: p["reason"] for name, p in parameters.items() if p["held"]},
-        gauge=tuple(mapping["gauge"]),
-        residual_rms=float(mapping["residual_rms_m"]),
-        summary=mapping["summary"],
-        noise=tuple(mapping.get("noise", ())),
-    )

@@ -1,4 +1,4 @@
-"""Where the targets sit that were measured beside the sensor on one flange, for predictions of one of them by its name."""
+"""The poses of further targets on the flange relative to the sensor, to predict one of them by its name."""
 
 from __future__ import annotations
 

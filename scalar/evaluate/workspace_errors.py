@@ -96,7 +96,7 @@ def errors_within_limits(
 
     Args:
         estimate: The best calibration of the arm, with its covariance.
-        models: What is judged beside the data sheet, by name.
+        models: The models that are judged in addition to the data sheet, by name.
         seen: The measured poses: ranges of joints without limits, and other columns, are theirs.
         lacking: As in ``WorkspaceErrors``.
     """

@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 
 WEAK_LENGTH = 0.2 * MM  # standard error from which more poses are advised
 WEAK_ANGLE = 0.02 * DEG
-HARDLY_MOVED = 0.5 * DEG
+HARDLY_MOVED = 0.5 * DEG  # range of a joint below which it counts as standing still
 FEW_POSES_A_PLANE = 30
-_WEAK_SHOWN = 4
-_LIKEWISE = 6  # findings of a kind that are named with the most important one
+_WEAK_SHOWN = 4  # least certain parameters that are listed by name
+_FURTHER_TITLES = 6  # further findings of a kind that are listed by title after the most important one
 GEOMETRY = (
     "The lengths and angles that were found replace those of the data sheet, if the controller lets them be entered: 'scalar export after.json "
     "-o parameters.csv' writes them. If it does not, 'scalar correct after.json program.csv -o corrected.csv' writes corrected joint angles of a "
@@ -74,10 +74,10 @@ def advice(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[Item]:
 
 
 def _about_findings(diagnosis: Diagnosis) -> list[Item]:
-    """Return what to do about each kind of finding, once: told of the most important one, the others of its kind are named with it."""
+    """Return one item of advice for each kind of finding; it describes the most important finding of the kind and lists the others by title."""
     together: dict[tuple[str, bool], list[Finding]] = {}
     for finding in by_importance(diagnosis.findings):
-        kind = finding.effect.told_with or finding.effect.name
+        kind = finding.effect.reported_with or finding.effect.name
         together.setdefault((kind, finding.doubtful), []).append(finding)
     found: list[Item] = []
     for first, *others in together.values():
@@ -93,8 +93,8 @@ def _about_findings(diagnosis: Diagnosis) -> list[Item]:
             texts += [text for finding in others for text in finding.effect.advice]
         elif others and effect.advice:
             titles = list(dict.fromkeys(finding.effect.title for finding in others))
-            more = [f"{len(titles) - _LIKEWISE} more"] if len(titles) > _LIKEWISE else []
-            texts.append(f"Do the same for {listed([*map(quoted, titles[:_LIKEWISE]), *more])}.")
+            more = [f"{len(titles) - _FURTHER_TITLES} more"] if len(titles) > _FURTHER_TITLES else []
+            texts.append(f"Do the same for {listed([*map(quoted, titles[:_FURTHER_TITLES]), *more])}.")
         if warning and texts:
             texts = [
                 warning.replace(quoted(effect.title), "it", 1),
@@ -112,7 +112,6 @@ def _in_controller(diagnosis: Diagnosis) -> list[Item]:
     if diagnosis.verdict == UNATTRIBUTED:
         return [Item("In the controller", (UNKNOWN_CAUSE,))]
     asked = [finding.effect.in_controller for finding in by_importance(diagnosis.findings)]
-    # Without effects in after.json there are none to speak of.
     end = ", effects included." if diagnosis.calibration_after.model.effects else "."
     return [Item("In the controller", (GEOMETRY + end, *dict.fromkeys(filter(None, asked))))]
 
@@ -153,7 +152,7 @@ def _columns(diagnosis: Diagnosis) -> list[str]:
     found = [sentence for kind in kinds for sentence in kind.advice_on_data(diagnosis.dataset)]
     if diagnosis.dataset.sensor.noise is None:
         found.append(
-            "State the sensor's noise in dataset.yaml: the diagnosis needs it to tell structure from noise."
+            "State the sensor's noise in dataset.yaml: the diagnosis needs it to distinguish structure from noise."
         )
     return found
 

@@ -58,7 +58,7 @@ def _what_to_do(calibration: Calibration) -> str:
     misfit = calibration.summary.get("misfit")
     if lacks_something(calibration.summary):
         return (
-            f"Run 'scalar diagnose' before you rely on that: the residual is {misfit:.1f} times what the noise explains, so the model lacks "
-            "something, which may be larger at other poses."
+            f"Run 'scalar diagnose' before you rely on that: apart from the scatter within poses, the residual is {misfit:.1f} times what the "
+            "noise explains, so the model lacks something, which may cause larger errors at other poses."
         )
     return f"Use it: 'scalar correct {FILE} program.csv -o corrected.csv' corrects the joint angles of a program."

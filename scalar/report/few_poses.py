@@ -1,7 +1,7 @@
-"""Whether poses are too few for what a diagnosis did not find, and how many more would do.
+"""Say whether a diagnosis had too few poses to find effects, and how many more would suffice.
 
-The geometry alone takes as many parameters as a small campaign has equations. Forward selection then has so little left to explain that an
-effect looks like a scatter of the poses: a compliance is named with 60 scans, and is called a scatter with 36.
+In a small campaign the geometry alone has nearly as many parameters as there are equations. Few degrees of freedom are then left to identify an
+effect, and it looks like a scatter of the poses: a compliance is named with 60 scans, and is called a scatter with 36.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ EQUATIONS_FOR_EFFECTS = 4.0  # for each parameter: chosen, 64 scans of an arm of
 
 
 def few_poses(diagnosis: Diagnosis) -> list[str]:
-    """Return a sentence on poses that are too few to find effects, where nothing certain was found; none where they suffice."""
+    """Return a sentence that the poses are too few to find effects, if nothing certain was found; nothing if the poses suffice."""
     if any(finding.has_name and not finding.doubtful for finding in diagnosis.findings):
         return []
     measurement = diagnosis.after.residuals.measurement
@@ -33,6 +33,6 @@ def few_poses(diagnosis: Diagnosis) -> list[str]:
     )
     return [
         f"Too few poses: {poses} give {equations} equations for {unknowns} parameters of arm, sensor and {measurement.target_words}, hardly enough "
-        f"to tell the effects of an arm from a scatter of its poses, so {called}. Measure at least {more} more ('scalar plan WORKCELL --near "
+        f"to distinguish effects of the arm from a scatter of its poses, so {called}. Measure at least {more} more ('scalar plan WORKCELL --near "
         f"before.json --poses {more} -o plan' chooses them), and diagnose all poses together."
     ]

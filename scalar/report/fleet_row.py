@@ -34,8 +34,8 @@ COLUMNS = (
     "mislabelled_poses",
     "message",
 )
-"""Of the table. ``status`` is the exit status that ``scalar diagnose`` has for the folder alone; numbers are empty where it is not 0. The errors by
-the data sheet and by ``after.json`` are means over the workspace; ``at_most`` is the upper end of the 95 % band."""
+"""The columns of the table. ``status`` is the exit status of ``scalar diagnose`` for the folder alone; if it is not 0, the numbers are empty. The
+errors of the data sheet and of ``after.json`` are means over the workspace; ``at_most`` is the upper end of the 95 % band."""
 
 
 def row_of(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -62,17 +62,17 @@ def row_of(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _over_workspace(diagnosis: Diagnosis) -> dict[str, float]:
-    """Return the mean errors over the workspace by the data sheet and by what is shipped; nothing where the fit has no covariance."""
+    """Return the mean errors over the workspace of the data sheet and of the shipped model; empty if the fit has no covariance."""
     after = diagnosis.calibration_after
     seen = diagnosis.after.residuals.poses
     errors = errors_within_limits(after, {SHIPPED: after.model}, seen, lacking_after(diagnosis))
     if errors is None:
         return {}
-    by_data_sheet, left = (Banded.of(errors.sizes(state).mean(axis=1)) for state in (NOMINAL, SHIPPED))
+    data_sheet, shipped = (Banded.of(errors.sizes(state).mean(axis=1)) for state in (NOMINAL, SHIPPED))
     return {
-        "data_sheet_error_mm": by_data_sheet.value / MM,
-        "after_error_mm": left.value / MM,
-        "after_error_at_most_mm": left.high / MM,
+        "data_sheet_error_mm": data_sheet.value / MM,
+        "after_error_mm": shipped.value / MM,
+        "after_error_at_most_mm": shipped.high / MM,
     }
 
 
@@ -84,7 +84,7 @@ def row_of_refusal(error: ScalarError) -> dict[str, Any]:
 
 
 def cells(row: Mapping[str, Any]) -> list[str]:
-    """Return the cells of a line in the order of ``COLUMNS``; numbers to six digits, nothing where a line has nothing."""
+    """Return the cells of a line in the order of ``COLUMNS``: numbers to six digits, and empty cells for what the line does not have."""
     return [_cell(row.get(column)) for column in COLUMNS]
 
 

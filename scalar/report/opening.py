@@ -42,7 +42,7 @@ def clauses(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> list[s
     drawn = {id(finding): shown for finding, shown in zip(findings, pictures, strict=False)}
     together: dict[str, list[Finding]] = {}
     for finding in by_importance([finding for finding in findings if not finding.doubtful]):
-        together.setdefault(finding.effect.told_with or finding.effect.name, []).append(finding)
+        together.setdefault(finding.effect.reported_with or finding.effect.name, []).append(finding)
     certain = [
         _with_size(
             alike[0].effect.clause_of([finding.effect for finding in alike]),

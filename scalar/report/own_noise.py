@@ -1,4 +1,4 @@
-"""What the sensor's points say of their own noise: whether the scanner, the surface or both make it, in sentences and a picture."""
+"""Report the noise within scans in sentences and a picture: whether it comes from the scanner, from the surface, or from both."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the report says of the fit that is shipped: how it weighs the poses, and where that decides the answer."""
+"""What the report says of the fit that is shipped: how it weights the poses, which effects it contains, and where it should be used."""
 
 from __future__ import annotations
 

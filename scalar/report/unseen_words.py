@@ -36,7 +36,7 @@ def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[s
     for entry in mapping["not_confirmed"]:
         name = quoted(title(entry["name"], entry["target"], entry.get("depends_on", ())))
         sentences.append(
-            f"Not confirmed: {name} was chosen in {share(entry, diagnosis)}. It is no finding, and after.json does not correct for it."
+            f"Not confirmed: {name} was chosen in {share(entry, diagnosis)}. It is not counted as a finding, and after.json does not correct for it."
         )
     return sentences
 

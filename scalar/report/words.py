@@ -38,7 +38,7 @@ __all__ = [
 LEAST_P_VALUE = 1e-12  # below it a p-value is not computed accurately
 CONFIDENCE = (
     "Confidence is how often a name with such evidence was right in simulated trials: of 100 names with a confidence of 77 %, about 77 were right "
-    "and 23 wrong. Below 80 %, confirm the cause before anything is repaired."
+    "and 23 wrong. If it is below 80 %, confirm the cause before anything is repaired."
 )
 """What a confidence means, where one is given."""
 COMPONENTS = {

@@ -3,8 +3,9 @@
 A kind of sensor is a subclass of ``Measurement``. The class says what the kind is able to do (its capabilities) and what a dataset folder
 holds of it (``format``); an object of the class is the measurement of one dataset, reduced to whitened residual rows.
 
-The types that a kind returns are in ``scalar.sensors.rows``, the objects that it measures in ``scalar.sensors.target``, and the further methods
-of a kind that scans planes in ``scalar.sensors.scans``.
+The part of the protocol that concerns noise and weights is in ``scalar.sensors.noise_protocol``. The types that a kind returns are in
+``scalar.sensors.rows``, the objects that it measures in ``scalar.sensors.target``, and the further methods of a kind that scans planes in
+``scalar.sensors.scans``.
 
 Most kinds predict what they measure, ``h(T_base_sensor, target)``, and subtract what was measured: they are subclasses of ``PointByPoint``
 (``scalar.sensors.point_by_point``) and supply h. Kinds that reduce many points to a few rows implement ``Measurement`` itself.
@@ -12,7 +13,7 @@ Most kinds predict what they measure, ``h(T_base_sensor, target)``, and subtract
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -21,8 +22,7 @@ import numpy as np
 from scalar.data.sensor_formats import SensorFormat
 from scalar.errors import Undetermined
 from scalar.geometry.se3 import Array
-from scalar.sensors.noise_thresholds import NoiseThresholds
-from scalar.sensors.pose_noise import NoiseComponent, PoseNoise
+from scalar.sensors.noise_protocol import NoiseProtocol
 from scalar.sensors.rows import Pieces, Rows
 from scalar.sensors.target import Guess, Target
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
 
-class Measurement(ABC):
+class Measurement(NoiseProtocol):
     """The protocol: a subclass is a kind of sensor, and an object of it is the measurement of one dataset.
 
     A kind has to define ``format``, ``words``, ``rows_per_pose``, the capabilities that differ from those below, and the abstract methods.
@@ -42,18 +42,14 @@ class Measurement(ABC):
         measured: Participle for its poses in reports, such as "tracked".
         target_words: Name of the target in messages, such as "planes" or "tracker".
         residual_words: What the residual of a pose is, as the label of an axis.
-        observes_orientation: Whether the rows depend on how the sensor is turned on the flange.
+        observes_orientation: Whether the rows depend on the orientation of the sensor on the flange.
         carries_scale: Whether the measurement has a length of its own. If it has none, no residual shows the scale of the workcell.
-        scans: Whether a pose is a scan of several points on one line of a plane: its scatter shows the noise and its shape a bent plane.
+        scans: Whether a pose is a scan of several points along a line on a plane. Its scatter then shows the noise, and its shape a bent plane.
         measures_range: Whether the points are ranges along rays in the sensor's own frame, so that errors of the range act on them.
         needs_spanning_planes: Whether a dataset is refused if the normals of its planes do not span space.
         contact_iterations: How often ``contact_step`` is applied to bring any pose to a perfect measurement.
-        rows_per_pose: m, the rows that a pose is reduced to.
-        equations_per_pose: Independent equations that a pose gives at most, however many points it has.
+        equations_per_pose: Most independent equations that a pose gives, however many points it has.
         target_index: ``(N,)``, which item of the target a pose measures.
-        sigma: Standard deviation of the sensor [m], stated or estimated.
-        sigma_stated: Whether the dataset stated it.
-        noise: Within poses, where it was given one.
     """
 
     format: ClassVar[SensorFormat]
@@ -68,11 +64,7 @@ class Measurement(ABC):
     needs_spanning_planes: bool = False
     contact_iterations: int = 0
 
-    rows_per_pose: int
     target_index: Array
-    sigma: float
-    sigma_stated: bool
-    noise: PoseNoise | None = None
 
     # What every kind has to do
 
@@ -123,15 +115,16 @@ class Measurement(ABC):
 
     @classmethod
     def target_motion(cls, dataset: Dataset) -> Any:
-        """Return the motion of the base against what measures it, as references on the base show it: screws ``(N, 6)`` [rad, m] in the base frame.
+        """Return the motion of the base relative to the measuring instrument, as references on the base show it.
 
-        None where the kind measures no references, or the dataset has none: here always.
+        Returns:
+            Screws ``(N, 6)`` [rad, m] in the base frame; None if the kind measures no references, or the dataset has none. The default is None.
         """
         return None
 
     @classmethod
     def shows_turns(cls, dataset: Dataset) -> bool:
-        """Return whether a small turn of the sensor on the flange would show in a dataset: here as the kind observes orientation."""
+        """Return whether a small turn of the sensor on the flange would change the rows of a dataset; by default as ``observes_orientation`` says."""
         return cls.observes_orientation
 
     # How the target is saved
@@ -201,102 +194,15 @@ class Measurement(ABC):
         return np.full(len(self.target_index), self.equations_per_pose, dtype=int)
 
     def points_in_base(self, T_base_sensor: Array) -> tuple[Array, Array]:
-        """Return the measured points in the base frame ``(P, 3)`` [m] and where each pose's begin ``(N + 1,)``: here the sensor's origin."""
+        """Return the measured points in the base frame ``(P, 3)`` [m], and the index at which those of each pose begin ``(N + 1,)``.
+
+        The default is one point for each pose, the sensor's origin.
+        """
         return T_base_sensor[:, :3, 3], np.arange(len(T_base_sensor) + 1)
 
     def spread_in_base(self, T_base_sensor: Array) -> tuple[Array, Array, Array]:
         """Return number ``(N,)`` and mean ``(N, 3)`` [m] of each pose's points in the base frame, and F ``(N, k, 3)`` [m], ``F'F`` their scatter."""
         return np.ones(len(T_base_sensor)), T_base_sensor[:, :3, 3], np.zeros((len(T_base_sensor), 0, 3))
-
-    # How the rows are weighted, and what the noise is
-
-    def reweighted(self, T_base_sensor: Array, target: Target) -> Any:
-        """Return the same measurement, whitened for the geometry of the estimate: itself where the weights do not depend on it."""
-        return self
-
-    def weighted_like(self, other: Measurement) -> Self:
-        """Return the same measurement, with weights that another of the same poses has estimated and that stay as they are: itself.
-
-        Args:
-            other: Reweighted at an estimate. Squared residuals of two models compare only under the same weights.
-        """
-        return self
-
-    @property
-    def estimated_noise(self) -> tuple[NoiseComponent, ...]:
-        """Return what of the noise the weights take from the residual of a fit, for files: here nothing."""
-        return ()
-
-    @property
-    def listed_noise(self) -> tuple[NoiseComponent, ...]:
-        """Return what files list of the sensor's own noise; white noise of one stated size is none of it."""
-        return (*self.noise_components, *self.estimated_noise)
-
-    @property
-    def sigma_known(self) -> bool:
-        """Return whether ``sigma`` is known independently of the fit: stated, or measured from the scatter of the points."""
-        return self.sigma_stated
-
-    def scatter(
-        self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
-    ) -> tuple[Array, Array]:
-        """Return per pose the whitened squares that no model explains ``(N,)``, and their degrees of freedom ``(N,)``: here none."""
-        none = np.zeros(len(T_base_sensor))
-        return none, none.astype(int)
-
-    def profiles(self, T_base_sensor: Array, target: Target, sigma: float) -> Any:
-        """Return the same measurement with noise ``sigma`` [m] and without the scatter that no model explains, for statistical tests."""
-        return self
-
-    def in_metres(self) -> tuple[Any, float]:
-        """Return the measurement with every point weighted alike, and the factor that makes metres of its rows."""
-        return self, self.sigma
-
-    def noise_floor(self, T_base_sensor: Array, target: Target) -> float:
-        """Return the root mean square residual [m] of a pose that the noise alone makes."""
-        return self.sigma * float(np.sqrt(self.rows_per_pose))
-
-    def common_error(self, T_base_sensor: Array, target: Target) -> Array:
-        """Return how an error that is common to a pose's measurement enters the rows, ``(N, m, k)`` [1/m]: here each row has its own."""
-        m = self.rows_per_pose
-        return np.array(np.broadcast_to(np.eye(m) / self.sigma, (len(T_base_sensor), m, m)))
-
-    def between_poses(self, residual: Array, variance: float) -> float:
-        """Return the standard deviation [m] of the errors of whole poses, beyond the noise of their points.
-
-        Args:
-            residual: ``(N, m)``, whitened rows.
-            variance: Of the rows, degrees of freedom taken off.
-        """
-        return float(np.sqrt(max(variance - 1.0, 0.0))) * self.sigma
-
-    def noise_within_poses(
-        self, T_base_sensor: Array, target: Target, settings: NoiseThresholds
-    ) -> PoseNoise | None:
-        """Return what the points of each pose say of their own noise, or None where it is white and of one size: here nothing.
-
-        Args:
-            T_base_sensor: ``(N, 4, 4)``, near the estimate.
-            target: What is measured.
-            settings: Thresholds.
-        """
-        return None
-
-    def uneven_rows(self, T_base_sensor: Array, target: Target) -> Array | None:
-        """Return the covariance of the rows ``(N, m, m)`` by errors of the sensor that are alike over a whole pose, or None: here there are none.
-
-        What is alike over the whole of a measurement moves and turns it, as the arm does: only its look over all poses tells.
-        """
-        return None
-
-    @property
-    def noise_components(self) -> tuple[NoiseComponent, ...]:
-        """Return what the noise that the rows are whitened for consists of, white noise apart."""
-        return () if self.noise is None else self.noise.components
-
-    def given_noise(self, noise: PoseNoise | None) -> Self:
-        """Return the same measurement with a noise of ``noise_within_poses``, for which ``profiles`` whitens: here there is none."""
-        return self
 
     # How the residual is shown
 
@@ -306,7 +212,7 @@ class Measurement(ABC):
         return slice(None)
 
     def shift(self, predicted: Array, residual: Array) -> tuple[Array, Array, Array]:
-        """Return each pose's predicted shift [m], the residual's shift along it [m], and the standard error of that [m], ``(N,)`` each.
+        """Return for each pose the predicted shift, the shift of the residual along it, and the standard error of the latter, ``(N,)`` [m] each.
 
         Args:
             predicted: ``(N, m)``, whitened rows.
@@ -318,18 +224,18 @@ class Measurement(ABC):
         return size * sigma, np.sum(along * residual, axis=1) * sigma, sigma
 
     def shown_residual(self, residual: Array) -> Array:
-        """Return each pose's residual ``(N,)`` [m] from whitened rows ``(N, m)``: here its size, without a sign."""
+        """Return the residual of each pose ``(N,)`` [m] from whitened rows ``(N, m)``; by default its size, without a sign."""
         return np.linalg.norm(residual, axis=1) * self.sigma
 
     def pieces(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any], effect: Any
     ) -> Pieces:
-        """Return measurements on planes in pieces.
+        """Return the measurements on planes, each scan in pieces, for maps of a plane's height.
 
         Args:
             T_base_sensor: ``(N, 4, 4)``.
             target: The planes.
             point_effects: All effects on points and surfaces, bound to the poses.
-            effect: The one in question, bound to the poses.
+            effect: The effect whose pieces are asked for, bound to the poses.
         """
         raise NotImplementedError(f"a {self.words} has no points on planes")

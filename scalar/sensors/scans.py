@@ -1,4 +1,4 @@
-"""What a kind of sensor that scans planes has beyond the protocol: points on lines, compressed to a few rows a scan."""
+"""The part of the protocol that only kinds that scan planes have: points along lines, compressed to a few rows for each scan."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 
 
 class Scans(Protocol):
-    """What a kind that scans planes has beyond ``Measurement``: points on lines, compressed to rows ``R c`` of their contact vectors c.
+    """The members that a kind that scans planes has in addition to ``Measurement``: points along lines, compressed to rows ``R c``.
 
-    The contact vector and the functions of a point that it weighs are those of ``scalar.sensors.profile``.
+    The contact vector c, and the functions of a point whose coefficients it contains, are those of ``scalar.sensors.profile``.
     """
 
     @property
@@ -29,7 +29,7 @@ class Scans(Protocol):
 
     @property
     def error_axis(self) -> str:
-        """The direction in which a point errs: ``ray`` (from the sensor's origin through it) or ``z``."""
+        """The direction of a point's error: ``ray`` (from the sensor's origin through the point) or ``z``."""
         ...
 
     @property
@@ -49,7 +49,7 @@ class Scans(Protocol):
 
     @property
     def R_metric(self) -> Array:
-        """The same with every point weighted alike, in metres ``(N, k, k)``."""
+        """The same with equal weights of all points, in metres ``(N, k, k)``."""
         ...
 
     def initial_target(self, dataset: Dataset) -> Any:

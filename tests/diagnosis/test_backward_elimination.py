@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scalar.diagnosis.backward_elimination import borne_out
+from scalar.diagnosis.backward_elimination import eliminate_backward
 from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.effects import Effect
 from scalar.effects.joint_compliance import JointCompliance
@@ -32,7 +32,7 @@ def state_with(effects: list[Effect], flaws: Flaws, seed: int) -> FittedState:
 def test_orders_and_effects_that_are_not_there_are_dropped(seed):
     """Two right orders stay, a wrong one and a wrong effect go."""
     effects = [JointHarmonic(2, (2, 7, 11)), JointScale(5)]
-    kept = borne_out(state_with(effects, Flaws(joints=gear), seed)).effects
+    kept = eliminate_backward(state_with(effects, Flaws(joints=gear), seed)).effects
     assert [effect.target for effect in kept] == [{"joint": 2, "orders": [2, 7]}]
     assert np.abs(kept[0].coefficients).max() == pytest.approx(6e-4, rel=0.3)
 
@@ -42,11 +42,11 @@ def test_a_joint_that_does_not_give_way_is_dropped():
     truth = make_scene(seed=61).truth
     flaws = Flaws(joints=sag(truth, np.array([0, 1e-5, 0, 0, 0, 0]), np.random.default_rng(61)))
     pairs = tuple((j, f) for j in (2, 5) for f in range(j, 7))
-    kept = borne_out(state_with([JointCompliance(pairs)], flaws, 61)).effects
+    kept = eliminate_backward(state_with([JointCompliance(pairs)], flaws, 61)).effects
     assert [effect.target for effect in kept] == [{"joints": [2]}]
 
 
-def test_of_noise_alone_nothing_is_borne_out():
+def test_of_noise_alone_nothing_is_kept():
     """Effects that were put into the model by hand go, all of them."""
     effects = [JointScale(3), JointHarmonic(4, (3,)), JointHarmonic(6, (5,))]
-    assert borne_out(state_with(effects, Flaws(), 71)).effects == ()
+    assert eliminate_backward(state_with(effects, Flaws(), 71)).effects == ()

@@ -20,7 +20,7 @@ def dataset():
 def test_every_kind_with_a_name_is_tried_on_a_scanner(dataset):
     """All kinds but ripples, found as a part of all orders, and drifts of a whole target are among the candidates or the changes of scans."""
     tried = {e.name for e in candidates(dataset)} | {e.name for e, _ in changes(dataset)}
-    assert tried == {kind.name for kind in registry.OURS if not kind.flexible} - {
+    assert tried == {kind.name for kind in registry.BUILT_IN if not kind.flexible} - {
         "joint_ripple",
         "target_drift",
     }

@@ -1,6 +1,6 @@
-"""Thresholds against what good data do not have: halved, doubled or out of the way, each decides otherwise on numbers made for it.
+"""Thresholds of spectra, noise and the ends of iterations, each with data on both sides of it: halved or doubled, the decision is another.
 
-``snakemake sensitivity`` names these tests for thresholds that no blind set puts to the test.
+``snakemake sensitivity`` names these tests for thresholds on which no blind set depends.
 """
 
 from dataclasses import replace
@@ -21,9 +21,7 @@ from scalar.diagnosis import (
 from scalar.diagnosis.autocorrelation import _in_order, _moving_angles
 from scalar.diagnosis.fitted_state import FittedState, _optimum, refit
 from scalar.diagnosis.harmonic_spectrum import _series, _System
-from scalar.diagnosis.hold_out import HeldOutErrors, blocks, first_times, improvement, no_worse
 from scalar.diagnosis.result import Diagnosis
-from scalar.diagnosis.score_test import Background, Projected, in_prior_units, remainder
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.diagnosis.variance_components import variance_components
 from scalar.effects.joint_harmonic import JointHarmonic
@@ -31,100 +29,10 @@ from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.least_squares import covariance_and_step
 from scalar.estimation.residuals import Residuals
 from tests import helpers
+from tests.diagnosis.stand_ins import doubled
 from tests.effects.injected import Flaws, make_cell
 
-SCORE, HOLD_OUT, SPECTRUM = DEFAULTS.score_test, DEFAULTS.hold_out, DEFAULTS.spectrum
-
-
-def doubled(settings: Any, name: str) -> Any:
-    """Return settings with one threshold doubled."""
-    return replace(settings, **{name: 2 * getattr(settings, name)})
-
-
-def background(settings: Any = SCORE, columns: Any = None) -> Background:
-    """Return the background of 40 poses of three rows, one column fitted unless others are given."""
-    rng = np.random.default_rng(0)
-    r, J = rng.standard_normal(120), rng.standard_normal((120, 1))
-    return Background.of(r, J if columns is None else columns, 40, 3, settings)
-
-
-def test_a_column_that_is_all_but_explained_is_not_scored():
-    """15 millionths of its squared length are left: scored from 10 on, not from 20 on."""
-    rng = np.random.default_rng(0)
-    fitted, other = np.linalg.qr(rng.standard_normal((120, 2)))[0].T
-    E = (fitted + np.sqrt(1.5e-5) * other)[:, None]
-    for settings, scored in ((SCORE, True), (doubled(SCORE, "unobservable_share"), False)):
-        given = background(settings, fitted[:, None])
-        found = Projected.of(given, E, E.T @ E, np.array([np.inf]))
-        assert bool(found.gram.any()) == scored
-
-
-def test_a_column_of_rounding_adds_no_direction():
-    """A second column that leaves the first by 1.5e-10 of its length: a direction of its own above 1e-10, none below 2e-10."""
-    first, other = np.linalg.qr(np.random.default_rng(1).standard_normal((120, 2)))[0].T
-    columns = np.column_stack([first, first + 1.5e-10 * other])
-    assert background(SCORE, columns).freedom == 118
-    assert background(doubled(SCORE, "independent"), columns).freedom == 119
-
-
-def test_a_coefficient_without_a_prior_is_given_a_wide_one():
-    """Its prior standard deviation is that many of its standard errors; what has a prior keeps it."""
-    sizes, squared = np.array([np.inf, 0.3]), np.array([4.0, 4.0])
-    usual, wider = (
-        in_prior_units(background(s), squared, sizes) for s in (SCORE, doubled(SCORE, "unbounded"))
-    )
-    np.testing.assert_allclose(wider / usual, [2.0, 1.0])
-    # A thousand standard errors: an estimate is shrunk by a millionth.
-    assert usual[0] == pytest.approx(1000 * np.sqrt(background().variance / 4.0))
-
-
-def test_no_gain_leaves_less_than_a_share_of_the_noise():
-    """Nine tenths explained: a fifth of the noise is taken to remain, or two fifths."""
-    given = background()
-    left = [
-        remainder(replace(given, settings=s), 0.9 * given.squared, 1)
-        for s in (SCORE, doubled(SCORE, "least_remainder"))
-    ]
-    assert left[1][0] == pytest.approx(2 * left[0][0])
-    assert left[0][0] > 0.1 * given.squared
-
-
-def test_poses_within_reach_of_one_another_are_repetitions():
-    """Three milliradians apart in one joint: two poses above two, one pose below four."""
-    q = np.array([[0.0, 1.0], [0.003, 1.0], [0.5, 0.5]])
-    assert list(first_times(q, HOLD_OUT.same_pose)) == [0, 1, 2]
-    assert list(first_times(q, 2 * HOLD_OUT.same_pose)) == [0, 0, 2]
-
-
-def test_poses_are_held_out_in_folds_of_blocks():
-    """A hundred poses: so many folds, and so many blocks in all."""
-    for settings in (HOLD_OUT, doubled(HOLD_OUT, "folds"), doubled(HOLD_OUT, "blocks_per_fold")):
-        block, fold = blocks(np.arange(100.0)[:, None], settings)
-        assert fold.max() + 1 == settings.folds
-        assert block.max() + 1 == settings.folds * settings.blocks_per_fold
-
-
-def errors(squared: Any, metric: float = 1.0, settings: Any = HOLD_OUT) -> HeldOutErrors:
-    """Return held-out errors of blocks with a pose each."""
-    n = len(squared)
-    return HeldOutErrors(np.asarray(squared), np.full(n, metric), np.ones(n), np.arange(n), settings)
-
-
-def test_what_one_block_gains_counts_for_so_many_times_the_usual():
-    """Nineteen blocks gain one each and the last eight: it counts for five, or for all of its eight, with more scatter."""
-    drop = np.r_[np.ones(19) + 0.2 * np.tile([1, -1], 10)[:19], 8.0]
-    usual, wide = (
-        improvement(errors(drop + 5, settings=s), errors(np.full(20, 5.0)))
-        for s in (HOLD_OUT, doubled(HOLD_OUT, "most_gain"))
-    )
-    assert usual > wide
-
-
-def test_an_error_in_metres_may_grow_by_a_little():
-    """By one and a half per cent: too much where one is tolerated, not where two are."""
-    after = errors(np.ones(4), 1.015**2)
-    assert not no_worse(errors(np.ones(4)), after)
-    assert no_worse(errors(np.ones(4), settings=doubled(HOLD_OUT, "tolerated_growth")), after)
+SPECTRUM = DEFAULTS.spectrum
 
 
 def system() -> _System:
@@ -221,7 +129,7 @@ def test_cleaning_and_selecting_in_turn_ends(monkeypatch):
     after = SimpleNamespace(residuals=residuals, model=None, dataset=None)
     start = explained.Explained(None, None, None, after, None)  # type: ignore[arg-type]
     monkeypatch.setattr(explained, "_cleaned", lambda *_: object())
-    monkeypatch.setattr(explained, "_selected", lambda *_: start)
+    monkeypatch.setattr(explained, "_with_named_effects", lambda *_: start)
     monkeypatch.setattr(explained, "clean_given_effects", lambda *_: rounds.append(object()) or rounds[-1])
     monkeypatch.setattr(explained, "flexible_pools", lambda _: [])
     for name in ("with_flexible_terms", "with_spectrum", "near_data_sheet"):
@@ -242,7 +150,14 @@ def test_poses_that_repeat_worse_than_any_arm_are_no_noise():
 
 
 @pytest.mark.parametrize(
-    "way", [{}, {"_STEPS": 1}, {"_SOUND": 1.0}, {"_PROMISED": 1e-3}, {"_SOUND": 1.0, "_TOLERANCE": 1e-6}]
+    "way",
+    [
+        {},
+        {"_STEPS": 1},
+        {"_LEAST_EIGENVALUE": 1.0},
+        {"_LEAST_DROP": 1e-3},
+        {"_LEAST_EIGENVALUE": 1.0, "_TOLERANCE": 1e-6},
+    ],
 )
 def test_every_way_to_the_optimum_ends_there(way, monkeypatch):
     """Steps by normal equations, the careful fit after one of them or from the first on, and looser ends: within a hundredth of a

@@ -6,7 +6,7 @@ import pytest
 from scalar.diagnosis.candidate_columns import named_candidates
 from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.forward_selection import select_forward
-from scalar.diagnosis.joint_selection import evidence_of, select_together
+from scalar.diagnosis.joint_selection import evidence_of, select_jointly
 from scalar.estimation.geometry_fit import geometry_fit
 from tests.effects.injected import Flaws, Moment, make_cell
 
@@ -37,7 +37,7 @@ def selected(dataset) -> tuple[FittedState, FittedState]:
     before = refit(dataset, model, prepared.free, ())
     candidates = named_candidates(dataset)
     forward = select_forward(before, candidates)
-    return forward, select_together(before, forward, candidates)
+    return forward, select_jointly(before, forward, candidates)
 
 
 def named(state: FittedState) -> set[tuple[str, int]]:

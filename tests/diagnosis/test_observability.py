@@ -70,7 +70,7 @@ def test_only_what_leaves_no_residual_is_listed(state):
     assert "known length" in gain.consequence
 
 
-@pytest.mark.parametrize("kind", [kind for kind in registry.OURS if not kind.flexible])
+@pytest.mark.parametrize("kind", [kind for kind in registry.BUILT_IN if not kind.flexible])
 def test_no_kind_is_said_to_do_no_harm_where_it_does(state, kind):
     """Whatever its kind, an effect that moves predictions by half a millimetre is said to put them off by that."""
     proposed = [*kind.candidates(state.dataset), *(effect for effect, _ in kind.changes(state.dataset))]

@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from scalar.diagnosis.beam_search import Pieces, Subset
+from scalar.diagnosis.beam_search import SearchElements, Subset
 from scalar.diagnosis.candidate_columns import named_candidates
 from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.subset_search import best_subset
@@ -14,78 +14,80 @@ from scalar.estimation.geometry_fit import geometry_fit
 from tests.effects.injected import Flaws, make_cell
 
 
-def pieces_of(E: np.ndarray, r: np.ndarray, widths: list[int]) -> Pieces:
-    """Return pieces with columns of these widths, in units of priors and noise."""
+def elements_of(E: np.ndarray, r: np.ndarray, widths: list[int]) -> SearchElements:
+    """Return elements with columns of these widths, in units of priors and noise."""
     columns = np.split(np.arange(E.shape[1]), np.cumsum(widths)[:-1])
-    return Pieces(columns, np.arange(len(widths)), E.T @ E, E.T @ r, float(r @ r), len(r), len(widths), 0.2)
+    return SearchElements(
+        columns, np.arange(len(widths)), E.T @ E, E.T @ r, float(r @ r), len(r), len(widths), 0.2
+    )
 
 
-def subset(pieces: Pieces, some: tuple[int, ...]) -> Subset:
+def subset(elements: SearchElements, some: tuple[int, ...]) -> Subset:
     """Return one set."""
-    return pieces.subsets([some])[0]
+    return elements.subsets([some])[0]
 
 
 def drawn(
     seed: int, rows: int = 80, widths: tuple[int, ...] = (1, 2, 3, 1, 2, 1, 2, 1)
-) -> tuple[Pieces, np.ndarray, np.ndarray]:
-    """Return pieces that look alike in part, and a residual with three of them in it."""
+) -> tuple[SearchElements, np.ndarray, np.ndarray]:
+    """Return elements that look alike in part, and a residual with three of them in it."""
     rng = np.random.default_rng(seed)
     E = rng.normal(size=(rows, sum(widths))) + rng.normal(size=(rows, 1))
     c = np.zeros(E.shape[1])
     c[[0, 4, 9]] = 3.0
     r = E @ c + rng.normal(size=rows)
-    return pieces_of(E, r, list(widths)), E, r
+    return elements_of(E, r, list(widths)), E, r
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_the_squared_residual_of_a_set_is_that_of_the_penalised_fit(seed):
     """With a prior of unit variance on every coefficient, as a solver for least squares finds it."""
-    pieces, E, r = drawn(seed)
-    where = np.concatenate([pieces.columns[p] for p in (0, 2, 6)])
+    elements, E, r = drawn(seed)
+    where = np.concatenate([elements.columns[p] for p in (0, 2, 6)])
     rows = np.vstack([E[:, where], np.eye(len(where))])
     wanted = np.linalg.lstsq(rows, np.r_[r, np.zeros(len(where))])[1][0]
-    assert subset(pieces, (0, 2, 6)).squared == pytest.approx(wanted, rel=1e-9)
+    assert subset(elements, (0, 2, 6)).squared == pytest.approx(wanted, rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_extensions_are_ranked_as_the_sets_that_they_lead_to(seed):
-    """The piece that extends a set best is the one with which the set has the most evidence."""
-    pieces, _, _ = drawn(seed)
-    start = subset(pieces, (1, 3))
-    first = pieces.extensions([start], most=8)[0][0]
-    every = [tuple(sorted((1, 3, p))) for p in range(len(pieces.columns)) if p not in (1, 3)]
-    assert first == max(every, key=lambda some: subset(pieces, some).evidence)
+    """The element that extends a set best is the one with which the set has the most evidence."""
+    elements, _, _ = drawn(seed)
+    start = subset(elements, (1, 3))
+    first = elements.extensions([start], most=8)[0][0]
+    every = [tuple(sorted((1, 3, p))) for p in range(len(elements.columns)) if p not in (1, 3)]
+    assert first == max(every, key=lambda some: subset(elements, some).evidence)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_sets_that_are_worked_out_together_are_those_worked_out_alone(seed):
     """In the order in which they are given, whatever their numbers of columns; and so are their extensions."""
-    pieces, _, _ = drawn(seed)
+    elements, _, _ = drawn(seed)
     every = [some for size in (3, 0, 2) for some in combinations(range(8), size)]
-    together = pieces.subsets(every)
-    assert [found.pieces for found in together] == every
-    alone = [subset(pieces, some) for some in every]
+    together = elements.subsets(every)
+    assert [found.elements for found in together] == every
+    alone = [subset(elements, some) for some in every]
     np.testing.assert_allclose([s.evidence for s in together], [s.evidence for s in alone], rtol=1e-12)
-    assert pieces.extensions(together, most=4) == [pieces.extensions([s], most=4)[0] for s in together]
+    assert elements.extensions(together, most=4) == [elements.extensions([s], most=4)[0] for s in together]
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_no_set_has_more_evidence_than_the_one_that_is_found(seed):
-    """Against all sets of eight pieces."""
-    pieces, _, _ = drawn(seed)
+    """Against all sets of eight elements."""
+    elements, _, _ = drawn(seed)
     every = [some for size in range(9) for some in combinations(range(8), size)]
-    best = max(every, key=lambda some: subset(pieces, some).evidence)
-    assert pieces.best() == best
+    best = max(every, key=lambda some: subset(elements, some).evidence)
+    assert elements.best() == best
 
 
 def test_an_exchange_leaves_a_set_that_imitates():
-    """Two pieces that imitate a third together give way to it."""
+    """Two elements that imitate a third together give way to it."""
     rng = np.random.default_rng(7)
     true = rng.normal(size=200)
     halves = rng.permutation(200) < 100
     E = 50 * np.column_stack([np.where(halves, true, 0.3 * true), np.where(halves, 0.3 * true, true), true])
-    pieces = pieces_of(E, E[:, 2] + rng.normal(size=200), [1, 1, 1])
-    assert pieces.exchanged(subset(pieces, (0, 1))).pieces == (2,)
+    elements = elements_of(E, E[:, 2] + rng.normal(size=200), [1, 1, 1])
+    assert elements.exchanged(subset(elements, (0, 1))).elements == (2,)
 
 
 def state_of(flaws: Flaws, seed: int, **options: object) -> FittedState:
@@ -100,7 +102,7 @@ def test_a_change_is_found_at_its_moment_between_those_that_are_looked_at_first(
     slip = np.eye(4)
     slip[:3, 3] = 0.4e-3, -0.3e-3, 0.5e-3
     state = state_of(Flaws(slip=(37, slip)), seed=21, poses_per_plane=30)
-    monkeypatch.setattr("scalar.diagnosis.subset_search.MOMENTS", 9)
+    monkeypatch.setattr("scalar.diagnosis.subset_search.FIRST_MOMENTS", 9)
     found = best_subset(state, named_candidates(state.dataset))
     assert [effect.name for effect in found] == ["sensor_slip"]
     assert abs(found[0].target["at"]["order"] - 37) <= 1

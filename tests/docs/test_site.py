@@ -11,7 +11,7 @@ from lxml import html
 
 from docs.site.catalogue import CATALOGUE, ROOT, SCENE
 from scalar.data.io.plain_yaml import load_yaml
-from scalar.effects.registry import OURS
+from scalar.effects.registry import BUILT_IN
 from scalar.simulation.config import complete_config
 
 EXAMPLES = sorted(path.stem for path in (ROOT / "docs/examples").glob("*.py"))
@@ -44,7 +44,7 @@ def test_no_link_leads_nowhere(site: Path):
     """Each local file that a page refers to is there, with the place in it; nothing is loaded from the network."""
     places: dict[Path, set[str]] = {}
     pages = sorted(site.rglob("*.html"))
-    assert len(pages) > len(OURS) + 8
+    assert len(pages) > len(BUILT_IN) + 8
     for page in pages:
         for link in links(page):
             parts = urlsplit(link)
@@ -63,7 +63,7 @@ def test_no_link_leads_nowhere(site: Path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [kind.name for kind in OURS])
+@pytest.mark.parametrize("name", [kind.name for kind in BUILT_IN])
 def test_each_effect_has_a_page(site: Path, name: str):
     """It shows the picture of the effect, what to do about it, and how to inject it."""
     tree = html.parse(str(site / f"generated/effects/{name}.html"))
@@ -87,7 +87,7 @@ def test_each_example_has_run(site: Path):
 
 def test_the_catalogue_shows_what_the_registry_holds():
     """One entry for each effect, each a scene that the simulator takes."""
-    assert list(CATALOGUE) == [kind.name for kind in OURS]
+    assert list(CATALOGUE) == [kind.name for kind in BUILT_IN]
     path = ROOT / SCENE
     for shown in CATALOGUE.values():
         complete_config({**load_yaml(path), **shown.changes}, base_dir=path.parent)

@@ -27,14 +27,14 @@ def kinds_below(kind):
 
 
 CLASSES = {kind.__name__ for kind in kinds_below(Effect)}
-NAMES = {kind.name for kind in registry.OURS} - ALSO_A_VERDICT
+NAMES = {kind.name for kind in registry.BUILT_IN} - ALSO_A_VERDICT
 
 
 def test_the_check_knows_the_effects():
     """The names that are looked for are those of the registry and of the flexible terms."""
-    assert {kind.__name__ for kind in registry.OURS} <= CLASSES
+    assert {kind.__name__ for kind in registry.BUILT_IN} <= CLASSES
     assert {"UnattributedWave", "UnattributedSway"} <= CLASSES
-    assert len(NAMES) == len(registry.OURS) - 1
+    assert len(NAMES) == len(registry.BUILT_IN) - 1
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
@@ -59,7 +59,7 @@ def test_no_effect_is_named(path):
 
 def test_every_effect_states_its_natural_size_and_where_it_is_from():
     """A kind with a name has a natural size for each of its units, and a source or the word that it is assumed."""
-    for kind in registry.OURS:
+    for kind in registry.BUILT_IN:
         if not kind.flexible:
             assert kind.natural and all(size > 0 for size in kind.natural.values()), kind.name
             assert len(kind.natural_source) > 20, kind.name

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from scalar.data.dataset import Dataset
+from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.effect import Effect
 from scalar.effects.flexible.first_steps import first_steps
 from scalar.effects.places import PointEffect
@@ -79,7 +80,7 @@ def test_several_effects_of_a_kind_are_one_clause(effects):
     """However many there are, nothing is said twice, and a verb still agrees with its joints."""
     for effect in effects:
         assert effect.clause_of([effect] * 5).count(effect.clause_of([effect])) <= 1
-        alike = [e for e in effects if (e.told_with or e.name) == (effect.told_with or effect.name)]
+        alike = [e for e in effects if (e.reported_with or e.name) == (effect.reported_with or effect.name)]
         text = alike[0].clause_of(alike)
         assert words_of(text) & VERBS and not faults(text), text
         assert not re.search(r"\bjoints [\d, and]+ (errs|gives|has)\b|\bjoint \d (err|give|have)\b", text), (
@@ -111,6 +112,17 @@ def test_a_fault_of_scanner_or_plane_sends_nobody_to_the_arm(effects):
             assert "asks for no change in the controller" in effect.in_controller
             assert not JOINT.search(text) and "gear" not in text and "robot" not in text, text
             assert "scanner" in text or "target plane" in text, text
+
+
+@pytest.mark.parametrize("alike", [True, False])
+def test_a_tilting_base_names_the_masses_that_tilt_it(alike):
+    """A row of its table says along which axis of which frame the masses lie, and no two rows say the same."""
+    effect = BaseCompliance((2, 3), alike)
+    table = effect.table([None] * len(effect.coefficients))
+    assert table is not None
+    names = [row[0] for row in table[1]]
+    assert len(set(names)) == len(effect.coefficients)
+    assert all(re.search(r"masses along [xy] of frame [23]$", name) for name in names)
 
 
 @pytest.mark.parametrize(

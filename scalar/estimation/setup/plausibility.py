@@ -11,16 +11,20 @@ from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array, log_so3
 from scalar.units import DEG, MM
 
-LINK_SHARE = 0.1  # of the arm's length: no maker's link is off by a tenth of the arm
-LEAST_LINK = 30 * MM  # and never less than this: a small arm's table may leave out a spacer
-ZERO = 10 * DEG  # a joint's zero is off by degrees at most where it was set by marks
-SENSOR_TURN = 45 * DEG  # from the stated pose, which is rough by 30 degrees
+LINK_SHARE = 0.1  # of the arm's length: no real link differs from its table by a tenth of the arm
+LEAST_LINK = (
+    30 * MM
+)  # least limit for a link, however short the arm: the table of a small arm may leave out a spacer
+ZERO = 10 * DEG  # a joint zero that was set by marks is wrong by a few degrees at most
+SENSOR_TURN = 45 * DEG  # from the stated pose, which may be wrong by 30 degrees
 SENSOR_SHIFT = 150 * MM  # from the stated pose
-SIGMAS = 5.0  # standard errors: what is hardly determined may stand anywhere
+SIGMAS = (
+    5.0  # standard errors that a change has to exceed: a parameter that is hardly determined may end anywhere
+)
 SCALE_SPREAD = 0.2  # of the ratios of fitted to nominal lengths: a common ratio says that a unit is wrong
 LEAST_SCALE = 1.3
-DISAGREEMENT = 5 * DEG  # of measured orientations, from pose to pose: no tracker's are so uncertain
-QUIET = 0.5  # ratio of the residual to what the stated noise explains: below it the statement is doubted
+DISAGREEMENT = 5 * DEG  # of measured orientations, from pose to pose: no tracker measures them so poorly
+QUIET = 0.5  # ratio of the residual to what the stated noise explains: with a smaller one, the noise is said to be stated wrongly
 
 
 def implausible(
@@ -32,13 +36,13 @@ def implausible(
     misfit_ratio: float | None = None,
     rotation_noise: float = 0.0,
 ) -> tuple[Suspicion, ...]:
-    """Return what a fit makes suspect, although it explains the data.
+    """Return what is suspect in the description of the set-up, judged by a fit that explains the data.
 
     Args:
         dataset: What was measured.
         model: Where the fit ended.
         std: ``(P,)``, standard errors in the order of ``model.names``; NaN for what is fixed.
-        rotation_observed: Whether this kind of sensor shows how it is turned on the flange.
+        rotation_observed: Whether the data of this kind of sensor depend on its orientation on the flange.
         misfit_ratio: The residual over what the stated noise explains, or None where none is stated.
         rotation_noise: Standard deviation [rad] of measured orientations as the fit leaves it; 0 where none were measured or it is stated.
     """
@@ -61,7 +65,7 @@ def implausible(
             Suspicion(
                 "noise",
                 "sensor.noise",
-                f"the residual is {misfit_ratio:.2g} of what the stated noise makes: the noise is stated too large, "
+                f"the residual is only {misfit_ratio:.2g} times what the stated noise explains: the noise is stated too large, "
                 "or the lengths of the measurements are in another unit",
             )
         )
@@ -74,7 +78,7 @@ def _lengths(dataset: Dataset, model: Model, std: Array) -> list[Suspicion]:
     rows = [k for k, kind in enumerate(GEOMETRY) if kind in LENGTHS]
     change = np.where(np.isfinite(errors), fitted - nominal, 0.0)[rows]
     zeros = np.outer([GEOMETRY[k] == "d" for k in rows], dataset.robot.slides)
-    change[zeros] = 0.0  # where a travel begins is a matter of its reference run
+    change[zeros] = 0.0  # the zero of a travel depends on the reference run, and may be anywhere
     limit = max(LEAST_LINK, LINK_SHARE * float(np.abs(nominal[rows]).sum()))
     off = (np.abs(change) > limit) & (np.abs(change) > SIGMAS * np.nan_to_num(errors[rows]))
     if not off.any():
@@ -134,8 +138,8 @@ def _sensor(dataset: Dataset, model: Model, rotation_observed: bool) -> list[Sus
     if shift > SENSOR_SHIFT:
         found.append(
             _sensor_suspicion(
-                f"the sensor sits {shift / MM:.0f} mm from where nominal_pose has it: correct nominal_pose, or look whether "
-                "one of the last joints counts the other way or has its zero elsewhere"
+                f"the sensor sits {shift / MM:.0f} mm from where nominal_pose has it: correct nominal_pose, or check whether "
+                "one of the last joints counts the other way or has another zero"
             )
         )
     turn = log_so3(T[:3, :3].T @ model.T_flange_sensor[:3, :3])
@@ -145,7 +149,7 @@ def _sensor(dataset: Dataset, model: Model, rotation_observed: bool) -> list[Sus
         found.append(
             _sensor_suspicion(
                 f"the sensor sits turned by {angle / DEG:.0f} degrees, mostly about its {axis}, from where nominal_pose has it: "
-                "correct nominal_pose, look whether an axis of the scans is mirrored, or whether the last joint's zero is another"
+                "correct nominal_pose, or check whether an axis of the scans is mirrored or the last joint has another zero"
             )
         )
     return found

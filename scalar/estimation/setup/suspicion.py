@@ -19,17 +19,23 @@ from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
 from scalar.geometry.robot import Robot
 from scalar.units import DEG, MM
 
-FALLS_TO = 0.2  # of the residual as it stands, after a fit: an alternative that leaves more explains nothing
-WORTH_FITTING = 0.6  # of the same, before one: the nominal arm's own errors are in both
-MOST_LEFT = 3 * MM  # of the residual after a fit, that a right set-up leaves: effects on arms make tenths
-NOMINAL_LEFT = 30 * MM  # and before one, the arm nominal: its own errors make several millimetres
-AS_GOOD = 3.0  # times the least residual of a first look: alternatives up to here are fitted in full
-NEAR = 30 * DEG  # to dataset.yaml: an initial guess of a plane or of the sensor may be as far off
-CLEARLY_NEARER = 20 * DEG  # nearer than that to dataset.yaml, one of two that fit alike is the likelier
+FALLS_TO = 0.2  # ratio of the residual after a fit to that of the set-up as described: an alternative with a larger one explains nothing
+WORTH_FITTING = 0.6  # the same ratio before a fit; it is less strict, because both residuals contain the errors of the nominal arm
+MOST_LEFT = (
+    3 * MM
+)  # largest residual after a fit if the set-up is described correctly: effects on arms cause tenths of a millimetre
+NOMINAL_LEFT = (
+    30 * MM
+)  # the same before a fit, with the nominal arm, whose own errors are several millimetres
+AS_GOOD = 3.0  # times the least residual of the first, coarse comparison: alternatives with a smaller one are fitted in full
+NEAR = 30 * DEG  # to dataset.yaml: an initial guess of a plane or of the sensor may be wrong by as much
+CLEARLY_NEARER = (
+    20 * DEG
+)  # of two corrections that fit equally well, the one that is nearer to dataset.yaml by so much is taken
 NEAR_SHIFT = 50 * MM  # likewise: places are measured by hand
 CLEARLY_NEARER_SHIFT = 30 * MM
-TIMES_NEARER = 2.0  # a guess of a place may be rough: one of two has to be nearer by this factor as well
-MOST_FITTED = 4
+TIMES_NEARER = 2.0  # a guess of a place may be wrong by much: one of two corrections has to be nearer by this factor as well
+MOST_FITTED = 4  # alternatives that are fitted in full
 
 
 @dataclass(frozen=True, eq=False)

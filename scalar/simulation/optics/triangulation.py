@@ -14,25 +14,27 @@ from scalar.simulation.transforms import Array
 
 BASELINE = 0.12  # m
 BEHIND = 0.20  # m
-MOST = 0.95  # of the field has errors below the stated size; its corners have larger ones
-GRID = 41  # points along each side of the field, for what calibration at the factory takes away
+MOST = 0.95  # share of the field with errors below the stated size; its corners have larger ones
+GRID = 41  # points along each side of the field, to which offset, tilt and gain are fitted, as in a calibration at the factory
 RADIAL, TANGENTIAL = (
     (1.0, 1.0),
     (0.5, 0.5),
-)  # spreads of Brown and Conrady's k1, k2 and p1, p2 over a field of unit radius
-RIPPLES = 3  # half waves of uncorrected sensor and window errors along each side of the picture, at most
-RIPPLE = 0.4  # their spread
+)  # standard deviations of Brown and Conrady's k1, k2 and p1, p2 over a field of unit radius
+RIPPLES = (
+    3  # at most so many half waves of uncorrected sensor and window errors along each side of the picture
+)
+RIPPLE = 0.4  # standard deviation of the amplitude of each
 
 
 def growth(scanner: Scanner, depth: Array, cosines: Array, shot_share: float) -> Array:
-    """Return the noise (...) over the one in the middle of the range at normal incidence.
+    """Return the ratio (...) of the noise to that in the middle of the range at normal incidence.
 
-    One step of the picture is worth a depth that rises with the square of the distance to the camera; the step is found as well
-    as the light allows: sigma_v^2 = electronics + shot / light, and the light falls with the square of the distance and
+    One pixel of the picture corresponds to a depth that grows with the square of the distance to the camera. The light limits how well the position
+    in the picture is measured: sigma_v^2 = electronics + shot / light, and the light falls with the square of the distance and with
     the cosine of incidence.
 
     Args:
-        depth: z (...) [m]. cosines: of incidence (...). shot_share: of the variance in the middle.
+        depth: z (...) [m]. cosines: of incidence (...). shot_share: share of shot noise in the variance in the middle.
     """
     middle = (scanner.range_near + scanner.range_far) / 2
     distance = (depth + BEHIND) / (middle + BEHIND)
@@ -44,7 +46,7 @@ class Linearity:
     """A lens's distortion after the maker's correction of offset, tilt and gain.
 
     Attributes:
-        size: what 95 % of the field stays below, in z [m]. scanner: whose field it is.
+        size: the 95 % quantile of the error in z over the field [m]. scanner: the scanner with this field.
         lens: (4,) k1, k2, p1, p2. ripples: (2, RIPPLES, RIPPLES) amplitudes of half waves in u and v.
     """
 
@@ -68,14 +70,14 @@ class Linearity:
         )
         inside = np.abs(grid_x) <= grid_z * np.tan(self.scanner.fan)
         fx, fz = grid_x[inside], grid_z[inside]
-        known = np.column_stack([np.ones_like(fx), fx, fz])
+        linear = np.column_stack([np.ones_like(fx), fx, fz])
         raw = self._raw(fx, fz)
-        taken = [np.linalg.lstsq(known, part, rcond=None)[0] for part in raw]
-        largest = float(np.quantile(np.abs(raw[1] - known @ taken[1]), MOST))
+        corrections = [np.linalg.lstsq(linear, part, rcond=None)[0] for part in raw]
+        largest = float(np.quantile(np.abs(raw[1] - linear @ corrections[1]), MOST))
         here = np.stack([np.ones_like(x), x, z], -1)
         dx, dz = (
-            (part - here @ away) * self.size / largest
-            for part, away in zip(self._raw(x, z), taken, strict=True)
+            (part - here @ correction) * self.size / largest
+            for part, correction in zip(self._raw(x, z), corrections, strict=True)
         )
         return dx, dz
 

@@ -77,9 +77,11 @@ def kind_of(entry: Mapping[str, Any]) -> str:
 
 def grounds_from(kind: str, entry: Mapping[str, Any]) -> Grounds:
     """Return the grounds that diagnosis.json states."""
-    left = FinalResiduals(**{key: entry[key] for key in ("poses", "misfit", "chance", "correlated")})
+    final_residuals = FinalResiduals(
+        **{key: entry[key] for key in ("poses", "misfit", "chance", "correlated")}
+    )
     own = {key: entry[key] for key in ("log_odds", "least_log_odds", "share", "others", "beside_structure")}
-    return Grounds(kind, left=left, **own)
+    return Grounds(kind, final_residuals=final_residuals, **own)
 
 
 def is_right(entry: Mapping[str, Any], truth: Mapping[str, Any], found: list[Mapping[str, Any]]) -> bool:

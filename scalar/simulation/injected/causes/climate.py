@@ -15,14 +15,14 @@ from scalar.simulation.transforms import Array
 
 AIR = (200.0, 420.0)  # s: time constant in which the air follows heat or cold
 STEPS_A_POSE = 20  # of the thermostat's differential equation
-BAND = 0.5  # of the air's temperature about its set point, over the distance of either end
-ARM_SLOWER = (0.3, 0.8)  # the arm's time constant over the air's
+BAND = 0.5  # temperature at which the thermostat switches, as a share of the temperature that constant heat or cold would reach
+ARM_SHARE = (0.3, 0.8)  # ratio of the arm's time constant to the air's
 PERIOD_POSES = (42, 48)  # from pause to pause
 
 
 @dataclass(frozen=True, eq=False)
 class GrowingLinks(Cause):
-    """All lengths grow by `states` (N,) [m/m]; at rest they are as at the end of the run."""
+    """All lengths grow by `states` (N,) [m/m]; at poses outside the run they are as at its end."""
 
     unit: ClassVar[str] = "m/m"
 
@@ -47,10 +47,10 @@ class AirConditioning(GrowingLinks):
     def made(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
         """Draw the time constants and where in its period the run begins."""
         time = stage.poses["time"].to_numpy(float)
-        air, slower, before = rng.uniform(*AIR), rng.uniform(*ARM_SLOWER), rng.uniform(3.0, 6.0)
-        warm = thermostat(time, air, air * slower, before * air)
+        air, share, before = rng.uniform(*AIR), rng.uniform(*ARM_SHARE), rng.uniform(3.0, 6.0)
+        warm = thermostat(time, air, air * share, before * air)
         growth = warm * size / np.abs(warm).max()
-        details = cls.details_of(["time"], air_s=air, arm_s=air * slower, growth_at_end=float(growth[-1]))
+        details = cls.details_of(["time"], air_s=air, arm_s=air * share, growth_at_end=float(growth[-1]))
         return cls({}, size, details, states=growth)
 
 
@@ -58,19 +58,19 @@ def thermostat(time: Array, air: float, arm: float, before: float) -> Array:
     """Return the arm's temperature (N,) at times (N,) [s], in units of half the distance between heat and cold.
 
     Args:
-        air, arm: time constants [s]. before: how long [s] it has run when the first pose is taken.
+        air, arm: time constants [s]. before: time [s] for which the thermostat has run when the first pose is taken.
     """
     step = float(np.median(np.diff(time))) / STEPS_A_POSE
     grid = np.arange(time[0] - before, time[-1] + step, step)
     heat, T_air, T_arm = 1.0, 0.0, 0.0
-    course = np.empty(len(grid))
+    temperature = np.empty(len(grid))
     for k in range(len(grid)):
         T_air += step / air * (heat - T_air)
         T_arm += step / arm * (T_air - T_arm)
         if heat * T_air > BAND:
             heat = -heat
-        course[k] = T_arm
-    return np.interp(time, grid, course)
+        temperature[k] = T_arm
+    return np.interp(time, grid, temperature)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,9 +14,7 @@ from scalar.simulation.world import World
 ECCENTRICITY = 1e-3  # over the radius; errors this small are in proportion
 TURNS = (2.2, 6.8)  # of the driven pulley in one turn of the joint
 PULLEYS = (1.4, 2.6)  # turns of the driving pulley in one of the driven
-NOT_WHOLE = (
-    0.15  # turns are no nearer to a whole number than this, as designers choose teeth without common factors
-)
+NOT_WHOLE = 0.15  # least distance of the numbers of turns from a whole number, since designers choose teeth without common factors
 ROUNDS = 20  # of the fixed point of the belt's equation
 LINES = 512  # of an encoder's disc, on the joint
 SIGNAL_FAULT = 0.02  # spread of gain, quadrature and offset of its two signals
@@ -54,7 +52,7 @@ class DriveCause(Cause):
 
 @dataclass(frozen=True, eq=False)
 class TwoPulleyBelt(DriveCause):
-    """A belt over two pulleys that turn about axes beside their middles.
+    """A belt over two eccentric pulleys.
 
     The belt's length is kept: r2(theta2) dtheta2 = r1(theta1) dtheta1 with r = R (1 + e cos(theta + phi)), so
     theta2 + e2 sin(theta2 + phi2) = (theta1 + e1 sin(theta1 + phi1)) / ratio. Neither pulley turns a whole number of times in a
@@ -77,7 +75,7 @@ class TwoPulleyBelt(DriveCause):
         return cls._made({"joint": joint}, size, stage, [f"q{joint}"], **details, phases_rad=phases)
 
     def raw(self, world: World, q: Array, j: int) -> Array:
-        """Return how far the driven pulley is from where a perfect belt would have it, in joint angle."""
+        """Return the difference of the driven pulley's angle from that with ideal pulleys, as a joint angle."""
         d = self.details
         e1, e2 = ECCENTRICITY * np.array(d["shares"])
         driving = d["turns"] * d["ratio"] * q[:, j]
@@ -99,10 +97,10 @@ def _not_whole(rng: np.random.Generator, low: float, high: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class EncoderInterpolation(DriveCause):
-    """An encoder with 512 lines whose sine and cosine are not quite: gains, quadrature and offsets differ.
+    """An encoder with 512 lines whose sine and cosine signals have errors of gain, quadrature and offset.
 
-    The angle within a line is the arc tangent of the two signals; its error repeats 512 times a turn, which poses at random
-    angles cannot follow.
+    The angle within a line is the arc tangent of the two signals. Its error repeats 512 times a turn, so often that poses at random
+    angles cannot resolve it.
     """
 
     kind: ClassVar[str] = "encoder_interpolation"

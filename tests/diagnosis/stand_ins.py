@@ -1,0 +1,32 @@
+"""Stand-ins for fitted states and scores, for tests of single decisions of the diagnosis."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+from scalar.diagnosis.ranking import Scored
+from scalar.diagnosis.settings import DEFAULTS
+
+
+def scored(effect: Any, evidence: float = 100.0, p_value: float = 1e-9, dof: int = 1) -> Scored:
+    """Return an effect with a score."""
+    return Scored(effect, 1.0, dof, evidence, p_value, 1.0)
+
+
+class Tried(Exception):
+    """An alternative was good enough to be fitted."""
+
+
+def tried(*_: Any) -> Any:
+    """Stand for a refit."""
+    raise Tried
+
+
+def state(**more: Any) -> Any:
+    """Return what stands for a fitted state: its settings, and a refit that says that it was asked for."""
+    return SimpleNamespace(settings=DEFAULTS, refitted=tried, **more)
+
+
+def doubled(settings: Any, name: str) -> Any:
+    """Return settings with one threshold doubled."""
+    return replace(settings, **{name: 2 * getattr(settings, name)})

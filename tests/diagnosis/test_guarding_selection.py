@@ -1,0 +1,115 @@
+"""Thresholds of the selection of effects, each with numbers on both sides of it: halved or doubled, the decision is another.
+
+``snakemake sensitivity`` names these tests for thresholds on which no blind set depends.
+"""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scalar.diagnosis import (
+    forward_selection,
+    joint_selection,
+    ranking,
+    subset_search,
+)
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.ranking import Scored
+from scalar.diagnosis.settings import DEFAULTS
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.joint_scale import JointScale
+from tests.diagnosis.stand_ins import Tried, scored, state
+
+
+def test_an_effect_is_worth_a_fit_only_beyond_chance(monkeypatch):
+    """Chances of seven and of fifteen in ten thousand: one in a thousand lies between them."""
+    entries = [scored(JointScale(joint), p_value=p) for joint, p in ((1, 7e-4), (2, 15e-4))]
+    monkeypatch.setattr(forward_selection, "rank", lambda *_: entries)
+    monkeypatch.setattr(forward_selection, "refined", lambda state, background, entry: entry)
+    found = forward_selection._best(state(background=lambda: None), None)  # type: ignore[arg-type]
+    assert [entry.effect.joint for entry in found] == [1]  # type: ignore[attr-defined]
+
+
+def test_another_effect_takes_a_place_only_with_clearly_more_evidence():
+    """Four nats more are enough for a trial, two are not."""
+    own, other = scored(JointScale(2)), JointHarmonic(4, (7,))
+    with pytest.raises(Tried):
+        forward_selection._replaced(state(), (), own, [scored(other, 104.0), own])
+    assert forward_selection._replaced(state(), (), own, [scored(other, 102.0), own]) is None
+
+
+@pytest.mark.parametrize(("gained", "goes_on"), [(0.035, False), (0.07, True)])
+def test_a_finer_look_has_to_gain(gained, goes_on, monkeypatch):
+    """A gain of 0.07 nats is worth another look, one of 0.035 is not."""
+    background: Any = SimpleNamespace(squared=200.0, freedom=100)
+    entry = scored(JointHarmonic(4, (7,)))
+    left = (background.squared - entry.gain) * np.exp(-2 * gained / background.freedom)
+    better = replace(entry, gain=background.squared - left)
+    monkeypatch.setattr(ranking, "rank", lambda *_: [better])
+    monkeypatch.setattr(ranking, "CandidateColumns", lambda *_: None)
+    monkeypatch.setattr(ranking.CandidateSet, "of", lambda _: SimpleNamespace(tried=[1, 2]))
+    monkeypatch.setattr(JointHarmonic, "at_a_pose", lambda self, *_: self)
+    found = ranking._look(state(dataset=None, residuals=SimpleNamespace(poses=None)), background, entry, 1.0)
+    assert (found is not entry) == goes_on
+
+
+def test_a_look_that_always_gains_is_not_repeated_for_ever(monkeypatch):
+    """Three times with steps of each of three sizes."""
+    looks: list[float] = []
+
+    def always_better(state: Any, background: Any, entry: Scored, scale: float) -> Scored:
+        looks.append(scale)
+        return replace(entry, evidence=entry.evidence + 1.0)
+
+    monkeypatch.setattr(ranking, "_look", always_better)
+    ranking.refined(state(), None, scored(JointHarmonic(4, (7,))))  # type: ignore[arg-type]
+    assert looks == [1.0] * 3 + [0.5] * 3 + [0.25] * 3
+
+
+@pytest.mark.parametrize(("n_poses", "few"), [(350, True), (700, False)])
+def test_effects_are_selected_together_where_poses_are_few(n_poses, few, monkeypatch):
+    """350 poses are few, 700 are not."""
+    asked = []
+    monkeypatch.setattr(joint_selection, "best_subset", lambda *_: asked.append(True))
+    monkeypatch.setattr(joint_selection, "eliminate_backward", lambda given: given)
+    before = state(dataset=SimpleNamespace(n_poses=n_poses), is_rounding=False)
+    joint_selection.select_jointly(before, state(), None)  # type: ignore[arg-type]
+    assert bool(asked) == few
+
+
+def test_what_is_proposed_is_stable(monkeypatch):
+    """Of a set of two, one is needed without each of three fifths of the poses, the other of two fifths: the former is proposed."""
+    q = np.arange(60.0)[:, None]
+    fold = subset_search.blocks(q, DEFAULTS.hold_out)[1]
+    needed = {0: {0, 1, 2}, 1: {0, 1}}
+
+    def elements(poses: Any) -> Any:
+        missing = set(range(5)) - set(fold[poses].tolist())
+
+        def evidence(some: tuple[int, ...]) -> float:
+            left_out = {0, 1} - set(some)
+            return -sum(1.0 if missing <= needed[p] else -1.0 for p in left_out)
+
+        return SimpleNamespace(
+            best=lambda: (0, 1),
+            subsets=lambda sets: [SimpleNamespace(evidence=evidence(some)) for some in sets],
+        )
+
+    found = SimpleNamespace(onsets=[(), ()], effects=[JointScale(1), JointScale(2)], of_poses=elements)
+    found.only = lambda chosen: found
+    monkeypatch.setattr(
+        subset_search._Rows, "of", lambda *_: SimpleNamespace(element_rows=lambda moments: found)
+    )
+    given = state(dataset=SimpleNamespace(n_poses=60, q=q))
+    assert [effect.joint for effect in subset_search.best_subset(given, None)] == [1]  # type: ignore[attr-defined, arg-type]
+
+
+@pytest.mark.parametrize(("sizes", "plausible"), [(7.0, True), (14.0, False)])
+def test_a_coefficient_far_beyond_its_prior_is_implausible(sizes, plausible):
+    """Seven times the standard deviation of its prior, and fourteen times."""
+    effect = JointScale(1)
+    given = state(effects=(effect.with_coefficients(sizes * effect.prior_std),))
+    assert FittedState.is_plausible.fget(given) == plausible  # type: ignore[attr-defined]

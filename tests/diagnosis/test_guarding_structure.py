@@ -1,0 +1,123 @@
+"""Thresholds of unmodelled structure, each with numbers on both sides of it: halved or doubled, the decision is another.
+
+``snakemake sensitivity`` names these tests for thresholds on which no blind set depends.
+"""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from scalar.diagnosis import (
+    unmodelled_structure,
+)
+from scalar.diagnosis.settings import DEFAULTS
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.joint_scale import JointScale
+from tests.diagnosis.stand_ins import Tried, scored, state
+
+
+@pytest.mark.parametrize(("chance", "is_tried"), [(7e-6, True), (15e-6, False)])
+def test_structure_without_a_name_has_to_be_far_beyond_chance(chance, is_tried, monkeypatch):
+    """Seven in a million are too little for chance, fifteen in a million are not."""
+    entry = scored(JointHarmonic(4, (7,)), p_value=chance)
+    monkeypatch.setattr(unmodelled_structure, "_ranked", lambda *_: [[entry]])
+    monkeypatch.setattr(unmodelled_structure, "refined", lambda state, background, entry: entry)
+    given = state(background=lambda: None, effects=())
+    if is_tried:
+        with pytest.raises(Tried):
+            unmodelled_structure._with_best(given, [])
+    else:
+        assert unmodelled_structure._with_best(given, []) is None
+
+
+def replacing(monkeypatch: Any, evidence: float, dof: int) -> list[str]:
+    """Return what was done to replace a named effect: ``refitted`` and ``several``.
+
+    Args:
+        monkeypatch: Of the test.
+        evidence: Of a flexible term in the place of the effect, whose own is 100.
+        dof: Of the effect; the term has as many, so that it is compared with all of the effect's evidence.
+    """
+    done: list[str] = []
+    named = JointHarmonic(4, (7,))
+    given: Any = SimpleNamespace(effects=(named,), dataset=None, settings=DEFAULTS, whitening=None)
+    given.refitted = lambda effects: done.append("refitted")
+    stand_ins: dict[str, Any] = {
+        "background_without": lambda *_: (None, None, None),
+        "score_together": lambda *_: scored(named, 100.0, dof=dof),
+        "_ranked": lambda *_: [[scored(JointScale(4), evidence, dof=dof)]],
+        "_imitating": lambda *_: [],
+        "refined": lambda state, background, entry: entry,
+        "_with_partial_imitators": lambda *_: done.append("several") or (None, 0.0),
+        "held_out_errors": lambda *_: None,
+        "improvement": lambda *_: 0.0,
+        "no_worse": lambda *_: True,
+    }
+    for name, stand_in in stand_ins.items():
+        monkeypatch.setattr(unmodelled_structure, name, stand_in)
+    monkeypatch.setattr(JointHarmonic, "imitators", lambda *_: [JointScale(4)])
+    unmodelled_structure._with_replacement(given, [None])  # type: ignore[list-item]
+    return done
+
+
+def test_a_term_that_explains_far_less_than_a_name_is_not_refined(monkeypatch):
+    """With 60 % of the name's evidence it is not, with 80 % it is."""
+    assert not replacing(monkeypatch, 60.0, dof=2)
+    assert "refitted" in replacing(monkeypatch, 80.0, dof=2)
+
+
+def test_several_shapes_are_not_tried_in_the_place_of_a_spectrum(monkeypatch):
+    """In the place of six orders they are, in that of twelve they are not."""
+    assert "several" in replacing(monkeypatch, 80.0, dof=12)
+    assert "several" not in replacing(monkeypatch, 80.0, dof=24)
+
+
+def test_a_name_that_explains_little_beside_structure_without_one_is_dropped(monkeypatch):
+    """Of the structure that a flexible term explains, 7 % and 15 %: the former is as likely a part of that structure."""
+    kinds = [
+        SimpleNamespace(flexible=f, is_change_in_time=False, depends_on=["q1"]) for f in (True, False, False)
+    ]
+    explains = dict(enumerate((100.0, 7.0, 15.0)))
+    monkeypatch.setattr(unmodelled_structure, "_explained", lambda state, plain, which: explains[which[0]])
+    kept: list[Any] = []
+    given = SimpleNamespace(
+        effects=tuple(kinds),
+        variance_components=(),
+        settings=DEFAULTS,
+        background_within_scans=lambda: None,
+        refitted=kept.extend,
+    )
+    unmodelled_structure._minor_names_dropped(given)  # type: ignore[arg-type]
+    assert kept == [kinds[0], kinds[2]]
+
+
+def test_two_more_shapes_may_imitate_a_name(monkeypatch):
+    """A further shape always explains more: two are added to the first."""
+    entry = scored(JointHarmonic(4, (7,)))
+    given: Any = SimpleNamespace(
+        effects=(entry.effect,), dataset=None, settings=DEFAULTS, background=lambda: None
+    )
+    given.refitted = lambda effects: SimpleNamespace(**{**vars(given), "effects": tuple(effects)})
+    stand_ins: dict[str, Any] = {
+        "_in_parts": lambda _: [None],
+        "_ranked": lambda *_: [[entry]],
+        "refined": lambda state, background, entry: entry,
+        "_refined_again": lambda state, first, pool: SimpleNamespace(**{**vars(given), **vars(state)}),
+        "background_without": lambda *_: None,
+        "score_together": lambda state, terms, *_: scored(entry.effect, 10.0 * len(terms)),
+    }
+    for name, stand_in in stand_ins.items():
+        monkeypatch.setattr(unmodelled_structure, name, stand_in)
+    monkeypatch.setattr(JointHarmonic, "partial_imitators", lambda *_: [])
+    found, _ = unmodelled_structure._with_partial_imitators(given, entry.effect)
+    assert len(found.effects) == 3
+
+
+def test_the_few_best_terms_are_looked_at(monkeypatch):
+    """Of thirty that explain about the same, more than two and fewer than eight: each costs a refit."""
+    entries = [scored(JointHarmonic(4, (7,)), 100.0 - k) for k in range(30)]
+    monkeypatch.setattr(unmodelled_structure, "CandidateColumns", lambda *_: None)
+    monkeypatch.setattr(unmodelled_structure, "rank", lambda *_: entries)
+    (found,) = unmodelled_structure._ranked(state(), [None], [None])  # type: ignore[list-item]
+    assert 2 < len(found) < 8 and found == entries[: len(found)]

@@ -1,0 +1,185 @@
+"""Thresholds of gross errors, each with data on both sides of it: halved or doubled, the decision is another.
+
+``snakemake sensitivity`` names these tests for thresholds on which no blind set depends.
+"""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scalar.errors import Undetermined
+from scalar.estimation import outlying_points, plane_labels
+from scalar.estimation.gross_errors import clean, clean_given_effects
+from scalar.estimation.outlying_points import without_outlying_points
+from scalar.estimation.plane_labels import other_labels
+from scalar.estimation.pose_consistency import (
+    _core,
+    _heavy_tailed,
+    coarsely_consistent,
+    in_runs,
+    outlier_limit,
+)
+from scalar.estimation.settings import DEFAULTS, changed
+from scalar.sensors.robust_scale import robust_std
+from scalar.units import MM
+from tests import helpers
+
+GROSS = DEFAULTS.gross_errors
+
+
+def scans(points_per_scan: int = 20, noise: float = 1e-5, off: dict[int, float] | None = None) -> Any:
+    """Return a dataset of nine scans, some points of the first moved along z.
+
+    Args:
+        points_per_scan: Of each. noise: [m]. off: ``{point: by how much [m]}``.
+    """
+    dataset = helpers.make_scene(
+        seed=1, poses_per_plane=3, points_per_scan=points_per_scan, noise=noise
+    ).dataset
+    points = dataset.points.copy()
+    for point, by in (off or {}).items():
+        points[point, 1] += by
+    return replace(dataset, points=points)
+
+
+def test_a_point_nearer_than_the_least_error_stays_however_quiet_its_scan():
+    """0.3 mm off a scan with 10 micrometres of noise: set aside beyond 0.2 mm, kept below 0.4 mm."""
+    dataset = scans(off={5: 0.3 * MM})
+    assert without_outlying_points(dataset, GROSS)[1] == 1
+    assert (
+        without_outlying_points(dataset, replace(GROSS, least_point_error=2 * GROSS.least_point_error))[1]
+        == 0
+    )
+
+
+def test_a_short_scan_has_no_outlying_points():
+    """Seven points, one of them far off: enough with five, too few with ten."""
+    dataset = scans(points_per_scan=7, off={3: 5 * MM})
+    assert without_outlying_points(dataset, GROSS)[1] == 1
+    assert without_outlying_points(dataset, replace(GROSS, least_points=2 * GROSS.least_points))[1] == 0
+
+
+def test_a_scan_with_many_points_off_its_line_is_corrupted():
+    """Five of twenty points off: dropped where a third may be, the whole scan where a sixth may."""
+    dataset = scans(off=dict.fromkeys((2, 6, 11, 13, 17), 5 * MM))
+    _, dropped, corrupted = without_outlying_points(dataset, GROSS)
+    assert dropped == 5 and not corrupted.any()
+    _, dropped, corrupted = without_outlying_points(
+        dataset, replace(GROSS, corrupted_share=GROSS.corrupted_share / 2)
+    )
+    assert dropped == 0 and list(np.flatnonzero(corrupted)) == [0]
+
+
+def test_a_line_is_found_among_strays_by_reweighting(monkeypatch):
+    """Six of twenty points at one end, all off to one side: one round of reweighting is led astray, the usual number is not."""
+    dataset = scans(off=dict.fromkeys(range(6), 10 * MM))
+    assert without_outlying_points(dataset, GROSS)[1] == 6
+    monkeypatch.setattr(outlying_points, "_ROUNDS", 1)
+    assert without_outlying_points(dataset, GROSS)[1] != 6
+
+
+def test_a_pose_far_off_the_nominal_arm_is_left_out_at_first():
+    """A scan 30 mm behind its plane, with an arm that is right: out beyond 20 mm, in below 40 mm."""
+    dataset = helpers.make_scene(
+        seed=2,
+        poses_per_plane=12,
+        points_per_scan=10,
+        length_error=0.0,
+        angle_error=0.0,
+        pose_offset=(0.0, 0.0),
+    ).dataset
+    points = dataset.points.copy()
+    scan = slice(dataset.starts[4], dataset.starts[5])
+    points[scan] *= 1 + 30 * MM / np.linalg.norm(points[scan], axis=1)[:, None] / 0.8
+    dataset, everything = replace(dataset, points=points), np.ones(dataset.n_poses, dtype=bool)
+    assert list(np.flatnonzero(~coarsely_consistent(dataset, everything, GROSS))) == [4]
+    loose = replace(GROSS, coarse_pose_error=2 * GROSS.coarse_pose_error)
+    assert coarsely_consistent(dataset, everything, loose).all()
+
+
+@pytest.mark.parametrize(
+    ("length", "n_off", "name", "value"),
+    [(5, 5, "contiguous_run", 8), (5, 20, "run_by_chance", 0.05 / 20)],
+)
+def test_successive_poses_that_are_all_off_are_a_change(length, n_off, name, value):
+    """Five in a row of one plane: a change where four are enough and chance makes no such run, else outliers."""
+    dataset = SimpleNamespace(plane_index=np.zeros(100, dtype=int))
+    off = np.zeros(100, dtype=bool)
+    off[40 : 40 + length] = True
+    off[np.arange(n_off - length) * 2 + 50] = True
+    assert list(np.flatnonzero(in_runs(dataset, off, GROSS))) == list(range(40, 40 + length))  # type: ignore[arg-type]
+    assert not in_runs(dataset, off, replace(GROSS, **{name: value})).any()  # type: ignore[arg-type]
+
+
+def test_a_few_distances_far_above_most_say_that_the_fit_was_dragged():
+    """One of a hundred poses 25 times as far off as the others: two and a half times the median in the mean square, above two, below four."""
+    distances = np.r_[np.full(99, 1e-4), 25e-4]
+    assert _heavy_tailed(distances, GROSS)
+    assert not _heavy_tailed(distances, replace(GROSS, heavy_tail=2 * GROSS.heavy_tail))
+
+
+@pytest.fixture(scope="module")
+def labelled() -> Any:
+    """Return a set with one wrong label, and which poses are right."""
+    dataset = helpers.make_scene(seed=3, poses_per_plane=20, points_per_scan=10).dataset
+    plane = dataset.poses["plane"].to_numpy(dtype=object).copy()
+    plane[7] = next(name for name in dict.fromkeys(plane) if name != plane[7])
+    keep = np.arange(dataset.n_poses) != 7
+    return replace(dataset, poses=dataset.poses.assign(plane=plane)), keep
+
+
+def test_a_pose_is_mislabelled_only_where_another_plane_is_far_nearer(labelled, monkeypatch):
+    """0.9 mm from another plane and 6 mm from its own: mislabelled. 3 mm from its own: not."""
+    dataset, keep = labelled
+    assert list(other_labels(dataset, keep, [7], DEFAULTS)) == [7]
+    names = list(dict.fromkeys(dataset.poses["plane"]))
+    mine = names.index(dataset.poses["plane"][7])
+    for own, labels in ((6 * MM, [7]), (3 * MM, [])):
+
+        def distances(measurement: Any, T: Any, planes: Any, index: Any, own: float = own) -> Any:
+            found = np.full(len(index), 0.05 * MM)
+            found[7] = own if planes.names[index[7]] == names[mine] else 0.9 * MM
+            return found
+
+        monkeypatch.setattr(plane_labels, "pose_distances", distances)
+        assert list(other_labels(dataset, keep, [7], DEFAULTS)) == labels
+
+
+def test_the_better_part_of_a_planes_poses_is_more_than_half():
+    """Six of ten: more than half, as least trimmed squares asks for, and no more than are right if a third is wrong."""
+    dataset: Any = SimpleNamespace(plane_index=np.zeros(10, dtype=int))
+    assert _core(dataset, np.arange(10.0), np.ones(10, dtype=bool), GROSS).sum() == 6
+
+
+def test_how_far_off_a_pose_may_be():
+    """Among poses that agree to micrometres, about a millimetre, which an arm that is not calibrated errs by; else ten times their scatter."""
+    normal = np.abs(np.random.default_rng(0).standard_normal(1000))
+    assert 0.7 * MM < outlier_limit(1e-6 * normal, GROSS) < 1.5 * MM
+    scatter = robust_std(1e-3 * normal)
+    assert 7 * scatter < outlier_limit(1e-3 * normal, GROSS) < 15 * scatter
+
+
+def test_what_stands_out_late_is_few():
+    """One of sixty poses 5 mm off given the effects: set aside where two in a hundred may be, kept where one may."""
+    dataset = helpers.make_scene(seed=3, poses_per_plane=20, points_per_scan=4).dataset
+    cleaned = SimpleNamespace(dataset=dataset, outlier_poses=())
+    distance = np.full(60, 0.1 * MM)
+    distance[30] = 5 * MM
+    strict = replace(GROSS, most_late=GROSS.most_late / 2)
+    assert clean_given_effects(cleaned, distance, strict) is cleaned  # type: ignore[arg-type]
+
+
+def test_a_third_of_the_poses_must_not_be_set_aside_where_a_fifth_may(labelled):
+    """Labels of a quarter of the poses are wrong: survived where nearly half may be set aside, refused where less than a quarter may."""
+    dataset, _ = labelled
+    plane = dataset.poses["plane"].to_numpy(dtype=object).copy()
+    names = list(dict.fromkeys(plane))
+    for i in range(0, 60, 4):
+        plane[i] = names[(names.index(plane[i]) + 1) % 3]
+    wrong = replace(dataset, poses=dataset.poses.assign(plane=plane))
+    assert len(clean(wrong).mislabelled_poses) >= 15
+    with pytest.raises(Undetermined):
+        clean(wrong, changed(DEFAULTS, {"gross_errors.most_set_aside": GROSS.most_set_aside / 2}))
