@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from scalar.data.poses import Poses, is_joint
+from scalar.effects.described import PRIOR_STD as PRIOR_STD
 from scalar.effects.described import Described
 from scalar.effects.described import Table as Table
 from scalar.geometry.se3 import Array
