@@ -83,6 +83,7 @@ def test_the_model_without_effects_is_shipped_where_it_predicts_clearly_better(e
         shipped_fit, "focused_choice", lambda state: SimpleNamespace(state=state, left_out=(), as_found=True)
     )
     monkeypatch.setattr(shipped_fit, "held_out_errors", lambda *_: None)
+    monkeypatch.setattr(shipped_fit, "held_out_regions", lambda *_: None)
     monkeypatch.setattr(shipped_fit, "no_worse", lambda *_: True)
     monkeypatch.setattr(shipped_fit, "improvement_in_metres", lambda *_: errors)
     assert shipped_fit.shipped_fit(state(), state(effects=("one",)), None).fit == fit
