@@ -46,7 +46,7 @@ def compare(
     of the base, of the sensor on its flange or of the planes between the campaigns is no change of the arm. For each
     change it says by how far it moves predicted positions.
 
-    Calibrate both with the same effects (--effects, or --effects-from): an effect that only one of them has is not compared.
+    Calibrate both with the same --effects: an effect that only one of them has, or that --effects-from fixed, is not compared.
 
     \b
     Example:
@@ -78,8 +78,8 @@ def describe_comparison(comparison: Comparison) -> list[str]:
             )
     if comparison.arm.effects_differ:
         lines.append(
-            "note: A and B were calibrated with different effects, so what one of them lacks may look like a change; calibrate both with the "
-            "same ones (--effects-from)"
+            "note: A and B were calibrated with different effects, so what one of them lacks may look like a change; "
+            + _with_same_effects(comparison)
         )
     if "names" in comparison.campaign:
         one, other = comparison.campaign["names"]
@@ -94,12 +94,19 @@ def describe_comparison(comparison: Comparison) -> list[str]:
         )
     elif comparison.changed:
         lines.append(f"{what} beyond chance, but no single parameter explains it")
+    elif comparison.positions_changed:
+        lines.append(_unexplained(comparison))
     else:
         lines.append("no change of the arm beyond chance")
     if lacking and comparison.changed:
+        how = (
+            "both with the same --effects"
+            if comparison.taken_over
+            else "the second with --effects-from the first"
+        )
         lines.append(
             "  this shows no change of the arm yet: a model that lacks something comes out differently where other poses were measured. "
-            "Compare calibrations that hold what it lacks, the second with --effects-from the first, or measure the same poses in both campaigns"
+            f"Compare calibrations that hold what it lacks, {how}, or measure the same poses in both campaigns"
         )
     for change, moved in zip(comparison.changes, comparison.moved, strict=True):
         lines += _said(comparison, change)
@@ -119,6 +126,32 @@ def describe_comparison(comparison: Comparison) -> list[str]:
         f"the sensor's place on the flange differs by {shift:.3f} mm{turned}: of the campaigns, not of the arm"
     )
     return lines + _not_compared(comparison)
+
+
+def _unexplained(comparison: Comparison) -> str:
+    """Return that positions differ beyond chance though nothing that was compared changed, why that may be, and what to do."""
+    said = (
+        f"the arm's positions differ by {comparison.together.rms / MM:.3f} mm RMS, beyond chance ({comparison.by_chance / MM:.3f} mm), "
+        "though no parameter that both calibrations have has changed"
+    )
+    fixed = any("." in name and "fixed" in reason for name, reason in comparison.not_compared.items())
+    if comparison.arm.effects_differ:
+        one, other = (named or "none" for named in comparison.effects)
+        names = f"{one} in both, with other coefficients" if one == other else f"A {one}; B {other}"
+        return f"{said}; they contain different effects: {names}; {_with_same_effects(comparison)}"
+    if fixed:
+        return f"{said}; effects that were fixed cannot show a change; {_with_same_effects(comparison)}"
+    return f"{said}; what may have changed stands under 'not compared'"
+
+
+def _with_same_effects(comparison: Comparison) -> str:
+    """Return how to calibrate both with the same effects, all of them free."""
+    a, b = comparison.same_effects
+    if not a:
+        return "calibrate both with the same ones"
+    command = "scalar calibrate ... --effects"
+    how = f"{command} {a}" if a == b else f"A by {command} {a}; B by {command} {b}"
+    return f"calibrate both with the same effects: {how}"
 
 
 def _said(comparison: Comparison, change: Change) -> list[str]:

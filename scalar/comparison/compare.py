@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.stats import chi2
 
-from scalar.comparison.arm_parameters import ArmParameters, arm_parameters
+from scalar.comparison.arm_parameters import ArmParameters, arm_parameters, effects_of_the_arm
 from scalar.comparison.changes import ALPHA, Candidate, Change, find_changes
 from scalar.comparison.invariants import displacement_columns, displacements, invariants
+from scalar.effects.command_line import named_effects
 from scalar.effects.parameter_names import effect_of
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.result import Calibration
@@ -19,6 +21,8 @@ from scalar.geometry.se3 import Array, rotation_angle
 from scalar.units import DEG, MM
 
 FORMAT = "scalar-comparison/1"
+_LEAST_TIMES = 1.54  # from here on the bound on a sum of squares holds
+_LEAST = 1e-9  # m; what arithmetic makes of two equal models is less
 _SAME_LENGTH, _SAME_ANGLE = 1e-6, 1e-6  # m, rad: nominal geometries that differ by more are of two arms
 
 
@@ -60,6 +64,9 @@ class Comparison:
         not_compared: ``{name: reason}``.
         campaign: What differs besides: the sensor's place on the flange [m, rad], names of the arms.
         misfits: For A and B, the ratio of residual and noise, and its probability by chance.
+        effects: Of A and B, as ``--effects`` of `scalar calibrate` takes them.
+        same_effects: What ``--effects`` has to be for A and for B, so that both hold the arm's effects of either.
+        taken_over: Whether A or B took effects from another calibration and fixed them.
     """
 
     arm: ArmParameters
@@ -72,11 +79,24 @@ class Comparison:
     not_compared: dict[str, str]
     campaign: dict[str, Any]
     misfits: tuple[tuple[float, float], ...]
+    effects: tuple[str, str]
+    same_effects: tuple[str, str]
+    taken_over: bool
 
     @property
     def changed(self) -> bool:
         """Return whether anything in the arm differs beyond chance."""
         return bool(self.changes) or self.rest_p_value < self.alpha
+
+    @property
+    def positions_changed(self) -> bool:
+        """Return whether the predicted positions differ beyond chance, whatever parameters the two calibrations share.
+
+        The squared difference is a weighted sum of squares of normal numbers. Whatever the weights, it exceeds x times its mean, x > 1.54,
+        at most as often as a single square does (Szekely and Bakirov, Probability Theory and Related Fields 126 (2003)).
+        """
+        times = max(float(chi2.isf(self.alpha, 1)), _LEAST_TIMES)
+        return self.together.rms > max(np.sqrt(times) * self.by_chance, _LEAST)
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the content of ``comparison.json``."""
@@ -101,7 +121,11 @@ class Comparison:
             "changes": changes,
             "rest_p_value": self.rest_p_value,
             "alpha": self.alpha,
-            "positions_differ": {**self.together.to_mapping(), "by_chance_rms_mm": self.by_chance / MM},
+            "positions_differ": {
+                **self.together.to_mapping(),
+                "by_chance_rms_mm": self.by_chance / MM,
+                "beyond_chance": self.positions_changed,
+            },
             "not_compared": self.not_compared,
             "campaign": self.campaign,
         }
@@ -144,6 +168,16 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
         not_compared=not_compared,
         campaign=_campaign(a, b),
         misfits=(_misfit(a), _misfit(b)),
+        effects=(named_effects(a.model.effects), named_effects(b.model.effects)),
+        same_effects=(_same_effects(a, b), _same_effects(b, a)),
+        taken_over=any("effects_from" in calibration.summary for calibration in (a, b)),
+    )
+
+
+def _same_effects(own: Calibration, other: Calibration) -> str:
+    """Return ``--effects`` for one of two campaigns: its own effects, and what the other found in the arm."""
+    return named_effects(
+        (*effects_of_the_arm(own.model), *effects_of_the_arm(other.model), *own.model.effects)
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from scalar.effects import registry
@@ -49,3 +50,31 @@ def parse_effects(text: str, dataset: Dataset) -> tuple[Effect, ...]:
     if faults:
         raise InvalidInput(faults)
     return tuple(effects)
+
+
+def named_effects(effects: Iterable[Effect]) -> str:
+    """Return what a command line says to free all these effects, each once: the argument that ``parse_effects`` reads.
+
+    Joints that one effect joins, as the compliance of several, are freed together; orders of one joint are named together. Flexible effects
+    have no name there and are left out.
+    """
+    joints: dict[str, set[int]] = {}
+    places: dict[tuple[str, ...], set[int]] = {}
+    for effect in effects:
+        if effect.flexible:
+            continue
+        target = dict(effect.target)
+        if not target and hasattr(effect, "by"):  # a drift acts at no place; it grows along a column
+            target["by"] = vars(effect)["by"]
+        orders = {*target.pop("orders", ()), *([target.pop("order")] if "order" in target else [])}
+        joints.setdefault(effect.name, set()).update(target.pop("joints", ()))
+        words = (
+            f"{value['order']:g}" if isinstance(value, dict) else f"{value}" for value in target.values()
+        )
+        places.setdefault((effect.name, *words), set()).update(orders)
+    named: list[str] = []
+    for (name, *words), orders in places.items():
+        if not words and len(joints[name]) == 1:
+            words = [f"{min(joints[name])}"]
+        named.append(":".join([name, *words, *(f"{order}" for order in sorted(orders))]))
+    return ",".join(named)

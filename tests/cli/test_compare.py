@@ -8,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from scalar.cli import cli
+from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation.result import load_calibration
 from scalar.geometry.robot import Robot
@@ -103,6 +104,41 @@ def test_different_effects_are_said_first(folder):
     assert note < said.output.index("beyond chance")
     same = run("compare", folder / "a.json", folder / "b.json")
     assert "different effects" not in same.output
+
+
+def softer(path, terms, size, free=True, **summary):
+    """Save a calibration whose joints give way, by terms and a coefficient [rad] that are given, and return its path."""
+    made = load_calibration(path.parent / "a.json")
+    effect = JointCompliance(terms, coefficients=np.full(2 * len(terms), size))
+    made = replace(made, model=replace(made.model, effects=(effect,)), summary={**made.summary, **summary})
+    if free:
+        names = (*made.free, *made.model.effect_names[0])
+        made = replace(made, free=names, covariance=np.eye(len(names)) * 1e-12)
+    made.save(path)
+    return path
+
+
+def test_positions_that_differ_beyond_chance_stand_in_the_headline(folder):
+    """A softer joint that the two hold in other coefficients: nothing that both have changed, yet this is not called no change."""
+    one = softer(folder / "one.json", ((2, 2),), 1e-4)
+    two = softer(folder / "two.json", ((2, 2), (2, 3), (3, 3)), 5e-4)
+    said = run("compare", one, two, "-o", folder / "c.json").output
+    assert "no change of the arm" not in said
+    assert "beyond chance (" in said and "though no parameter that both calibrations have has changed" in said
+    assert "A joint_compliance:2; B joint_compliance; " in said
+    assert "scalar calibrate ... --effects joint_compliance\n" in said
+    content = json.loads((folder / "c.json").read_text(encoding="utf-8"))
+    assert content["positions_differ"]["beyond_chance"] is True
+
+
+def test_effects_that_were_taken_over_are_not_advised_again(folder):
+    """B has the effects of A, fixed, by --effects-from: what is advised is to free them in both."""
+    one = softer(folder / "one.json", ((2, 2),), 1e-4)
+    taken = {"effects_from": {"held": ["joint_compliance"], "not_taken": {}}}
+    two = softer(folder / "two.json", ((2, 2),), 5e-4, free=False, misfit=28.0, misfit_p_value=0.0, **taken)
+    said = run("compare", one, two).output
+    assert "beyond chance (" in said and "--effects joint_compliance:2\n" in said
+    assert "--effects-from" not in said
 
 
 def test_an_arm_that_stayed_is_said_to_have_stayed(folder):

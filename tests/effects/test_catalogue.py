@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scalar.effects.command_line import parse_effects
+from scalar.effects.command_line import named_effects, parse_effects
 from scalar.effects.registry import known
 from scalar.effects.saving import effect_from_mapping, effect_to_mapping
 from scalar.errors import InvalidInput
@@ -123,6 +123,22 @@ GOOD = {
     "plane_moved:floor:12": 1,
     "": 0,
 }
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "joint_compliance,joint_harmonic:4:1:2,joint_coupling:6:5",
+        "joint_compliance:2,joint_backlash:3,joint_scale:1,joint_scale:5,base_compliance",
+        "axis_nonparallel:3,joint_ripple:3:40:48,plane_bow:wall_x,range_scale,sensor_slip:12,plane_moved:floor:12",
+        "thermal_drift:time",
+        "target_drift:time",
+    ],
+)
+def test_effects_are_named_as_they_are_read(cell, text):
+    """What names effects to a person names the same ones to the command line; what two calibrations have alike stands once."""
+    effects = parse_effects(text, cell.dataset)
+    assert named_effects((*effects, *effects)) == text
 
 
 @pytest.mark.parametrize("text", GOOD)
