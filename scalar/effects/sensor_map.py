@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 DEGREE = 4  # of the polynomials in x and z together: two waves across the profile
 TERMS = tuple((i, j) for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i) if i + j)
 _POWERS = ((0, 0), *TERMS)
+LINEAR = 0.1  # of the natural size: the slope of a scanner's error is what its maker calibrates first, and the arm's lengths follow it
 _LEAST_HALF = 1e-4  # m: a profile of less than this half width counts as a point
 
 
@@ -65,8 +66,8 @@ class SensorMap(RangeError):
 
     @property
     def prior_std(self) -> Array:
-        """Return the natural size over the degree of each term."""
-        return np.array([self.natural["m"] / (i + j) for i, j in TERMS])
+        """Return the natural size over the degree of each term, and a tenth of it for the terms of first degree."""
+        return np.array([self.natural["m"] * (LINEAR if i + j == 1 else 1 / (i + j)) for i, j in TERMS])
 
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
