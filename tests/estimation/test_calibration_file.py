@@ -116,3 +116,10 @@ def test_version_1_of_the_format_is_checked_alike(sound: dict[str, Any], tmp_pat
         load_calibration(saved(replaced(first, (*NOMINAL, "gravity"), [1]), tmp_path))
     with pytest.raises(InvalidInput, match="names: missing"):
         load_calibration(saved({**first, "covariance": []}, tmp_path))
+
+
+@pytest.mark.parametrize(("name", "command"), [("after.json", "diagnose"), ("calibration.json", "calibrate")])
+def test_a_missing_file_names_the_command_that_writes_it(tmp_path, name, command):
+    """after.json and before.json come from a diagnosis, other calibrations from `scalar calibrate`."""
+    with pytest.raises(InvalidInput, match=f"scalar {command} DATASET"):
+        load_calibration(tmp_path / name)
