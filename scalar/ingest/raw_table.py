@@ -13,6 +13,7 @@ Reference = str | int
 """A column of a file by its name, or by its number, the first being 1."""
 FILE_NUMBER = "@file_number"
 """The column that holds the number in the file's name, for files that are named by pose."""
+_MAX_WRONG = 10  # cells of one column that are written out where they are no numbers
 MISSING = frozenset({"", "nan", "na", "n/a", "null"})
 
 
@@ -94,14 +95,17 @@ class RawTable:
             else:
                 wrong.append(i)
         other = "," if self.decimal == "." else "."
-        for i in wrong[:MAX_SHOWN]:
-            hint = f"the mapping says decimal: '{self.decimal}'" if other in cells[i] else "correct it"
+        for i in wrong[:_MAX_WRONG]:
+            if self.decimal == "." and NUMBER.fullmatch(str(cells[i]).replace(",", ".")):
+                hint = "if this is a decimal comma, write decimal: ',' under text in the mapping"
+            else:
+                hint = f"the mapping says decimal: '{self.decimal}'" if other in cells[i] else "correct it"
             message = (
                 f"not a number ({shorten(cells[i])}); {hint}, or add it to text.missing and use drop_without"
             )
             faults.append(Fault(self.file, message, int(self.lines[i]), self.label(reference)))
-        if len(wrong) > MAX_SHOWN:
-            message = f"{len(wrong) - MAX_SHOWN} more rows with the same fault; look for a common cause"
+        if len(wrong) > _MAX_WRONG:
+            message = f"{len(wrong) - _MAX_WRONG} more rows with the same fault; look for a common cause"
             faults.append(Fault(self.file, message, column=self.label(reference)))
         return values, missing
 

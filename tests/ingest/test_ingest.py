@@ -353,6 +353,18 @@ def test_a_wrong_cell_is_named_by_row_and_column_of_its_own_file(tmp_path, row, 
     refused(tmp_path, run(tmp_path, tracker_mapping(), write_table(tmp_path / "a.csv", rows)), *words)
 
 
+def test_a_decimal_comma_that_the_mapping_forgot_is_said_briefly(tmp_path):
+    """Every cell of nine columns is wrong for one cause: ten lines a column and a count, and the key that cures it."""
+    mapping = tracker_mapping()
+    del mapping["text"]["decimal"]
+    rows = cells() * 5
+    result = run(tmp_path, mapping, write_table(tmp_path / "a.csv", rows))
+    refused(
+        tmp_path, result, "write decimal: ',' under text", f"{len(rows) - 10} more rows with the same fault"
+    )
+    assert len(result.stderr.splitlines()) == 11 * len(rows[0])
+
+
 def test_all_faults_of_all_files_are_said_at_once(tmp_path):
     """A user repairs them in one round."""
     rows = cells()
