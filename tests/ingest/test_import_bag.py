@@ -106,6 +106,14 @@ def test_wrong_names_are_refused(options, words, workcell, bag, tmp_path):
     assert len(said.splitlines()) == 1 and not (tmp_path / "d").exists()
 
 
+def test_a_folder_of_ros_2_may_end_in_bag(campaign, workcell, tmp_path):
+    """It is read as the folder that it is, not as a file of ROS 1."""
+    path = write_bag(campaign, tmp_path / "c", 2, "LaserScan").rename(tmp_path / "good.bag")
+    status, said = run("import-bag", workcell, path, "-o", tmp_path / "d")
+    assert status == 0, said
+    assert read_dataset(tmp_path / "d").n_poses == campaign.n_poses
+
+
 def test_damaged_and_missing_recordings_are_refused(workcell, bag, tmp_path):
     """A file that was cut short, one that is no bag, an empty folder, none at all: exit 2 and one line."""
     raw = bag.read_bytes()

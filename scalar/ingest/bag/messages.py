@@ -9,9 +9,11 @@ the same in all points decides: y for our own frame, z for that of a ``LaserScan
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -80,7 +82,10 @@ def read_bag(path: Path, joint_topic: str | None = None, scan_topic: str | None 
         )
         raise InvalidInput(Fault("scalar import-bag", message)) from None
     try:
-        with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        with (
+            _told_by_name(path) as named,
+            AnyReader([named], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader,
+        ):
             return _read(reader, file, joint_topic, scan_topic)
     except InvalidInput:
         raise
@@ -91,6 +96,18 @@ def read_bag(path: Path, joint_topic: str | None = None, scan_topic: str | None 
             "'rosbag reindex' or 'ros2 bag reindex' may repair it"
         )
         raise InvalidInput(Fault(file, message)) from None
+
+
+@contextmanager
+def _told_by_name(path: Path) -> Iterator[Path]:
+    """Give a path to a recording whose name tells its kind, as the library asks: a folder that ends in .bag would be read as a file of ROS 1."""
+    if not path.is_dir() or path.suffix != ".bag":
+        yield path
+        return
+    with TemporaryDirectory() as folder:
+        link = Path(folder) / path.stem.replace(".", "_")
+        link.symlink_to(path.resolve(), target_is_directory=True)
+        yield link
 
 
 def _read(reader: Any, file: str, joint_topic: str | None, scan_topic: str | None) -> Recording:
