@@ -1,4 +1,8 @@
-"""The log odds of an effect against its rivals when one fold of the poses is left out: they show an answer that depends on a few poses only."""
+"""The log odds of an effect against its rivals when one fold of the poses is left out.
+
+If they fall far when one fold is left out, the answer depends on a few poses only. A *rival* is a candidate that might explain the data in the
+effect's place. The odds compare fits alone: no penalty for the number of candidates is subtracted.
+"""
 
 from __future__ import annotations
 
@@ -19,13 +23,14 @@ def fold_odds(state: FittedState, i: int, others: Sequence[Effect]) -> Array:
     """Return the least log odds of an effect over the folds of poses, one fold left out at a time [nats].
 
     Args:
-        state: With the effect.
-        i: Index of the effect.
-        others: K rivals.
+        state: The fitted state, with the effect.
+        i: Index of the effect in ``state.effects``.
+        others: The K rivals, which are not in the state.
 
     Returns:
-        ``(1 + K,)``: first the log odds against no effect, then those against each rival in the effect's place. If the effect has several joints
-        or orders, the first number is that of the joint or order with the least evidence.
+        ``(1 + K,)`` [nats]: first the log odds against no effect, then those against each rival in the effect's place. Each number is the least over
+        the folds. If the effect has several joints or orders, the first number is the least of the whole effect's and of theirs, each given the
+        others.
     """
     residual, jacobian = (whitened(state.whitening, rows) for rows in state.linearised())
     of_effect, prior_std = columns_of_effects(state, [i])
@@ -39,16 +44,19 @@ def fold_odds(state: FittedState, i: int, others: Sequence[Effect]) -> Array:
     odds_by_fold = []
     for f in np.unique(fold):
         rows, used = state.rows_of(np.flatnonzero(fold != f))
-        fewer = _Fold(state, residual[used], jacobian[used], len(rows) // m)
-        own, *rivals = fewer.evidences(of_effect, E[rows], prior_std, groups)
-        weakest = [fewer.evidences(part, jacobian[rows][:, part], part_prior_std, [np.arange(part.sum())])[0]
+        remaining = _WithoutFold(state, residual[used], jacobian[used], len(rows) // m)
+        own, *rivals = remaining.evidences(of_effect, E[rows], prior_std, groups)
+        of_parts = [remaining.evidences(part, jacobian[rows][:, part], part_prior_std, [np.arange(part.sum())])[0]
                    for part, part_prior_std in parts]  # fmt: skip
-        odds_by_fold.append([min([own, *weakest]), *(own - rival for rival in rivals)])
+        odds_by_fold.append([min([own, *of_parts]), *(own - rival for rival in rivals)])
     return np.min(odds_by_fold, axis=0)
 
 
 def _parts(state: FittedState, i: int, of_effect: Array) -> list[tuple[Array, Array]]:
-    """Return for each part of an effect which free columns ``(F,)`` are its own, and their prior standard deviations; nothing if it has one part."""
+    """Return for each part of an effect (a joint or an order) its free columns ``(F,)`` bool and their prior standard deviations ``(w,)``.
+
+    The list is empty if the effect has one part only, or if some of its coefficients are fixed because they are unobservable.
+    """
     effect = state.effects[i]
     parts = effect.parts()
     where = np.flatnonzero(of_effect)
@@ -65,8 +73,15 @@ def _parts(state: FittedState, i: int, of_effect: Array) -> list[tuple[Array, Ar
 
 
 @dataclass(frozen=True, eq=False)
-class _Fold:
-    """The rows of the poses that remain when one fold is left out, with the rows of the priors."""
+class _WithoutFold:
+    """The rows of the poses that remain when one fold is left out, with the rows of the priors.
+
+    Attributes:
+        state: The fitted state, with all poses.
+        residual: ``(n_poses m + priors,)``, whitened for the state's variance component.
+        jacobian: ``(n_poses m + priors, F)``, by the state's free parameters.
+        n_poses: Number of the poses that remain.
+    """
 
     state: FittedState
     residual: Array
@@ -74,11 +89,13 @@ class _Fold:
     n_poses: int
 
     def evidences(self, removed: Array, E: Array, prior_std: Array, groups: Sequence[Array]) -> list[float]:
-        """Return the log evidence of groups of columns, negative values raised to zero, given the model without some of its columns.
+        """Return the log evidence [nats] of each group of columns given the model without some of its columns; zero where it is negative.
+
+        A group with negative evidence explains less than no effect at all, and is counted as no effect.
 
         Args:
             removed: ``(F,)`` bool, the columns of the model that are left out.
-            E: ``(N m, e)``, the columns that are scored.
+            E: ``(n_poses m, e)``, the columns that are scored.
             prior_std: ``(e,)``, prior standard deviations of their coefficients.
             groups: The indices of the columns of each group.
         """

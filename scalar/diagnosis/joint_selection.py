@@ -1,9 +1,9 @@
 """Joint selection: the set of effects that explains the data best as a whole, tested effect by effect.
 
-Forward selection adds one effect after the other. This fails in two ways. If several strong effects are present, each of them explains a small
-share of the residual, while the others look like a large scatter of the poses; with few poses no effect is significant against that scatter. Or
-several wrong effects, added one by one, together mimic a right one. Here whole sets are compared (``subset_search``). Each effect of the set that
-is found is tested given the others, as after forward selection. The set replaces the result of forward selection if it has clearly more
+Forward selection adds one effect after the other. This fails in two ways. First, if several strong effects are present, each of them explains a
+small share of the residual, while the others look like a large scatter of the poses; with few poses no effect is significant against that scatter.
+Second, several wrong effects, added one by one, may together mimic a right one. Here whole sets are compared (``subset_search``). Each effect of the
+set that is found is tested given the others, as after forward selection. The set replaces the result of forward selection if it has clearly more
 evidence and predicts held-out poses clearly better.
 """
 
@@ -19,13 +19,15 @@ from scalar.diagnosis.forward_selection import reconsidered, select_forward
 from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
 from scalar.diagnosis.subset_search import best_subset
 
-SEARCHES = 2  # the second is linearised at the optimum that the first one found: large effects are not linear about a model without them
+SEARCHES = 2  # the second is linearised at the optimum with the effects of the first, because large effects are not linear about a model without them
 
 
 def select_jointly(before: FittedState, forward: FittedState, candidates: CandidateSet) -> FittedState:
     """Return the state with the set of effects that explains most, if it explains the data better than the one of forward selection.
 
-    With many poses no sets are searched, because every effect is then significant alone.
+    With more than ``settings.subset_search.most_poses`` poses no sets are searched, because every effect is then significant alone; nor are they
+    where the residual consists of rounding errors. ``forward`` is then returned unchanged. If the search proposes nothing, or nothing clearly better,
+    ``forward`` is returned after backward elimination.
 
     Args:
         before: The state without effects.
@@ -40,12 +42,18 @@ def select_jointly(before: FittedState, forward: FittedState, candidates: Candid
         if not effects:
             return eliminate_backward(forward)
         state = before.refitted(effects, state.model)
-    tested = eliminate_backward(reconsidered(_weakest_dropped(state, candidates), candidates)[0])
-    return eliminate_backward(_better(forward, select_forward(tested, candidates), candidates))
+    significant = _weakest_dropped(state, candidates)
+    tested = eliminate_backward(reconsidered(significant, candidates)[0])
+    completed = select_forward(tested, candidates)
+    return eliminate_backward(_better(forward, completed, candidates))
 
 
 def _better(state: FittedState, trial: FittedState, candidates: CandidateSet) -> FittedState:
-    """Return the trial if it has clearly more evidence and predicts held-out poses clearly better, else the state."""
+    """Return the trial if its coefficients are plausible, it has clearly more evidence and it predicts held-out poses clearly better, else the state.
+
+    *Clearly* means by ``swap_margin`` [nats] of evidence and by ``least_improvement`` [standard errors] of the whitened held-out error; the error in
+    metres must not clearly grow either (``no_worse``).
+    """
     settings = state.settings.selection
     if (
         not trial.is_plausible
@@ -59,13 +67,13 @@ def _better(state: FittedState, trial: FittedState, candidates: CandidateSet) ->
 
 
 def _weakest_dropped(state: FittedState, candidates: CandidateSet) -> FittedState:
-    """Return a state whose effects are all significant given the others; the least significant one is dropped first."""
+    """Return the state refitted until all its effects are significant given the others; the one with the least evidence is dropped first."""
     while state.effects:
-        each = range(len(state.effects))
-        scores = [score_together(state, [i], candidates, background_without(state, [i])) for i in each]
-        weakest = min(each, key=lambda i: scores[i].evidence)
-        own = scores[weakest]
-        if own.evidence > 0 and own.p_value <= state.settings.selection.alpha_named_effect:
+        indices = range(len(state.effects))
+        scores = [score_together(state, [i], candidates, background_without(state, [i])) for i in indices]
+        weakest = min(indices, key=lambda i: scores[i].evidence)
+        least = scores[weakest]
+        if least.evidence > 0 and least.p_value <= state.settings.selection.alpha_named_effect:
             break
         state = state.refitted([effect for i, effect in enumerate(state.effects) if i != weakest])
     return state
@@ -74,14 +82,16 @@ def _weakest_dropped(state: FittedState, candidates: CandidateSet) -> FittedStat
 def evidence_of(state: FittedState, candidates: CandidateSet) -> float:
     """Return the log evidence of a state [nats]: its log likelihood, penalised for coefficients and for the choice among the candidates.
 
-    The likelihood includes the state's likeliest variance component. The penalty of a coefficient is that of the Bayesian information criterion.
+    It is defined up to a constant that depends on the data only. The likelihood is that of the noise within scans, with the gain of the state's
+    likeliest variance component added. The penalty of a coefficient is that of the Bayesian information criterion.
     """
-    background, n = state.background_within_scans(), state.background_within_scans().residual.size
-    live = background.freedom + background.Q.shape[1]
-    fit = -0.5 * background.squared * live / background.freedom - n * np.log(
+    background = state.background_within_scans()
+    n_rows = background.residual.size
+    n_live = background.freedom + background.Q.shape[1]  # rows that are not zero for every model
+    fit = -0.5 * background.squared * n_live / background.freedom - n_rows * np.log(
         state.residuals.measurement.sigma
     )
-    scatter = max((c.log_likelihood_gain for c in state.variance_components), default=0.0)
-    coefficients = sum(len(effect.coefficients) for effect in state.effects)
-    choice = len(state.effects) * np.log(candidates.total)
-    return float(fit + scatter - 0.5 * coefficients * np.log(background.freedom) - choice)
+    gain_of_component = max((c.log_likelihood_gain for c in state.variance_components), default=0.0)
+    n_coefficients = sum(len(effect.coefficients) for effect in state.effects)
+    cost_of_choice = len(state.effects) * np.log(candidates.total)
+    return float(fit + gain_of_component - 0.5 * n_coefficients * np.log(background.freedom) - cost_of_choice)

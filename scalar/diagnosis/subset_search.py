@@ -4,6 +4,9 @@ If several strong effects are present, each of them explains only a small share 
 the others are missing from the model, and forward selection stops at its first step. All of them together leave only the noise, whose size is
 known from the scatter within the scans.
 
+An *element* is the smallest thing that is chosen: an effect of the candidate set that cannot be divided further (one order of one joint, for
+example), or a change that begins at a certain pose. Elements of the same effect are merged in the result.
+
 This search therefore does not ask whether each step is significant. The best few sets of each size are extended by the elements that explain most
 given the set (``beam_search``). Each member of the best set is then exchanged if another element gives more evidence. The log evidence of the
 whole set decides. The result is a proposal: the caller has to fit the set, and to test each of its effects given the others.
@@ -26,42 +29,46 @@ from scalar.diagnosis.score_test import Background, in_prior_units
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 
-FIRST_MOMENTS = 40  # poses at which a change is assumed to begin in the first, coarse search; with more the result is the same, later
+FIRST_MOMENTS = 40  # poses at which a change may begin in the first, coarse search; a larger number gives the same result more slowly
 
 
 def best_subset(state: FittedState, candidates: CandidateSet) -> tuple[Effect, ...]:
     """Return the set of effects that explains the data best; the effects that the state contains are not presupposed.
 
     With few poses, some of the many candidates explain chance patterns of the residual. Which candidates do so changes with the poses.
-    An element is therefore kept only if it adds evidence to the set in most of the subsets of the poses that leave out one fold (after stability
-    selection: Meinshausen and Buehlmann, Journal of the Royal Statistical Society B 72, 2010).
+    An element of the best set is therefore kept only if it adds evidence to the set in most of the subsets of the poses that leave out one fold
+    (after stability selection: Meinshausen and Buehlmann, Journal of the Royal Statistical Society B 72, 2010).
 
     Args:
         state: Fitted. The model is linearised at its optimum.
         candidates: The candidate set.
+
+    Returns:
+        The effects, elements of the same effect merged; they are not fitted yet. Empty if no element is stable.
     """
     N = state.dataset.n_poses
-    everywhere = np.arange(N)
+    all_poses = np.arange(N)
     step = max(N // FIRST_MOMENTS, 1)
     moments: Collection[int] = range(0, N, step)
     rows = _Rows.of(state, candidates)
     elements = rows.element_rows(moments)
-    chosen = elements.of_poses(everywhere).best()
-    if step > 1:
+    chosen = elements.of_poses(all_poses).best()
+    if (
+        step > 1
+    ):  # a second, fine search: changes may begin at every pose near those that the coarse search found
         coarse = [i for p in chosen for i in elements.onsets[p]]
         moments = {j for i in coarse for j in range(i - step, i + step + 1)}
         elements = rows.element_rows(moments)
-        chosen = elements.of_poses(everywhere).best()
+        chosen = elements.of_poses(all_poses).best()
     elements = elements.only(chosen)
-    whole = tuple(range(len(chosen)))
-    sets = [whole, *(tuple(q for q in whole if q != p) for p in whole)]
+    complete_set = tuple(range(len(chosen)))
+    sets = [complete_set, *(tuple(q for q in complete_set if q != p) for p in complete_set)]
     fold = blocks(state.dataset.q, state.settings.hold_out)[1]
-    n_needed = np.zeros(
-        len(chosen)
-    )  # for each chosen element: without how many of the folds it adds evidence
+    # For each chosen element: in how many of the subsets of the poses, each without one fold, it adds evidence to the set.
+    n_needed = np.zeros(len(chosen))
     for f in np.unique(fold):
-        complete, *fewer = elements.of_poses(everywhere[fold != f]).subsets(sets)
-        n_needed += [less.evidence < complete.evidence for less in fewer]
+        complete, *each_left_out = elements.of_poses(all_poses[fold != f]).subsets(sets)
+        n_needed += [fewer.evidence < complete.evidence for fewer in each_left_out]
     effects: tuple[Effect, ...] = ()
     for effect, count in zip(elements.effects, n_needed, strict=True):
         if count >= state.settings.subset_search.stable * len(np.unique(fold)):
@@ -71,14 +78,14 @@ def best_subset(state: FittedState, candidates: CandidateSet) -> tuple[Effect, .
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """The residual rows of a state whose effects are removed, whitened for the noise within scans, and the columns of all candidates.
+    """The linearised rows of a state without its effects, and the columns of all candidates; all are whitened for the noise within scans.
 
     Attributes:
-        state: The fitted state.
+        state: The fitted state of N poses with m rows each.
         candidates: The candidate set.
-        residual: ``(N m + priors,)``, with the contribution of the state's effects removed.
+        residual: ``(N m + priors,)``, extrapolated linearly to effects of zero.
         jacobian: ``(N m + priors, F)``, derivatives of the rows by the free parameters of robot, sensor and target.
-        columns: ``(N m, e)``, of all candidates.
+        columns: ``(N m, e)``, derivatives of the rows by the coefficients of ``candidates.effects``, in their order.
     """
 
     state: FittedState
@@ -89,7 +96,7 @@ class _Rows:
 
     @classmethod
     def of(cls, state: FittedState, candidates: CandidateSet) -> _Rows:
-        """Return the rows of a state."""
+        """Return the rows of a state without its effects, and the columns of the candidates at its optimum."""
         residual, jacobian = state.linearised()
         of_effects, _ = columns_of_effects(state, range(len(state.effects)))
         without = residual - jacobian[:, of_effects] @ state.model.vector[state.free][of_effects]
@@ -97,39 +104,41 @@ class _Rows:
         return cls(state, candidates, without, jacobian[:, ~of_effects], columns)
 
     def element_rows(self, moments: Collection[int]) -> _ElementRows:
-        """Return the elements with the rows of their columns; ``moments`` are the poses at which changes may begin."""
+        """Return the elements of the candidate set, and each kind of change once for each pose of ``moments`` at which it may begin."""
         state, candidates = self.state, self.candidates
         ends = np.cumsum([len(effect.coefficients) for effect in candidates.effects])
-        own = np.split(np.arange(self.columns.shape[1]), ends[:-1])
+        columns_of_each = np.split(np.arange(self.columns.shape[1]), ends[:-1])
         n = len(candidates.elements)
-        effects, columns, family = list(candidates.elements), own[:n], list(range(n))
+        effects, columns, family = list(candidates.elements), columns_of_each[:n], list(range(n))
         onsets: list[tuple[int, ...]] = [()] * n
-        parts, stds, width = [self.columns], [candidates.prior_std], self.columns.shape[1]
-        for k, where in enumerate(own[n:]):
-            for i, effect, moved in _moments(state, candidates.changes[k], self.columns[:, where], moments):
+        column_blocks, stds, width = [self.columns], [candidates.prior_std], self.columns.shape[1]
+        for k, where in enumerate(columns_of_each[n:]):
+            for i, effect, after_onset in _changes_at(
+                state, candidates.changes[k], self.columns[:, where], moments
+            ):
                 effects.append(effect)
                 onsets.append((i,))
                 columns.append(width + np.arange(len(where)))
                 family.append(n + k)
-                parts.append(moved)
+                column_blocks.append(after_onset)
                 stds.append(effect.prior_std)
                 width += len(where)
-        E, prior_std = np.concatenate(parts, axis=1), np.concatenate(stds)
+        E, prior_std = np.concatenate(column_blocks, axis=1), np.concatenate(stds)
         return _ElementRows(self, effects, onsets, columns, np.array(family), E, prior_std)
 
 
 @dataclass(frozen=True, eq=False)
 class _ElementRows:
-    """Elements with the rows of their columns at all poses.
+    """Elements and the values of their columns in the rows of all poses.
 
     Attributes:
-        rows: The rows of the state.
+        rows: The linearised rows of the state without its effects.
         effects: The effect of each element.
         onsets: The pose with which the change of each element begins; empty for an element that is not a change.
         columns: The indices ``(w,)`` of the columns of each element.
-        family: The family of each element, as in ``beam_search``.
-        E: ``(N m, e)``, all columns.
-        prior_std: ``(e,)``, prior standard deviations of their coefficients.
+        family: ``(n,)``, the family of each of the n elements: changes of one kind at different poses have the same one (``beam_search``).
+        E: ``(N m, e)``, all e columns, whitened for the noise within scans.
+        prior_std: ``(e,)``, prior standard deviations of the columns' coefficients, in the units of the coefficients.
     """
 
     rows: _Rows
@@ -141,18 +150,18 @@ class _ElementRows:
     prior_std: Array
 
     def only(self, chosen: Sequence[int]) -> _ElementRows:
-        """Return some of the elements, without the columns of the others."""
-        taken = np.concatenate([np.zeros(0, dtype=int), *(self.columns[p] for p in chosen)])
+        """Return the elements with the indices ``chosen``, in that order, without the columns of the others."""
+        kept_columns = np.concatenate([np.zeros(0, dtype=int), *(self.columns[p] for p in chosen)])
         ends = np.cumsum([len(self.columns[p]) for p in chosen])
-        columns = np.split(np.arange(len(taken)), ends[:-1]) if chosen else []
+        columns = np.split(np.arange(len(kept_columns)), ends[:-1]) if chosen else []
         effects, onsets = [self.effects[p] for p in chosen], [self.onsets[p] for p in chosen]
         family = self.family[list(chosen)]
         return _ElementRows(
-            self.rows, effects, onsets, columns, family, self.E[:, taken], self.prior_std[taken]
+            self.rows, effects, onsets, columns, family, self.E[:, kept_columns], self.prior_std[kept_columns]
         )
 
     def of_poses(self, poses: Array) -> SearchElements:
-        """Return the elements for the search, computed from the rows of some of the poses."""
+        """Return what the search needs of the elements, computed from the rows of the poses with the indices ``poses`` and of the priors."""
         state, settings = self.rows.state, self.rows.state.settings.score_test
         rows, used = state.rows_of(poses)
         m = state.residuals.measurement.rows_per_pose
@@ -161,23 +170,25 @@ class _ElementRows:
         E = self.E[rows]
         squares = np.sum(E * E, axis=0)
         E = E - background.Q @ (background.Q.T @ E)
-        seen = np.sum(E * E, axis=0) > settings.unobservable_share * squares
-        E = E * np.where(seen, in_prior_units(background, squares, self.prior_std), 0.0)
+        observable = np.sum(E * E, axis=0) > settings.unobservable_share * squares
+        E = E * np.where(observable, in_prior_units(background, squares, self.prior_std), 0.0)
         gram, projection = E.T @ E, E.T @ background.residual.ravel()
         return SearchElements(self.columns, self.family, gram, projection, background.squared, background.freedom,
                       max(self.rows.candidates.total, 1), settings.least_remainder)  # fmt: skip
 
 
-def _moments(
+def _changes_at(
     state: FittedState, change: tuple[Effect, Array], acting: Array, moments: Collection[int]
 ) -> Iterator[tuple[int, Effect, Array]]:
-    """Yield a change for each of several moments: the pose with which it begins, the effect, and its columns ``(N m, w)``.
+    """Yield one kind of change for each pose with which it may begin: the index of that pose, the effect, and its columns ``(N m, w)``.
 
     Args:
         state: The fitted state.
-        change: The effect as if it acted all the time, and the poses ``(N,)`` bool on which it acts.
-        acting: ``(N m, w)``, its columns as if it acted all the time.
-        moments: Poses. From each of them, the change begins at the next pose on which the effect acts.
+        change: The effect as if it were present from the first pose, and ``(N,)`` bool, the poses that it touches at all (those of one target
+            plane, for example).
+        acting: ``(N m, w)``, its columns as if it were present from the first pose.
+        moments: Indices of poses. The change begins with the first pose that it touches at or after each of them, and never so near the first or
+            last of these poses that fewer than ``change_margin`` lie on either side.
     """
     effect, touched = change
     index, margin = np.flatnonzero(touched), state.settings.selection.change_margin
@@ -186,5 +197,5 @@ def _moments(
     order, time = state.residuals.poses.order, state.residuals.poses.columns.get("time")
     pose = np.repeat(np.arange(state.dataset.n_poses), state.residuals.measurement.rows_per_pose)
     for i in possible[np.unique(after[after < len(possible)])]:
-        at = effect.beginning(float(order[i]), None if time is None else float(time[i]))
-        yield int(i), at, np.where((pose >= i)[:, None], acting, 0.0)
+        begun = effect.beginning(float(order[i]), None if time is None else float(time[i]))
+        yield int(i), begun, np.where((pose >= i)[:, None], acting, 0.0)
