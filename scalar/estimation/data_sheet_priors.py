@@ -1,13 +1,13 @@
-"""Gaussian priors from the data sheet, for parameters that the data determine no better than the data sheet.
+"""Gaussian priors from the data sheet, for directions that the data determine hardly better than the data sheet does.
 
-The estimate is the maximum a posteriori: with whitened rows r, the misfit ratio s and prior standard deviations t,
-``minimise |r|^2 / s^2 + |(x - mean) / t|^2`` (MacKay, Neural Computation 4, 1992). The misfit ratio is that of the residual to the noise,
-times the root of the design effect. Directions that the data do not determine stay near the data
-sheet, with a standard error that shows it. Directions that they determine are hardly changed by the priors; if this holds for every direction,
-no priors are used, and the estimate is that of least squares to the last digit.
+The estimate is the maximum a posteriori: with whitened rows r, the misfit ratio s and prior standard deviations t, it minimises
+``|r|^2 / s^2 + |(x - mean) / t|^2`` over the parameters x (MacKay, Neural Computation 4, 1992). The misfit ratio is the ratio of the residual to the
+noise, times the root of the design effect (``design_effect``). Directions that the data do not determine stay near the data sheet, and their standard
+errors are then about the prior standard deviations. Directions that the data determine are hardly changed by the priors; if this holds for every
+direction, no priors are used, and the estimate is that of least squares to the last digit.
 
-A tool on the axis of the last joint needs no special case. If the tool is b metres off the axis, a turn of the axis about the tool moves it by b
-times that turn when the wrist rotates. If this is small compared with the noise, the priors determine the direction.
+A tool on the axis of the last joint needs no special case. If the tool is b metres off the axis and the axis is tilted about the tool, the tool
+moves by b times the tilt when the wrist rotates. If this is small compared with the noise, the priors determine that tilt.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from scalar.estimation.settings import DEFAULTS, EstimationSettings, Identifiabi
 from scalar.geometry.se3 import Array
 from scalar.units import DEG, MM
 
-_ROUNDS = 4  # of fitting, and of weighting the priors by the remaining residual; usually two suffice
+_ROUNDS = 4  # in each, the model is fitted and the priors are weighted anew by the remaining residual; usually two suffice
 
 
 def fit_near_data_sheet(
@@ -39,14 +39,15 @@ def fit_near_data_sheet(
     *,
     effects_follow: bool = False,
 ) -> Model:
-    """Return a coarse fit of all parameters, with priors if they make a difference.
+    """Return a coarse fit of all parameters, with priors unless the data determine every direction well without them.
 
-    Whether they do is decided at the fit and not at the initial estimate, at which the tool may be nearer to an axis or farther from it.
+    This is decided at the fit and not at the initial estimate, at which the tool may be nearer to an axis or farther from it. *Well* means with a
+    standard error less than a ``settings.identifiability.prior_matters``-th of the prior standard deviation, the misfit included.
 
     Args:
-        residuals: Of the dataset.
+        residuals: The residuals of the dataset.
         initial: The initial estimate.
-        free: ``(P,)`` bool.
+        free: ``(P,)`` bool, the parameters to fit.
         settings: Thresholds.
         effects_follow: Whether effects are selected afterwards, from the residual of this fit. A large residual gives the priors much weight, and
             they would keep the geometry from adapting to the effect that causes it. No priors are used then if every direction would be well
@@ -61,21 +62,32 @@ def fit_near_data_sheet(
         ):
             return replace(model, priors=(), misfit_ratio=1.0).rebased()
         ratio = misfit_ratio(residuals, model, free, settings)
-        reweighed = replace(model, misfit_ratio=ratio)
+        reweighted = replace(model, misfit_ratio=ratio)
         if initial.nominal.tolerance is None:
-            reweighed = with_spreads(reweighed, learned_spreads(residuals, reweighed, free, rules))
-        settled = _change(model, reweighed) < rules.settled_weight
-        model = reweighed
-        if settled:
+            reweighted = with_spreads(reweighted, learned_spreads(residuals, reweighted, free, rules))
+        converged = _largest_change(model, reweighted) < rules.settled_weight
+        model = reweighted
+        if converged:
             break
-    scale = np.where(np.isfinite(stds(model)), stds(model), prior_std(model, rules))
+    used = std_of_priors(model)
+    scale = np.where(np.isfinite(used), used, prior_std(model, rules))
     if _determined(residuals, model, free, scale, rules.prior_matters * model.misfit_ratio):
         return replace(model, priors=(), misfit_ratio=1.0).rebased()
     return with_reasons(residuals, model, free, rules).rebased()
 
 
 def _determined(residuals: Residuals, model: Model, free: Array, scale: Array, least: float) -> bool:
-    """Return whether a change by ``scale`` ``(P,)`` in any direction changes the rows by more than ``least`` standard deviations."""
+    """Return whether the data alone determine every direction well.
+
+    They do if a change by one ``scale`` in any direction of the free parameters changes the whitened rows by a vector longer than ``least``.
+
+    Args:
+        residuals: The residuals of the dataset.
+        model: Linearised here; its priors are not counted.
+        free: ``(P,)`` bool.
+        scale: ``(P,)`` [m or rad], a unit of each parameter.
+        least: Length [standard deviations of the noise].
+    """
     index = np.flatnonzero(free)
     columns = residuals.linearise(replace(model, priors=()))[1][:, index] * scale[index]
     if len(columns) < len(index):
@@ -89,15 +101,15 @@ def data_sheet_priors(
     """Return priors on every free length and angle of the robot and on the place of the sensor.
 
     Args:
-        model: The initial estimate; where the sensor is said to be.
-        free: ``(P,)`` bool.
+        model: The initial estimate. The prior means of the robot are its nominal values, those of the sensor its place in this estimate.
+        free: ``(P,)`` bool; only free parameters get a prior.
         settings: Thresholds.
     """
     scale = prior_std(model, settings)
     priors = []
     for i in np.flatnonzero(free[: model.blocks["target"].start]):
         name = model.names[i]
-        if name.startswith("sensor_r"):
+        if name.startswith("sensor_r"):  # the orientation of the sensor has no prior
             continue
         value = model.nominal.geometry.ravel()[i] if i < model.blocks["geometry"].stop else model.vector[i]
         priors.append(ParameterPrior(name, float(value), float(scale[i]), ""))
@@ -105,21 +117,27 @@ def data_sheet_priors(
 
 
 def with_spreads(model: Model, spreads: Mapping[str, float]) -> Model:
-    """Return the model with priors on the robot's parameters of other widths, ``{"length": m, "angle": rad, "zero": rad}``."""
+    """Return the model with other standard deviations of the priors on the robot's parameters.
+
+    Args:
+        model: With priors.
+        spreads: The standard deviation of each group, ``{"length": m, "angle": rad, "zero": rad}``; priors of a group that is missing stay as they
+            are.
+    """
     priors = [replace(prior, std=spreads.get(group_of(prior.name), prior.std)) for prior in model.priors]
     return replace(model, priors=tuple(priors))
 
 
-def stds(model: Model) -> Array:
-    """Return the prior standard deviation of every coordinate ``(P,)``, infinite where there is no prior."""
+def std_of_priors(model: Model) -> Array:
+    """Return the standard deviation ``(P,)`` [m or rad] of the prior that the model has on each parameter, infinite where it has none."""
     found = np.full(len(model.names), np.inf)
     for prior in model.priors:
         found[model.names.index(prior.name)] = prior.std
     return found
 
 
-def _change(before: Model, after: Model) -> float:
-    """Return by how much the weights of the priors changed: the largest logarithm of a ratio."""
+def _largest_change(before: Model, after: Model) -> float:
+    """Return the largest change of the logarithm of a prior's weight, the misfit ratio over the prior standard deviation."""
     log_weights_before, log_weights_after = (
         np.log([prior.std / model.misfit_ratio for prior in model.priors]) for model in (before, after)
     )
@@ -131,18 +149,18 @@ def misfit_ratio(
 ) -> float:
     """Return the factor on standard errors by which the data determine less than their noise alone would imply.
 
-    It is the ratio of the residual to the noise, times the root of the design effect. A misfit is systematic, so the residuals of similar poses
-    are correlated, and many such poses carry little more information than one. The factor is 1 if the noise explains the residual, or if too few
-    degrees of freedom remain to decide.
+    The factor is the ratio of the residual to the noise, times the root of the design effect. A misfit is systematic, so the residuals of similar
+    poses are correlated, and many such poses carry little more information than one. The factor is 1 if the noise explains the residual, or if too
+    few degrees of freedom remain to decide.
 
     Args:
         residuals: Of the dataset.
-        model: Fitted.
-        free: ``(P,)`` bool.
+        model: The fitted model.
+        free: ``(P,)`` bool, the parameters that were fitted.
         settings: Thresholds.
     """
-    spare = float(residuals.measurement.equations.sum()) - float(free.sum())
-    if spare < settings.identifiability.enough_to_judge:
+    degrees_of_freedom = float(residuals.measurement.equations.sum()) - float(free.sum())
+    if degrees_of_freedom < settings.identifiability.enough_to_judge:
         return 1.0
     p_value = settings.fit.misfit_p_value
     ratio = float(np.sqrt(misfit(residuals, model, free, p_value).inflation))
@@ -157,7 +175,9 @@ def with_reasons(
     free: Array,
     settings: IdentifiabilitySettings = DEFAULTS.identifiability,
 ) -> Model:
-    """Return the model with a reason, a sentence, at each prior that determines its parameter more closely than the data do.
+    """Return the model with a sentence as the ``reason`` of each prior that decides its parameter; the other priors get an empty one.
+
+    A prior decides a parameter if the standard error with prior and data exceeds ``settings.prior_decides`` times the prior standard deviation.
 
     Args:
         residuals: Of the dataset.
@@ -172,20 +192,23 @@ def with_reasons(
     units = dict(zip(model.names, model.units, strict=True))
     reasoned = []
     for prior in model.priors:
-        own = float(std[model.names.index(prior.name)])
+        std_error = float(std[model.names.index(prior.name)])
         reason = ""
-        if own > settings.prior_decides * prior.std:
+        if std_error > settings.prior_decides * prior.std:
             unit, word = (DEG, "deg") if units[prior.name] == "rad" else (MM, "mm")
             reason = (
                 f"these poses determine it less closely than its prior standard deviation of {prior.std / unit:.2g} {word}; "
-                f"with both, its standard error is {own / unit:.2g} {word}"
+                f"with both, its standard error is {std_error / unit:.2g} {word}"
             )
         reasoned.append(replace(prior, reason=reason))
     return replace(model, priors=tuple(reasoned))
 
 
 def prior_std(model: Model, settings: IdentifiabilitySettings = DEFAULTS.identifiability) -> Array:
-    """Return the prior standard deviation of each coordinate ``(P,)`` [m or rad]; the maker's tolerance where it is stated."""
+    """Return the prior standard deviation that the settings give each parameter, ``(P,)`` [m or rad].
+
+    For the robot it is the maker's tolerance where one is stated. Parameters of the target are included, although they have no priors.
+    """
     blocks = model.blocks
     stated = model.nominal.tolerance
     length, angle = (

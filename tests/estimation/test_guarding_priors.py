@@ -101,7 +101,7 @@ def test_weights_of_priors_that_hardly_change_are_the_last(prepared, change, is_
         return fitted(*given, **options)
 
     monkeypatch.setattr(data_sheet_priors, "fit", counted)
-    monkeypatch.setattr(data_sheet_priors, "_change", lambda *_: change)
+    monkeypatch.setattr(data_sheet_priors, "_largest_change", lambda *_: change)
     fit_near_data_sheet(residuals, model, free)
     assert (len(fits) == 1) == is_last
 
