@@ -30,8 +30,8 @@ from scalar.diagnosis.variance_components import whitening_for
 from scalar.effects import Effect
 from scalar.estimation.measured_effects import with_target_motion
 
-MAX_RANKING = 25
-NEAREST_RIVALS = 8  # with which an effect is compared again without each fold of the poses
+MAX_RANKING = 25  # candidates that the ranking of a diagnosis lists
+NEAREST_RIVALS = 8  # the rivals of most evidence, with which an effect is compared again while each fold of the poses is left out
 
 
 def diagnose(
@@ -49,9 +49,10 @@ def diagnose(
         progress: Called with the name of each stage.
         settings: Thresholds.
         outer_folds: Number of parts of the outer split. The whole diagnosis is repeated without each part, and the errors on its poses are
-            those on unseen poses. With zero they are not known; ``settings.hold_out.folds`` is the usual number.
-        on_fold: Called with how many of these runs are done, and how many there are.
-        cores: How many of these runs at once; None: as many as this process may use processors.
+            those on unseen poses. With zero, nothing is repeated: findings are not confirmed, and these errors stay unknown.
+            ``settings.hold_out.folds`` is the usual number.
+        on_fold: Called after each of these runs, with the number of runs that are done and the number of all.
+        cores: Number of these runs at once; None for as many as there are processors that this process may use.
 
     Raises:
         InvalidInput: The data contradict themselves.
@@ -106,7 +107,7 @@ def diagnose(
 
 
 def answer_without(dataset: Dataset, settings: Settings) -> Answer:
-    """Return the answer of a whole diagnosis of some of the poses, for the outer split."""
+    """Return the answer of a whole diagnosis of a dataset from which one part of the outer split was removed."""
     run = explained(dataset, settings, lambda stage: None)
     noise = identified_components(run.after)
     component = noise[0] if noise else None
@@ -124,7 +125,11 @@ def answer_without(dataset: Dataset, settings: Settings) -> Answer:
 def _confirmed(
     run: Explained, found: tuple[Finding, ...], outer: OuterSplit | None
 ) -> tuple[Explained, tuple[Finding, ...], tuple[Finding, ...]]:
-    """Return the run with the findings that the outer split confirms, and those that it does not."""
+    """Return the run refitted with the confirmed findings only, the confirmed findings, and those that are not confirmed.
+
+    A finding is confirmed if at least the share ``settings.outer_split.least_selected`` of the runs of the outer split select its effect. Without an
+    outer split, all findings are returned as they are.
+    """
     if outer is None or not outer.answers:
         return run, found, ()
     least = run.after.settings.outer_split.least_selected
@@ -142,10 +147,10 @@ def _confirmed(
 
 
 def _findings(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding, ...]:
-    """Return the effects of a run one by one, each with the held-out error before and after it is added."""
+    """Return the effects of a run one by one, each with its confidence, what it is confounded with, and the held-out errors before and after it."""
     before, after, candidates = run.before, run.after, run.candidates
     found: list[Finding] = []
-    state, error = before, held_out_errors(before)
+    state, error_before = before, held_out_errors(before)
     effects: tuple[Effect, ...] = ()
     scored = as_whitened(after)
     columns = CandidateColumns(scored, candidates)
@@ -153,40 +158,57 @@ def _findings(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding,
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
         state = after.refitted(effects, state.model)
-        now = held_out_errors(state)
+        error_after = held_out_errors(state)
+        # The scores of the effect itself, and of all candidates in its place.
         own, ranking = rivals(scored, i, columns)
         ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
-        rival = [s for s in ranking if not s.effect.same_answer(effect)]
-        near = [
+        rivals_of_it = [s for s in ranking if not s.effect.same_answer(effect)]
+        confounded = [
             s.effect
             for s in ranking
             if s.evidence > own.evidence - after.settings.selection.confounded_margin
         ]
-        near = [e for e in near if not e.same_place(effect) and not effect.flexible]
-        without = without_a_name[i]
+        confounded = [e for e in confounded if not e.same_place(effect) and not effect.flexible]
+        unnamed = without_a_name[i]
         if is_shrunk(effect):
-            rival, near, without = [], [], []
-        nearest = rival[:NEAREST_RIVALS]
+            rivals_of_it, confounded, unnamed = [], [], []
+        nearest = rivals_of_it[:NEAREST_RIVALS]
         odds = fold_odds(scored, i, [s.effect for s in nearest])
         grounds = grounds_of_effect(
-            scored, i, own, [*(s.evidence for s in rival), *without], float(odds.min()), final_residuals
-        )
-        sure = confidence(grounds)
-        # What it is confounded with is said with its name: the name is doubtful only if neither it nor one of these is likely right.
-        beyond = [s for s in rival if not any(s.effect.same_place(other) for other in near)]
-        far = [value for value, s in zip(odds[1:], nearest, strict=True) if s in beyond]
-        of_these = grounds_of_effect(
             scored,
             i,
             own,
-            [*(s.evidence for s in beyond), *without],
-            float(min([odds[0], *far])),
+            [*(s.evidence for s in rivals_of_it), *unnamed],
+            float(odds.min()),
             final_residuals,
         )
-        likely = max(sure, confidence(of_these)) >= after.settings.naming.least_confidence
+        sure = confidence(grounds)
+        # A report lists the confounded effects with the name. The name is therefore doubtful only if the confidence is too low that the cause is the
+        # effect or one of those; this confidence is computed against the other rivals alone.
+        others = [s for s in rivals_of_it if not any(s.effect.same_place(like) for like in confounded)]
+        odds_of_others = [value for value, s in zip(odds[1:], nearest, strict=True) if s in others]
+        grounds_of_group = grounds_of_effect(
+            scored,
+            i,
+            own,
+            [*(s.evidence for s in others), *unnamed],
+            float(min([odds[0], *odds_of_others])),
+            final_residuals,
+        )
+        likely = max(sure, confidence(grounds_of_group)) >= after.settings.naming.least_confidence
         doubtful = not (effect.flexible or likely)
         found.append(
-            Finding(effect, own.p_value, error, now, tuple(near), sure, (), grounds, doubtful=doubtful)
+            Finding(
+                effect,
+                own.p_value,
+                error_before,
+                error_after,
+                tuple(confounded),
+                sure,
+                (),
+                grounds,
+                doubtful=doubtful,
+            )
         )
-        error = now
+        error_before = error_after
     return repeated_changes_doubted(found, after.settings.naming.least_confidence)

@@ -1,6 +1,6 @@
 """Explain a dataset in one run: clean it, select effects, and calibrate without effects, with them, and as shipped.
 
-The same run is made on all poses, and on those of every part of the outer split.
+The run is made on all poses, and for each part of the outer split on the poses outside that part.
 """
 
 from __future__ import annotations
@@ -41,11 +41,13 @@ class Explained:
     """A cleaned dataset and the effects that explain it.
 
     Attributes:
-        cleaned: The dataset without its gross errors.
-        prepared: The same, prepared for fits.
-        before, after: States without effects and with all that were found, without the priors of the data sheet, whose weight depends on the misfit.
+        cleaned: The dataset without its gross errors, and what was set aside.
+        prepared: The initial estimate and the free parameters of the cleaned dataset.
+        before, after: Fitted states without effects and with all effects that were found. Both lack the priors of the data sheet
+            (``near_data_sheet``).
         candidates: The candidate set of named effects.
-        flexible_candidates: The candidate sets of flexible terms.
+        flexible_candidates: The candidate sets of flexible terms, which describe unmodelled structure without naming its cause; empty until they are
+            tried.
     """
 
     cleaned: Cleaned
@@ -56,21 +58,22 @@ class Explained:
     flexible_candidates: Sequence[CandidateSet] = ()
 
     def near_data_sheet(self) -> Explained:
-        """Return the same with the priors of a calibration, for the final fits.
+        """Return a copy whose states are fitted with the priors of the data sheet, as a calibration has them, for the final fits.
 
-        Effects and random errors are judged without these priors. A large misfit gives them much weight, and the errors of the geometry that they
-        then leave look like an effect, or like a random error of the poses.
+        Effects and random errors are judged without these priors. A large misfit gives the priors much weight. They then
+        keep the geometry from adapting, and the errors that remain look like an effect, or like a random error of the poses.
         """
         return replace(self, before=near_data_sheet(self.before), after=near_data_sheet(self.after))
 
     def calibrated(
         self, shipped: ShippedFit, component: VarianceComponent | None
     ) -> tuple[Calibration, Calibration, Calibration]:
-        """Return the calibrations without effects, with all that were found, and as shipped, with the weights of the fit that is shipped.
+        """Return the calibrations without effects, with all effects that were found, and as shipped.
 
         Args:
             shipped: The fit that is shipped.
-            component: The variance component by which its poses may be weighted.
+            component: The likeliest variance component, or None. The poses of the fits with effects are weighted by it if the shipped fit was chosen
+                so.
         """
         weights = component if shipped.effects_fit == BY_COMPONENT else None
         before, found = self._concluded(self.before, None), self._concluded(self.after, weights)
@@ -81,12 +84,21 @@ class Explained:
         return before, found, self._concluded(shipped.choice.state, weights)
 
     def _concluded(self, state: FittedState, component: VarianceComponent | None) -> Calibration:
+        """Return the calibration of the final fit of a state, its poses weighted by a variance component if there is one."""
         settings = self.after.settings.estimation.fit
         return conclude(self.cleaned.dataset, self.prepared, *_final_fit(state, component), settings=settings)
 
 
 def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], None]) -> Explained:
     """Return the cleaned dataset with the effects that explain it.
+
+    Cleaning and selection are repeated, because some gross errors show only with the effects in the model; at most
+    ``settings.selection.max_cleanings`` times. Flexible terms and joints with many orders follow.
+
+    Args:
+        dataset: What was measured.
+        settings: Thresholds.
+        progress: Called with the name of each stage.
 
     Raises:
         InvalidInput: The data contradict themselves.
@@ -104,11 +116,11 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
         cleaned = cleaned_again
         named = _with_named_effects(dataset, cleaned, settings, progress)
     progress("looking for unmodelled structure")
-    pools = flexible_pools(named.after.dataset)
-    after = with_flexible_terms(named.after, named.candidates, pools)
+    flexible_candidates = flexible_pools(named.after.dataset)
+    after = with_flexible_terms(named.after, named.candidates, flexible_candidates)
     progress("fitting joints that need many orders")
     after = with_spectrum(after, named.candidates)
-    return replace(named, after=after, flexible_candidates=pools)
+    return replace(named, after=after, flexible_candidates=flexible_candidates)
 
 
 def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:
@@ -126,24 +138,35 @@ def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:
 
 
 def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
-    """Refuse data whose residual is larger than any effect can make it, or whose fit describes another arm.
+    """Refuse data whose residual is larger than any effect can make it, or whose fitted geometry is far from the nominal arm.
+
+    Args:
+        dataset: As it was given, before cleaning.
+        state: The fit of the cleaned dataset without effects.
 
     Raises:
         InvalidInput: A corrected description of the set-up explains the data.
         Undetermined: No corrected description explains them.
     """
     distances = state.residuals.pose_distances(state.model)
-    typical = float(np.median(distances))
-    if typical > MOST_LEFT or ran_away(state.model):
+    median_distance = float(np.median(distances))  # [m]
+    if median_distance > MOST_LEFT or ran_away(state.model):
         refuse_wrong_setup(dataset)
-    if typical > state.settings.estimation.sufficiency.gross_error:
+    if median_distance > state.settings.estimation.sufficiency.gross_error:
         raise misfit_refused(state.dataset, distances)
 
 
 def _with_named_effects(
     dataset: Dataset, cleaned: Cleaned, settings: Settings, progress: Callable[[str], None]
 ) -> Explained:
-    """Return a cleaned dataset with the named effects that are selected on it."""
+    """Return a cleaned dataset with the named effects that are selected on it.
+
+    Args:
+        dataset: As it was given; a corrected description is looked for in it if the residual is too large.
+        cleaned: The same without gross errors.
+        settings: Thresholds.
+        progress: Called with the name of each stage.
+    """
     model, prepared = geometry_fit(cleaned.dataset, settings.estimation, effects_follow=True)
     rows = rows_given_own_noise(cleaned.dataset, model, settings.estimation.within_scan_noise)
     before = refit(cleaned.dataset, model, prepared.free, (), settings, rows)
@@ -161,12 +184,12 @@ def _with_named_effects(
 
 
 def _final_fit(state: FittedState, component: VarianceComponent | None) -> tuple[Fit, Residuals]:
-    """Return the final fit of a state.
+    """Return the final fit of a state and the residuals that it minimised.
 
-    It is made on all points, except in three cases, in which it is made on profile rows: the poses are weighted by a variance component, the rows
-    are weighted for noise that was estimated within the scans, or an effect acts on single points. A scan has hundreds of points, so if the
-    assumed form of such an effect is slightly wrong, the shape within the scans outweighs the poses and shifts the lengths of the arm. Profile
-    rows, on which the effect was selected, avoid this.
+    The fit is made on all points, except in three cases, in which it is made on profile rows (a few numbers for each scan): the poses are weighted
+    by a variance component, the rows are weighted for noise that was estimated within the scans, or an effect acts on single points. A scan has
+    hundreds of points, so if the assumed form of such an effect is slightly wrong, the shape within the scans outweighs the poses and shifts the
+    lengths of the arm. Profile rows, on which the effects were selected, avoid this.
 
     Args:
         state: The state to fit.

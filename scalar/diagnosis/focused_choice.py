@@ -3,12 +3,13 @@
 An effect may be significant although its correction does harm. An error of the scanner over its range, for example, is almost equivalent to a
 change of the arm's lengths, and if its assumed form is wrong, it biases them. The focused information criterion (Claeskens and Hjort, Journal of
 the American Statistical Association 98, 2003) estimates the mean squared error of a quantity, here of predicted positions at random poses, for
-every model nested in a wide one. It is the sum of the variance and the squared bias; the bias is estimated by the distance to the wide model's
-prediction, and the expected square of this distance by chance alone is subtracted. Here a multiple of it is subtracted
-(``settings.shipped_fit.beyond_chance``, squared), because a correction that does harm is worse than one that is missing. The variances are those
+every model nested in a wide one. This error is the sum of the variance and the squared bias. The squared bias is estimated by the squared distance
+to the wide model's prediction, less the square that is expected by chance alone. Here ``settings.shipped_fit.beyond_chance`` squared times that
+square is subtracted, because a correction that does harm is worse than one that is missing. The variances are those
 of the jackknife over poses, which is valid for any noise within a pose.
 
-The wide model contains all effects that were found and, for an effect that is a special case, a more general one as well. It also contains
+The wide model contains all effects that were found and, if one of them is a special case of a more general effect, that effect as well; the general
+one is never shipped, it only shows the bias of the others. The wide model also contains
 deviations that every set-up of the kind has to a small degree, since no target plane is perfectly flat (``Effect.nuisances``). These may be
 shipped too, although they are no findings: if one target plane is bowed, for example, the arm is estimated more accurately if the smaller bows of
 the other planes are fitted as well.
@@ -29,17 +30,19 @@ from scalar.units import MM
 
 Errors = tuple[float, float, float]
 """Expected errors of a predicted position [m]: within the joint limits, within the measured ranges, at the measured poses."""
-LIMITS, RANGES, MEASURED = 0, 1, 2
+LIMITS, RANGES, MEASURED = 0, 1, 2  # the indices of ``Errors``
 
 
 @dataclass(frozen=True, eq=False)
 class FocusedChoice:
-    """The effects that a shipped model contains.
+    """The effects that the shipped model contains, and the errors that are expected of its predictions.
+
+    All errors are zero if no effects were found.
 
     Attributes:
-        state: The model with them.
-        left_out: Effects that were found and are not in it.
-        added: Effects that were not found and are in it.
+        state: The fit with the effects that were chosen.
+        left_out: Effects that were found and are not in this fit.
+        added: Effects that were not found and are in this fit.
         error_with_all: Expected error of a predicted position [m] with all effects, root mean square over poses within the joint limits.
         error_as_shipped: The same with the effects that were chosen.
         error_measured: The same with the effects that were chosen, over poses within the measured ranges of the joints.
@@ -58,7 +61,7 @@ class FocusedChoice:
         return not self.left_out and not self.added
 
     def to_mapping(self) -> dict[str, object]:
-        """Return what ``diagnosis.json`` says of it."""
+        """Return the choice as it stands in ``diagnosis.json``."""
         return {
             "left_out": [{"name": effect.name, "target": effect.target} for effect in self.left_out],
             "added": [{"name": effect.name, "target": effect.target} for effect in self.added],
@@ -73,15 +76,18 @@ class FocusedChoice:
 def focused_choice(after: FittedState) -> FocusedChoice:
     """Return the effects with which predictions are expected to err least.
 
-    Effects are left out one after the other, that one first without which the expected error is least, as long as it falls: once from those
-    that were found, once from all of the wide model. What is chosen has to be clearly better than the model with all that was found within the
-    joint limits (``settings.shipped_fit.nearer``), and not worse within the ranges of the joints that were measured, nor at the measured poses:
-    a correction that is only uncertain where nobody has measured still serves where somebody has. The ranges alone do not show this. Poses that
-    press a tool on plates, say, fill a small part of them, and anything may be predicted for the rest. Nothing is shipped where the model
-    without effects errs little more (``settings.shipped_fit.worth_correcting``), neither there nor at the measured poses.
+    Effects are left out one after the other as long as the expected error falls; in each step the one is left out without which the error is
+    smallest. This is done twice: from the effects that were found, and from these together with the nuisances. The better of the two results is
+    chosen if its error within the joint limits is clearly smaller than with all effects that were found (``settings.shipped_fit.nearer``), and if its
+    errors are no larger within the measured ranges of the joints, nor at the measured poses; else all effects that were found are kept. The two
+    conditions keep a correction that is uncertain only where nobody has measured. The ranges alone are not enough: poses that press a tool on target
+    planes, for example, fill a small part of the ranges, and predictions for the rest are not determined.
+
+    Finally, no effect is shipped if the error remains above ``settings.shipped_fit.worth_correcting`` times that of the model without effects, both
+    within the joint limits and at the measured poses.
 
     Args:
-        after: With all that was found.
+        after: The state with all effects that were found.
     """
     effects = after.effects
     if not effects:
@@ -94,7 +100,7 @@ def focused_choice(after: FittedState) -> FocusedChoice:
     with_all = wide.errors(found)
     starts = {found, tuple(range(len(effects) + len(nuisances)))}
     kept = min(
-        (_fewest(wide, start, with_all) for start in sorted(starts)),
+        (_eliminated(wide, start, with_all) for start in sorted(starts)),
         key=lambda kept: wide.errors(kept)[LIMITS],
     )
     if wide.errors(kept)[LIMITS] > settings.nearer * with_all[LIMITS] or not _no_worse(
@@ -115,24 +121,35 @@ def focused_choice(after: FittedState) -> FocusedChoice:
 
 
 def _nuisances(after: FittedState) -> list[Effect]:
-    """Return what any set-up has a little of, and was not found."""
+    """Return the effects that every set-up has to a small degree (``Effect.nuisances``), without those that were found."""
     possible = [effect for kind in known().values() for effect in kind.nuisances(after.dataset)]
     return [effect for effect in possible if not any(effect.same_place(other) for other in after.effects)]
 
 
 def _general(after: FittedState) -> list[Effect]:
-    """Return a more general effect than one that was found, at most one: others would describe the same."""
+    """Return a list of at most one effect of which one that was found is a special case; several would be almost equivalent."""
     general = (effect.generalised(after.dataset) for effect in after.effects)
-    beside = (e for e in general if e is not None and not any(e.same_place(other) for other in after.effects))
-    return list(beside)[:1]
+    not_found = (
+        e for e in general if e is not None and not any(e.same_place(other) for other in after.effects)
+    )
+    return list(not_found)[:1]
 
 
-def _fewest(wide: _Wide, kept: tuple[int, ...], than: Errors) -> tuple[int, ...]:
-    """Return which effects are left once leaving out another would add to the expected error, or make it worse at measured poses."""
+def _eliminated(wide: _Wide, kept: tuple[int, ...], than: Errors) -> tuple[int, ...]:
+    """Return the effects that remain after backward elimination by the expected error within the joint limits.
+
+    It ends when no further effect can be left out without a larger error within the joint limits, or errors larger than ``than`` within the measured
+    ranges or at the measured poses.
+
+    Args:
+        wide: The wide model.
+        kept: Indices of the effects of the wide model to start from.
+        than: Errors that may not be exceeded.
+    """
     least = wide.errors(kept)[LIMITS]
     while kept:
         fewer = [tuple(k for k in kept if k != i) for i in kept]
-        errors = [wide.errors(model) for model in fewer]
+        errors = [wide.errors(indices) for indices in fewer]
         allowed = [each[LIMITS] if _no_worse(each, than) else np.inf for each in errors]
         best = int(np.argmin(allowed))
         if allowed[best] >= least:
@@ -142,40 +159,54 @@ def _fewest(wide: _Wide, kept: tuple[int, ...], than: Errors) -> tuple[int, ...]
 
 
 def _no_worse(errors: Errors, than: Errors) -> bool:
-    """Return whether errors are no larger, within the measured ranges and at the measured poses."""
+    """Return whether ``errors`` are no larger than the errors ``than``, both within the measured ranges and at the measured poses."""
     return all(errors[k] <= than[k] for k in (RANGES, MEASURED))
 
 
 class _Wide:
-    """A wide model, linearised at its optimum, and the models within it: with some of its effects."""
+    """A wide model, linearised at its optimum, and the models nested in it, which have some of its effects.
+
+    Attributes:
+        linear: The linearised fit, with F free coordinates.
+        beyond_chance: Standard errors up to which a difference of predictions counts as chance.
+        owner: ``(F,)``, index of the effect that each free coordinate belongs to; -1 for robot, sensor and target.
+        optimum: Step to the optimum of the wide model and the steps without each pose, as ``Linearised.fitted`` returns them.
+    """
 
     def __init__(self, state: FittedState):
-        """Linearise."""
+        """Linearise a state that has all effects of the wide model."""
         self.linear = Linearised(state, None)
         self.beyond_chance = state.settings.shipped_fit.beyond_chance
-        # The effect that each free coordinate belongs to, -1 for the geometry.
         sizes = [len(effect.coefficients) for effect in state.effects]
         owner = np.r_[np.full(len(state.geometry_free), -1), np.repeat(np.arange(len(sizes)), sizes)]
         self.owner = owner[state.free]
         self.optimum = self.linear.fitted(np.ones(len(self.owner), dtype=bool))
 
     def errors(self, kept: tuple[int, ...]) -> Errors:
-        """Return the expected error [m] of a predicted position with some of the effects, root mean square over poses.
+        """Return the expected errors [m] of a predicted position, root mean square over poses, with the effects of the indices ``kept``.
 
-        The first is that of random poses within the joint limits, the second that within the measured ranges, the third that of measured poses.
+        The first is over random poses within the joint limits, the second over random poses within the measured ranges, the third over measured
+        poses.
         """
         step, left_out = self.linear.fitted((self.owner < 0) | np.isin(self.owner, kept))
         linear = self.linear
-        anywhere, in_ranges, measured = (
+        within_limits, within_ranges, measured = (
             self._error(step, left_out, columns)
             for columns in (linear.columns, linear.columns_in_ranges, linear.columns_measured)
         )
-        return anywhere, in_ranges, measured
+        return within_limits, within_ranges, measured
 
     def _error(self, step: Array, left_out: Array, columns: Array) -> float:
+        """Return the expected error [m] at some poses: the root of the variance plus the squared bias beyond chance.
+
+        Args:
+            step: ``(F,)``, to the optimum of the nested model.
+            left_out: ``(N, F)``, the steps when each of the N poses is left out of that fit.
+            columns: ``(3 K, F)``, derivatives of the positions at K poses [m].
+        """
         wide_step, wide_left_out = self.optimum
-        apart = columns @ (step - wide_step)
-        bias = float(apart @ apart) / (len(apart) / 3)
+        difference = columns @ (step - wide_step)
+        squared_distance = float(difference @ difference) / (len(difference) / 3)
         by_chance = variance_of(left_out - wide_left_out, columns)
-        beyond = max(bias - self.beyond_chance**2 * by_chance, 0.0)
-        return float(np.sqrt(variance_of(left_out, columns) + beyond))
+        squared_bias = max(squared_distance - self.beyond_chance**2 * by_chance, 0.0)
+        return float(np.sqrt(variance_of(left_out, columns) + squared_bias))

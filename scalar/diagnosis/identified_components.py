@@ -2,11 +2,12 @@
 
 Whole poses scatter by more than the noise of their points if the joints do not repeat, or if each scan has an error of its own. They do so too if
 the noise of the points is larger than it appears, in all rows alike, or if its cause is common to a whole scan (a surface with waves longer than a
-scan, slow speckle). All four are fitted together by restricted likelihood, and a component of the arm or of the scans is identified only if it
-explains what the two of the sensor do not. Joints that repeat better than any data sheet states are taken as given and are no finding.
+scan, slow speckle). Each component of the arm or of the scans is therefore fitted together with these two of the sensor by restricted likelihood,
+and is identified only if it explains what the two do not. A jitter smaller than the repeatability of any data sheet is no finding; it is fitted
+together with every other component.
 
-A component of all joints alike, or of the range, is not named where a random error at one place explains the scatter clearly better: something
-unknown that acts on one joint, on the sensor's mount or on the base.
+A jitter of all joints, or a bias of the scans, is not named if a random error at one place explains the scatter clearly better. Something unknown
+then acts on one joint, on the sensor's mount or on the base (``only_place``).
 """
 
 from __future__ import annotations
@@ -25,7 +26,11 @@ from scalar.geometry.se3 import Array
 def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
     """Return the variance components of a state that the sensor's own noise does not explain, the likeliest first.
 
-    For a sensor that has no such noise of its own, all components are returned unchanged.
+    The gain of log likelihood [nats] and the p-value of each are those given the sensor's own noise; its standard deviation is left as it was. For a
+    sensor without noise that is common to a whole pose (``Measurement.uneven_rows``), all components are returned unchanged.
+
+    Args:
+        state: With all effects that were found.
     """
     residuals, model = state.residuals, state.model
     found = tuple(state.variance_components)
@@ -33,21 +38,24 @@ def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
     if not found or uneven is None:
         return found
     background = state.background_within_scans()
-    own = _of_the_sensor(uneven)
+    # Covariances (N, m, m) of the whitened rows by each source of unit variance.
+    sensor_kernels = _of_the_sensor(uneven)
     kernels = {name: D @ np.swapaxes(D, 1, 2) for name, D in directions(residuals, model)}
     settings = state.settings
-    usual = {
+    too_small = {
         c.name
         for c in found
         if c.name == "pose_jitter" and c.std < settings.variance_components.least_repeatability
     }
-    own += [kernels[name] for name in usual]
-    without = fit_components(background, own).log_likelihood
+    given = [*sensor_kernels, *(kernels[name] for name in too_small)]
+    log_likelihood_given = fit_components(background, given).log_likelihood
     identified: list[VarianceComponent] = []
     for component in found:
-        if component.name in usual:
+        if component.name in too_small:
             continue
-        gain = fit_components(background, [kernels[component.name], *own]).log_likelihood - without
+        together = fit_components(background, [kernels[component.name], *given])
+        gain = together.log_likelihood - log_likelihood_given
+        # Half of a chi-squared distribution, because a variance cannot be negative (Self and Liang, JASA 82, 1987).
         p_value = float(0.5 * chi2.sf(2 * max(gain, 0.0), 1))
         if p_value < settings.selection.alpha_unnamed:
             identified.append(replace(component, log_likelihood_gain=gain, p_value=p_value))
@@ -55,28 +63,34 @@ def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
 
 
 def only_place(state: FittedState, component: VarianceComponent) -> str | None:
-    """Return the one place at which a random error explains the scatter clearly better than a component: a joint, ``sensor`` or ``base``; else None.
+    """Return the place at which a random error explains the scatter clearly better than an identified component, or None.
 
     Args:
         state: With all effects that were found.
-        component: That was identified.
+        component: The identified component.
+
+    Returns:
+        The name of a joint (``q4``), ``sensor`` or ``base``; None if no place is better by ``settings.selection.confounded_margin`` [nats].
     """
     residuals, model = state.residuals, state.model
     T_base_sensor = residuals.kinematics(model).T_base_sensor
     uneven = residuals.measurement.uneven_rows(T_base_sensor, model.target)
-    own = [] if uneven is None else _of_the_sensor(uneven)
+    sensor_kernels = [] if uneven is None else _of_the_sensor(uneven)
     background = state.background_within_scans()
 
-    def likelihood(columns: Array) -> float:
-        return fit_components(background, [columns @ np.swapaxes(columns, 1, 2), *own]).log_likelihood
+    def log_likelihood(columns: Array) -> float:
+        kernel = columns @ np.swapaxes(columns, 1, 2)
+        return fit_components(background, [kernel, *sensor_kernels]).log_likelihood
 
-    named = likelihood(dict(directions(residuals, model))[component.name])
-    found = {place: likelihood(column[:, :, None]) for place, column in columns_by_place(residuals, model)}
+    of_component = log_likelihood(dict(directions(residuals, model))[component.name])
+    found = {
+        place: log_likelihood(column[:, :, None]) for place, column in columns_by_place(residuals, model)
+    }
     likeliest = max(found, key=lambda place: found[place])
-    clearly = found[likeliest] > named + state.settings.selection.confounded_margin
+    clearly = found[likeliest] > of_component + state.settings.selection.confounded_margin
     return likeliest.split(".")[0] if clearly else None
 
 
 def _of_the_sensor(uneven: Array) -> list[Array]:
-    """Return the covariances ``(N, m, m)`` of the noise of a scan's points: alike in all rows, and in some rows more."""
+    """Return two covariances ``(N, m, m)`` of the sensor's noise: the identity (all whitened rows alike), and ``uneven``, common to a whole pose."""
     return [np.broadcast_to(np.eye(uneven.shape[1]), uneven.shape), uneven]

@@ -1,8 +1,9 @@
 """Variance components of whole poses: joints that do not repeat exactly, and scans with an error of their own.
 
-They shift no mean and show in the covariance. Each adds ``v K_i`` to the unit covariance of a pose's whitened rows: ``K = D D'`` with D the rows'
-derivatives by the joint angles for a jitter, by an error common to the scan for a bias. v is found by maximum likelihood. The likelihoods distinguish
-the two: a jitter moves stretched poses more than near ones and also turns the scanned lines, whereas a bias only shifts them.
+Such errors have zero mean, so only the covariance of the residual shows them. Each component adds ``v K_i`` to the unit covariance of the whitened
+rows of pose i, where v is its variance ([rad^2] or [m^2]) and ``K_i = D_i D_i'``. For a jitter D_i has the rows' derivatives by the joint angles,
+for a bias those by an error common to the scan. v is found by maximum likelihood. The likelihoods distinguish the two: a jitter moves the sensor
+more in stretched poses than in folded ones and also turns the scanned lines, whereas a bias only shifts the lines.
 """
 
 from __future__ import annotations
@@ -28,11 +29,11 @@ class VarianceComponent:
 
     Attributes:
         name: ``pose_jitter`` or ``scan_bias``.
-        std: Of the joints [rad], or of a scan's common error [m].
-        std_error: Standard error of std.
-        log_likelihood_gain: Over the noise within scans alone.
-        p_value: Of the likelihood ratio.
-        covariance: ``(N, m, m)``, of each pose's whitened rows.
+        std: Standard deviation of each joint angle [rad], or of the error that is common to a scan [m].
+        std_error: Standard error of ``std``, in the same unit.
+        log_likelihood_gain: Log likelihood with the component less that with the noise within scans alone [nats].
+        p_value: Probability of so large a gain if there is no such component.
+        covariance: ``(N, m, m)``, covariance of each pose's whitened rows, the noise within scans included.
     """
 
     name: str
@@ -43,7 +44,7 @@ class VarianceComponent:
     covariance: Array
 
     def as_noise(self) -> NoiseComponent:
-        """Return the component as calibration files list it."""
+        """Return the component in the form in which calibration files list it."""
         unit = "rad" if self.name == "pose_jitter" else "m"
         return NoiseComponent(self.name, {}, self.std, self.std_error, unit, "")
 
@@ -54,59 +55,76 @@ def variance_components(
     """Return the significant variance components, the likeliest first; none if the noise within scans explains the residual.
 
     Args:
-        background: Of the model's rows, whitened for the noise within scans alone.
-        residuals: Of the dataset.
-        model: At the optimum.
+        background: The residual and what the model explains, whitened for the noise within scans alone.
+        residuals: The residuals of the dataset.
+        model: The fitted model.
         alpha: Significance level of each component.
     """
     rows = background.residual
     # The fit absorbs a share of the variance; without this factor the estimate would be too small by that share.
-    live = background.freedom + background.Q.shape[1]
-    rows = rows * np.sqrt(live / background.freedom)
+    n_live = background.freedom + background.Q.shape[1]  # rows that are not zero for every model
+    rows = rows * np.sqrt(n_live / background.freedom)
     found = []
     for name, D in directions(residuals, model):
         K = D @ np.swapaxes(D, 1, 2)
-        gain, v, curvature = _maximum_likelihood(rows, K)
+        gain, v, v_std_error = _maximum_likelihood(rows, K)
+        # Half of a chi-squared distribution, because a variance cannot be negative (Self and Liang, JASA 82, 1987).
         p = float(0.5 * chi2.sf(2 * gain, 1)) if gain > 0 else 1.0
         if p < alpha and v > 0:
             std = float(np.sqrt(v))
             found.append(
                 VarianceComponent(
-                    name, std, float(curvature / (2 * std)), gain, p, np.eye(rows.shape[1]) + v * K
+                    name, std, float(v_std_error / (2 * std)), gain, p, np.eye(rows.shape[1]) + v * K
                 )
             )
     return sorted(found, key=lambda s: -s.log_likelihood_gain)
 
 
 def directions(residuals: Residuals, model: Model) -> list[tuple[str, Array]]:
-    """Return the rows' derivatives ``(N, m, k)`` by every joint angle, and by an error common to the pose's measurement."""
+    """Return for each component the derivatives ``(N, m, k)`` of the whitened rows by the k errors that it consists of.
+
+    ``pose_jitter`` has the angles of all revolute joints [1/rad] and is absent if there are none; ``scan_bias`` has the errors that are common to a
+    pose's measurement [1/m].
+    """
     kinematics = residuals.kinematics(model)
-    turning = ~model.robot.slides  # a travel has another unit, and a slide repeats otherwise than a gear
-    by_angle = kinematics.screws()[:, :, model.robot.by_joint][:, :, turning]
+    revolute = (
+        ~model.robot.slides
+    )  # a slide's position is in metres, and its repeatability differs from that of a gear
+    by_angle = kinematics.screws()[:, :, model.robot.by_joint][:, :, revolute]
     rows = residuals.measurement.rows(kinematics.T_base_sensor, model.target)
     jitter = rows.wrench @ by_angle
     bias = residuals.measurement.common_error(kinematics.T_base_sensor, model.target)
-    return [*([("pose_jitter", jitter)] if turning.any() else []), ("scan_bias", bias)]
+    return [*([("pose_jitter", jitter)] if revolute.any() else []), ("scan_bias", bias)]
 
 
 def columns_by_place(residuals: Residuals, model: Model) -> list[tuple[str, Array]]:
-    """Return the rows' derivatives ``(N, m)`` by what may err at one place: ``q4``, ``sensor.0`` or ``base.5``; none that move no row."""
+    """Return the derivatives ``(N, m)`` of the whitened rows by each single coordinate of a place that may err.
+
+    Names are ``q4`` (a joint), ``sensor.0`` (a coordinate of the sensor on the flange) and ``base.5`` (a component of the base's rigid motion).
+    Coordinates that move no row are left out.
+    """
     kinematics = residuals.kinematics(model)
-    by_angle = kinematics.screws()[:, :, model.robot.by_joint]
-    rows = residuals.measurement.rows(kinematics.T_base_sensor, model.target).wrench
-    N, m, _ = rows.shape
+    by_joint = kinematics.screws()[:, :, model.robot.by_joint]
+    wrench = residuals.measurement.rows(kinematics.T_base_sensor, model.target).wrench
+    N, m, _ = wrench.shape
     sensor = residuals.linearise_measured(model)[1][:, model.blocks["sensor"]].reshape(N, m, -1)
-    found = [(f"q{j + 1}", column) for j, column in enumerate(np.moveaxis(rows @ by_angle, 2, 0))]
+    found = [(f"q{j + 1}", column) for j, column in enumerate(np.moveaxis(wrench @ by_joint, 2, 0))]
     found += [(f"sensor.{k}", column) for k, column in enumerate(np.moveaxis(sensor, 2, 0))]
-    found += [(f"base.{k}", column) for k, column in enumerate(np.moveaxis(rows, 2, 0))]
+    found += [(f"base.{k}", column) for k, column in enumerate(np.moveaxis(wrench, 2, 0))]
     return [(place, column) for place, column in found if column.any()]
 
 
 def _maximum_likelihood(rows: Array, K: Array) -> tuple[float, float, float]:
-    """Return the gain of log likelihood over v = 0, v itself and its standard error."""
+    """Return the gain of log likelihood over v = 0 [nats], v itself and its standard error.
+
+    Args:
+        rows: ``(N, m)``, whitened residual.
+        K: ``(N, m, m)``, what a component of unit variance adds to the covariance of each pose's rows.
+    """
     values, vectors = np.linalg.eigh(K)
     values = np.maximum(values, 0.0)
     squares = np.einsum("nij,ni->nj", vectors, rows) ** 2
+    # The variance at which the component is as large as the noise; v is sought from exp(-16) to exp(24) times it.
     typical = 1.0 / max(float(np.median(values[:, -1])), 1e-300)
 
     def cost(log_v: float) -> float:
@@ -128,9 +146,9 @@ class WhitenedMeasurement(Measurement):
     """A measurement whose rows are whitened for noise common to a pose.
 
     Attributes:
-        inner: The rows.
-        whitening: ``(N, m, m)``, inverse square roots of the covariances.
-        component: What it is whitened for.
+        inner: The measurement whose rows are whitened.
+        whitening: ``(N, m, m)``, inverse square roots of the covariances of its rows.
+        component: The variance component for which they are whitened.
     """
 
     inner: Any
@@ -138,12 +156,12 @@ class WhitenedMeasurement(Measurement):
     component: NoiseComponent
 
     def __getattr__(self, name: str) -> Any:
-        """Return what the inner measurement has."""
+        """Return an attribute of the inner measurement that this class does not define."""
         return getattr(self.inner, name)
 
     @property
     def target_index(self) -> Array:  # type: ignore[override]
-        """Return which item each pose measures."""
+        """Return the index of the item of the target (a plane, for example) that each pose measures, ``(N,)``."""
         return self.inner.target_index
 
     @property
@@ -153,17 +171,17 @@ class WhitenedMeasurement(Measurement):
 
     @property
     def noise_components(self) -> tuple[NoiseComponent, ...]:
-        """Return those of the inner measurement, and the one that it is whitened for here."""
+        """Return the components of the inner measurement, and the one for which its rows are whitened here."""
         return (*self.inner.noise_components, self.component)
 
     @property
     def estimated_noise(self) -> tuple[NoiseComponent, ...]:
-        """Return that of the inner measurement."""
+        """Return the estimated noise of the inner measurement."""
         return self.inner.estimated_noise
 
     @property
     def rows_per_pose(self) -> int:  # type: ignore[override]
-        """Return the rows of the inner measurement."""
+        """Return the number of rows of each pose."""
         return self.inner.rows_per_pose
 
     @classmethod
@@ -187,11 +205,11 @@ class WhitenedMeasurement(Measurement):
         return self.inner.sigma_stated
 
     def initial_target(self, dataset: Any) -> Target:
-        """Return the inner measurement's."""
+        """Return the initial target of the inner measurement."""
         return self.inner.initial_target(dataset)
 
     def fitted_target(self, T_base_sensor: Array, target: Target) -> Target:
-        """Return the inner measurement's."""
+        """Return the fitted target of the inner measurement."""
         return self.inner.fitted_target(T_base_sensor, target)
 
     def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
@@ -213,7 +231,7 @@ class WhitenedMeasurement(Measurement):
         return self.inner.distances(T_base_sensor, target, point_effects)
 
     def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
-        """Return the inner measurement's."""
+        """Return the perfect rows of the inner measurement, which are not whitened here."""
         return self.inner.perfect_rows(T_base_sensor, target, index)
 
 
