@@ -11,6 +11,7 @@ from scalar.data.description import DESCRIPTION, Description, Path
 from scalar.data.located_table import Table
 from scalar.data.sensor_formats import MeasuredTable
 from scalar.errors import Fault
+from scalar.units import MM
 
 TURN = 2.0 * np.pi
 
@@ -20,6 +21,7 @@ SEVERAL_TURNS = 1.5 * TURN  # rad; several joints at once; real wrists reach 1.2
 MAX_TRAVEL = 100.0  # m; a prismatic joint, where its limits do not say that it goes farther
 TIMES_LIMITS = 20.0  # a travel so many times beyond the limits is one in millimetres
 MAX_LINK = 8.0  # m; a single a or d
+MIN_CHAIN = 0.05  # m; all a and d together, of an arm whose joints all turn
 MAX_CHAIN = 20.0  # m; all a and d together
 MAX_BASE = 200.0  # m; the robot in the coordinates of its hall
 MAX_TOOL = 5.0  # m; the flange's transform, the sensor on the flange
@@ -75,6 +77,7 @@ def _suspect_joints(description: Description) -> None:
     if sum(lengths) > MAX_CHAIN and not max(lengths) > MAX_LINK:
         message = f"suspect: the links add up to {sum(lengths):g} m; {_AS_METRES}"
         description.fault(("robot", "joints"), message)
+    _suspect_short(description, sum(lengths))
     largest = {}
     for i in joints:
         limits = description.vector("robot", "joints", i, "limits", size=2)
@@ -95,6 +98,18 @@ def _suspect_joints(description: Description) -> None:
     for i in sorted(wide):
         message = f"suspect: limits of {largest[i]:g} rad are {largest[i] / TURN:.1f} turns; {_AS_RADIANS}"
         description.fault(("robot", "joints", i, "limits"), message)
+
+
+def _suspect_short(description: Description, chain: float) -> None:
+    """Add an arm too short to be meant: metres that were taken for millimetres. A slide reaches by its travel, a flange may be long."""
+    flange = description.vector("robot", "flange", "translation")
+    reach = chain + (0.0 if flange is None else float(np.linalg.norm(flange)))
+    if 0.0 < chain and reach < MIN_CHAIN and not any(map(description.slides, range(description.n_joints))):
+        message = (
+            f"suspect: the links add up to {chain:g} m; were metres taken for millimetres? In metres the arm would have {chain / MM:g} m; "
+            "write metres"
+        )
+        description.fault(("robot", "joints"), message)
 
 
 def _suspect_transform(description: Description, path: Path, limit: float) -> None:

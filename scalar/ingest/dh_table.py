@@ -8,6 +8,7 @@ from typing import Any
 
 from scalar.data.io.csv_reader import read_csv
 from scalar.data.located_table import Layout, Table, shorten
+from scalar.data.unit_suspicions import MAX_CHAIN, MIN_CHAIN
 from scalar.errors import Fault, InvalidInput
 from scalar.units import DEG, MM
 
@@ -50,6 +51,8 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
         key: _column(path, table.columns, key, units, True, faults) for key, units in _PARAMETERS.items()
     }
     limits = _limits(path, table, types, faults)
+    if "prismatic" not in types:
+        _check_reach(path, table, values, faults)
     if not table.n_rows:
         faults.append(Fault(path.name, "no rows; write a row for each joint, base to flange"))
     if faults:
@@ -63,6 +66,22 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
             joint["limits"] = limits[i]
         joints.append(joint)
     return {"name": name, "convention": convention, "joints": joints}
+
+
+def _check_reach(
+    path: Path, table: Table, values: dict[str, list[float] | None], faults: list[Fault]
+) -> None:
+    """Add an arm that is too short or too long to be meant, with the unit in which it would be right."""
+    chain = sum(abs(length) for key in ("a", "d") for length in values[key] or ())
+    if not chain or MIN_CHAIN <= chain <= MAX_CHAIN:
+        return
+    was, unit = ("mm", "m") if chain < MIN_CHAIN else ("m", "mm")
+    there = [key for key in ("a", "d") if f"{key}_{was}" in table.columns]
+    message = f"the links add up to {chain:g} m, which is no arm; correct the lengths"
+    if there:
+        columns, renamed = (", ".join(f"{key}_{name}" for key in there) for name in (was, unit))
+        message += f", or, if they are in {unit}, call the column{'s'[: len(there) - 1]} {renamed} in place of {columns}"
+    faults.append(Fault(path.name, message))
 
 
 def _types(path: Path, table: Table, faults: list[Fault]) -> list[str]:

@@ -142,6 +142,14 @@ def test_a_robot_from_a_table(units, factor, tmp_path):
         ("a_mm,alpha_deg,d_mm,theta_deg,lower_deg,upper_deg\n0,0,0,0,10,-10\n", "row 2"),
         ("a,alpha,d,theta\n0,0,0,0\n", "unknown column"),
         ("a_mm,alpha_deg,d_mm,theta_deg\n0,x,0,0\n", "row 2"),
+        (
+            "a_mm,alpha_deg,d_mm,theta_deg\n0.4,90,0.3,0\n1,0,0.3,0\n",
+            "call the columns a_m, d_m in place of a_mm, d_mm",
+        ),
+        (
+            "a_m,alpha_deg,d_mm,theta_deg\n400,90,300,0\n1000,0,300,0\n",
+            "call the column a_mm in place of a_m",
+        ),
         ("joint,a_mm,alpha_deg,d_mm,theta_deg\n2,0,0,0,0\n1,0,0,0,0\n", "base to flange"),
     ],
 )

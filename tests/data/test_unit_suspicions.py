@@ -84,6 +84,18 @@ def test_a_description_in_other_units_is_suspected(tmp_path: Path, key: str, col
     assert columns_of(faults_of(tmp_path, mapping, tables())) == columns
 
 
+@pytest.mark.parametrize("slides", [False, True])
+def test_an_arm_of_millimetres_is_suspected(tmp_path: Path, slides: bool) -> None:
+    """Metres that were taken for millimetres make an arm of 1 mm; one that slides reaches by its travel and may have no lengths."""
+    mapping = description()
+    mapping["robot"]["joints"] = puma_like(MM)
+    if slides:
+        mapping["robot"]["joints"][0] |= {"type": "prismatic", "limits": [-4.0, 4.0]}
+    faults = faults_of(tmp_path, mapping, tables())
+    assert columns_of(faults) == (set() if slides else {"robot.joints"})
+    assert slides or "In metres the arm would have 1.03 m" in faults[0].message
+
+
 def test_joint_angles_in_degrees_are_suspected(tmp_path: Path) -> None:
     """All angles in degrees, or one row, or one column of them: one fault a joint, with its largest angle."""
     content = tables()
