@@ -60,8 +60,7 @@ def run_all(
         cores: How many run at once.
         done: Called with the index of each job and its line, as they are finished.
     """
-    for folder in {job.output.parent for job in jobs}:
-        sweep(folder)
+    _sweep_beside(jobs)
     method = "fork" if "fork" in get_all_start_methods() else "spawn"
     context: Any = get_context(method)
     rows: dict[int, dict[str, Any]] = {}
@@ -95,7 +94,15 @@ def run_all(
             process.terminate()
         for _, process in running.values():
             process.join()
+        # Workers of a run that was killed may have lived on for a moment after the first time.
+        _sweep_beside(jobs)
     return [rows[k] for k in range(len(jobs))]
+
+
+def _sweep_beside(jobs: Sequence[Job]) -> None:
+    """Remove what killed runs have left beside the results."""
+    for folder in {job.output.parent for job in jobs}:
+        sweep(folder)
 
 
 def finished_row(job: Job, *, again: bool = False) -> dict[str, Any] | None:

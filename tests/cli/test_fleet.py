@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 
 from scalar.cli import cli
 from scalar.cli.fleet_folders import datasets_in, names_of
+from scalar.data.io import temporary
 from scalar.diagnosis import Diagnosis, diagnose
 from tests.helpers import make_scene
 
@@ -155,6 +156,18 @@ def test_killed_and_called_again_it_gives_the_same_bytes(fleet: Path, tmp_path: 
     assert again.returncode == 2, again.stderr
     assert kept.stat().st_mtime_ns == made_at
     assert contents(stopped) == contents(whole)
+
+
+def test_what_a_worker_leaves_that_outlives_its_run_for_a_moment_is_removed(
+    fleet: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, instantly: list[str]
+) -> None:
+    """A worker of a run that was killed still lives when the next run begins, and no longer when that run ends: its hidden folder goes."""
+    here, at_first = os.getpid(), iter([True])
+    monkeypatch.setattr(temporary, "lives", lambda pid: os.getpid() != here or next(at_first, False))
+    left = temporary.temporary_beside(tmp_path / "out" / "robot-2" / "campaign")
+    left.mkdir(parents=True)
+    run("diagnose", "--batch", fleet, "-o", tmp_path / "out")
+    assert next(at_first, None) is None and not left.exists()
 
 
 def test_one_dataset_at_a_time_without_the_option(fleet: Path, tmp_path: Path) -> None:
