@@ -15,7 +15,7 @@ from scalar.diagnosis.finding import Finding
 from scalar.diagnosis.fold_odds import fold_odds
 from scalar.diagnosis.grounds import FinalResiduals, grounds_of_component, grounds_of_effect
 from scalar.diagnosis.harmonic_spectrum import as_whitened, has_all_orders, is_shrunk
-from scalar.diagnosis.hold_out import held_out_errors
+from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors
 from scalar.diagnosis.identified_components import identified_components, only_place
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.observability import unobservable_effects
@@ -24,9 +24,9 @@ from scalar.diagnosis.ranking import rank
 from scalar.diagnosis.repeated_changes import repeated_changes_doubted
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.settings import DEFAULTS, Settings
-from scalar.diagnosis.shipped_fit import shipped_fit
+from scalar.diagnosis.shipped_fit import ShippedFit, shipped_fit
 from scalar.diagnosis.unmodelled_structure import evidence_without_a_name
-from scalar.diagnosis.variance_components import whitening_for
+from scalar.diagnosis.variance_components import VarianceComponent, whitening_for
 from scalar.effects import Effect
 from scalar.estimation.measured_effects import with_target_motion
 
@@ -76,12 +76,10 @@ def diagnose(
     ranking = rank(before, before.background(), CandidateColumns(before, candidates), MAX_RANKING)
     noise = identified_components(after)
     unseen = None if outer is None else outer.errors
-    final = run.near_data_sheet()
-    shipped = shipped_fit(final.before, final.after, after.whitening if noise else None, unseen)
+    component = after.variance_components[0] if noise else None
+    final, shipped = _shipped(run, component, unseen)
     progress("calibrating")
-    calibration_before, calibration_found, calibration_after = final.calibrated(
-        shipped, after.variance_components[0] if noise else None
-    )
+    calibration_before, calibration_found, calibration_after = final.calibrated(shipped, component)
     # The findings report exactly the coefficients that the calibration contains.
     fitted = zip(found, calibration_found.model.effects, calibration_found.effect_std, strict=True)
     return Diagnosis(
@@ -110,9 +108,8 @@ def answer_without(dataset: Dataset, settings: Settings) -> Answer:
     """Return the answer of a whole diagnosis of a dataset from which one part of the outer split was removed."""
     run = explained(dataset, settings, lambda stage: None)
     noise = identified_components(run.after)
-    component = noise[0] if noise else None
-    final = run.near_data_sheet()
-    shipped = shipped_fit(final.before, final.after, whitening_for(component) if component else None)
+    component = run.after.variance_components[0] if noise else None
+    final, shipped = _shipped(run, component)
     before, _, after = final.calibrated(shipped, component)
     return Answer(
         before.model,
@@ -120,6 +117,23 @@ def answer_without(dataset: Dataset, settings: Settings) -> Answer:
         run.after.effects,
         noise[0].name if noise else None,
     )
+
+
+def _shipped(
+    run: Explained,
+    component: VarianceComponent | None,
+    unseen: tuple[HeldOutErrors, HeldOutErrors] | None = None,
+) -> tuple[Explained, ShippedFit]:
+    """Return a run with the priors of its final fits, and which of these fits is shipped.
+
+    Args:
+        run: What was found, without these priors.
+        component: The variance component whose weights the fit may have, or None.
+        unseen: Errors without and with effects on poses that no part of the diagnosis has used, or None.
+    """
+    final = run.near_data_sheet()
+    whitening = None if component is None else whitening_for(component)
+    return final, shipped_fit(final.before, final.after, whitening, unseen)
 
 
 def _confirmed(

@@ -103,36 +103,36 @@ def focused_choice(after: FittedState) -> FocusedChoice:
         (_eliminated(wide, start, with_all) for start in sorted(starts)),
         key=lambda kept: wide.errors(kept)[LIMITS],
     )
-    if wide.errors(kept)[LIMITS] > settings.nearer * with_all[LIMITS] or not _no_worse(
-        wide.errors(kept), with_all
-    ):
-        kept = found
-    least, without = wide.errors(kept), wide.errors(())
-    if all(least[k] > settings.worth_correcting * without[k] for k in (LIMITS, MEASURED)):
-        kept = ()
+    errors, without = wide.errors(kept), wide.errors(())
+    if errors[LIMITS] > settings.nearer * with_all[LIMITS] or not _no_worse(errors, with_all):
+        kept, errors = found, with_all
+    if all(errors[k] > settings.worth_correcting * without[k] for k in (LIMITS, MEASURED)):
+        kept, errors = (), without
     return FocusedChoice(
         after if kept == found else after.refitted([everything[i] for i in kept]),
         tuple(effects[i] for i in found if i not in kept),
         tuple(everything[i] for i in kept if i not in found),
         with_all[LIMITS],
-        wide.errors(kept)[LIMITS],
-        wide.errors(kept)[RANGES],
+        errors[LIMITS],
+        errors[RANGES],
     )
 
 
 def _nuisances(after: FittedState) -> list[Effect]:
     """Return the effects that every set-up has to a small degree (``Effect.nuisances``), without those that were found."""
     possible = [effect for kind in known().values() for effect in kind.nuisances(after.dataset)]
-    return [effect for effect in possible if not any(effect.same_place(other) for other in after.effects)]
+    return _not_found(after, possible)
 
 
 def _general(after: FittedState) -> list[Effect]:
     """Return a list of at most one effect of which one that was found is a special case; several would be almost equivalent."""
     general = (effect.generalised(after.dataset) for effect in after.effects)
-    not_found = (
-        e for e in general if e is not None and not any(e.same_place(other) for other in after.effects)
-    )
-    return list(not_found)[:1]
+    return _not_found(after, [effect for effect in general if effect is not None])[:1]
+
+
+def _not_found(after: FittedState, effects: list[Effect]) -> list[Effect]:
+    """Return those of some effects whose place none of the effects that were found has."""
+    return [effect for effect in effects if not any(effect.same_place(other) for other in after.effects)]
 
 
 def _eliminated(wide: _Wide, kept: tuple[int, ...], than: Errors) -> tuple[int, ...]:

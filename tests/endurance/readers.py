@@ -217,7 +217,7 @@ def _make_joints(folder: Path) -> None:
 
 
 def _read_joints(folder: Path) -> Any:
-    """Predict by the command line, whose last guard turns what nobody foresaw into exit status 70; the calibration is sound, and read once."""
+    """Predict by the command line, where an unexpected exception becomes exit status 70; the calibration has no fault, and is read once."""
     out = folder.with_name("frames.csv")
     out.unlink(missing_ok=True)
     given = [str(folder / "calibration.json"), str(folder / "joints.csv"), "-o", str(out)]

@@ -40,7 +40,7 @@ def test_planes_nearly_parallel_are_refused():
 
 
 def test_a_guess_far_from_its_plane_is_refused():
-    """A guess that is 45 degrees off: believed within sixty, refused beyond thirty."""
+    """A guess that is 45 degrees off is accepted where sixty are allowed, and refused where thirty are."""
     model: Any = SimpleNamespace(target=planes((0, 0, 1)))
     guess = planes((0, 1, 1))
     check_guess(model, guess)
