@@ -25,8 +25,8 @@ class RangeDistortion(RangeError):
     """The measured range is curved: ``r -> r + k (r - m)^2 + s r + o``.
 
     Parabolas about different middles differ by a gain and a zero, so these two are fitted as well. Where planes of unknown place do not determine
-    the gain, it is fixed: the slope of the range at ``middle`` is then taken to be right. With a middle among the measured ranges, a curvature
-    changes the lengths of the arm least.
+    the gain, it is fixed: the slope of the range at ``middle`` is then taken to be right. A wrong middle makes the arm too long or too short, and
+    leaves no residual (``acquisition.range_middle`` says which middle is taken, and why).
 
     Attributes:
         middle: m [m].
@@ -81,7 +81,7 @@ class RangeDistortion(RangeError):
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
-        """Return a curvature about the middle of the measured ranges."""
+        """Return a curvature about the middle of the extent of the measured ranges."""
         check_measures_range(dataset)
         return [cls(range_middle(dataset))]
 
