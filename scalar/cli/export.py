@@ -30,7 +30,7 @@ _WRITES = {
     ".csv": "joint,",
     ".md": "with Hayati's beta",
 }
-"""What the beginning of a file says that this command wrote."""
+"""What stands at the beginning of a file that this command wrote, so that it may be replaced without --force."""
 
 
 @cli.command()
@@ -130,7 +130,7 @@ def export(
         lacking = beyond_standard_dh(rigid.robot) if standard else ""
     with atomic_write(output) as temporary:
         temporary.write_text(content, encoding="utf-8", newline="\n")
-    for line in _said(rigid, _FORMS[form]):
+    for line in _included_and_left_out(rigid, _FORMS[form]):
         say(line)
     if lacking:
         say(f"  {lacking}")
@@ -153,9 +153,9 @@ def _columns(at: Sequence[str]) -> dict[str, float]:
     return found
 
 
-def _said(rigid: RigidPart, form: str) -> list[str]:
-    """Return what the file holds and what it does not, with its size."""
-    lines = [f"  held as geometry: {effect.title}" for effect in rigid.held]
+def _included_and_left_out(rigid: RigidPart, form: str) -> list[str]:
+    """Return lines that name the effects in the file and those that it cannot hold, with the size of these."""
+    lines = [f"  included in the geometry: {effect.title}" for effect in rigid.included]
     if not rigid.left_out:
         return [*lines, f"  {form} holds the whole calibration"]
     for left_out in rigid.left_out:

@@ -1,9 +1,9 @@
-"""Which single changes explain the difference of two calibrations: forward selection at a level that holds for all candidates together.
+"""Find the changes that explain the difference of two calibrations, by forward selection at a level that holds for all candidates together.
 
 A candidate is one geometric parameter, or all terms of one effect. With y the whitened difference and H_k the response to candidate k,
-``y = sum of H_k c_k + noise of unit variance``. In each step the candidate is added that explains most, if the probability that chance makes
-any of the m candidates explain as much is below alpha (Bonferroni: m times the chi-squared probability of the reduction). What was chosen
-early and is not needed any more is removed. What remains is tested as a whole.
+``y = sum of H_k c_k + noise of unit variance``. Each step adds the candidate that explains most, if the probability that chance makes
+any of the m candidates explain as much is below alpha (Bonferroni: m times the chi-squared probability of the reduction). A candidate that
+the later ones make needless is removed again. What the chosen candidates leave of y is tested as a whole.
 """
 
 from __future__ import annotations
@@ -19,16 +19,17 @@ from scalar.geometry.se3 import Array
 ALPHA = 0.01
 """Probability that two calibrations of an unchanged arm show any change."""
 _SAME = 0.9999  # cosine above which two candidates are one
-_RIVAL = 2.0 * np.log(20.0)  # of the chi-squared: a rival that explains this little less is not ruled out
+# In chi-squared, a likelihood ratio of 20: a rival that explains less by no more than this is not ruled out.
+_RIVAL = 2.0 * np.log(20.0)
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """What may have changed: the columns of some parameters.
+    """What may have changed: a geometric parameter, or an effect with all its terms.
 
     Attributes:
-        name: Of the parameter or of the effect.
-        columns: Indices of its parameters.
+        name: Name of the parameter or of the effect.
+        columns: Indices of its parameters among those of the arm.
     """
 
     name: str
@@ -41,8 +42,8 @@ class Change:
 
     Attributes:
         candidate: What changed.
-        value, std: ``(k,)``, of each of its parameters, in their units.
-        p_value: Probability that chance alone makes one of the candidates explain as much.
+        value, std: ``(k,)``, change of each of its parameters and its standard error, in their units.
+        p_value: Probability that chance alone makes any of the candidates explain as much.
         rivals: Candidates that explain nearly as much in its place.
     """
 
@@ -56,7 +57,7 @@ class Change:
 def find_changes(
     compared: Invariants, candidates: list[Candidate], alpha: float = ALPHA
 ) -> tuple[list[Change], float]:
-    """Return the changes beyond chance, the surest first, and the probability that chance alone leaves what they leave unexplained.
+    """Return the changes beyond chance, the surest first, and the p-value of the difference that they leave unexplained.
 
     Args:
         compared: The whitened difference and responses.
@@ -64,8 +65,8 @@ def find_changes(
         alpha: Probability of any change being found where there is none.
     """
     y, H = compared.difference, compared.response
-    seen = [c for c in candidates if np.linalg.norm(H[:, list(c.columns)]) > 0]
-    distinct = _distinct(H, seen)
+    comparable = [c for c in candidates if np.linalg.norm(H[:, list(c.columns)]) > 0]
+    distinct = _distinct(H, comparable)
     n_tests = len(distinct)
     chosen: list[Candidate] = []
     while len(chosen) < len(y):
@@ -80,13 +81,14 @@ def find_changes(
             chosen.remove(best)
             break
         chosen = kept
-    changes = [_change(y, H, chosen, c, seen, n_tests) for c in chosen]
+    changes = [_change(y, H, chosen, c, comparable, n_tests) for c in chosen]
     left_over, rank = _left_over(y, H, chosen)
     rest = float(chi2.sf(left_over, len(y) - rank)) if len(y) > rank else 1.0
     return sorted(changes, key=lambda change: change.p_value), rest
 
 
 def _columns(H: Array, chosen: list[Candidate]) -> Array:
+    """Return the responses to some candidates, each scaled to length 1."""
     index = [i for candidate in chosen for i in candidate.columns]
     columns = H[:, index]
     lengths = np.linalg.norm(columns, axis=0)
@@ -94,7 +96,7 @@ def _columns(H: Array, chosen: list[Candidate]) -> Array:
 
 
 def _left_over(y: Array, H: Array, chosen: list[Candidate]) -> tuple[float, int]:
-    """Return the squared length of what some candidates leave of the difference, and the rank of their responses."""
+    """Return the squared length of the part of y that some candidates leave unexplained, and the rank of their responses."""
     if not chosen:
         return float(y @ y), 0
     basis, values, _ = np.linalg.svd(_columns(H, chosen), full_matrices=False)
@@ -104,14 +106,14 @@ def _left_over(y: Array, H: Array, chosen: list[Candidate]) -> tuple[float, int]
 
 
 def _p_value(y: Array, H: Array, given: list[Candidate], candidate: Candidate) -> float:
-    """Return the chi-squared probability of what a candidate explains beyond others."""
+    """Return the chi-squared probability that chance makes a candidate explain as much as it does, beyond the given ones."""
     before, rank_before = _left_over(y, H, given)
     after, rank = _left_over(y, H, [*given, candidate])
     return float(chi2.sf(before - after, rank - rank_before)) if rank > rank_before else 1.0
 
 
 def _distinct(H: Array, candidates: list[Candidate]) -> list[Candidate]:
-    """Return the candidates without those that respond as an earlier one does."""
+    """Return the candidates without those whose response has the directions of an earlier one's."""
     kept: list[Candidate] = []
     for candidate in candidates:
         if not any(_cosine(H, candidate, other) > _SAME for other in kept):
@@ -120,7 +122,7 @@ def _distinct(H: Array, candidates: list[Candidate]) -> list[Candidate]:
 
 
 def _cosine(H: Array, one: Candidate, other: Candidate) -> float:
-    """Return the smallest cosine between the spaces of two candidates, 0 if they have other dimensions."""
+    """Return the cosine of the largest angle between the spaces that two candidates' responses span, 0 if their dimensions differ."""
     if len(one.columns) != len(other.columns):
         return 0.0
     bases = [np.linalg.qr(_columns(H, [candidate]))[0] for candidate in (one, other)]
@@ -128,8 +130,14 @@ def _cosine(H: Array, one: Candidate, other: Candidate) -> float:
 
 
 def _change(
-    y: Array, H: Array, chosen: list[Candidate], candidate: Candidate, seen: list[Candidate], n_tests: int
+    y: Array,
+    H: Array,
+    chosen: list[Candidate],
+    candidate: Candidate,
+    comparable: list[Candidate],
+    n_tests: int,
 ) -> Change:
+    """Return one of the chosen candidates with its size, estimated together with the others, its p-value and its rivals."""
     index = [i for c in chosen for i in c.columns]
     lengths = np.linalg.norm(H[:, index], axis=0)
     lengths = np.where(lengths > 0, lengths, 1.0)
@@ -138,7 +146,8 @@ def _change(
     std = np.sqrt(np.sum(inverse**2, axis=1)) / lengths
     own = [index.index(i) for i in candidate.columns]
     others = [c for c in chosen if c is not candidate]
-    explained = _left_over(y, H, chosen)[0]
-    rivals = [c for c in seen if c not in chosen and _left_over(y, H, [*others, c])[0] < explained + _RIVAL]
+    unexplained = _left_over(y, H, chosen)[0]
+    in_its_place = {c: _left_over(y, H, [*others, c])[0] for c in comparable if c not in chosen}
+    rivals = [c for c, left_over in in_its_place.items() if left_over < unexplained + _RIVAL]
     p = min(_p_value(y, H, others, candidate) * n_tests, 1.0)
     return Change(candidate, values[own], std[own], p, tuple(rivals))

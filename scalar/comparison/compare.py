@@ -1,4 +1,4 @@
-"""Compare two calibrations of one arm: the yearly check, before and after a crash, a motor that was changed, a payload."""
+"""Compare two calibrations of one arm, as in a yearly check, or before and after a crash, a change of motor or a payload."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from scalar.geometry.se3 import Array, rotation_angle
 from scalar.units import DEG, MM
 
 FORMAT = "scalar-comparison/1"
-_LEAST_TIMES = 1.54  # from here on the bound on a sum of squares holds
-_LEAST = 1e-9  # m; what arithmetic makes of two equal models is less
+_LEAST_TIMES = 1.54  # the bound on a weighted sum of squares holds from this multiple of its mean on
+_LEAST = 1e-9  # m; the positions of two equal models differ by less, through rounding
 _SAME_LENGTH, _SAME_ANGLE = 1e-6, 1e-6  # m, rad: nominal geometries that differ by more are of two arms
 
 
 @dataclass(frozen=True, eq=False)
 class Moved:
-    """By how far predicted positions move [m], over random poses, after the best fit of base and sensor.
+    """How far predicted positions move [m] at random poses, after the best fit of base and sensor.
 
     Attributes:
-        rms: Root mean square.
-        largest: Of all poses.
+        rms: Root mean square over the poses.
+        largest: Maximum over the poses.
     """
 
     rms: float
@@ -54,18 +54,18 @@ class Comparison:
     """What changed between two calibrations A and B.
 
     Attributes:
-        arm: Its parameters in both.
-        changes: Beyond chance, the surest first.
-        moved: By how far each change alone moves predicted positions.
-        rest_p_value: Probability that chance alone leaves what the changes leave unexplained.
+        arm: The arm's parameters in both.
+        changes: The changes beyond chance, the surest first.
+        moved: How far each change alone moves predicted positions.
+        rest_p_value: p-value of the difference that the changes leave unexplained.
         alpha: Probability that any change is found where there is none.
-        together: By how far the two calibrations predict different positions.
-        by_chance: The same for an arm that did not change, by both covariances [m], root mean square.
-        not_compared: ``{name: reason}``.
-        campaign: What differs besides: the sensor's place on the flange [m, rad], names of the arms.
-        misfits: For A and B, the ratio of residual and noise, and its probability by chance.
-        effects: Of A and B, as ``--effects`` of `scalar calibrate` takes them.
-        same_effects: What ``--effects`` has to be for A and for B, so that both hold the arm's effects of either.
+        together: How far apart the positions are that the two calibrations predict.
+        by_chance: Root mean square [m] of that distance for an arm that did not change, by both covariances.
+        not_compared: ``{name: reason}`` of the parameters that were not compared.
+        campaign: What differs but is not of the arm: the sensor's place on the flange [mm, deg], and the names of the arms.
+        misfits: For A and B, the ratio of residual to noise, and its p-value.
+        effects: The effects of A and of B, as ``--effects`` of `scalar calibrate` takes them.
+        same_effects: The ``--effects`` with which A and B would each contain the arm's effects of both.
         taken_over: Whether A or B took effects from another calibration and fixed them.
     """
 
@@ -90,9 +90,9 @@ class Comparison:
 
     @property
     def positions_changed(self) -> bool:
-        """Return whether the predicted positions differ beyond chance, whatever parameters the two calibrations share.
+        """Return whether the predicted positions differ beyond chance; unlike ``changed``, also by what only one calibration contains.
 
-        The squared difference is a weighted sum of squares of normal numbers. Whatever the weights, it exceeds x times its mean, x > 1.54,
+        The squared difference is a weighted sum of squares of normal variables. Whatever the weights, it exceeds x times its mean, x > 1.54,
         at most as often as a single square does (Szekely and Bakirov, Probability Theory and Related Fields 126 (2003)).
         """
         times = max(float(chi2.isf(self.alpha, 1)), _LEAST_TIMES)
@@ -135,8 +135,8 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
     """Return what changed in an arm from calibration A to calibration B.
 
     Args:
-        a: The earlier one.
-        b: The later one, of a campaign of its own: its errors are independent of those of A.
+        a: The earlier calibration.
+        b: The later one, of another campaign, so that its errors are independent of those of A.
         alpha: Probability that any change is found where there is none.
 
     Raises:
@@ -175,14 +175,14 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
 
 
 def _same_effects(own: Calibration, other: Calibration) -> str:
-    """Return ``--effects`` for one of two campaigns: its own effects, and what the other found in the arm."""
+    """Return ``--effects`` for one of two campaigns: its own effects, and the arm's effects of the other."""
     return named_effects(
         (*effects_of_the_arm(own.model), *effects_of_the_arm(other.model), *own.model.effects)
     )
 
 
 def _misfit(calibration: Calibration) -> tuple[float, float]:
-    """Return the ratio of a fit's residual to the noise and its p-value; one and one where the noise is not known."""
+    """Return the ratio of a fit's residual to the noise and its p-value; 1 and 1 where the noise is not known."""
     ratio, p_value = (calibration.summary.get(key) for key in ("misfit", "misfit_p_value"))
     return (1.0, 1.0) if ratio is None or p_value is None else (float(ratio), float(p_value))
 
@@ -207,6 +207,7 @@ def _campaign(a: Calibration, b: Calibration) -> dict[str, Any]:
 
 
 def _check_comparable(a: Calibration, b: Calibration) -> None:
+    """Raise ``InvalidInput`` if the calibrations are of different arms, or one states no standard errors."""
     one, other = a.model.nominal, b.model.nominal
     if one.n_joints != other.n_joints:
         message = f"it calibrates an arm of {other.n_joints} joints, and A one of {one.n_joints}; give two calibrations of one arm"

@@ -1,9 +1,10 @@
-"""What of a difference of two calibrations is of the arm, whatever base, sensor and convention the two campaigns had.
+"""The part of the difference of two calibrations that belongs to the arm, whatever base, sensor and fixed parameters the campaigns had.
 
-The screws of the predicted poses by the arm's parameters are freed of every motion of the base (left of the arm) and of the sensor (right of
-it). Parameters whose combination then moves nothing, such as d of two successive parallel axes, are null directions G: two fits may differ
-along them by the choice of what was fixed. Only linear functions Q of the parameters with ``Q G = 0`` can be compared. Their covariance is
-``Q C Q'``, and functions that nobody has estimated are left out.
+The derivatives of the predicted poses by the arm's parameters (a screw for each pose and parameter) are freed of every motion of the base
+(left of the arm) and of the sensor (right of it). Combinations of parameters that then move nothing, such as d of one and -d of the next of
+two parallel axes, are null directions G: two fits may differ along them by the choice of what was fixed. Only linear functions Q of the
+parameters with ``Q G = 0`` can be compared. Their covariance is ``Q C Q'``, C being that of the difference; functions that neither
+calibration estimated are left out.
 """
 
 from __future__ import annotations
@@ -23,17 +24,17 @@ from scalar.geometry.se3 import Array
 
 N_POSES = 300
 _NULL = 1e-7  # of the largest singular value: below it a combination moves nothing
-_NOT_ESTIMATED = 1e-12  # of the largest variance: below it nobody has estimated a function
-_INVISIBLE = 1e-6  # of a parameter's length: less of it can be compared
+_NOT_ESTIMATED = 1e-12  # of the largest variance: a function with less was estimated by neither calibration, and has no error
+_INVISIBLE = 1e-6  # norm of a parameter's column of Q, at most 1: below it no comparable function depends on the parameter
 
 
 @dataclass(frozen=True, eq=False)
 class Invariants:
-    """What can be compared, whitened: R numbers of unit variance.
+    """The comparable functions of the parameters, whitened: R numbers of unit variance.
 
     Attributes:
-        difference: ``(R,)``.
-        response: ``(R, P)``: how a change of each parameter of the arm shows; a column is zero where it cannot be compared.
+        difference: ``(R,)``, B minus A.
+        response: ``(R, P)``, derivative of the numbers by each parameter of the arm; zero for a parameter that cannot be compared.
     """
 
     difference: Array
@@ -41,23 +42,23 @@ class Invariants:
 
 
 def invariants(arm: ArmParameters) -> Invariants:
-    """Return what can be compared of two calibrations."""
+    """Return the difference of two calibrations in the functions of the parameters that can be compared."""
     poses = random_poses(arm.model, N_POSES)
     columns = _pose_columns(arm.model, poses)[:, arm.columns]
     scale = np.linalg.norm(columns, axis=0) / np.sqrt(len(poses))
     moves = scale > _NULL * scale.max()
     scale[~moves] = 1.0
     _, s, Vt = np.linalg.svd(np.linalg.qr(columns * (moves / scale), mode="r"))
-    hidden = [*Vt[s < _NULL * s[0]]]
+    null_directions = [*Vt[s < _NULL * s[0]]]
     if arm.scale_unknown:
         along = np.zeros(len(arm.names))
         geometry = scale_direction(arm.model)
         along[: len(geometry)] = geometry
-        hidden.append(along * scale)
-    hidden += [
+        null_directions.append(along * scale)
+    null_directions += [
         row for row, name in zip(np.eye(len(arm.names)), arm.names, strict=True) if name in arm.unknown
     ]
-    Q = _orthogonal_complement(np.array(hidden).reshape(-1, len(arm.names)))
+    Q = _orthogonal_complement(np.array(null_directions).reshape(-1, len(arm.names)))
     variance = Q @ (arm.covariance * np.outer(scale, scale)) @ Q.T
     values, vectors = np.linalg.eigh(variance)
     estimated = values > _NOT_ESTIMATED * values.max(initial=0.0)
@@ -79,7 +80,7 @@ def displacement_columns(arm: ArmParameters) -> Array:
 
 
 def displacements(a: Model, b: Model) -> Array:
-    """Return by how far the positions that two models of an arm predict differ ``(K, 3)`` [m], best base and sensor shift removed.
+    """Return the positions by model b less those by model a at K random poses ``(K, 3)`` [m], the best motion of base and sensor removed.
 
     Effects that do not stay with the arm are left out.
     """
@@ -96,7 +97,7 @@ def displacements(a: Model, b: Model) -> Array:
 
 
 def _pose_columns(model: Model, poses: Poses) -> Array:
-    """Return the derivatives of whole poses by the parameters ``(6 K, P)``, base and sensor removed; a radian counts as a metre."""
+    """Return the derivatives of whole poses by the parameters ``(6 K, P)``, freed of motions of base and sensor; a radian counts as a metre."""
     kinematics = kinematics_at(replace(model, robot=with_parallel_axes(model.robot)), poses)
     T = kinematics.T_base_sensor
     eye = np.broadcast_to(np.eye(6), (len(T), 6, 6))

@@ -1,4 +1,4 @@
-"""A calibration against the truth of a simulated set."""
+"""Errors of a calibration: against the truth of a simulated dataset, and estimated over the workspace (``workspace_errors``)."""
 
 from scalar.evaluate.pose_errors import (
     Evaluation,

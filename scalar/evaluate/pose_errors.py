@@ -1,9 +1,9 @@
-"""How far a calibration is from the truth: equations 17 and 18 of the paper over many random poses, raw and aligned.
+"""Errors of a calibration against the truth, by equations 17 and 18 of the paper at many random poses, raw and aligned.
 
 ``T_err = T_true^-1 T_hat``: the position error is the length of its translation, the orientation error the angle of its rotation.
-Planes leave the base of the robot free, so two figures are reported and always named: *raw*, the poses as predicted, and
-*aligned*, after the rigid motion of the base that fits the predicted positions best to the true ones; the orientation error is then
-taken after the same rotation.
+Measurements of planes do not determine the base frame of the robot, so the errors are reported twice: *raw*, of the poses as predicted,
+and *aligned*, after the rigid motion of the base that fits the predicted positions best to the true ones. The aligned orientation error
+is taken after the same motion.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from scalar.units import DEG, MM
 
 @dataclass(frozen=True, eq=False)
 class PoseErrors:
-    """Errors over N poses.
+    """Errors at N poses.
 
     Attributes:
-        position: ``(N,)`` [m].
-        orientation: ``(N,)`` [rad].
+        position: ``(N,)`` [m], distance between predicted and true origin of the sensor.
+        orientation: ``(N,)`` [rad], angle of the rotation between predicted and true sensor frame.
     """
 
     position: Array
     orientation: Array
 
     def to_mapping(self) -> dict[str, float]:
-        """Return mean and maximum in millimetres and degrees."""
+        """Return mean and maximum of both in millimetres and degrees."""
         return {
             "position_mean_mm": float(self.position.mean() / MM),
             "position_max_mm": float(self.position.max() / MM),
@@ -49,11 +49,11 @@ class Evaluation:
     """Errors of a calibration against the truth.
 
     Attributes:
-        raw: Of the poses as predicted.
-        aligned: After the best rigid motion of the base.
-        predicted_position_std: ``(N,)`` [m], what the calibration itself claims.
-        planes: A row a plane: errors of normal and distance, or empty.
-        parameters: A row a parameter: estimate, truth, error and standard error, or empty.
+        raw: Errors of the poses as predicted.
+        aligned: Errors after the best rigid motion of the base.
+        predicted_position_std: ``(N,)`` [m], the standard deviation of each predicted position by the calibration's own covariance.
+        planes: One row for each plane, with the errors of normal and distance; empty if the truth has no planes.
+        parameters: One row for each parameter, with estimate, truth, error and standard error; empty if the truth has no parameters.
     """
 
     raw: PoseErrors
@@ -108,7 +108,7 @@ def evaluate(
     """Return the errors of a calibration.
 
     Args:
-        calibration: To judge.
+        calibration: The calibration to evaluate.
         truth_poses: q1..qn [rad] and the true x, y, z [m], rx, ry, rz [rad] of the sensor in the base frame.
         truth: Content of ``truth.json``, for planes and parameters; or None.
     """
@@ -150,7 +150,7 @@ def _plane_errors(calibration: Calibration, truth: Mapping[str, Any] | None) -> 
 
 
 def true_parameters(truth: Mapping[str, Any]) -> dict[str, float]:
-    """Return the true value of every parameter that ``truth.json`` gives, by name; angles as they are written there."""
+    """Return the true value [m, rad] of every parameter that ``truth.json`` gives, by name; angles are not wrapped to one turn."""
     values: dict[str, float] = {}
     parameters = truth.get("parameters", {})
     for kind in GEOMETRY:
@@ -164,13 +164,14 @@ def true_parameters(truth: Mapping[str, Any]) -> dict[str, float]:
     return values
 
 
-_SENSOR_TURN = ("sensor_rx", "sensor_ry", "sensor_rz")
+_SENSOR_ROTATION = ("sensor_rx", "sensor_ry", "sensor_rz")
 
 
 def rotation_vector_near(turn: Array, near: Array) -> Array:
-    """Return the rotation vector ``(3,)`` [rad] of the same rotation that is nearer to another.
+    """Return a rotation vector ``(3,)`` [rad] of the same rotation as ``turn``: of two, the one nearer to ``near``.
 
-    At half a turn, where the paper's scanner sits, r and r (1 - 2 pi / |r|) are as short as each other.
+    ``turn`` and ``turn (1 - 2 pi / |turn|)`` are the same rotation. At half a turn, as of the paper's scanner, they are equally long, and
+    it is chance which of the two a fit returns.
     """
     angle = float(np.linalg.norm(turn))
     if angle == 0.0:
@@ -184,10 +185,10 @@ def _parameter_errors(calibration: Calibration, truth: Mapping[str, Any] | None)
         return pd.DataFrame()
     true = true_parameters(truth)
     values = dict(zip(calibration.model.names, calibration.model.vector, strict=True))
-    if all(name in true for name in _SENSOR_TURN):
-        near = np.array([true[name] for name in _SENSOR_TURN])
+    if all(name in true for name in _SENSOR_ROTATION):
+        near = np.array([true[name] for name in _SENSOR_ROTATION])
         turn = rotation_vector_near(calibration.model.sensor_rotation_vector(), near)
-        values.update(zip(_SENSOR_TURN, turn, strict=True))
+        values.update(zip(_SENSOR_ROTATION, turn, strict=True))
     rows = []
     for name, entry in calibration.parameters().items():
         if name not in true:

@@ -1,4 +1,4 @@
-"""The truth of a simulated set: the folder that ``scalar simulate`` writes beside the dataset."""
+"""Read the truth of a simulated dataset: the folder that ``scalar simulate`` writes next to the dataset."""
 
 from __future__ import annotations
 
@@ -23,7 +23,13 @@ if TYPE_CHECKING:
 def read_truth(
     folder: Path, n_joints: int, limits: Array | None = None, prismatic: Sequence[int] = ()
 ) -> tuple[pd.DataFrame, dict[str, Any] | None]:
-    """Return the true poses of a simulated set and the content of its ``truth.json``, or None where that is missing.
+    """Return the true poses of a simulated dataset and the content of its ``truth.json``, None where that file is missing.
+
+    Args:
+        folder: With ``truth_poses.csv``.
+        n_joints: Number n of joints of the robot.
+        limits: ``(n, 2)`` [rad, m], which the joints of the true poses must keep; or None.
+        prismatic: Indices, from 0, of the prismatic joints.
 
     Raises:
         InvalidInput: There are no true poses, or a file is damaged.
@@ -43,7 +49,7 @@ def read_truth(
 
 
 def _check_truth(content: dict[str, Any]) -> None:
-    """Raise whatever NumPy or Python raises where a number, a list or a mapping is not what its place asks for."""
+    """Convert the numbers of a truth to arrays, and let the error of NumPy or Python pass where one cannot be converted."""
     parameters, planes = content.get("parameters", {}), content.get("planes")
     for key in (*GEOMETRY, "t", "r"):
         np.array(parameters.get(key, []), dtype=float).reshape(-1)

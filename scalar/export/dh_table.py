@@ -16,17 +16,22 @@ FORMULAS = (
     "T_{i-1,i} = Rx(alpha_i) Tx(a_i) Ry(beta_i) Rz(q_i + theta_i) Tz(d_i)",
     "T_{i-1,i} = Rz(q_i + theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) Ry(beta_i)",
 )
-_STATES = ("", "_nominal", "_std")
+_STATES = (
+    "",
+    "_nominal",
+    "_std",
+)  # of a parameter, as its name in the CSV ends: calibrated, nominal, standard deviation
 
 
 def dh_csv(calibration: Calibration, rigid: RigidPart, *, standard: bool = False) -> str:
-    """Return a row a joint: calibrated, nominal and standard deviation of a, alpha, d, theta and beta, each with its unit in its name.
+    """Return a CSV with one row for each joint: calibrated value, nominal value and standard deviation of a, alpha, d, theta and beta.
 
-    What was fixed has no standard deviation. Where joints slide, a column ``type`` says which; ``convention`` says which formula makes
-    the arm of it. The transforms of base, flange and sensor are in ``dh_markdown``.
+    The name of each column ends in its unit. The standard deviation of a fixed parameter is left empty. If a joint is prismatic, a column
+    ``type`` says which joints are; ``convention`` says which of ``FORMULAS`` turns the rows into the arm. The transforms of base, flange and
+    sensor are in ``dh_markdown``.
 
     Args:
-        calibration: To write.
+        calibration: The calibration to write.
         rigid: Its rigid part.
         standard: Whether the rows are those of standard DH.
     """
@@ -44,12 +49,12 @@ def dh_csv(calibration: Calibration, rigid: RigidPart, *, standard: bool = False
 
 
 def dh_markdown(calibration: Calibration, rigid: RigidPart, *, standard: bool = False) -> str:
-    """Return tables for people, in millimetres and degrees: joints, with the change from nominal, and the fixed transforms.
+    """Return tables for people, in millimetres and degrees: the joints, their change from nominal, and the fixed transforms.
 
-    Together with the fixed transforms as they stand here, the table of ``dh_csv`` describes the calibrated arm to 1e-9 m.
+    With the fixed transforms that are printed here, the table of ``dh_csv`` describes the calibrated arm to 1e-9 m.
 
     Args:
-        calibration: To write.
+        calibration: The calibration to write.
         rigid: Its rigid part.
         standard: Whether the rows are those of standard DH.
     """
@@ -106,7 +111,7 @@ def dh_markdown(calibration: Calibration, rigid: RigidPart, *, standard: bool = 
 
 
 def beyond_standard_dh(robot: Robot) -> str:
-    """Return a sentence on the angles that plain standard DH cannot hold, with the error that it makes without them; empty where there are none."""
+    """Return a sentence that names the angles beta of an arm and the position error of plain standard DH without them; empty if all are zero."""
     betas = robot.geometry[GEOMETRY.index("beta"), 1:]
     if not betas.any():
         return ""
@@ -126,7 +131,7 @@ def standard_deviations(calibration: Calibration, robot: Robot) -> Array:
 
 
 def _table(calibration: Calibration, rigid: RigidPart, state: str, standard: bool) -> Array:
-    """Return the rows ``(5, n)`` of what is calibrated, nominal, or its standard deviation."""
+    """Return the calibrated parameters, the nominal ones or the standard deviations ``(5, n)`` [m, rad], as ``state`` asks (``_STATES``)."""
     if state == "_std":
         std = standard_deviations(calibration, rigid.robot)
         return shifted(std, (np.nan, np.nan, np.nan)) if standard else std
@@ -135,6 +140,7 @@ def _table(calibration: Calibration, rigid: RigidPart, state: str, standard: boo
 
 
 def _cells(values: Array, form: str) -> list[str]:
+    """Return the five parameters [m, rad] of a joint in millimetres and degrees, as text."""
     units = [MM if kind in LENGTHS else DEG for kind in GEOMETRY]
     return [f"{value / unit + 0.0:{form}}" for value, unit in zip(values, units, strict=True)]
 

@@ -1,7 +1,8 @@
 """The rigid arm within a calibrated model: what a description by fixed transforms can hold, and how large the rest is.
 
-An effect that adds the same at every pose (a tilted axis, a sensor that has slipped and stays there) is geometry, and is folded into it. The
-others change from pose to pose; their size is how far they move the sensor at random poses within the joint limits.
+An effect that adds the same at every pose (a tilted axis, a sensor that has slipped and stays there) is included in the geometry. The
+other effects change from pose to pose and are left out; the size of each is how far it moves the sensor at random poses within the joint
+limits.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from scalar.geometry.se3 import Array
 SAMPLES = 1000
 """Random poses at which effects are sized and files are compared with the model."""
 _SAMPLE_SEED = 0
-_SAME = 1e-12  # m or rad: a change that differs less than this over the poses is the same at all of them
+_SAME = 1e-12  # m or rad: what an effect adds is taken to be the same at all poses if it varies by no more than this
 
 
 @dataclass(frozen=True)
@@ -33,9 +34,9 @@ class LeftOut:
 
     Attributes:
         effect: The effect.
-        rms: Root mean square of how far it moves the sensor at random poses [m]; None where a column that it needs is not given.
-        largest: The largest such distance [m], or None.
-        missing: The column that is not given, or None.
+        rms: Root mean square of how far it moves the sensor at random poses [m]; None if a column that the effect needs is not given.
+        largest: The largest such distance [m]; None in the same case.
+        missing: Name of the column that is not given, or None.
     """
 
     effect: Effect
@@ -49,61 +50,61 @@ class RigidPart:
     """The rigid arm of a model.
 
     Attributes:
-        robot: With what effects add to the geometry at every pose.
-        T_flange_sensor: ``(4, 4)``, likewise.
-        held: Effects that the geometry holds.
-        left_out: Effects that it does not hold.
-        rms: Root mean square of how far all that is left out moves the sensor [m], as far as it is known.
+        robot: The calibrated robot; its geometry includes the effects that are the same at every pose.
+        T_flange_sensor: ``(4, 4)``, the sensor on the flange, which includes them likewise.
+        included: The effects that are the same at every pose.
+        left_out: The effects that are not.
+        rms: Root mean square of how far all effects left out move the sensor together [m], without those whose column is missing.
         largest: The largest such distance [m].
     """
 
     robot: Robot
     T_flange_sensor: Array
-    held: tuple[Effect, ...]
+    included: tuple[Effect, ...]
     left_out: tuple[LeftOut, ...]
     rms: float
     largest: float
 
 
 def random_joints(robot: Robot) -> Array:
-    """Return joint angles ``(SAMPLES, n)`` [rad], uniform within the limits, the same at every call."""
+    """Return joint positions ``(SAMPLES, n)`` [rad; m for a prismatic joint], uniform within the limits, the same at every call."""
     rng = np.random.default_rng(_SAMPLE_SEED)
     low, high = robot.limits.T
     return rng.uniform(low, high, (SAMPLES, robot.n_joints))
 
 
 def rigid_part(model: Model, columns: Mapping[str, float]) -> RigidPart:
-    """Return the rigid arm of a model and what it lacks.
+    """Return the rigid arm of a model, with the effects that it leaves out.
 
     Args:
-        model: The calibrated one.
-        columns: What holds at every pose, of the columns of poses.csv, by name. The order of acquisition is its end; directions of
-            approach are random.
+        model: The calibrated model.
+        columns: Values of columns of poses.csv, by name, which hold at every pose. Directions of approach are random, and the poses come
+            after all measured ones in the order of acquisition.
     """
     q = random_joints(model.nominal)
     rng = np.random.default_rng(_SAMPLE_SEED + 1)
     poses = Poses.from_arrays(q, {"approach": rng.choice([-1.0, 1.0], q.shape), **columns}, q.shape[1])
     robot, T_sensor = model.robot, model.T_flange_sensor
-    held: list[Effect] = []
+    included: list[Effect] = []
     others: list[tuple[Effect, str | None]] = []
     for effect in model.effects:
-        if isinstance(effect, PointEffect):  # moves no prediction
+        if isinstance(effect, PointEffect):  # acts on measured points, and moves no prediction
             continue
         try:
             bases = EffectBases.of(model.nominal, poses, (effect,))
         except InvalidInput as error:
             others.append((effect, error.faults[0].column))
             continue
-        folded = _folded(robot, T_sensor, bases, effect.coefficients)
-        if folded is None:
+        with_effect = _with_constant_effect(robot, T_sensor, bases, effect.coefficients)
+        if with_effect is None:
             others.append((effect, None))
         else:
-            robot, T_sensor = folded
-            held.append(effect)
+            robot, T_sensor = with_effect
+            included.append(effect)
     rigid = robot.flange(q) @ T_sensor
 
     def shift(effects: Sequence[Effect]) -> tuple[float, float]:
-        moved = replace(model, effects=(*held, *effects))
+        moved = replace(model, effects=(*included, *effects))
         T = Kinematics.of(moved, poses, EffectBases.of(model.nominal, poses, moved.effects)).T_base_sensor
         distance = np.linalg.norm(T[:, :3, 3] - rigid[:, :3, 3], axis=1)
         return float(np.sqrt(np.mean(distance**2))), float(distance.max())
@@ -113,11 +114,19 @@ def rigid_part(model: Model, columns: Mapping[str, float]) -> RigidPart:
         for effect, missing in others
     )
     rms, largest = shift([effect for effect, missing in others if missing is None])
-    return RigidPart(robot, T_sensor, tuple(held), left_out, rms, largest)
+    return RigidPart(robot, T_sensor, tuple(included), left_out, rms, largest)
 
 
-def _folded(robot: Robot, T_sensor: Array, bases: EffectBases, c: Array) -> tuple[Robot, Array] | None:
-    """Return the robot and the sensor's pose with an effect in them; None where it changes from pose to pose."""
+def _with_constant_effect(
+    robot: Robot, T_sensor: Array, bases: EffectBases, c: Array
+) -> tuple[Robot, Array] | None:
+    """Return the robot and the sensor's pose on the flange with an effect included; None if it changes from pose to pose.
+
+    Args:
+        robot, T_sensor: Without the effect.
+        bases: The columns of the effect at the random poses.
+        c: Its coefficients.
+    """
     geometry = robot.geometry.copy()
     for basis, where in bases.joints:
         step = basis.added(np.zeros((SAMPLES, robot.n_joints)), c[where])

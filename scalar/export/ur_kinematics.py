@@ -1,6 +1,6 @@
 """The ``kinematics.yaml`` that the ROS packages of Universal Robots read (``ur_description``, ``ur_calibration``).
 
-It has x, y, z [m], roll, pitch and yaw [rad] of each joint's frame in the one before, at joint angles zero, the z axes along the
+The file has x, y, z [m], roll, pitch and yaw [rad] of each joint's frame in the one before, at joint angles zero, with the z axes along the
 joints, and the checksum of the controller's own calibration.
 """
 
@@ -16,7 +16,7 @@ from scalar.geometry.se3 import Array
 
 LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
 _RIGHT_ANGLES = (0, 1, 0, 0, 1, -1)  # alpha of a UR arm in modified DH
-_LIKE = 1e-3  # rad or m: how exactly a nominal arm has the form of a UR arm
+_LIKE = 1e-3  # rad or m: the most by which a nominal arm may differ from the form of a UR arm
 NO_HASH = "calib_not_stated"
 
 
@@ -26,8 +26,8 @@ def ur_kinematics(nominal: Robot, rigid: RigidPart, checksum: str | None, file: 
     Args:
         nominal: The arm before calibration; its base frame has to be that of the controller, its flange ``tool0``.
         rigid: The calibrated arm.
-        checksum: ``calib_...``, which the driver compares with the controller's; None: none is stated.
-        file: Name of the calibration, in messages.
+        checksum: ``calib_...``, which the driver compares with that of the controller; None if the user gave none.
+        file: Path of the calibration, for messages.
 
     Raises:
         InvalidInput: The arm is no UR arm in the frames of its controller.
@@ -46,7 +46,10 @@ def ur_kinematics(nominal: Robot, rigid: RigidPart, checksum: str | None, file: 
 
 
 def link_origins(robot: Robot) -> Array:
-    """Return the frame of each joint in the one before at joint angles zero ``(n, 4, 4)``, base and flange in the first and the last."""
+    """Return the frame of each joint in the one before, at joint angles zero ``(n, 4, 4)``.
+
+    The first includes the fixed transform of the base, the last that of the flange.
+    """
     T = link_transforms(robot.geometry, np.zeros((1, robot.n_joints)))[0]
     T[0] = robot.T_base_0 @ T[0]
     T[-1] = T[-1] @ robot.T_n_flange
@@ -54,6 +57,8 @@ def link_origins(robot: Robot) -> Array:
 
 
 def _check_form(nominal: Robot, file: str) -> None:
+    """Raise ``InvalidInput`` if the nominal arm is not a UR arm in the frames of its controller."""
+
     def refused(what: str) -> InvalidInput:
         return InvalidInput(
             Fault(

@@ -1,7 +1,8 @@
-"""A calibrated arm in the robot description that it was drawn in: the origins of its joints are replaced, all else is kept.
+"""Write a calibration into the URDF of the nominal arm: the origins of its joints are replaced, all else is kept.
 
-A link's frame stays where it was on the axis of its joint (for a joint that slides, anywhere), so that meshes, masses and the axis
-itself are as before; the origin of every joint takes up the difference. The calibrated sensor becomes a link behind a fixed joint.
+The frame of a link keeps its place relative to the axis of its joint (a joint that turns has it on the axis), so that meshes, masses and
+the direction of the axis in the link are as before. The origin of every joint takes up the change. The calibrated sensor becomes a link
+behind a fixed joint.
 """
 
 from __future__ import annotations
@@ -20,14 +21,18 @@ from scalar.ingest.urdf import Chain, ChainJoint, UrdfDocument, chain_between, r
 from scalar.units import DEG, MM
 
 SENSOR_LINK = "scalar_sensor"
-"""The link of the calibrated sensor, where no other name is asked for."""
+"""Name of the calibrated sensor's link, unless the user gives another."""
 SAME_LENGTH = 2e-3
-"""[m], chosen: descriptions that round right angles to three digits are off by 0.8 mm at a metre; another arm is off by centimetres."""
+"""Largest difference in position [m] between a description and the nominal arm that may be rounding.
+
+Chosen: descriptions that round right angles to three digits are off by 0.8 mm at a metre; another arm is off by centimetres."""
 SAME_ANGLE = 5e-3
-"""[rad], chosen likewise: the sum of six angles rounded to 1.57."""
+"""The same for orientation [rad]: the sum of six angles rounded to 1.57."""
 EXACT = 1e-9
-"""[m, rad]: the difference between file and model that is taken for rounding."""
-_ROUNDING = 1e-12  # m: below it the fixed joint of the flange is left as it is written
+"""Largest difference [m, rad] between the written file and the model that may be rounding."""
+_ROUNDING = (
+    1e-12  # m, rad: if the flange is off by no more, the fixed joint before it is left as it is written
+)
 
 
 def put_calibration(
@@ -42,9 +47,9 @@ def put_calibration(
 
     Args:
         document: The description of the nominal arm.
-        base, tip: The links whose frames are the base and the flange of the calibration; None: root and only leaf.
-        nominal: The arm that was calibrated, before.
-        rigid: The arm after calibration.
+        base, tip: The links whose frames are the base and the flange of the calibration; None for the root and the only leaf.
+        nominal: The nominal arm of the calibration.
+        rigid: The calibrated arm.
         sensor_link: Name of the sensor's link, which is made where it is missing.
 
     Raises:
@@ -69,11 +74,13 @@ def put_calibration(
             last_fixed = (joint, T_parent)
             T_parent = T_parent @ joint.T_origin
             continue
-        put = along_axis if joint.slides else on_axis
-        place = put(inverse(before[i]) @ T_link[i], joint.axis)
-        if joint is moving[-1] and joint is chain.joints[-1]:  # the tip itself moves: it is the flange
-            place = put(rigid.robot.T_n_flange, joint.axis)
-        T_new = after[i] @ place
+        nearest = along_axis if joint.slides else on_axis
+        T_joint_link = nearest(inverse(before[i]) @ T_link[i], joint.axis)
+        if (
+            joint is moving[-1] and joint is chain.joints[-1]
+        ):  # the last joint moves the tip itself, which is the flange
+            T_joint_link = nearest(rigid.robot.T_n_flange, joint.axis)
+        T_new = after[i] @ T_joint_link
         _set_origin(joint.element, inverse(T_parent) @ T_new)
         T_parent, i, last_fixed = T_new, i + 1, None
     if last_fixed is not None and np.max(np.abs(T_parent - T_flange)) > _ROUNDING:
@@ -84,14 +91,14 @@ def put_calibration(
 
 
 def on_axis(T: Array, axis: Array) -> Array:
-    """Return the frame nearest to T ``(4, 4)`` whose origin is on the z axis of its reference, and whose ``axis`` lies along it."""
-    place = along_axis(T, axis)
-    place[:2, 3] = 0.0
-    return place
+    """Return the frame nearest to T ``(4, 4)`` whose origin is on the z axis of the reference frame, and whose ``axis`` lies along it."""
+    on = along_axis(T, axis)
+    on[:2, 3] = 0.0
+    return on
 
 
 def along_axis(T: Array, axis: Array) -> Array:
-    """Return the frame nearest to T ``(4, 4)``, with the same origin, whose ``axis`` lies along the z axis of its reference."""
+    """Return the frame nearest to T ``(4, 4)``, with the same origin, whose ``axis`` ``(3,)`` lies along the z axis of the reference frame."""
     R = T[:3, :3]
     z = R @ axis
     v, c = np.cross(z, [0.0, 0.0, 1.0]), float(z[2])
@@ -106,6 +113,7 @@ def _frames(robot: Robot) -> Array:
 
 
 def _links_of_joints(chain: Chain) -> list[Array]:
+    """Return the frame of each moving joint's link in the base frame at zero, ``(4, 4)`` each."""
     T, found = chain.T_start, []
     for joint in chain.joints:
         T = T @ joint.T_origin
@@ -136,7 +144,7 @@ def _check_same_arm(document: UrdfDocument, chain: Chain, described: Robot, nomi
 
 
 def _difference(T: Array, other: Array) -> tuple[float, float]:
-    """Return the largest distance [m] and angle [rad] between frames ``(N, 4, 4)``."""
+    """Return the largest distance [m] and the largest angle [rad] between frames ``(N, 4, 4)``."""
     R = np.swapaxes(T[:, :3, :3], 1, 2) @ other[:, :3, :3]
     return float(np.max(np.linalg.norm(T[:, :3, 3] - other[:, :3, 3], axis=1))), float(
         np.max(rotation_angle(R))
@@ -144,10 +152,10 @@ def _difference(T: Array, other: Array) -> tuple[float, float]:
 
 
 def _above_sensor(document: UrdfDocument, sensor_link: str) -> str:
-    """Return the link that carries the link of a sensor which is there already.
+    """Return the link to which the description fixes its link of the sensor.
 
     Raises:
-        InvalidInput: It is not fixed to another link.
+        InvalidInput: The sensor's link is not fixed to another one.
     """
     for joint in document.named("joint").values():
         child, parent = joint.find("child"), joint.find("parent")
@@ -171,7 +179,7 @@ def _set_origin(element: Any, T: Array) -> None:
 
 
 def _put_sensor(document: UrdfDocument, tip: str, name: str, T_flange_sensor: Array, exists: bool) -> None:
-    """Put the sensor's link behind the tip, or its joint where the link is."""
+    """Add the sensor's link behind the tip; if the link exists, set the origin of the joint before it."""
     root = document.root
     if not exists:
         link = root.makeelement("link", {"name": name})
@@ -193,7 +201,7 @@ def _put_sensor(document: UrdfDocument, tip: str, name: str, T_flange_sensor: Ar
 
 
 def _check_result(document: UrdfDocument, chain: Chain, rigid: RigidPart, sensor_link: str) -> None:
-    """Read what was made as any reader would, and compare it with the model."""
+    """Read the finished description back, and raise ``InvalidInput`` if its sensor is not where the model has it."""
     made, _ = robot_of_chain(document.name, chain_between(document, chain.base, sensor_link))
     q = random_joints(rigid.robot)
     off, turned = _difference(made.flange(q), rigid.robot.flange(q) @ rigid.T_flange_sensor)
@@ -206,7 +214,7 @@ def _check_result(document: UrdfDocument, chain: Chain, rigid: RigidPart, sensor
 
 
 def text_of(document: UrdfDocument, calibration: str) -> str:
-    """Return the description as text, with a first comment that names the calibration."""
+    """Return the description as text, with a comment at its beginning that names the calibration."""
     import lxml.etree as etree
 
     name = calibration.replace("--", "- -").rstrip("-")

@@ -1,4 +1,4 @@
-"""What changed between two calibrations: nothing by chance or by a convention, and what was changed, by its name."""
+"""A comparison of two calibrations names the parameter that changed, and no change that chance or a choice of frames makes."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ from tests.calibrated_arms import calibrated
 from tests.helpers import CONFIGS
 
 ANGLE, LENGTH = 2e-5, 2e-5  # standard errors [rad, m]
-FRAMES = ("a_1", "alpha_1", "d_1", "theta_1", "d_6", "theta_6", "d_2")  # fixed, as a choice of frames
+FRAMES = ("a_1", "alpha_1", "d_1", "theta_1", "d_6", "theta_6", "d_2")  # fixed by the choice of frames
 
 
 def ur10e() -> Robot:
@@ -69,14 +69,14 @@ def test_a_calibration_has_not_changed_from_itself(before):
     ids=str,
 )
 def test_motions_of_base_and_sensor_are_no_change(moved, before):
-    """What a base that was moved or a sensor that was mounted anew would look like is not taken for the arm."""
+    """A base that was moved, or a sensor that was mounted anew, is not taken for a change of the arm."""
     found = compare(before, changed(before, **moved))
     assert not found.changed
     assert found.together.rms < 1e-6  # of second order in a milliradian
 
 
 def test_an_exchange_between_parallel_axes_is_no_change(before):
-    """d of one parallel joint for d of the next moves nothing; with another sign, it does."""
+    """A larger d of one parallel joint and a smaller d of the next move nothing; two larger ones do."""
     robot = before.model.robot
     geometry = robot.geometry.copy()
     geometry[GEOMETRY.index("alpha"), 2:4], geometry[GEOMETRY.index("beta"), 2:4] = 0.0, 0.0
@@ -102,20 +102,20 @@ def test_what_one_campaign_does_not_determine_is_not_compared(before):
     still = {"held": "theta_4", "reason": "", "moves_with": ["alpha_4"], "cause": "still"}
     free = [name for name in before.free if name != "theta_4"]
     index = [before.free.index(name) for name in free]
-    blind = replace(
+    incomplete = replace(
         before,
         free=tuple(free),
         covariance=before.covariance[np.ix_(index, index)],
         gauge=(*before.gauge, still),
     )
-    found = compare(blind, changed(before, theta_4=0.01, alpha_4=0.01))
+    found = compare(incomplete, changed(before, theta_4=0.01, alpha_4=0.01))
     assert not found.changed
     assert {"theta_4", "alpha_4"} <= set(found.not_compared)
-    assert compare(blind, changed(before, theta_3=0.01)).changes[0].candidate.name == "theta_3"
+    assert compare(incomplete, changed(before, theta_3=0.01)).changes[0].candidate.name == "theta_3"
 
 
 def test_an_effect_is_compared_where_both_have_it(before):
-    """The same gear in both is compared by all of its terms; the order of the list of orders does not matter."""
+    """A harmonic of one order in A is compared with that order of B's, which has two; the order that A lacks is not compared."""
     one = replace(
         before, model=replace(before.model, effects=(JointHarmonic(4, (2,), coefficients=np.zeros(2)),))
     )

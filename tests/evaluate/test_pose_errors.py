@@ -1,4 +1,4 @@
-"""Errors over random poses: against a hand-made case, and against the tests' own arithmetic."""
+"""Errors at random poses agree with cases worked out by hand, and with the tests' own arithmetic."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ vectors = st.tuples(component, component, component).map(np.array)
 
 
 def true_model(scene: helpers.Scene, T_base_0: np.ndarray | None = None) -> Calibration:
-    """Return the true cell as a calibration, moved as a whole by ``T_base_0`` if that is given."""
+    """Return the true workcell as a calibration, its robot moved as a whole by ``T_base_0`` if that is given."""
     robot = replace(scene.dataset.robot, geometry=scene.truth.geometry)
     if T_base_0 is not None:
         robot = replace(robot, T_base_0=T_base_0 @ robot.T_base_0)
@@ -28,7 +28,7 @@ def true_model(scene: helpers.Scene, T_base_0: np.ndarray | None = None) -> Cali
 
 @pytest.fixture(scope="module")
 def scene() -> helpers.Scene:
-    """A cell of the paper's size."""
+    """Return a workcell of the paper's size."""
     return helpers.make_scene(seed=11, poses_per_plane=20, points_per_scan=20)
 
 
@@ -51,8 +51,8 @@ def test_a_base_that_is_moved_is_all_raw_and_nothing_aligned(scene):
 
 
 def test_a_base_that_is_turned_is_all_raw_and_nothing_aligned(scene):
-    """2 degrees about the vertical: the chord of each pose's own radius raw, 2 degrees everywhere;
-    aligned zero.
+    """A base turned by 2 degrees about the vertical: the raw position error is the chord at each pose's radius, the raw orientation error
+    2 degrees everywhere; aligned, both are zero.
     """
     poses = scene.truth.poses(300, np.random.default_rng(0))
     result = evaluate(true_model(scene, helpers.rotation(2, 2 * DEG)), poses)
@@ -111,9 +111,7 @@ def test_no_other_motion_aligns_better():
 
 
 def test_parameters_and_planes_against_their_truth(scene):
-    """Every parameter of robot and scanner in one table with its standard error: the errors are a few
-    of those, held ones none.
-    """
+    """The table has every parameter of robot and scanner; errors are a few standard errors, and zero for fixed parameters."""
     result = evaluate(
         calibrate(scene.dataset), scene.truth.poses(10, np.random.default_rng(0)), scene.truth.mapping()
     )
@@ -128,9 +126,7 @@ def test_parameters_and_planes_against_their_truth(scene):
 
 
 def test_half_a_turn_of_the_scanner_is_no_error(scene):
-    """The paper's scanner is turned by pi, where either sign is the same rotation: its error is small
-    for both.
-    """
+    """The paper's scanner is turned by pi, where a rotation vector of either sign is the same rotation: the error is small for both."""
     poses = scene.truth.poses(10, np.random.default_rng(0))
     for sign in (1.0, -1.0):
         nudge = helpers.rotation(2, sign * 1e-6)
@@ -156,7 +152,7 @@ def test_a_plane_of_opposite_sign_is_the_same_plane(scene):
 
 
 def test_a_truth_without_parameters_is_enough(scene):
-    """Only poses: errors and the calibration's own claim, empty tables."""
+    """With true poses alone there are errors and predicted standard deviations, and both tables are empty."""
     result = evaluate(calibrate(scene.dataset), scene.truth.poses(50, np.random.default_rng(0)))
     assert result.planes.empty and result.parameters.empty
     assert result.predicted_position_std.shape == (50,)

@@ -1,4 +1,4 @@
-"""The error over the workspace: what base and sensor take up is none, and the band holds the truth as often as it says."""
+"""Errors over the workspace: motions of base and sensor are removed, and the band holds the truth as often as it says."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def with_covariance(calibration: Calibration, size: float) -> Calibration:
     return replace(calibration, free=free, covariance=root @ root.T)
 
 
-def test_base_and_sensor_take_up_their_share():
+def test_motions_of_base_and_sensor_are_removed():
     """A base that is moved by centimetres and degrees and a sensor that sits elsewhere are no error of the arm."""
     T = frames(ROBOT)
     moved = transform_from_rotation_vector([0.02, -0.01, 0.03], [0.02, 0.03, -0.01]) @ T
@@ -46,7 +46,7 @@ def test_base_and_sensor_take_up_their_share():
 
 
 def test_the_alignment_is_the_best_one():
-    """The sum of squares is that of a general solver over nine numbers: turn and shift of the base, shift of the sensor."""
+    """The errors are those of a general solver over nine numbers: turn and shift of the base, shift of the sensor."""
     T = frames(ROBOT)
     other = frames(calibrated(ROBOT, np.random.default_rng(1)).model.robot)
 
@@ -61,7 +61,7 @@ def test_the_alignment_is_the_best_one():
 
 
 def test_the_band_is_that_of_the_parameters():
-    """Means over poses of errors of models drawn from the covariance, each predicted in full, have the quantiles of the draws."""
+    """The draws scatter like the mean errors of models drawn from the covariance, each predicted without linearization."""
     rng = np.random.default_rng(3)
     calibration = with_covariance(calibrated(ROBOT, rng), 2e-4)
     poses = Poses(rng.uniform(ROBOT.limits[:, 0], ROBOT.limits[:, 1], (300, 6)), np.zeros(300), {})
@@ -76,7 +76,7 @@ def test_the_band_is_that_of_the_parameters():
         vector[index] += rng.multivariate_normal(np.zeros(len(index)), calibration.covariance)
         other = replace(calibration, model=calibration.model.with_vector(vector))
         exact.append(np.linalg.norm(aligned_errors(other.predict(poses.q), T), axis=1).mean())
-    # Means of 200 draws agree to a tenth: their scatter is about a third of the mean, so a tenth is three standard errors.
+    # The scatter of the draws is about a third of their mean, so means of 200 differ by a tenth, three standard errors, only rarely.
     assert abs(np.mean(draws) / np.mean(exact) - 1.0) < 0.1
     assert abs(np.std(draws) / np.std(exact) - 1.0) < 0.3
 
@@ -89,8 +89,10 @@ def test_without_covariance_nothing_is_claimed():
 
 
 def test_the_band_holds_the_truth_as_often_as_it_says():
-    """Over campaigns that differ in their noise, the mean error by the data sheet lies in the band in 95 of 100, as the truth of each scene
-    tells. Of 40, fewer than 34 have a chance of 1 in 300; and the scatter in half widths is that of 1.96 standard deviations."""
+    """Over campaigns that differ in their noise, the true mean error of the data sheet lies in the band in 95 of 100. That fewer than 34 of
+    40 do has a probability of 1 in 300. The deviation of the truth from the band's middle scatters as half a width of 1.96 standard deviations
+    says.
+    """
     inside, scatter = 0, []
     for seed in range(40):
         scene = helpers.make_scene(kind="tracker", seed=seed, poses_per_plane=14, noise=2e-4)

@@ -1,4 +1,4 @@
-"""A calibration as kinematics.yaml of Universal Robots and as DH tables: read by other means, they are the calibrated arm."""
+"""A calibration as kinematics.yaml of Universal Robots and as DH tables: independent readers find the calibrated arm in them."""
 
 import csv
 import io
@@ -60,20 +60,20 @@ def description(kinematics):
     return f'<robot name="ur">{body}</robot>'
 
 
-def by_macro(kinematics, q, folder):
-    """Return where pybullet puts wrist_3, which is where ur_description has tool0."""
+def tool_by_macro(kinematics, q, folder):
+    """Return where pybullet puts wrist_3 ``(N, 4, 4)``, which is where ur_description has tool0."""
     path = folder / "ur.urdf"
     path.write_text(description(kinematics), encoding="utf-8")
     return poses_by_pybullet(path, "base", "wrist_3_link", q, list(JOINTS))
 
 
 def test_the_table_of_ur_description_is_our_ur10e(tmp_path):
-    """The default that Universal Robots publish, through their macro, is the nominal arm: the frames are meant alike."""
+    """The default that Universal Robots publish, through their macro, is our nominal arm, so both mean the same frames."""
     pytest.importorskip("pybullet")
     keys = ("x", "y", "z", "roll", "pitch", "yaw")
     default = {link: dict(zip(keys, map(float, v), strict=True)) for link, v in UR10E_DEFAULT.items()}
     q = np.random.default_rng(1).uniform(-3, 3, (20, 6))
-    np.testing.assert_allclose(by_macro(default, q, tmp_path), robot_of("ur10e").flange(q), atol=1e-9)
+    np.testing.assert_allclose(tool_by_macro(default, q, tmp_path), robot_of("ur10e").flange(q), atol=1e-9)
 
 
 def test_a_kinematics_file_is_the_calibrated_arm(tmp_path):
@@ -86,7 +86,7 @@ def test_a_kinematics_file_is_the_calibrated_arm(tmp_path):
     assert list(kinematics) == list(LINKS)
     q = np.random.default_rng(2).uniform(-3, 3, (100, 6))
     np.testing.assert_allclose(
-        by_macro(kinematics, q, tmp_path), calibration.model.robot.flange(q), atol=1e-9
+        tool_by_macro(kinematics, q, tmp_path), calibration.model.robot.flange(q), atol=1e-9
     )
 
 
@@ -158,7 +158,7 @@ def by_standard_formula(text, table, q):
 UNITS = {"a": "m", "alpha": "rad", "d": "m", "theta": "rad", "beta": "rad"}
 
 
-def test_who_gave_standard_dh_gets_standard_dh(tmp_path):
+def test_an_arm_declared_in_standard_dh_is_written_in_standard_dh(tmp_path):
     """The rows are those of dataset.yaml, and by the formula of standard DH they are the calibrated arm to 1e-9 m, beta included; what plain
     standard DH cannot hold is said with its size."""
     robot = Robot.from_mapping(STANDARD)

@@ -143,11 +143,11 @@ def test_what_a_description_cannot_hold_is_listed_with_its_size(tmp_path):
     calibration.save(path)
     status, said = run("export", path, "-o", table)
     assert status == 0, said
-    held = [line for line in said.splitlines() if "held as geometry" in line]
-    assert len(held) == 2 and "tilt" in held[0] and "slip" in held[1]
+    included = [line for line in said.splitlines() if "included in the geometry" in line]
+    assert len(included) == 2 and "tilt" in included[0] and "slip" in included[1]
     assert "give --at temperature=NUMBER" in said
     with_heat = run("export", path, "-o", table, "--at", "temperature=30")[1]
-    assert "held as geometry: thermal drift" in with_heat
+    assert "included in the geometry: thermal drift" in with_heat
     line = next(line for line in said.splitlines() if "harmonic" in line)
     size = float(re.search(r"([0-9.]+) mm RMS", line).group(1))
     low, high = robot.limits.T
