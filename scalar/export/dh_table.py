@@ -16,11 +16,8 @@ FORMULAS = (
     "T_{i-1,i} = Rx(alpha_i) Tx(a_i) Ry(beta_i) Rz(q_i + theta_i) Tz(d_i)",
     "T_{i-1,i} = Rz(q_i + theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) Ry(beta_i)",
 )
-_STATES = (
-    "",
-    "_nominal",
-    "_std",
-)  # of a parameter, as its name in the CSV ends: calibrated, nominal, standard deviation
+_STATES = ("", "_nominal", "_std")
+"""What a row has of each parameter, as the names of the CSV's columns say: calibrated value, nominal value, standard deviation."""
 
 
 def dh_csv(calibration: Calibration, rigid: RigidPart, *, standard: bool = False) -> str:

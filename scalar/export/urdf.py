@@ -30,9 +30,7 @@ SAME_ANGLE = 5e-3
 """The same for orientation [rad]: the sum of six angles rounded to 1.57."""
 EXACT = 1e-9
 """Largest difference [m, rad] between the written file and the model that may be rounding."""
-_ROUNDING = (
-    1e-12  # m, rad: if the flange is off by no more, the fixed joint before it is left as it is written
-)
+_ROUNDING = 1e-12  # m, rad: if the flange is off by no more, its fixed joint is left as it is written
 
 
 def put_calibration(
@@ -76,9 +74,7 @@ def put_calibration(
             continue
         nearest = along_axis if joint.slides else on_axis
         T_joint_link = nearest(inverse(before[i]) @ T_link[i], joint.axis)
-        if (
-            joint is moving[-1] and joint is chain.joints[-1]
-        ):  # the last joint moves the tip itself, which is the flange
+        if joint is moving[-1] and joint is chain.joints[-1]:  # the tip itself moves, and is the flange
             T_joint_link = nearest(rigid.robot.T_n_flange, joint.axis)
         T_new = after[i] @ T_joint_link
         _set_origin(joint.element, inverse(T_parent) @ T_new)
@@ -92,9 +88,9 @@ def put_calibration(
 
 def on_axis(T: Array, axis: Array) -> Array:
     """Return the frame nearest to T ``(4, 4)`` whose origin is on the z axis of the reference frame, and whose ``axis`` lies along it."""
-    on = along_axis(T, axis)
-    on[:2, 3] = 0.0
-    return on
+    frame = along_axis(T, axis)
+    frame[:2, 3] = 0.0
+    return frame
 
 
 def along_axis(T: Array, axis: Array) -> Array:
