@@ -162,11 +162,6 @@ def improvement(before: HeldOutErrors, after: HeldOutErrors) -> float:
     return _over_blocks(before.whitened - after.whitened, before)
 
 
-def improvement_in_metres(before: HeldOutErrors, after: HeldOutErrors) -> float:
-    """Return the same for the squared distances of points, which can be compared between fits that weight poses differently."""
-    return _over_blocks((before.metric - after.metric) * before.counts, before)
-
-
 def _over_blocks(drop: Array, before: HeldOutErrors) -> float:
     """Return how many standard errors the sum of drops of poses ``(N,)`` is above zero, by blocks."""
     n = int(before.block.max()) + 1

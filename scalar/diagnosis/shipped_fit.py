@@ -1,13 +1,15 @@
 """Choose which fit is shipped as ``after.json``; all that is reported is computed for that fit.
 
-Where a variance component is identified, the fit may use its weights or equal weights. The fit that predicts held-out poses better is shipped;
-their errors are compared in metres, pose by pose in blocks. If the two do not differ significantly, the weights are used only if predictions at
-poses that were not measured then vary clearly less when single poses are left out. If the model without effects predicts held-out poses, or
-unseen ones where they are known, better than either fit, it is shipped instead, and the effects remain findings: a correction that may do harm
-needs more reason than one that is missing. The same holds where whole regions of the joint space are held out: effects that predict these worse
-do not extrapolate, however well they predict poses between others. Effects whose correction is expected to make predictions elsewhere worse are
-left out, and others that were not found may be added (``focused_choice``). A test of whether the two fits differ (Hausman,
-Econometrica 46, 1978) is only reported: wrong weights lose efficiency but cause no bias, so it does not protect against them.
+Where a variance component is identified, the fit may use its weights or equal weights. The weights are used if predictions at poses that were not
+measured then vary clearly less when single poses are left out. Held-out errors do not decide between them: they are distances at measured poses,
+each with a random error of its own, and say little about which fit predicts other poses better.
+
+If the model without effects predicts held-out poses, or unseen ones where they are known, better than the fit with effects and equal weights, it
+is shipped instead, and the effects remain findings: a correction that may do harm needs more reason than one that is missing. The same holds where
+whole regions of the joint space are held out: effects that predict these worse do not extrapolate, however well they predict poses between others.
+Effects whose correction is expected to make predictions elsewhere worse are left out, and others that were not found may be added
+(``focused_choice``). A test of whether the fits with and without weights differ (Hausman, Econometrica 46, 1978) is only reported: wrong weights
+lose efficiency but cause no bias, so it does not protect against them.
 """
 
 from __future__ import annotations
@@ -22,7 +24,6 @@ from scalar.diagnosis.hold_out import (
     HeldOutErrors,
     held_out_errors,
     held_out_regions,
-    improvement_in_metres,
     no_worse,
 )
 from scalar.diagnosis.jackknife import moves
@@ -73,7 +74,7 @@ class ShippedFit:
         held_out: Errors of the fit that is shipped.
         effects_held_out: Errors of the fit of the effects.
         regions: Errors without and with the effects where whole regions are held out, or None without effects or with too few poses.
-        decided_by: ``held_out``, ``regions``, ``unseen``, ``predicted_std``, ``expected_error`` or ``only_one``.
+        decided_by: ``predicted_std``, ``expected_error``, ``held_out``, ``regions``, ``unseen`` or ``only_one``.
         disagreement: Between the weights, where there are two.
         choice: Of the effects that it contains.
     """
@@ -133,34 +134,28 @@ def shipped_fit(
             (of_equal.std, of_weighted.std),
             apart > settings.beyond_chance * error,
         )
-        gain = improvement_in_metres(equal, weighted), improvement_in_metres(weighted, equal)
-        if max(gain) >= settings.beyond_chance:
-            decided_by, better = "held_out", gain[0] > gain[1]
-        else:
-            decided_by, better = "predicted_std", of_weighted.std < settings.surer * of_equal.std
-        if better:
+        decided_by = "predicted_std"
+        if of_weighted.std < settings.surer * of_equal.std:
             fit, held_out = BY_COMPONENT, weighted
     effects_fit, effects_held_out = fit, held_out
-    regions = _regions(before, after, whitening if fit == BY_COMPONENT else None)
+    regions = _regions(before, after) if after.effects else None
+    harmful = None
     if choice.left_out and not after.effects:
-        fit, held_out, decided_by = BEFORE, without, "expected_error"
-    elif _worse(held_out, without, after, settings.beyond_chance):
-        fit, held_out, decided_by = BEFORE, without, "held_out"
+        harmful = "expected_error"
+    elif after.effects and not no_worse(without, equal):
+        harmful = "held_out"
     elif regions is not None and not no_worse(*regions):
-        fit, held_out, decided_by = BEFORE, without, "regions"
-    elif unseen is not None and _worse(unseen[1], unseen[0], after, settings.beyond_chance):
-        fit, held_out, decided_by = BEFORE, without, "unseen"
+        harmful = "regions"
+    elif after.effects and unseen is not None and not no_worse(*unseen):
+        harmful = "unseen"
+    if harmful is not None:
+        fit, held_out, decided_by = BEFORE, without, harmful
     return ShippedFit(fit, effects_fit, held_out, effects_held_out, regions, decided_by, found, choice)
 
 
-def _regions(
-    before: FittedState, after: FittedState, whitening: Array | None
-) -> tuple[HeldOutErrors, HeldOutErrors] | None:
-    """Return the errors without and with effects where whole regions of the joint space are held out; None without effects or regions."""
-    if not after.effects:
-        return None
-    without = held_out_regions(before)
-    effects = held_out_regions(as_whitened(after) if whitening is not None else after, whitening)
+def _regions(before: FittedState, after: FittedState) -> tuple[HeldOutErrors, HeldOutErrors] | None:
+    """Return the errors without and with effects where whole regions of the joint space are held out; None with too few poses for regions."""
+    without, effects = held_out_regions(before), held_out_regions(after)
     return None if without is None or effects is None else (without, effects)
 
 
@@ -171,10 +166,3 @@ def _in_mapping(without: HeldOutErrors, effects: HeldOutErrors) -> dict[str, Any
         "without_effects_rms_mm": without.rms / MM,
         "with_effects_rms_mm": effects.rms / MM,
     }
-
-
-def _worse(shipped: HeldOutErrors, without: HeldOutErrors, after: FittedState, beyond_chance: float) -> bool:
-    """Return whether poses are predicted worse than without effects; weights alone have to be significantly worse, since they correct nothing."""
-    if after.effects and not no_worse(without, shipped):
-        return True
-    return improvement_in_metres(shipped, without) >= beyond_chance

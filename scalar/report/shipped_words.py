@@ -110,15 +110,11 @@ def _weights(diagnosis: Diagnosis) -> list[str]:
     weighted = shipped.fit == BY_COMPONENT
     equal_rms, weighted_rms = (f"{number(rms / MM, 4)} mm RMS" for rms in found.held_out_rms)
     equal_std, weighted_std = (length(std) for std in found.predicted_std)
-    if shipped.decided_by == "held_out":
-        why = f"poses held out from the fit are then predicted {'better' if weighted else 'no worse'}"
-        figures = f"{weighted_rms} with the weights, {equal_rms} without"
-    else:
-        why = (
-            "held-out poses are predicted about equally well with and without these weights, and the weights "
-            f"{'make' if weighted else 'would not make'} predictions at other poses clearly more certain"
-        )
-        figures = f"predictions vary by {weighted_std} with the weights and by {equal_std} without when single poses are left out"
+    why = f"these weights {'make' if weighted else 'would not make'} predictions at other poses clearly more certain"
+    figures = (
+        f"when single poses are left out, predictions vary by {weighted_std} with the weights and by {equal_std} without; "
+        f"held-out poses are predicted to {weighted_rms} with them, {equal_rms} without"
+    )
     used = "the weights that the random error gives the poses" if weighted else "equal weights for all poses"
     sentences = [f"after.json is fitted with {used}: {why} ({figures})."]
     if found.beyond_chance:

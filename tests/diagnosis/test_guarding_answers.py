@@ -76,17 +76,32 @@ def chosen(monkeypatch, errors):
     return focused_choice.focused_choice(after)
 
 
-@pytest.mark.parametrize(("errors", "fit"), [(1.5, "equal_weights"), (3.0, "before")])
-def test_the_model_without_effects_is_shipped_where_it_predicts_clearly_better(errors, fit, monkeypatch):
-    """By three standard errors it does, by one and a half it does not."""
+@pytest.mark.parametrize(("share", "fit"), [(0.6, "weights_of_component"), (0.8, "equal_weights")])
+def test_weights_are_used_only_where_predictions_are_clearly_more_certain(share, fit, monkeypatch):
+    """A standard error of 60 % of that with equal weights is clearly less, one of 80 % is not."""
+    assert weighted(monkeypatch, std=share, apart=0.0).fit == fit
+
+
+@pytest.mark.parametrize(("apart", "disagree"), [(1.5, False), (3.0, True)])
+def test_fits_disagree_where_their_predictions_differ_beyond_chance(apart, disagree, monkeypatch):
+    """By three standard errors they do, by one and a half they do not."""
+    found = weighted(monkeypatch, std=1.0, apart=apart).disagreement
+    assert found is not None and found.beyond_chance == disagree
+
+
+def weighted(monkeypatch, std: float, apart: float) -> shipped_fit.ShippedFit:
+    """Return what is shipped where weights leave a standard error of ``std``, in units of that with equal weights, and fits ``apart`` by as many."""
+
+    def moves(_, whitening):
+        return SimpleNamespace(std=1.0 if whitening is None else std, apart=lambda other: (apart, 1.0))
+
+    monkeypatch.setattr(shipped_fit, "moves", moves)
+    monkeypatch.setattr(shipped_fit, "as_whitened", lambda found: found)
     monkeypatch.setattr(
-        shipped_fit, "focused_choice", lambda state: SimpleNamespace(state=state, left_out=(), as_found=True)
+        shipped_fit, "focused_choice", lambda found: SimpleNamespace(state=found, left_out=(), as_found=True)
     )
-    monkeypatch.setattr(shipped_fit, "held_out_errors", lambda *_: None)
-    monkeypatch.setattr(shipped_fit, "held_out_regions", lambda *_: None)
-    monkeypatch.setattr(shipped_fit, "no_worse", lambda *_: True)
-    monkeypatch.setattr(shipped_fit, "improvement_in_metres", lambda *_: errors)
-    assert shipped_fit.shipped_fit(state(), state(effects=("one",)), None).fit == fit
+    monkeypatch.setattr(shipped_fit, "held_out_errors", lambda *_: SimpleNamespace(rms=1.0))
+    return shipped_fit.shipped_fit(state(effects=()), state(effects=()), np.eye(3)[None])
 
 
 @pytest.mark.parametrize(("share", "confirmed"), [(0.4, False), (0.6, True)])

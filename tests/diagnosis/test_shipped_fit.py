@@ -11,7 +11,7 @@ from scalar.data.dataset import Dataset
 from scalar.diagnosis import diagnose
 from scalar.diagnosis.elsewhere import displacement_columns, poses_anywhere
 from scalar.diagnosis.fitted_state import FittedState, refit, whitened
-from scalar.diagnosis.hold_out import held_out_errors, improvement_in_metres
+from scalar.diagnosis.hold_out import held_out_errors
 from scalar.diagnosis.jackknife import N_POSES, moves
 from scalar.diagnosis.shipped_fit import BEFORE, BY_COMPONENT, EQUAL, shipped_fit
 from scalar.diagnosis.variance_components import WhitenedMeasurement
@@ -144,7 +144,6 @@ def test_effects_with_which_unseen_poses_are_predicted_worse_are_not_shipped():
         other = replace(
             errors, metric=errors.metric * factor * rng.permutation(errors.metric) / errors.metric
         )
-        assert abs(improvement_in_metres(other, errors)) < 2
         shipped = shipped_fit(before, after, None, (errors, other))
         assert (shipped.fit, shipped.decided_by) == (fit, "only_one" if fit == EQUAL else "unseen")
 

@@ -32,12 +32,12 @@ class ShippedFitSettings:
     """Which fit becomes ``after.json``."""
 
     beyond_chance: float = setting(
-        2.0, "standard errors", "by which two fits have to differ on held-out poses, or in their predictions, to count as different",
-        "the usual two, blocks or poses being the samples",
+        2.0, "standard errors", "by which the predictions of two fits have to differ to count as different",
+        "the usual two, poses being the samples",
     )  # fmt: skip
     surer: float = setting(
-        0.9, "of the standard error of a prediction", "that the weights of a variance component have to leave where held-out poses do not tell",
-        "chosen: for a gain of less than a tenth, equal weights are the plainer choice",
+        0.7, "of the standard error of a prediction", "that the weights of a variance component may leave at most, or equal weights are used",
+        "one over the root of two, half the variance: both standard errors are estimated from few poses, and vary by tens of percent",
     )  # fmt: skip
     nearer: float = setting(
         0.95, "of the expected error of a prediction", "that a model with other effects than were found has to leave to be shipped instead",
