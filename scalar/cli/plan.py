@@ -25,14 +25,14 @@ if TYPE_CHECKING:
     from scalar.planning.workcell import Workcell
 
 _POSES = 60
-_CURVE = (20, 30, 40, 60, 80, 120)  # numbers of poses for which the expected error is told
+_CURVE = (20, 30, 40, 60, 80, 120)  # numbers of poses for which the expected error is stated
 _TOUCHING_SHOWN = 6
 
 
 @cli.command()
 @click.argument("robot")
 @OUTPUT
-@click.option("--poses", type=click.IntRange(1, 400), help=f"How many; {_POSES} if not given.")
+@click.option("--poses", type=click.IntRange(1, 400), help=f"How many poses to plan; {_POSES} if not given.")
 @click.option(
     "--near", type=PATH, metavar="CALIBRATION", help="Plan for the arm as it was calibrated before."
 )
@@ -41,23 +41,29 @@ _TOUCHING_SHOWN = 6
 @click.option("--after", type=PATH, metavar="DIAGNOSIS",
               help="diagnosis.json: plan the poses that separate what it could not distinguish.")  # fmt: skip
 @click.option("--criterion", type=click.Choice(["error", "determinant"]), default="error", show_default=True,
-              help="What is least: the error of predicted positions (A-optimal), or the volume of uncertainty (D-optimal).")  # fmt: skip
+              help="What to minimise: the error of predicted positions (A-optimal), or the volume of uncertainty (D-optimal).")  # fmt: skip
 @click.option("--range", "limits", default="0.10,0.45", show_default=True, metavar="NEAR,FAR",
-              help="What a scanner sees along a ray [m].")  # fmt: skip
+              help="Least and largest distance that a scanner measures along a ray [m].")  # fmt: skip
 @click.option(
     "--fan", default=15.0, show_default=True, metavar="DEG", help="Half of a scanner's opening angle."
 )
 @click.option(
-    "--incidence", default=50.0, show_default=True, metavar="DEG", help="Steepest ray of a scanner."
+    "--incidence",
+    default=50.0,
+    show_default=True,
+    metavar="DEG",
+    help="Largest angle between a scanner's ray and the normal of a plane.",
 )
 @click.option("--noise", type=click.FloatRange(0, min_open=True), metavar="MM",
-              help="Of the sensor, 1 sigma; if not given, that of dataset.yaml, or 0.1.")  # fmt: skip
+              help="Noise of the sensor, 1 sigma; if not given, that of dataset.yaml, or 0.1.")  # fmt: skip
 @click.option("--repeatability", type=click.FloatRange(0), default=0.02, show_default=True, metavar="MM",
-              help="Of the arm, 1 sigma along each axis.")  # fmt: skip
+              help="Repeatability of the arm, 1 sigma along each axis.")  # fmt: skip
 @click.option("--candidates", type=click.IntRange(100, 10_000), default=1200, show_default=True,
               help="How many poses to choose from.")  # fmt: skip
 @click.option("--no-collisions", is_flag=True, help="Do not test for collisions, which needs pybullet.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the candidates.")
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the random candidates."
+)
 @FORCE
 def plan(
     robot: str,
@@ -83,12 +89,13 @@ def plan(
     or an arm of the library, which is then planned for a laser tracker.
     Candidates are drawn within the joint limits; the sensor sees its plane from all of
     them, and neither arm nor sensor touches anything (by pybullet, with a body guessed from the arm's reach: look at the moves
-    before you run them). Those are chosen from which a calibration is expected to predict positions best.
+    before you run them). The plan consists of those from which a calibration is expected to predict positions best.
 
-    With --after, poses are written if they separate anything of what the diagnosis could not distinguish, or more of them
-    would; it is said for every pair. If none of the candidates would separate any, nothing is written, and the exit status is 3.
+    With --after, the plan consists of the poses that separate effects which the diagnosis could not distinguish. The output
+    says for each pair of effects whether the planned poses separate them, or whether more poses would. If even all candidates
+    together separate no pair, nothing is written, and the exit status is 3.
 
-    The accuracy that is told before measuring is that of a model which lacks nothing: noise and repeatability alone.
+    The expected accuracy is that of a model which lacks nothing: it contains noise and repeatability alone.
 
     Writes DIR/poses.csv (the columns of a dataset's poses.csv, in the order of a program with short moves), DIR/plan.json
     and DIR/plan.png.
@@ -138,6 +145,7 @@ def plan(
 def _planned(
     cell: Workcell, found: Candidates, poses: int | None, accuracy: float | None, criterion: str, seed: int
 ) -> tuple[Plan, Information, list[str]]:
+    """Return a plan by its expected error, the information of the candidates, and lines for the terminal."""
     import numpy as np
 
     from scalar.planning.information import information
@@ -177,7 +185,7 @@ def _planned(
 
 
 def _calibration(near: Path | None, after: Path | None, arm: Any) -> Any:
-    """Return the calibration to plan near: the one that is named, or the one that lies beside a diagnosis."""
+    """Return the calibration to plan near: the one given as ``--near``, else ``after.json`` next to the diagnosis, else None."""
     from scalar.estimation.result import load_calibration
 
     path = near or (None if after is None else after.parent / "after.json")
@@ -192,6 +200,7 @@ def _calibration(near: Path | None, after: Path | None, arm: Any) -> Any:
 
 
 def _range(text: str) -> tuple[float, float]:
+    """Return the two distances [m] of ``--range``."""
     try:
         near, far = (float(part) for part in text.split(","))
     except ValueError:
@@ -203,7 +212,7 @@ def _range(text: str) -> tuple[float, float]:
 
 @contextmanager
 def _collisions(cell: Workcell, without: bool) -> Iterator[Allowed | None]:
-    """Yield which joint angles touch nothing, by the physics engine; None where that is not asked."""
+    """Yield a test of which joint angles touch nothing, by the physics engine; None with ``--no-collisions``."""
     if without:
         yield None
         return
@@ -257,7 +266,7 @@ def _write(
         table.to_csv(temporary, index=False, float_format="%.9g")
     with atomic_write(folder / "plan.png") as temporary:
         draw_plan(temporary, q, cell.model.nominal, curve, random)
-    # Last: where it stands, the other two are whole.
+    # Written last: where plan.json exists, the other two files are whole.
     write_json(folder / "plan.json", content)
     lines = [f"  moves: {_moved(q, cell.model.nominal.prismatic)}"]
     if touching:

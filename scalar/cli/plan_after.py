@@ -1,4 +1,4 @@
-"""``scalar plan --after``: the next poses, those that separate what a diagnosis could not distinguish."""
+"""``scalar plan --after``: plan the poses that separate the effects which a diagnosis could not distinguish."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from scalar.estimation.result import Calibration
     from scalar.planning.candidates import Candidates
     from scalar.planning.questions import Pair
-    from scalar.planning.separation import Answered
+    from scalar.planning.separation import Answer
     from scalar.planning.workcell import Workcell
 
 _FORMATS = ("scalar-diagnosis/1", "scalar-diagnosis/2")
@@ -33,27 +33,35 @@ def plan_after(
     path: Path,
     poses: int | None,
 ) -> tuple[list[int], list[str], dict[str, Any]]:
-    """Return the chosen candidates, lines on what they answer, and the same for ``plan.json``.
+    """Return the indices of the chosen candidates, lines on the questions that they answer, and the same for ``plan.json``.
+
+    Args:
+        cell: The workcell near the calibration after the diagnosis.
+        found: The candidates.
+        dataset: The dataset that was diagnosed.
+        calibration: The calibration after the diagnosis.
+        path: The file of the diagnosis.
+        poses: Number of poses; None for the default.
 
     Raises:
-        InvalidInput: The file is no diagnosis, or leaves nothing open that poses would answer.
-        Undetermined: No candidates separate any of what it left open.
+        InvalidInput: The file is no diagnosis, or leaves no question open that poses would answer.
+        Undetermined: The candidates answer none of the questions that it left open.
     """
-    from scalar.planning.questions import asked
+    from scalar.planning.questions import open_questions
     from scalar.planning.separation import separating_poses
 
-    pairs, beyond = read_questions(path, calibration.model.effects, dataset)
-    lines = [f"  no poses answer this: {text}" for text in beyond]
+    pairs, not_by_poses = read_questions(path, calibration.model.effects, dataset)
+    lines = [f"  no poses answer this: {text}" for text in not_by_poses]
     if not pairs:
         message = "leaves nothing open that further poses would answer" + (
-            f" ({'; '.join(beyond)} are no matter of joint angles)" if beyond else ""
+            f" (other joint angles do not help with {'; '.join(not_by_poses)})" if not_by_poses else ""
         )
         raise InvalidInput(Fault(str(path), f"{message}; plan without --after"))
     misfit = max(float(calibration.summary.get("misfit", 1.0)), 1.0)
-    what = asked(cell, pairs, dataset, cell.dataset(found.q, found.plane), misfit)
+    what = open_questions(cell, pairs, dataset, cell.dataset(found.q, found.plane), misfit)
     chosen, answers = separating_poses(what.questions, what.start, what.rows, poses or _POSES)
     if not any(answer.separable for answer in answers):
-        raise Undetermined([*(_hopeless(answer, len(found.q)) for answer in answers), _REMEDY])
+        raise Undetermined([*(_not_separable(answer, len(found.q)) for answer in answers), _REMEDY])
     content = {
         "questions": [
             {
@@ -66,14 +74,14 @@ def plan_after(
             }
             for a in answers
         ],
-        "not_answered_by_poses": beyond,
+        "not_answered_by_poses": not_by_poses,
         "poses": len(chosen),
     }
-    return chosen, [*(line for a in answers for line in _said(a)), *lines], content
+    return chosen, [*(_line(answer) for answer in answers), *lines], content
 
 
 def read_questions(path: Path, found: Sequence[Effect], dataset: Dataset) -> tuple[list[Pair], list[str]]:
-    """Return what the diagnosis in a file leaves open, as ``open_pairs`` has it.
+    """Return what ``open_pairs`` returns for the diagnosis in a file.
 
     Raises:
         InvalidInput: The file is no diagnosis, or is damaged.
@@ -88,7 +96,8 @@ def read_questions(path: Path, found: Sequence[Effect], dataset: Dataset) -> tup
         raise InvalidInput(Fault(str(path), message)) from None
 
 
-def _said(answer: Answered) -> list[str]:
+def _line(answer: Answer) -> str:
+    """Return how well the measured and the planned poses answer a question, in one line."""
     sizes = f"{answer.now**0.5:.1f} -> {answer.planned**0.5:.1f} standard errors"
     if answer.separated:
         verdict = "separated"
@@ -96,10 +105,11 @@ def _said(answer: Answered) -> list[str]:
         verdict = "not yet separated: plan more poses"
     else:
         verdict = f"no poses here separate it (all candidates together: {answer.limit**0.5:.1f})"
-    return [f"  {answer.question.title}: {sizes}; {verdict}"]
+    return f"  {answer.question.title}: {sizes}; {verdict}"
 
 
-def _hopeless(answer: Answered, candidates: int) -> str:
+def _not_separable(answer: Answer, candidates: int) -> str:
+    """Return that no candidates answer a question, with the signal that all of them give."""
     from scalar.planning.separation import ANSWERED
 
     return (
@@ -109,6 +119,7 @@ def _hopeless(answer: Answered, candidates: int) -> str:
 
 
 def _read(path: Path) -> dict[str, Any]:
+    """Return the content of a file that states to be a diagnosis."""
     from scalar.data.io.json_reader import read_json
     from scalar.data.io.run_id import check_run
 

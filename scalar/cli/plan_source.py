@@ -1,4 +1,4 @@
-"""The arm, its sensor and its planes that a plan is for: a dataset folder, which may have no poses yet, or an arm of the library."""
+"""Read the arm, the sensor and the planes to plan for: from a dataset folder, which may have no poses yet, or from the library of arms."""
 
 from __future__ import annotations
 
@@ -14,21 +14,23 @@ if TYPE_CHECKING:
     from scalar.data.declared import PlaneGuess, Sensor
     from scalar.geometry.robot import Robot
 
-_TARGET_OFF_AXIS = 0.1  # m, of a tracker's target from the flange along x and z, for an arm of the library
+_TARGET_OFFSET = (
+    0.1  # m, of a tracker's target from the flange along x and along z, assumed for an arm of the library
+)
 
 
 def declared(
     source: str, noise: float | None, *, needs_data: bool
 ) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...], Dataset | None]:
-    """Return the arm, the sensor with its noise, the planes, and the dataset where it is needed.
+    """Return the arm, the sensor with its noise, the planes, and the dataset (None unless it is needed).
 
     Args:
         source: A dataset folder, or the name of an arm of the library.
-        noise: Of the sensor [mm], instead of the declared one.
+        noise: Noise of the sensor [mm], instead of the declared one; or None.
         needs_data: Whether the measured poses are needed as well.
 
     Raises:
-        InvalidInput: There is no such thing, or something is missing in it.
+        InvalidInput: There is no such folder or arm, or the folder lacks what a plan needs.
     """
     from scalar.sensors.rows import stated_sigma
 
@@ -61,6 +63,7 @@ def declared(
 
 
 def _described(folder: Path) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...]]:
+    """Return the arm, the sensor and the planes of a ``dataset.yaml``, or of a folder that has one."""
     from scalar.data.declared import declared_parts
     from scalar.data.description import DESCRIPTION, Description, check_description
     from scalar.data.io.plain_yaml import load_yaml_lines
@@ -74,6 +77,7 @@ def _described(folder: Path) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...]]:
 
 
 def _of_library(name: str) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...]]:
+    """Return an arm of the library with a tracker's target on its flange, and no planes."""
     import numpy as np
 
     from scalar.data.declared import Sensor
@@ -88,6 +92,6 @@ def _of_library(name: str) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...]]:
         raise InvalidInput(Fault(name, f"no such folder, and {message}")) from None
     robot = Robot.from_mapping(arm.mapping)
     T = np.eye(4)
-    T[0, 3] = T[2, 3] = _TARGET_OFF_AXIS
+    T[0, 3] = T[2, 3] = _TARGET_OFFSET
     kind = next(kind for kind, format in sensor_formats().items() if not format.on_planes)
     return robot, Sensor(kind, T), ()

@@ -1,8 +1,8 @@
-"""Candidate poses: within the joint limits, seen by the sensor, inside the workcell, and touching nothing.
+"""Draw candidate poses: within the joint limits, where the sensor measures, on the arm's side of the planes, and free of collisions.
 
 Joint angles are drawn at random. A scanner has to see its plane over the whole fan, within its range and incidence, with no other plane in
-between; a kind of sensor that touches planes is moved until it does (``contact_step``). Joints and sensor stay on the arm's side of every
-plane. Whether the arm touches anything is asked of the caller, who may have a physics engine.
+between; a sensor that measures by touch is moved until it touches its plane (``contact_step``). Joints and sensor stay on the arm's side of
+every plane. The caller supplies the test for collisions, from a physics engine if there is one.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ Allowed = Callable[[Array], Array]
 
 _BATCH = 2048
 _BATCHES = 200  # chosen: 400,000 draws; a plane that is not seen by then is hardly seen at all
-_CLEARANCE = 0.02  # m: joints and sensor stay so far from the planes
-_BASE_FRAMES = 2  # frames of a chain that stand at the base, maybe on the floor
+_CLEARANCE = 0.02  # m, least distance of joints and sensor from the planes
+_BASE_FRAMES = 2  # the first frames of an arm stand at its base, and may be on the floor
 _LEAST_SHARE = 0.1  # of the wanted candidates of a plane: with fewer there is nothing to choose from
 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Poses from which to choose.
+    """Poses from which a plan is chosen.
 
     Attributes:
         q: ``(N, n)`` [rad].
@@ -48,21 +48,21 @@ def draw_candidates(
     *,
     one_turn: bool = False,
 ) -> Candidates:
-    """Return candidate poses, as many for each plane.
+    """Return candidate poses, equally many for each plane.
 
     Args:
-        cell: What the poses are for.
-        count: How many, over all planes.
+        cell: The workcell.
+        count: Number of poses, over all planes.
         rng: Draws them.
         allowed: Says which joint angles touch nothing; None where that is not known.
-        one_turn: Whether joints that turn farther stay within one turn, which gives the same postures by shorter moves.
+        one_turn: Whether joints whose limits are wider stay within one turn, which gives the same postures by shorter moves.
 
     Raises:
         InvalidInput: A plane cannot be seen from enough poses.
     """
     items = range(len(cell.planes)) if cell.on_planes else [-1]
     share = -(-count // len(items))
-    found = [_of_one(cell, k, share, rng, allowed, one_turn) for k in items]
+    found = [_poses_for_plane(cell, k, share, rng, allowed, one_turn) for k in items]
     for k, q in zip(items, found, strict=True):
         if len(q) < _LEAST_SHARE * share:
             raise InvalidInput(_too_few(cell, k, len(q)))
@@ -70,7 +70,7 @@ def draw_candidates(
     return Candidates(np.concatenate(found), plane)
 
 
-def _of_one(
+def _poses_for_plane(
     cell: Workcell,
     k: int,
     wanted: int,
@@ -78,6 +78,7 @@ def _of_one(
     allowed: Allowed | None,
     one_turn: bool,
 ) -> Array:
+    """Return up to ``wanted`` poses ``(K, n)`` [rad] that measure the plane with index k, or anything if k is -1."""
     limits = cell.model.nominal.limits
     low, high = (_one_turn(limits) if one_turn else limits).T
     kept: list[Array] = []
@@ -104,7 +105,7 @@ def _one_turn(limits: Array) -> Array:
 
 
 def _measurable(cell: Workcell, q: Array, k: int) -> Array:
-    """Return the poses, or those next to them, in which the sensor measures."""
+    """Return the poses in which the sensor measures plane k; one that measures by touch is first moved until it touches the plane."""
     if k < 0:
         return q
     kind = kind_named(cell.sensor.kind)
@@ -123,7 +124,7 @@ def _measurable(cell: Workcell, q: Array, k: int) -> Array:
 
 
 def _sees(cell: Workcell, T: Array, k: int) -> Array:
-    """Return from where a scanner ``(N, 4, 4)`` sees a plane over its whole fan, ``(N,)`` bool."""
+    """Return in which of the frames T ``(N, 4, 4)`` a scanner sees plane k over its whole fan, ``(N,)`` bool."""
     view = cell.view
     N = len(T)
 
@@ -146,9 +147,9 @@ def _inside(cell: Workcell, q: Array, k: int) -> Array:
         return np.ones(len(q), dtype=bool)
     robot = cell.model.robot
     low, high = robot.limits.T
-    anywhere = np.random.default_rng(0).uniform(low, high, (_BATCH // 8, robot.n_joints))
-    middle = robot.frames(anywhere)
-    side = np.sign(cell.normals @ middle[:, _BASE_FRAMES:, :3, 3].mean(axis=(0, 1)) - cell.distances)
+    random_frames = robot.frames(np.random.default_rng(0).uniform(low, high, (_BATCH // 8, robot.n_joints)))
+    middle = random_frames[:, _BASE_FRAMES:, :3, 3].mean(axis=(0, 1))
+    side = np.sign(cell.normals @ middle - cell.distances)
     frames = robot.frames(q)[:, _BASE_FRAMES:]
     sensor = cell.sensor_frames(q)[:, None]
     keep = np.ones(len(q), dtype=bool)
@@ -160,6 +161,7 @@ def _inside(cell: Workcell, q: Array, k: int) -> Array:
 
 
 def _too_few(cell: Workcell, k: int, found: int) -> Fault:
+    """Return the fault that plane k can be measured from too few random poses."""
     drawn = _BATCH * _BATCHES
     if k < 0:
         message = f"only {found} of {drawn} random poses within the joint limits touch nothing; check robot.joints and its limits"

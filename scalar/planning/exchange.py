@@ -20,7 +20,7 @@ import numpy as np
 
 from scalar.geometry.se3 import Array
 
-_LEAST_LEFT = 1e-10  # of a pose's own rows: a pose that alone determines a direction cannot be removed
+_LEAST_LEFT = 1e-10  # smallest eigenvalue of I - G: below it the pose alone determines a direction, and cannot be removed
 _WORTH = 1e-9  # relative: an exchange that gains less is rounding
 
 
@@ -29,13 +29,13 @@ class Design:
     """A set of candidates and its covariance.
 
     Attributes:
-        rows: ``(N, m, F)``, whitened, of all candidates.
-        start: ``(F, F)``, the information that is there without them; positive definite.
+        rows: ``(N, m, F)``, whitened rows of all candidates.
+        start: ``(F, F)``, the information M_0 without any candidate; positive definite.
         interest: ``(F, F)``, B of the criterion A, positive semidefinite; None for D.
-        chosen: Indices.
-        covariance: ``(F, F)``, of the set.
+        chosen: Indices of the candidates in the set.
+        covariance: ``(F, F)``, C of the set.
         groups: ``(N,)`` int, the group of every candidate.
-        least: How many of every group are chosen at least.
+        least: The least number of candidates of each group in the set.
     """
 
     rows: Array
@@ -56,14 +56,14 @@ class Design:
         groups: Array | None = None,
         least: int = 0,
     ) -> Design:
-        """Return the design with some candidates."""
+        """Return the design with these candidates chosen, all in one group unless groups are given."""
         groups = np.zeros(len(rows), dtype=int) if groups is None else groups
         design = cls(rows, start, interest, list(chosen or ()), np.zeros_like(start), groups, least)
         design.refresh()
         return design
 
     def refresh(self) -> None:
-        """Work the covariance out anew, without the rounding of many steps."""
+        """Compute the covariance anew, without the rounding errors of many updates."""
         A = self.rows[self.chosen].reshape(-1, self.start.shape[0])
         self.covariance = np.linalg.inv(self.start + A.T @ A)
 
@@ -75,7 +75,7 @@ class Design:
         return float(np.sum(self.interest * self.covariance))
 
     def gains(self, which: Array) -> Array:
-        """Return by how much the criterion falls if one of some candidates is added, each ``(K,)``."""
+        """Return, for each of K candidates, by how much the criterion falls if that one is added ``(K,)``."""
         G, H = self._overlaps(which)
         eye = np.eye(G.shape[1])
         if H is None:
@@ -83,7 +83,7 @@ class Design:
         return np.trace(np.linalg.solve(eye + G, H), axis1=1, axis2=2)
 
     def losses(self, which: Array) -> Array:
-        """Return by how much the criterion grows if one of some chosen candidates is removed, each ``(K,)``; inf where it cannot be."""
+        """Return, for each of K chosen candidates, by how much the criterion grows if that one is removed ``(K,)``; inf if it cannot be."""
         G, H = self._overlaps(which)
         left = np.eye(G.shape[1]) - G
         stays = np.linalg.eigvalsh(left)[:, 0] > _LEAST_LEFT
@@ -109,14 +109,15 @@ class Design:
         free[self.chosen] = False
         return np.flatnonzero(free)
 
-    def wanting(self) -> Array:
-        """Return the candidates that are not chosen, those of the groups alone that have too few where there are any."""
+    def eligible(self) -> Array:
+        """Return the candidates that may be added next: those of the groups that have too few, else all that are not chosen."""
         others = self.others()
         short = [g for g in np.unique(self.groups) if np.sum(self.groups[self.chosen] == g) < self.least]
         of_short = others[np.isin(self.groups[others], short)]
         return of_short if len(of_short) else others
 
     def _overlaps(self, which: Array) -> tuple[Array, Array | None]:
+        """Return G and H ``(K, m, m)`` of candidates; H is None for the criterion D."""
         A = self.rows[which]
         AC = A @ self.covariance
         G = AC @ np.swapaxes(A, 1, 2)
@@ -133,9 +134,9 @@ class Design:
 
 
 def add_best(design: Design, count: int) -> None:
-    """Add candidates one by one, each the one that lowers the criterion most, groups that have too few first."""
+    """Add candidates one by one, each the one that lowers the criterion most; groups that have too few come first."""
     for _ in range(count):
-        others = design.wanting()
+        others = design.eligible()
         if not len(others):
             return
         design.add(int(others[np.argmax(design.gains(others))]))
@@ -145,11 +146,11 @@ def add_best(design: Design, count: int) -> None:
 def exchange(design: Design, fixed: int = 0) -> int:
     """Exchange chosen candidates for others as long as the criterion falls; return the number of exchanges.
 
-    The chosen candidate that costs least is removed and the best of all others is put in its place, if that is better; if not, the next one is
-    tried. The criterion never grows, and the end is a set in which no such exchange helps.
+    The chosen candidate with the smallest loss is removed and the best of all others is put in its place, if that is better; if not, the
+    next one is tried. The criterion never grows. At the end no such exchange improves the set.
 
     Args:
-        design: To improve.
+        design: The design, which is changed.
         fixed: How many of the first chosen candidates stay.
     """
     done = 0
@@ -166,7 +167,7 @@ def exchange(design: Design, fixed: int = 0) -> int:
         before, value = design.covariance, abs(design.value)
         place = design.chosen.index(out)
         design.remove(out)
-        others = design.wanting()
+        others = design.eligible()
         gains = design.gains(others)
         into = int(others[np.argmax(gains)])
         if into != out and gains.max() > losses[k] + _WORTH * max(value, float(losses[k])):

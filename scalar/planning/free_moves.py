@@ -1,4 +1,4 @@
-"""An order of poses whose straight joint moves touch nothing, as far as a few rounds of ordering find one."""
+"""Order poses so that the straight joint moves between them touch nothing, if a few rounds of ordering find such an order."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scalar.planning.program_order import move_lengths, program_order
 
 _STEP = 0.1  # rad, of the largest turn of any joint: 10 cm at the end of an arm of 1 m
 _ROUNDS = 6
-_DETOUR = 10.0  # rad: what a move that touches something counts
+_DETOUR = 10.0  # rad, added to the length of a move that touches something
 
 
 def ordered(q: Array, allowed: Allowed | None) -> tuple[list[int], list[int]]:
@@ -20,7 +20,7 @@ def ordered(q: Array, allowed: Allowed | None) -> tuple[list[int], list[int]]:
 
     Args:
         q: Joint angles.
-        allowed: Which joint angles touch nothing; None where that is not known.
+        allowed: Says which joint angles touch nothing; None where that is not known.
     """
     lengths = move_lengths(q)
     tour = program_order(lengths)
@@ -48,7 +48,7 @@ def ordered(q: Array, allowed: Allowed | None) -> tuple[list[int], list[int]]:
 
 
 def _between(start: Array, end: Array) -> Array:
-    """Return joint angles along a straight move, without its ends."""
+    """Return joint angles ``(K, n)`` [rad] along a straight move, without its ends."""
     n = int(np.ceil(np.max(np.abs(end - start)) / _STEP))
     share = np.arange(1, max(n, 2))[:, None] / max(n, 2)
     return start + share * (end - start)

@@ -1,8 +1,8 @@
-"""What candidate poses tell of a model, and what of the model decides how well positions are predicted.
+"""The information that candidate poses give on the parameters of a model, and the error of predicted positions that it leaves.
 
-Rows are those of the estimator: the whitened Jacobian of the poses with what the sensor would measure there. The arm takes a pose again only
-to its repeatability; a shift s of the sensor, of standard deviation r along each axis, is common to a pose, so its rows have the covariance
-``I + r^2 W W'`` with W their derivative by s, and are whitened for it.
+The rows of a pose are those of the estimator: the whitened Jacobian of what the sensor would measure there. The arm takes a pose again only
+to its repeatability: all measurements of a pose share a shift s of the sensor, of standard deviation r along each axis, so the rows have the
+covariance ``I + r^2 W W'`` with W their derivative by s, and are whitened for it.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from scalar.estimation.prepare import candidate_mask
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 
-N_WORKSPACE = 200  # random poses at which predictions count
+N_WORKSPACE = 200  # random poses over which the error of predicted positions is averaged
 _PRIOR_STD = {"m": 0.02, "rad": 0.02}
-"""Prior standard deviations, far larger than any error: they keep a design of few poses finite and change no other."""
-_OTHER_PRIOR = 1.0
+"""Prior standard deviations by unit, far larger than any error: they keep the covariance of few poses finite, and hardly change that of many."""
+_OTHER_PRIOR = 1.0  # prior standard deviation of a parameter in any other unit
 
 
 @dataclass(frozen=True, eq=False)
 class Information:
-    """What candidates tell of F free parameters, in units of their prior standard deviations.
+    """The information of N candidates on F free parameters, in units of their prior standard deviations.
 
     Attributes:
-        rows: ``(N, m, F)``, whitened.
+        rows: ``(N, m, F)``, whitened rows of the candidates.
         start: ``(F, F)``, the information of the priors.
-        interest: ``(F, F)``: ``trace(interest C)`` is the mean squared error of a predicted position [m^2].
-        free: Names of the parameters.
-        fixed: Names of those that no pose determines.
-        items: ``(N,)``, which item of the target each candidate measures: a plan keeps some of each.
+        interest: ``(F, F)``: ``trace(interest C)`` is the mean squared error of a predicted position [m^2], C being a covariance.
+        free: Names of the free parameters.
+        fixed: Names of the parameters that all candidates together do not determine.
+        items: ``(N,)``, which item of the target (plane or tracker) each candidate measures: a plan keeps some of each.
     """
 
     rows: Array
@@ -52,12 +52,12 @@ class Information:
 
 
 def information(model: Model, poses: Dataset, repeatability: float) -> Information:
-    """Return what poses tell of a model.
+    """Return the information of poses on the parameters of a model.
 
     Args:
-        model: Where it is linearised. Its target is that of ``poses``.
-        poses: With what the sensor would measure.
-        repeatability: Standard deviation of a pose along each axis [m].
+        model: The model at which the measurements are linearised; its target is replaced by that of ``poses``.
+        poses: Poses with what the sensor would measure there.
+        repeatability: Standard deviation along each axis with which the arm takes a pose again [m].
     """
     residuals, model = linearised_at(model, poses)
     mask = candidate_mask(replace(model, effects=()))
@@ -92,7 +92,7 @@ def prior_std(model: Model) -> Array:
 
 
 def whitened_rows(residuals: Residuals, model: Model, repeatability: float) -> Array:
-    """Return the Jacobian ``(N, m, P)`` of the measured rows, whitened for the repeatability as well."""
+    """Return the Jacobian ``(N, m, P)`` of the measurements, whitened for the sensor's noise and the arm's repeatability [m]."""
     residual, J = residuals.linearise_measured(model)
     N = len(residuals.poses)
     J = J.reshape(N, len(residual) // N, -1)
@@ -104,5 +104,5 @@ def whitened_rows(residuals: Residuals, model: Model, repeatability: float) -> A
 
 
 def workspace_columns(model: Model) -> Array:
-    """Return the derivatives ``(3 K, P)`` of predicted positions at random poses by all parameters, the best motion of the base removed."""
+    """Return the derivatives ``(3 K, P)`` of predicted positions [m] at K random poses by all parameters, the best motion of the base removed."""
     return displacement_columns(model, random_poses(model, N_WORKSPACE))

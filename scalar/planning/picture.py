@@ -22,11 +22,11 @@ def draw_plan(
     """Draw a plan as PNG.
 
     Args:
-        path: To write.
+        path: File to write.
         q: ``(k, n)`` [rad; m of a joint that slides], in the order of the program.
-        robot: Whose limits are drawn.
+        robot: The arm, whose joint limits are drawn.
         curve: Numbers of poses and expected errors [m]; may be empty.
-        random: The same for random poses, or None.
+        random: One such pair for poses drawn at random, or None.
     """
     n = q.shape[1]
     rows = max(n, 4)

@@ -1,7 +1,7 @@
-"""Choose poses by what they are expected to give: the error of predicted positions in the workspace, before anything is measured.
+"""Choose poses by the error of predicted positions in the workspace that a calibration from them is expected to have.
 
-The expectation is that of the estimator's own linearisation, at the nominal arm or near a calibration: noise of the sensor, repeatability of the
-arm, nothing that the model lacks.
+The expected error comes from the estimator's linearisation at the nominal arm or at an earlier calibration. It contains the noise of the
+sensor and the repeatability of the arm, and nothing of errors that the model lacks.
 """
 
 from __future__ import annotations
@@ -18,23 +18,22 @@ from scalar.units import MM
 FORMAT = "scalar-plan/1"
 CRITERIA = ("error", "determinant")
 _RANDOM_DRAWS = 20
-_EQUATIONS_TO_SPARE = 1.3  # a plan has at least so many independent equations for each free parameter
-_LEAST_OF_EACH = (
-    0.5  # of an equal share: the least that each plane has, so that a fit finds its way from rough guesses
-)
+_EQUATIONS_TO_SPARE = 1.3  # a plan has at least this many independent equations for each free parameter
+# Each plane gets at least this part of an equal share of the poses, so that a fit converges from rough guesses of the planes.
+_LEAST_OF_EACH = 0.5
 _STARTS = 3  # sets from which exchanges begin: the greedy one, and random ones
-_MOST = 400  # poses that are considered for a wanted accuracy
+_MOST = 400  # the most poses that are considered for a wanted accuracy
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Chosen poses and what they are expected to give.
+    """Chosen poses and the error that they are expected to leave.
 
     Attributes:
         chosen: ``(k,)``, indices of candidates.
-        error: Of a predicted position [m], root mean square over the workspace.
+        error: Expected error of a predicted position [m], root mean square over the workspace.
         random_error: The same for as many candidates chosen at random, the mean over some draws [m].
-        curve: ``(n, 2)``: number of poses and error [m], for plans of other sizes.
+        curve: Pairs of number of poses and expected error [m], of this plan and of plans of other sizes.
         exchanges: How many exchanges improved the set.
     """
 
@@ -45,7 +44,7 @@ class Plan:
     exchanges: int
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return the numbers as ``plan.json`` has them."""
+        """Return the numbers that ``plan.json`` has."""
         return {
             "poses": len(self.chosen),
             "expected_error_mm": self.error / MM,
@@ -56,23 +55,23 @@ class Plan:
 
 
 def least_poses(info: Information, equations_per_pose: int) -> int:
-    """Return the fewest poses that a plan should have."""
+    """Return the fewest poses that a plan may have, so that their equations determine the free parameters."""
     return int(np.ceil(_EQUATIONS_TO_SPARE * len(info.free) / equations_per_pose))
 
 
 def choose_poses(
     info: Information, count: int, criterion: str, rng: np.random.Generator, sizes: tuple[int, ...] = ()
 ) -> Plan:
-    """Return a plan of some number of poses.
+    """Return a plan of ``count`` poses.
 
     Args:
-        info: Of the candidates.
-        count: How many.
+        info: The information of the candidates.
+        count: Number of poses.
         criterion: ``error``, the predicted error in the workspace (A), or ``determinant`` (D).
-        rng: Draws the sets of random poses that the plan is compared with.
+        rng: Draws random sets: some from which exchanges begin, and those with which the plan is compared.
         sizes: Numbers of poses for the curve.
     """
-    design, exchanges = designed(info, count, criterion, rng)
+    design, exchanges = best_design(info, count, criterion, rng)
     at_random = [_error_of(info, _at_random(info, count, rng)) for _ in range(_RANDOM_DRAWS)]
     error = info.error(design.covariance)
     curve = [(n, e) for n, e in greedy_errors(info, max((*sizes, 0))) if n in sizes and n != count]
@@ -82,22 +81,29 @@ def choose_poses(
 
 
 def poses_for_error(info: Information, wanted: float, least: int, criterion: str) -> int | None:
-    """Return how many poses a wanted error [m] takes, or None where as many as are considered do not give it."""
+    """Return how many poses a wanted error takes, or None where as many as are considered do not give it.
+
+    Args:
+        info: The information of the candidates.
+        wanted: The error [m], root mean square over the workspace.
+        least: The fewest poses that a plan may have.
+        criterion: As in ``choose_poses``.
+    """
     most = min(len(info.rows), _MOST)
     enough = next((n for n, e in greedy_errors(info, most) if n >= least and e <= wanted), None)
     if enough is None:
         return None
-    low, high = least - 1, enough  # the exchange may do with fewer than one pose after the other
+    low, high = least - 1, enough  # exchanges may need fewer poses than adding one after the other
     while high - low > 1:
         middle = (low + high) // 2
-        design, _ = designed(info, middle, criterion, np.random.default_rng(0))
+        design, _ = best_design(info, middle, criterion, np.random.default_rng(0))
         low, high = (low, middle) if info.error(design.covariance) <= wanted else (middle, high)
     return high
 
 
 def greedy_errors(info: Information, most: int) -> list[tuple[int, float]]:
-    """Return the expected error after each pose that is added, each the best one given those before."""
-    design = _begun(info, 0, CRITERIA[0])
+    """Return pairs of number of poses and expected error [m] as poses are added one by one, each the best one given those before."""
+    design = _empty_design(info, 0, CRITERIA[0])
     errors = []
     for k in range(min(most, len(info.rows))):
         design.least = _least_of_each(info, k + 1)
@@ -106,11 +112,13 @@ def greedy_errors(info: Information, most: int) -> list[tuple[int, float]]:
     return errors
 
 
-def designed(info: Information, count: int, criterion: str, rng: np.random.Generator) -> tuple[Design, int]:
-    """Return the best set that exchanges end at from a few starts, and how many exchanges led there."""
+def best_design(
+    info: Information, count: int, criterion: str, rng: np.random.Generator
+) -> tuple[Design, int]:
+    """Return the best of the sets to which exchanges lead from a few starts, and the number of exchanges to it."""
     found = []
     for k in range(_STARTS):
-        design = _begun(info, count, criterion)
+        design = _empty_design(info, count, criterion)
         if k:
             design.chosen = _at_random(info, count, rng)
             design.refresh()
@@ -121,17 +129,19 @@ def designed(info: Information, count: int, criterion: str, rng: np.random.Gener
     return min(found, key=lambda each: each[0].value)
 
 
-def _begun(info: Information, count: int, criterion: str) -> Design:
+def _empty_design(info: Information, count: int, criterion: str) -> Design:
+    """Return a design without any candidate, which is to get ``count`` of them."""
     interest = info.interest if criterion == CRITERIA[0] else None
     return Design.of(info.rows, info.start, interest, [], info.items, _least_of_each(info, count))
 
 
 def _least_of_each(info: Information, count: int) -> int:
+    """Return how many of ``count`` poses each item of the target gets at least."""
     return int(_LEAST_OF_EACH * count / len(np.unique(info.items)))
 
 
 def _at_random(info: Information, count: int, rng: np.random.Generator) -> list[int]:
-    """Return candidates drawn at random, as many of each item of the target."""
+    """Return candidates drawn at random, equally many of each item of the target."""
     order = rng.permutation(len(info.rows))
     rank = np.zeros(len(order))
     for item in np.unique(info.items):
@@ -141,4 +151,5 @@ def _at_random(info: Information, count: int, rng: np.random.Generator) -> list[
 
 
 def _error_of(info: Information, chosen: list[int]) -> float:
+    """Return the expected error [m] of a set of candidates."""
     return info.error(Design.of(info.rows, info.start, info.interest, chosen).covariance)

@@ -1,6 +1,7 @@
 """The order in which a program takes poses, so that moves between them are short: an open tour, nearest neighbour and then 2-opt.
 
-The length of a move is the largest turn of any joint, which is what it takes if all joints are as fast as each other.
+The length of a move is the largest turn of any joint, to which its time is proportional if all joints are equally fast. A metre of a
+prismatic joint counts as a radian.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ def tour_length(lengths: Array, tour: list[int]) -> float:
 
 
 def _nearest(lengths: Array, start: int) -> list[int]:
+    """Return the tour that begins at a pose and always goes on to the nearest pose that is left."""
     tour, left = [start], set(range(len(lengths))) - {start}
     while left:
         here = tour[-1]
@@ -46,12 +48,12 @@ def _nearest(lengths: Array, start: int) -> list[int]:
 
 
 def _improved(lengths: Array, tour: list[int]) -> list[int]:
-    """Return the tour with stretches turned round as long as that makes it shorter (2-opt of an open tour)."""
+    """Return the tour with stretches reversed as long as that makes it shorter (2-opt of an open tour)."""
     t = np.array(tour)
     N = len(t)
     if N < 3:
         return tour
-    # A place before the first and one after the last, which cost nothing, let the ends turn as well.
+    # Moves to and from a fictitious pose N have no length, so that stretches at the ends can be reversed as well.
     D = np.zeros((N + 1, N + 1))
     D[:N, :N] = lengths
     t = np.r_[N, t, N]

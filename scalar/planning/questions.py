@@ -1,4 +1,4 @@
-"""The questions that a diagnosis leaves open: effects that it could not distinguish from others, and effects that it could not see."""
+"""The questions that a diagnosis leaves open: effects that it could not distinguish from others, and effects that it could not observe."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class Pair:
     """An effect, and a rival that may take its place.
 
     Attributes:
-        effect: With coefficients of the size in question.
-        rival: None where the effect left no residual at all.
+        effect: The effect, with coefficients of the size in question.
+        rival: The other effect; None where the question is whether the effect acts at all, because it was unobservable.
     """
 
     effect: Effect
@@ -32,18 +32,18 @@ class Pair:
 
     @property
     def title(self) -> str:
-        """Return what is asked."""
+        """Return the question in words."""
         return self.effect.title if self.rival is None else f"{self.effect.title} or {self.rival.title}"
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
-    """What is asked of further poses, and what is known already.
+class OpenQuestions:
+    """Questions about P parameters, the information on these that there is already, and that of further poses.
 
     Attributes:
-        questions: In terms of the columns of ``rows``.
+        questions: Their indices are those of the P parameters.
         start: ``(P, P)``, information of the measured poses and of weak priors.
-        rows: ``(N, m, P)``, of the candidates.
+        rows: ``(N, m, P)``, whitened rows of the candidate poses.
     """
 
     questions: list[Question]
@@ -54,56 +54,55 @@ class Asked:
 def open_pairs(
     diagnosis: Mapping[str, Any], found: Sequence[Effect], dataset: Dataset
 ) -> tuple[list[Pair], list[str]]:
-    """Return the pairs that a diagnosis left open, and what of it poses cannot answer, in words.
+    """Return the pairs that a diagnosis left open, and in words the questions that further poses cannot answer.
 
     Args:
         diagnosis: Content of ``diagnosis.json``.
-        found: Effects of the calibration after it.
-        dataset: That was diagnosed.
+        found: Effects of the calibration ``after.json``.
+        dataset: The dataset that was diagnosed.
     """
     pool = [effect for kind in registry.known().values() for effect in kind.candidates(dataset)]
     pairs: list[Pair] = []
-    beyond: list[str] = []
+    not_by_poses: list[str] = []
 
-    def wanted(entry: Mapping[str, Any]) -> Effect | None:
-        return next((e for e in (*found, *_each(pool)) if _is(e, entry)), None)
+    def effect_of(entry: Mapping[str, Any]) -> Effect | None:
+        return next((e for e in (*found, *_with_single_terms(pool)) if _matches(e, entry)), None)
 
     for entry in with_doubtful(diagnosis["effects"]):
         for other in entry["confounded_with"]:
-            effect, rival = wanted(entry), wanted(other)
-            if effect is None or rival is None or not _by_poses(effect, rival):
-                beyond.append(f"{_named(entry)} or {_named(other)}")
+            effect, rival = effect_of(entry), effect_of(other)
+            if effect is None or rival is None or not _separable_by_poses(effect, rival):
+                not_by_poses.append(f"{_named(entry)} or {_named(other)}")
                 continue
-            pair = Pair(_sized(effect, entry), rival)
-            if not any(
-                _same_pair(pair, known) for known in pairs
-            ):  # terms of one rival are listed one by one
+            pair = Pair(_with_found_size(effect, entry), rival)
+            # A diagnosis lists the terms of one rival one by one, which makes the same pair several times.
+            if not any(_same_pair(pair, known) for known in pairs):
                 pairs.append(pair)
     for entry in diagnosis.get("unobservable", diagnosis.get("silent", ())):
-        effect = _as_written(entry) or wanted(entry)
-        if effect is None or not effect.natural_sizes.any() or not _by_poses(effect):
-            beyond.append(_named(entry))
+        effect = _from_settings(entry) or effect_of(entry)
+        if effect is None or not effect.natural_sizes.any() or not _separable_by_poses(effect):
+            not_by_poses.append(_named(entry))
             continue
         pairs.append(Pair(effect.with_coefficients(effect.natural_sizes), None))
-    return pairs, list(dict.fromkeys(beyond))
+    return pairs, list(dict.fromkeys(not_by_poses))
 
 
 def with_doubtful(effects: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """Return the entries of a diagnosis, and those that it gives no name but says what they are most like."""
+    """Return the entries of a diagnosis, each followed by the effects that an entry without a name is most like."""
     return [found for entry in effects for found in (entry, *entry.get("most_like", ()))]
 
 
-def asked(
+def open_questions(
     cell: Workcell, pairs: Sequence[Pair], dataset: Dataset, candidates: Dataset, misfit: float
-) -> Asked:
-    """Return the questions in terms of one model with all effects in question, and what poses tell of it.
+) -> OpenQuestions:
+    """Return the questions about the parameters of one model with all effects in question, and the information of poses on these.
 
     Args:
-        cell: Near the calibration after the diagnosis.
-        pairs: To separate.
-        dataset: That was diagnosed.
-        candidates: Poses with what the sensor would measure.
-        misfit: The residual's real size in units of the noise.
+        cell: The workcell near the calibration after the diagnosis.
+        pairs: The pairs to separate.
+        dataset: The dataset that was diagnosed.
+        candidates: Candidate poses with what the sensor would measure there.
+        misfit: Ratio of the residual to the stated noise, by which the information of all poses is reduced.
     """
     base = cell.model.effects
     more: list[Effect] = []
@@ -113,67 +112,73 @@ def asked(
     model = replace(cell.model, effects=(*base, *more))
     measured = replace(dataset, sensor=cell.sensor, planes=cell.planes)
     (old, names), (new, names_new) = (_rows(model, d, cell.repeatability) for d in (measured, candidates))
-    every = list(dict.fromkeys([*names, *names_new]))
-    old, new = (_placed(rows, own, every) / misfit for rows, own in ((old, names), (new, names_new)))
-    prior = _priors(model, every)
+    all_names = list(dict.fromkeys([*names, *names_new]))
+    old, new = (_spread(rows, own, all_names) / misfit for rows, own in ((old, names), (new, names_new)))
+    prior = _priors(model, all_names)
     start = np.diag(1.0 / prior**2) + np.einsum("nmp,nmq->pq", old, old)
-    where = dict(zip(map(id, model.effects), model.effect_names, strict=True))
+    names_of = dict(zip(map(id, model.effects), model.effect_names, strict=True))
 
     def columns(effect: Effect) -> Array:
         own = next(e for e in model.effects if _same(e, effect))
-        return np.array([every.index(name) for name in where[id(own)]], dtype=int)
+        return np.array([all_names.index(name) for name in names_of[id(own)]], dtype=int)
 
     of_effects = {name for own in model.effect_names for name in own}
-    geometry = np.array([i for i, n in enumerate(every) if n not in of_effects and not n.startswith("beta_")])
+    of_no_effect = [i for i, name in enumerate(all_names) if name not in of_effects]
+    without_beta = np.array([i for i in of_no_effect if not all_names[i].startswith("beta_")])
     questions = []
     for pair in pairs:
-        beside = [e for e in base if not _same(e, pair.effect)]
-        beside += [] if pair.rival is None or any(_same(pair.rival, e) for e in beside) else [pair.rival]
-        rest = np.concatenate([geometry, *(columns(e) for e in beside)])
+        others = [e for e in base if not _same(e, pair.effect)]
+        others += [] if pair.rival is None or any(_same(pair.rival, e) for e in others) else [pair.rival]
+        rest = np.concatenate([without_beta, *(columns(e) for e in others)])
         questions.append(Question(pair.title, columns(pair.effect), rest, pair.effect.coefficients))
-    return Asked(questions, start, new)
+    return OpenQuestions(questions, start, new)
 
 
 def _rows(model: Model, poses: Dataset, repeatability: float) -> tuple[Array, list[str]]:
-    residuals, here = linearised_at(model, poses)
-    return whitened_rows(residuals, here, repeatability), here.names
+    """Return the whitened rows of poses ``(N, m, P)``, and the names of their P parameters."""
+    residuals, model = linearised_at(model, poses)
+    return whitened_rows(residuals, model, repeatability), model.names
 
 
-def _placed(rows: Array, names: list[str], every: list[str]) -> Array:
-    placed = np.zeros((*rows.shape[:2], len(every)))
-    placed[:, :, [every.index(name) for name in names]] = rows
-    return placed
+def _spread(rows: Array, names: list[str], all_names: list[str]) -> Array:
+    """Return rows with a column for each of all parameters, zero for those that are not among ``names``."""
+    spread = np.zeros((*rows.shape[:2], len(all_names)))
+    spread[:, :, [all_names.index(name) for name in names]] = rows
+    return spread
 
 
-def _priors(model: Model, every: list[str]) -> Array:
+def _priors(model: Model, all_names: list[str]) -> Array:
+    """Return the prior standard deviation of each parameter; one that the model lacks gets the median of the others."""
     known = dict(zip(model.names, prior_std(model), strict=True))
     typical = float(np.median(list(known.values())))
-    return np.array([known.get(name, typical) for name in every])
+    return np.array([known.get(name, typical) for name in all_names])
 
 
-def _each(pool: Sequence[Effect]) -> list[Effect]:
-    """Return the candidates, and the single terms of those that have several."""
+def _with_single_terms(pool: Sequence[Effect]) -> list[Effect]:
+    """Return effects, and the single terms of those that have several."""
     single = [e.with_terms([i]) for e in pool if e.n_terms > 1 for i in range(e.n_terms)]
     return [*pool, *single]
 
 
-def _is(effect: Effect, entry: Mapping[str, Any]) -> bool:
+def _matches(effect: Effect, entry: Mapping[str, Any]) -> bool:
+    """Return whether an entry of a diagnosis has the name and the target of an effect."""
     return effect.name == entry["name"] and plain(effect.target) == entry["target"]
 
 
-def _as_written(entry: Mapping[str, Any]) -> Effect | None:
-    """Return the effect that an entry describes with its settings, None where it has none or the kind is absent."""
+def _from_settings(entry: Mapping[str, Any]) -> Effect | None:
+    """Return the effect that an entry describes by its settings; None where it has none or the kind of effect is unknown."""
     kind = registry.known().get(entry["name"])
     return kind.from_mapping(entry["settings"]) if kind is not None and "settings" in entry else None
 
 
 def _same(one: Effect, other: Effect) -> bool:
+    """Return whether two effects have the same columns; their coefficients may differ."""
     alike = one.name == other.name and one.target == other.target and one.term_names == other.term_names
-    return alike and _words(one) == _words(other)
+    return alike and _text_settings(one) == _text_settings(other)
 
 
-def _words(effect: Effect) -> dict[str, str]:
-    """Return the settings that are words, as by what the side of a backlash is told; numbers are estimates."""
+def _text_settings(effect: Effect) -> dict[str, str]:
+    """Return the settings that are text, such as what tells the side of a backlash; settings that are numbers are estimates."""
     return {key: value for key, value in effect.to_mapping().items() if isinstance(value, str)}
 
 
@@ -182,13 +187,13 @@ def _same_pair(one: Pair, other: Pair) -> bool:
     return other.rival is not None and _same(one.effect, other.effect) and _same(one.rival, other.rival)
 
 
-def _by_poses(*effects: Effect) -> bool:
-    """Return whether other joint angles may separate effects: changes in time need another time."""
+def _separable_by_poses(*effects: Effect) -> bool:
+    """Return whether poses at other joint angles may separate effects: a change in time needs measurements at another time."""
     return not any(effect.is_change_in_time for effect in effects)
 
 
-def _sized(effect: Effect, entry: Mapping[str, Any]) -> Effect:
-    """Return an effect of the size that was found."""
+def _with_found_size(effect: Effect, entry: Mapping[str, Any]) -> Effect:
+    """Return an effect with its own coefficients, else with those of the diagnosis, else of its natural size."""
     if effect.coefficients.any():
         return effect
     values = [entry["coefficients"].get(name, {}).get("value") for name in effect.coefficient_names]
@@ -197,6 +202,7 @@ def _sized(effect: Effect, entry: Mapping[str, Any]) -> Effect:
 
 
 def _named(entry: Mapping[str, Any]) -> str:
+    """Return name and target of an entry, as text."""
     place = " ".join(
         f"{key} {value}" for key, value in entry["target"].items() if not isinstance(value, dict)
     )

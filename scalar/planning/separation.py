@@ -1,4 +1,4 @@
-"""Which further poses separate causes that a diagnosis could not distinguish, and which show what it could not see.
+"""Choose further poses that separate effects which a diagnosis could not distinguish, and that show those which it could not observe.
 
 A question is an effect e of a known size c, and what may take its place: the geometry, the other effects that were found, and a rival. If e acts
 and the model has the rival instead, the best fit of these leaves residuals whose squared length is the noncentrality (Atkinson and Fedorov,
@@ -6,8 +6,9 @@ Biometrika 62, 1975: T-optimality)
 
     lambda = c' [(M^-1)_ee]^-1 c,   M the information on e and on all that may take its place.
 
-Its root is the signal in standard errors. Poses are added one by one, each the one with which the sum over the questions of log(lambda), up to
-where a question is answered, grows most. One pose changes M by rank m, which gives lambda for all candidates in a few products.
+Its root is the signal in standard errors. Poses are added one by one: each time the one with which the sum over the questions of
+log(lambda) grows most, where lambda counts only up to the value that answers a question. One pose changes M by rank m, which gives lambda for
+all candidates in a few products of matrices.
 """
 
 from __future__ import annotations
@@ -21,18 +22,18 @@ from scalar.geometry.se3 import Array
 
 ANSWERED = 25.0
 """Noncentrality from which a question counts as answered: a signal of five standard errors."""
-_LEAST = 1e-6  # noncentrality: below it the logarithm says nothing
+_LEAST = 1e-6  # noncentralities below this one count as this one, whose logarithm is finite
 
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """One thing to find out.
+    """Whether an effect acts, or what may take its place.
 
     Attributes:
-        title: In words.
-        own: Indices of the coefficients of the effect.
-        rest: Indices of all that may take its place.
-        size: ``(k,)``, of the coefficients, in the units of the rows.
+        title: The question in words.
+        own: ``(k,)``, indices of the effect's coefficients among the P parameters of the rows.
+        rest: Indices of the parameters that may take its place.
+        size: ``(k,)``, the effect's coefficients c, in the units of the parameters.
     """
 
     title: str
@@ -42,14 +43,14 @@ class Question:
 
 
 @dataclass(frozen=True, eq=False)
-class Answered:
-    """What becomes of a question.
+class Answer:
+    """How well poses answer a question.
 
     Attributes:
-        question: Asked.
-        now: Its noncentrality with the poses that were measured.
-        planned: With the further poses as well.
-        limit: With all candidates: more than any plan gives.
+        question: The question.
+        now: Its noncentrality with the measured poses.
+        planned: The same with the planned poses added.
+        limit: The same with all candidates added, which no plan exceeds.
     """
 
     question: Question
@@ -59,17 +60,17 @@ class Answered:
 
     @property
     def separable(self) -> bool:
-        """Return whether any poses of the candidates answer it."""
+        """Return whether all candidates together answer the question."""
         return self.limit >= ANSWERED
 
     @property
     def separated(self) -> bool:
-        """Return whether the planned poses answer it."""
+        """Return whether the planned poses answer the question."""
         return self.planned >= ANSWERED
 
 
-class _Asked:
-    """A question with the covariance of what it concerns, as poses are added."""
+class _QuestionState:
+    """A question with the covariance of the parameters that it concerns, as poses are added."""
 
     def __init__(self, question: Question, start: Array, rows: Array):
         self.question = question
@@ -80,17 +81,17 @@ class _Asked:
         self.own = slice(len(question.rest), len(index))
 
     def value(self) -> float:
-        """Return the noncentrality."""
-        return float(self._of(self.covariance[None, self.own, self.own])[0])
+        """Return the noncentrality with the poses added so far."""
+        return float(self._noncentrality(self.covariance[None, self.own, self.own])[0])
 
     def values_with(self, which: Array) -> Array:
-        """Return the noncentrality if one of some candidates is added, each ``(K,)``."""
+        """Return, for each of K candidates, the noncentrality if that one is added ``(K,)``."""
         A = self.rows[which]
         AC = A @ self.covariance
         G = AC @ np.swapaxes(A, 1, 2)
         own = AC[:, :, self.own]
-        fall = np.swapaxes(own, 1, 2) @ np.linalg.solve(np.eye(G.shape[1]) + G, own)
-        return self._of(self.covariance[self.own, self.own] - fall)
+        reduction = np.swapaxes(own, 1, 2) @ np.linalg.solve(np.eye(G.shape[1]) + G, own)
+        return self._noncentrality(self.covariance[self.own, self.own] - reduction)
 
     def add(self, i: int) -> None:
         """Add a candidate."""
@@ -99,13 +100,14 @@ class _Asked:
         self.covariance = self.covariance - AC.T @ np.linalg.solve(np.eye(len(A)) + AC @ A.T, AC)
         self.covariance = (self.covariance + self.covariance.T) / 2
 
-    def limit(self) -> float:
-        """Return the noncentrality with all candidates."""
+    def value_with_all(self) -> float:
+        """Return the noncentrality with all candidates added to the start."""
         A = self.rows.reshape(-1, len(self.start))
         C = np.linalg.inv(self.start + A.T @ A)
-        return float(self._of(C[None, self.own, self.own])[0])
+        return float(self._noncentrality(C[None, self.own, self.own])[0])
 
-    def _of(self, covariance: Array) -> Array:
+    def _noncentrality(self, covariance: Array) -> Array:
+        """Return ``c' covariance^-1 c`` for covariances ``(K, k, k)`` of the effect's coefficients, ``(K,)``."""
         c = self.question.size
         return (
             np.linalg.solve(covariance, np.broadcast_to(c[:, None], (len(covariance), len(c), 1)))[:, :, 0]
@@ -115,44 +117,44 @@ class _Asked:
 
 def separating_poses(
     questions: Sequence[Question], start: Array, rows: Array, count: int
-) -> tuple[list[int], list[Answered]]:
-    """Return the candidates to measure next, and what becomes of every question.
+) -> tuple[list[int], list[Answer]]:
+    """Return the indices of the candidates to measure next, and the answer to every question.
 
     Args:
-        questions: To be answered.
-        start: ``(P, P)``, information on all parameters that is there: measured poses and priors.
-        rows: ``(N, m, P)``, whitened, of the candidates.
-        count: How many poses.
+        questions: The questions to answer.
+        start: ``(P, P)``, information on all parameters from the measured poses and the priors.
+        rows: ``(N, m, P)``, whitened rows of the candidates.
+        count: Number of poses to choose.
     """
-    asked = [_Asked(question, start, rows) for question in questions]
-    now = [a.value() for a in asked]
-    limits = [a.limit() for a in asked]
+    states = [_QuestionState(question, start, rows) for question in questions]
+    now = [state.value() for state in states]
+    limits = [state.value_with_all() for state in states]
     enough = [min(ANSWERED, max(limit, _LEAST)) for limit in limits]
     chosen: list[int] = []
     for _ in range(min(count, len(rows))):
         others = np.setdiff1d(np.arange(len(rows)), chosen)
         score = np.zeros(len(others))
-        for a, most in zip(asked, enough, strict=True):
-            values = a.values_with(others)
-            # Beyond the answer more still counts, a little: it breaks ties.
+        for state, most in zip(states, enough, strict=True):
+            values = state.values_with(others)
+            # The small second term breaks ties between candidates that all answer the question.
             score += np.log(np.clip(values, _LEAST, most)) + 1e-3 * np.log(np.maximum(values, _LEAST))
         best = int(others[np.argmax(score)])
         chosen.append(best)
-        for a in asked:
-            a.add(best)
-    answered = [
-        Answered(a.question, before, a.value(), limit)
-        for a, before, limit in zip(asked, now, limits, strict=True)
+        for state in states:
+            state.add(best)
+    answers = [
+        Answer(state.question, before, state.value(), limit)
+        for state, before, limit in zip(states, now, limits, strict=True)
     ]
-    return chosen, answered
+    return chosen, answers
 
 
 def noncentralities(questions: Sequence[Question], start: Array, rows: Array) -> list[float]:
     """Return the noncentrality of each question if poses are added.
 
     Args:
-        questions: To be answered.
-        start: ``(P, P)``, information that is there.
-        rows: ``(N, m, P)``, whitened, of all poses that are added.
+        questions: The questions to answer.
+        start: ``(P, P)``, information without these poses.
+        rows: ``(N, m, P)``, whitened rows of the poses, which are all added.
     """
-    return [_Asked(question, start, rows).limit() for question in questions]
+    return [_QuestionState(question, start, rows).value_with_all() for question in questions]

@@ -1,4 +1,4 @@
-"""What a plan is made for: an arm, its sensor and the target as they are declared or calibrated, and what the sensor can see."""
+"""The workcell for which poses are planned: arm, sensor and target as they are declared or calibrated, and what the sensor can see."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class View:
         near, far: Limits of the range along a ray [m].
         fan: Half of the opening angle [rad].
         incidence: Largest angle between a ray and the normal of the plane [rad].
-        points: Of a scan.
+        points: Number of points of a scan.
     """
 
     near: float = 0.10
@@ -40,13 +40,13 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Workcell:
-    """What a plan is made for.
+    """The workcell for which poses are planned.
 
     Attributes:
         model: Arm, sensor, target and effects, at their best known values.
-        sensor: Its kind and noise; the noise is stated.
-        planes: Of the target, as ``model.target`` has them; empty without planes.
-        view: Of a scanner.
+        sensor: The sensor, of which kind and noise are used; the noise is stated.
+        planes: The planes of the target, as ``model.target`` has them; empty without planes.
+        view: What the sensor sees, if it is a scanner.
         repeatability: Standard deviation, along each axis, with which the arm takes a pose again [m].
     """
 
@@ -71,20 +71,20 @@ class Workcell:
         """Return the workcell as it is declared, or near a calibration.
 
         Args:
-            robot: Nominal.
-            sensor: With its nominal pose and its noise.
-            planes: Initial guesses.
-            near: Gives the arm, the sensor's place, the planes of the same names, and the effects.
-            view: Of a scanner.
-            repeatability: Of the arm [m].
-            same_campaign: Whether the poses are added to those of the calibration. If not, its effects that do not stay with the arm are
-                left out; what changes in time is left out anyway.
+            robot: The nominal arm.
+            sensor: The sensor with its nominal pose and its noise.
+            planes: Initial guesses of the planes.
+            near: A calibration, which then gives the arm, the sensor's place, the planes of the same names, and the effects.
+            view: What a scanner sees; None for the values of ``View``.
+            repeatability: Standard deviation, along each axis, with which the arm takes a pose again [m].
+            same_campaign: Whether the planned poses are added to those of the calibration. If not, its effects that do not stay with the
+                arm are left out; effects that change in time are always left out.
         """
         if near is not None:
             sensor = replace(sensor, T_flange_sensor=near.model.T_flange_sensor)
             planes = _calibrated(planes, near)
-        one = tuple(plane.name for plane in planes)
-        dataset = _dataset(robot, sensor, planes, np.zeros((len(one) or 1, robot.n_joints)), one, {})
+        names = tuple(plane.name for plane in planes)
+        dataset = _dataset(robot, sensor, planes, np.zeros((len(names) or 1, robot.n_joints)), names, {})
         model = Calibration.nominal(dataset).model
         if near is not None:
             arm = near.model
@@ -116,12 +116,12 @@ class Workcell:
         return measure(self.dataset(q, index)).equations_per_pose
 
     def dataset(self, q: Array, plane: Array) -> Dataset:
-        """Return poses ``(N, n)`` [rad] with what the sensor would measure there without error.
+        """Return poses with what the sensor would measure there without error.
 
-        What an effect may ask for is made up: directions of approach at random, one temperature.
+        Columns that effects may need are made up: directions of approach at random, one temperature for all.
 
         Args:
-            q: Joint angles.
+            q: ``(N, n)`` [rad], joint angles.
             plane: ``(N,)``, index of the plane that each pose measures; -1 without planes.
         """
         columns: dict[str, Array] = {}
@@ -152,20 +152,20 @@ class Workcell:
         return np.array([plane.distance for plane in self.planes])
 
     def sensor_frames(self, q: Array) -> Array:
-        """Return where the sensor is ``(N, 4, 4)``, effects left out."""
+        """Return the sensor's frames ``(N, 4, 4)`` in the base frame, effects left out."""
         return self.model.robot.flange(q) @ self.model.T_flange_sensor
 
 
 def scan_points(T: Array, normals: Array, distances: Array, view: View) -> tuple[Array, Array, Array]:
-    """Return the points of scans ``(N, M, 2)`` [m] in the scanner's plane, their ranges [m] and cosines of incidence ``(N, M)``.
+    """Return the points of scans ``(N, M, 2)`` [m] in the scanner's XZ plane, and their ranges [m] and cosines of incidence ``(N, M)``.
 
-    A ray that runs away from the plane has a range that is not positive.
+    The range of a ray that does not meet the plane ahead of the scanner is negative.
 
     Args:
         T: ``(N, 4, 4)``, the scanner in the base frame.
         normals: ``(N, 3)``, of the plane that each scans.
-        distances: ``(N,)`` [m].
-        view: Of the scanner.
+        distances: ``(N,)`` [m], of the same planes.
+        view: What the scanner sees.
     """
     angles = np.linspace(-view.fan, view.fan, view.points)
     rays = np.stack([np.sin(angles), np.cos(angles)], axis=1)
@@ -176,7 +176,7 @@ def scan_points(T: Array, normals: Array, distances: Array, view: View) -> tuple
 
 
 def _calibrated(planes: tuple[PlaneGuess, ...], near: Calibration) -> tuple[PlaneGuess, ...]:
-    """Return the planes, those that a calibration has found at their calibrated places."""
+    """Return the planes, with calibrated normals and distances where the calibration has a plane of the same name."""
     target = near.model.target
     if not isinstance(target, Planes):
         return planes

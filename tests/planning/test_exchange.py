@@ -1,4 +1,4 @@
-"""Exchange as mathematics: updates against inverses, the criterion never grows, small sets against every subset."""
+"""The exchange algorithm: updates agree with inverses, the criterion never grows, and small sets are as good as the best of all subsets."""
 
 from itertools import combinations
 
@@ -9,7 +9,7 @@ from scalar.planning.exchange import Design, add_best, exchange
 
 
 def problem(seed, n=14, m=2, parameters=4):
-    """Return rows, a weak start and an interest of lower rank."""
+    """Return rows of candidates, weak initial information and a matrix B of lower rank for the criterion A."""
     rng = np.random.default_rng(seed)
     rows = rng.standard_normal((n, m, parameters)) * rng.uniform(0.2, 3.0, (n, 1, 1))
     columns = rng.standard_normal((3, parameters))
@@ -30,7 +30,7 @@ def value(rows, start, interest, chosen):
 
 @pytest.mark.parametrize("a_optimal", [True, False])
 def test_gains_and_losses_are_those_of_the_sets_themselves(a_optimal):
-    """What one candidate more or less is said to change is the difference of the two criteria."""
+    """Gains and losses are the differences of the criterion between a set and the same set with one candidate more or less."""
     rows, start, interest = problem(1)
     interest = interest if a_optimal else None
     design = Design.of(rows, start, interest, [0, 3, 5, 8])
@@ -75,7 +75,7 @@ def test_exchange_never_worsens_and_ends_where_no_exchange_helps(seed, a_optimal
 
 @pytest.mark.parametrize("a_optimal", [True, False])
 def test_small_sets_against_every_subset(a_optimal):
-    """Greedy choice with exchange finds the best of all subsets, or one within two percent of it (in D: of the volume's root)."""
+    """Greedy choice and exchange find the best of all subsets, or one within 2 % of it (for D, 2 % of the volume's fourth root)."""
     best_found = 0
     for seed in range(10):
         rows, start, interest = problem(seed)
@@ -93,15 +93,15 @@ def test_small_sets_against_every_subset(a_optimal):
 
 
 def test_poses_that_are_fixed_stay():
-    """The first ones may be poses that were measured already."""
+    """The first poses of a design, which may be measured already, are not exchanged."""
     rows, start, interest = problem(3)
     design = Design.of(rows, start, interest, [0, 1, 2, 3, 4])
     exchange(design, fixed=2)
     assert {0, 1} <= set(design.chosen)
 
 
-def test_the_last_witness_of_a_direction_cannot_be_removed():
-    """A candidate that alone shows a direction has an infinite loss."""
+def test_the_only_pose_that_determines_a_direction_cannot_be_removed():
+    """A candidate that alone determines a direction has an infinite loss."""
     rows = np.zeros((3, 1, 2))
     rows[0, 0, 0] = rows[1, 0, 0] = 1e8
     rows[2, 0, 1] = 1e8

@@ -1,4 +1,4 @@
-"""The order of a program: every pose once, never longer than what was given, and the shortest where that can be enumerated."""
+"""The order of a program has every pose once, is never longer than the given order, and is near the shortest of all."""
 
 from itertools import permutations
 
@@ -14,7 +14,7 @@ from scalar.planning.program_order import move_lengths, program_order, tour_leng
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(st.integers(1, 12), st.integers(0, 2**32 - 1))
 def test_every_pose_once_and_never_longer(n, seed):
-    """Any number of poses: a permutation, no longer than the order given."""
+    """For any number of poses, the order is a permutation, and no longer than the given order."""
     lengths = move_lengths(np.random.default_rng(seed).uniform(-3, 3, (n, 6)))
     tour = program_order(lengths)
     assert sorted(tour) == list(range(n))
@@ -54,5 +54,5 @@ def test_without_a_test_no_move_is_judged():
 
 @pytest.mark.parametrize("n", [1, 2])
 def test_one_or_two_poses(n):
-    """Nothing to order."""
+    """One or two poses are returned as they are, or swapped."""
     assert sorted(program_order(np.zeros((n, n)))) == list(range(n))

@@ -1,4 +1,4 @@
-"""The questions that a diagnosis leaves open, as poses are planned for them."""
+"""The questions that a diagnosis leaves open are read from its file as it judged them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from tests import helpers
 
 
 def test_an_unobservable_backlash_is_asked_for_as_it_was_judged() -> None:
-    """Backlash whose side a move tells may be seen well where that by the torque's sign is not: poses are planned for the one that was not seen."""
+    """A backlash whose side is known from the moves may be observable where one known from the torque's sign is not: poses are planned for
+    the one that was judged unobservable.
+    """
     dataset = helpers.make_scene("vs060", "tracker", seed=2, poses_per_plane=6).dataset
     both = [
         e

@@ -1,4 +1,4 @@
-"""Separating poses as mathematics: the noncentrality against least squares, and poses that separate where poses can."""
+"""The noncentrality agrees with least squares, and poses that separate effects are chosen where there are any."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def left_over(rows, own, rest, size, prior):
 
 
 def test_noncentrality_is_the_residual_of_the_wrong_model():
-    """Before, planned and limit are those of a fit of the wrong model to the effect, on the respective poses."""
+    """The noncentralities now, planned and with all candidates are the squared residuals of the wrong model, fitted on these poses."""
     rng = np.random.default_rng(1)
     rows = rng.standard_normal((12, 2, 6))
     measured = rng.standard_normal((5, 2, 6))
@@ -33,7 +33,7 @@ def test_noncentrality_is_the_residual_of_the_wrong_model():
 
 
 def test_the_poses_that_separate_are_found():
-    """Two columns agree but in two candidates: these answer the question, and all others together do not."""
+    """Two columns agree in all candidates but two: these two answer the question, and all others together do not."""
     rows = np.zeros((30, 1, 3))
     rows[:, 0, 0] = 1.0
     rows[:, 0, 1] = rows[:, 0, 2] = np.linspace(-1, 1, 30)

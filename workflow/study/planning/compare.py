@@ -20,7 +20,7 @@ from scalar.estimation.calibrate import calibrate
 from scalar.evaluate import aligned_to, pose_errors, true_frames
 from scalar.geometry.se3 import Array
 from scalar.planning.information import Information, information
-from scalar.planning.plan import CRITERIA, designed
+from scalar.planning.plan import CRITERIA, best_design
 from scalar.planning.workcell import View, Workcell
 from scalar.units import MM
 from study.common.memory import dataset_in_memory
@@ -97,7 +97,7 @@ def _known_before(pool: Dataset, config: Any) -> Information:
 
 def _chosen(info: Information, pool: Dataset, way: str, size: int, rng: np.random.Generator) -> list[int]:
     if way == PLANNED:
-        return designed(info, size, CRITERIA[0], rng)[0].chosen
+        return best_design(info, size, CRITERIA[0], rng)[0].chosen
     planes = pool.plane_index
     share = np.bincount(np.arange(size) % (planes.max() + 1))
     return [int(i) for k, n in enumerate(share) for i in rng.permutation(np.flatnonzero(planes == k))[:n]]

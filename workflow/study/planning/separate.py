@@ -22,7 +22,7 @@ from scalar.diagnosis import diagnose
 from scalar.effects import Effect
 from scalar.errors import ScalarError
 from scalar.geometry.se3 import Array
-from scalar.planning.questions import Pair, asked, open_pairs, with_doubtful
+from scalar.planning.questions import Pair, open_pairs, open_questions, with_doubtful
 from scalar.planning.separation import ANSWERED, noncentralities, separating_poses
 from scalar.planning.workcell import View, Workcell
 from study.blind_trials.cases import Set, Study
@@ -145,7 +145,7 @@ def _pairs_of_set(
     cell = Workcell.of(every.robot, every.sensor, every.planes, calibration, view, same_campaign=True)
     misfit = max(float(calibration.summary.get("misfit", 1.0)), 1.0)
     candidates = cell.dataset(every.q[pool], every.plane_index[pool])
-    what = asked(cell, pairs, dataset, candidates, misfit)
+    what = open_questions(cell, pairs, dataset, candidates, misfit)
     chosen, answers = separating_poses(what.questions, what.start, what.rows, sizes.further)
     rng = np.random.default_rng([wanted.seed, sizes.further])
     drawn = rng.choice(len(pool), sizes.further, replace=False)
