@@ -1,6 +1,6 @@
 """A tracked arm with 12,000 poses, of which one joint's gear is off centre and another is out of scale: diagnosed with every candidate.
 
-The dataset comes from the tests' own kinematics (``tests/helpers.py``), which share nothing with what is fitted. The diagnosis runs in a
+The dataset comes from the tests' own kinematics (``tests/random_scene.py``), which share nothing with what is fitted. The diagnosis runs in a
 process of its own, so that its memory is its own as well.
 """
 
@@ -17,7 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.helpers import Scene, make_scene
+from tests.random_scene import make_scene
+from tests.workcell import Scene
 
 POSES = 12_000
 NOISE = 2e-5  # m, along each axis

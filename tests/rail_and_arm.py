@@ -14,20 +14,22 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.data.declared import PlaneGuess, Sensor
 from scalar.geometry.robot import Robot
-from tests import helpers
+from tests import kinematics
+from tests.kinematics import PARAMETER_KINDS
+from tests.robot_configs import robot_mapping
 
 TRAVEL = (-0.2, 1.6)  # m
 
 
 def nominal_mapping(name: str = "vs060") -> dict[str, Any]:
     """Return the ``robot:`` block: a rail along x of the base frame, and an arm of ``configs/robots`` on it."""
-    arm = helpers.robot_mapping(name)
+    arm = robot_mapping(name)
     half = np.pi / 2
     rail = {"a": 0.0, "alpha": 0.0, "d": 0.0, "theta": 0.0, "limits": list(TRAVEL), "type": "prismatic"}
     first = dict(arm["joints"][0])
     first |= {"alpha": -half, "theta": first["theta"] - half}
     turn = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])  # z of the rail's frame along x, its x along y
-    base = {"translation": [0, 0, 0], "rotation_vector": helpers.rotation_vector(turn).tolist()}
+    base = {"translation": [0, 0, 0], "rotation_vector": kinematics.rotation_vector(turn).tolist()}
     return {
         "name": f"{name} on a rail",
         "convention": "modified-dh",
@@ -58,27 +60,29 @@ class RailAndArm:
     @classmethod
     def drawn(cls, rng: np.random.Generator, name: str = "vs060") -> RailAndArm:
         """Return a workcell with errors of a millimetre and some milliradians."""
-        arm = helpers.robot_mapping(name)
-        geometry = np.array([[j.get(kind, 0.0) for j in arm["joints"]] for kind in helpers.KINDS])
+        arm = robot_mapping(name)
+        geometry = np.array([[j.get(kind, 0.0) for j in arm["joints"]] for kind in PARAMETER_KINDS])
         size = np.array([1e-3, 2e-3, 1e-3, 2e-3, 0.0])[:, None]
         near = np.abs(np.sin(geometry[1])) < 0.1
         error = size * rng.uniform(-1, 1, geometry.shape)
         error[1, near] *= 0.5
         direction = np.array([1.0, 3e-3 * rng.normal(), 3e-3 * rng.normal()])
-        tool = helpers.shift(2, 0.1) @ helpers.shift(0, 0.06) @ helpers.shift(1, 0.02)
+        tool = (
+            kinematics.translation(2, 0.1) @ kinematics.translation(0, 0.06) @ kinematics.translation(1, 0.02)
+        )
         return cls(
             direction / np.linalg.norm(direction),
-            helpers._random_transform(rng, 2e-3, 5e-3),
+            kinematics.random_transform(rng, 2e-3, 5e-3),
             geometry + error,
-            helpers.fixed(arm.get("flange")) @ tool @ helpers._random_transform(rng, 3e-3, 1e-2),
-            helpers._random_transform(rng, 2.0, 1.0),
+            kinematics.transform(arm.get("flange")) @ tool @ kinematics.random_transform(rng, 3e-3, 1e-2),
+            kinematics.random_transform(rng, 2.0, 1.0),
         )
 
     def tool(self, q: np.ndarray) -> np.ndarray:
         """Return where the tool is in the base frame ``(N, 4, 4)`` at travels and angles ``(N, 7)`` [m, rad]."""
         T = np.tile(np.eye(4), (len(q), 1, 1))
         T[:, :3, 3] = q[:, :1] * self.direction
-        return T @ self.T_carriage_arm @ helpers.chain(self.geometry, q[:, 1:]) @ self.T_flange_tool
+        return T @ self.T_carriage_arm @ kinematics.chain(self.geometry, q[:, 1:]) @ self.T_flange_tool
 
     def dataset(
         self,
@@ -92,7 +96,9 @@ class RailAndArm:
         """Return what a tracker sees of the tool's origin at poses that the encoders read as ``q``."""
         T = self.T_tracker_base @ self.tool(q if q_true is None else q_true)
         points = T[:, :3, 3] + noise * rng.normal(size=(len(q), 3))
-        guess = helpers.shift(2, 0.1) @ helpers.shift(0, 0.06) @ helpers.shift(1, 0.02)
+        guess = (
+            kinematics.translation(2, 0.1) @ kinematics.translation(0, 0.06) @ kinematics.translation(1, 0.02)
+        )
         return Dataset.from_arrays(
             robot=Robot.from_mapping(nominal_mapping()),
             sensor=Sensor("tracker", guess, noise=max(noise, 1e-5)),
@@ -117,7 +123,9 @@ class RailAndArm:
             chosen += list(seen)
             labels += [f"plane_{k}"] * per_plane
             points += [np.column_stack([x, z[i]]) for i in seen]
-        guess = helpers.shift(2, 0.1) @ helpers.shift(0, 0.06) @ helpers.shift(1, 0.02)
+        guess = (
+            kinematics.translation(2, 0.1) @ kinematics.translation(0, 0.06) @ kinematics.translation(1, 0.02)
+        )
         return Dataset.from_arrays(
             robot=Robot.from_mapping(nominal_mapping()),
             sensor=Sensor("line-laser", guess, noise=1e-5),

@@ -17,7 +17,7 @@ from scalar.estimation.least_squares import fit
 from scalar.estimation.prepare import prepare
 from scalar.geometry.robot import link_transforms
 from scalar.sensors import profile
-from tests import helpers
+from tests.random_scene import make_scene
 
 needs_library = pytest.mark.skipif(kernels.LIBRARY is None, reason="no compiled kernels here: no C compiler")
 
@@ -88,7 +88,7 @@ def test_profiles_of_scans_are_those_of_numpy(axis, noise, monkeypatch):
 @pytest.mark.parametrize("kind", ["line-laser", "probe"])
 def test_rows_and_jacobian_are_those_of_numpy(kind, monkeypatch):
     """At a model away from its references: rows and every column agree to rounding."""
-    prepared = prepare(helpers.make_scene(kind=kind, seed=2, poses_per_plane=20).dataset)
+    prepared = prepare(make_scene(kind=kind, seed=2, poses_per_plane=20).dataset)
     of, vector = prepared.residuals, prepared.coarse.vector
     model = prepared.coarse.with_vector(vector + 1e-2 * np.random.default_rng(0).normal(size=len(vector)))
     assert of.plane_problem(model) is not None
@@ -104,7 +104,7 @@ def test_rows_and_jacobian_are_those_of_numpy(kind, monkeypatch):
 @pytest.mark.parametrize("kind", ["line-laser", "probe"])
 def test_fits_end_at_the_optimum_of_minpack(kind, monkeypatch):
     """From the initial estimate, with and without priors: same cost to 1e-10, values within 1e-6 standard errors of SciPy's."""
-    prepared = prepare(helpers.make_scene(kind=kind, seed=7, poses_per_plane=30).dataset)
+    prepared = prepare(make_scene(kind=kind, seed=7, poses_per_plane=30).dataset)
     for start in (prepared.initial.model, with_priors(prepared)):
         ours = fit(prepared.residuals, start, prepared.free)
         assert ours.message == "compiled" and ours.converged
@@ -129,7 +129,7 @@ def with_priors(prepared):
 @needs_library
 def test_what_the_normal_equations_cannot_carry_goes_to_minpack():
     """Two columns that differ in the ninth digit: the library gives up, and SciPy's orthogonal factors end the fit."""
-    prepared = prepare(helpers.make_scene(seed=2, poses_per_plane=20).dataset)
+    prepared = prepare(make_scene(seed=2, poses_per_plane=20).dataset)
     everything = np.ones(len(prepared.free), dtype=bool)  # the gauge as well
     found = fit(prepared.residuals, prepared.initial.model, everything)
     assert found.message != "compiled"
@@ -142,7 +142,7 @@ def test_what_the_normal_equations_cannot_carry_goes_to_minpack():
 @needs_library
 def test_a_calibration_without_the_library_is_the_same(monkeypatch):
     """All of ``calibrate``: what is free, values within 1e-4 standard errors (coarse fits end within their tolerance), and their errors."""
-    dataset = helpers.make_scene(seed=4, poses_per_plane=30).dataset
+    dataset = make_scene(seed=4, poses_per_plane=30).dataset
     ours = calibrate(dataset)
     without(monkeypatch)
     theirs = calibrate(dataset)

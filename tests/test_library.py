@@ -13,7 +13,7 @@ import pytest
 
 import scalar
 from tests.cli.test_start_up import SLOW
-from tests.helpers import make_scene
+from tests.random_scene import make_scene
 
 ROOT = Path(__file__).parents[1]
 WITH_EXAMPLE = ("Calibration", "Dataset", "Robot", "calibrate", "diagnose", "read_dataset")

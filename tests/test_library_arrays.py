@@ -7,7 +7,7 @@ import pytest
 
 from scalar import Calibration, Dataset, InvalidInput, calibrate, read_dataset
 from scalar.effects.sensor_slip import SensorSlip
-from tests.helpers import make_scene
+from tests.random_scene import make_scene
 
 DISTANCE_STD, NORMAL_STD = 1e-5, 1e-4
 

@@ -10,9 +10,11 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.data.declared import Sensor
 from scalar.geometry.robot import Robot
-from tests import helpers
+from tests import kinematics
+from tests.kinematics import PARAMETER_KINDS
+from tests.robot_configs import robot_mapping
 
-GUESS = helpers.shift(0, 0.05) @ helpers.shift(2, 0.1)
+GUESS = kinematics.translation(0, 0.05) @ kinematics.translation(2, 0.1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,21 +38,21 @@ class TrackedArm:
         cls, rng: np.random.Generator, names: tuple[str, ...], name: str = "vs060", sessions: int = 1
     ) -> TrackedArm:
         """Return a workcell whose targets sit within 0.15 m of the flange, the first near ``GUESS``."""
-        joints = helpers.robot_mapping(name)["joints"]
-        geometry = np.array([[j.get(kind, 0.0) for j in joints] for kind in helpers.KINDS])
+        joints = robot_mapping(name)["joints"]
+        geometry = np.array([[j.get(kind, 0.0) for j in joints] for kind in PARAMETER_KINDS])
         size = np.array([1e-3, 2e-3, 1e-3, 2e-3, 0.0])[:, None]
         error = size * rng.uniform(-1, 1, geometry.shape)
         error[1, np.abs(np.sin(geometry[1])) < 0.1] *= 0.5
-        targets = {names[0]: GUESS @ helpers._random_transform(rng, 3e-3, 2e-2)}
+        targets = {names[0]: GUESS @ kinematics.random_transform(rng, 3e-3, 2e-2)}
         for other in names[1:]:
-            targets[other] = GUESS @ helpers._random_transform(rng, 0.15, 1.5)
-        frames = np.stack([helpers._random_transform(rng, 2.0, 1.0) for _ in range(sessions)])
+            targets[other] = GUESS @ kinematics.random_transform(rng, 0.15, 1.5)
+        frames = np.stack([kinematics.random_transform(rng, 2.0, 1.0) for _ in range(sessions)])
         return cls(name, geometry + error, targets, frames)
 
     @property
     def robot(self) -> Robot:
         """Return the nominal arm."""
-        return Robot.from_mapping({"name": self.name, **helpers.robot_mapping(self.name)})
+        return Robot.from_mapping({"name": self.name, **robot_mapping(self.name)})
 
     def poses(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Return joint angles ``(N, n)`` [rad] within the limits."""
@@ -58,8 +60,8 @@ class TrackedArm:
 
     def at(self, q: np.ndarray, target: str) -> np.ndarray:
         """Return where a target is in the base frame ``(N, 4, 4)``."""
-        flange = helpers.fixed(helpers.robot_mapping(self.name).get("flange"))
-        return helpers.chain(self.geometry, q) @ flange @ self.targets[target]
+        flange = kinematics.transform(robot_mapping(self.name).get("flange"))
+        return kinematics.chain(self.geometry, q) @ flange @ self.targets[target]
 
     def dataset(
         self,
@@ -101,11 +103,11 @@ class TrackedArm:
             small = turn_noise * rng.normal(size=(N, K, 3))
             turns = np.array(
                 [
-                    helpers.rotate_about(v, float(np.linalg.norm(v))) if np.any(v) else np.eye(3)
+                    kinematics.rotate_about(v, float(np.linalg.norm(v))) if np.any(v) else np.eye(3)
                     for v in small.reshape(-1, 3)
                 ]
             ).reshape(N, K, 3, 3)
-            vectors = helpers.rotation_vector(turns @ T[:, :, :3, :3])[seen]
+            vectors = kinematics.rotation_vector(turns @ T[:, :, :3, :3])[seen]
             further |= dict(zip(("rx", "ry", "rz"), vectors.T, strict=True))
         for name, values in stated.pop("point_columns", {}).items():
             further[name] = np.broadcast_to(values, (N, K))[seen]

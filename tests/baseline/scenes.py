@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests import helpers
+from tests.random_scene import make_scene
+from tests.workcell import Scene
 
 TILTED_SEED = 2  # both walls lean by more than a degree, one of them downwards
 
 
-def scene_with_guesses(robot: str, upright: bool, poses_per_plane: int) -> helpers.Scene:
+def scene_with_guesses(robot: str, upright: bool, poses_per_plane: int) -> Scene:
     """Return a scene with initial guesses of the planes half a degree and 1 cm off.
 
     Args:
@@ -17,7 +18,7 @@ def scene_with_guesses(robot: str, upright: bool, poses_per_plane: int) -> helpe
         upright: Whether the walls stand upright, where the root is undefined next to the solution; else they lean.
         poses_per_plane: Poses on each plane.
     """
-    return helpers.make_scene(
+    return make_scene(
         robot,
         seed=TILTED_SEED,
         poses_per_plane=poses_per_plane,

@@ -15,8 +15,8 @@ from scalar.baseline.batched import Distances, Ended, fit_baseline
 from scalar.baseline.fit import DEFAULTS, calibrate_baseline, first_guess
 from scalar.baseline.parameterisation import READINGS, Parameterisation
 from scalar.sensors import measure
-from tests import helpers
 from tests.baseline.scenes import scene_with_guesses
+from tests.robot_configs import PUBLISHED_FIXED
 
 STEP = 1e-5
 
@@ -32,7 +32,7 @@ def distances_of(data, reading):
     measurement = measure(data)
     how = Parameterisation(data.robot, measurement.initial_target(data))
     start = how.values(first_guess(data, measurement, how.planes)[0])
-    distances = Distances(how, data.q, measurement, start, helpers.PUBLISHED_HELD, reading, 10_000, STEP)
+    distances = Distances(how, data.q, measurement, start, PUBLISHED_FIXED, reading, 10_000, STEP)
     rng = np.random.default_rng(1)
     return distances, start[distances.free] * (1 + 1e-3 * rng.standard_normal(len(distances.free)))
 
@@ -79,7 +79,7 @@ def ends(upright, reading, defaults, nudge=0):
         rng = np.random.default_rng(nudge)
         last_bit = np.spacing(data.points) * rng.choice([-1.0, 0.0, 1.0], size=data.points.shape)
         data = replace(data, points=data.points + last_bit)
-    held = helpers.PUBLISHED_HELD
+    held = PUBLISHED_FIXED
     theirs = calibrate_baseline(data, reading=reading, points="compressed", fixed=held, defaults=defaults)
     return fit_baseline(data, reading, held, 5000, defaults), theirs
 
@@ -156,7 +156,7 @@ def test_a_chaotic_run_ends_between_the_optimum_and_the_start(nudge):
 def test_one_step_from_the_same_state_is_the_same(upright, reading, defaults, agreement):
     """Stopped at the first trial, the chaotic run's included, both stand at the same place, to rounding over the step of the differences."""
     first_trial = 1 + 32 + 1  # the residual at the start, a column a parameter, the residual at the trial
-    held = helpers.PUBLISHED_HELD
+    held = PUBLISHED_FIXED
     data = dataset(upright)
     ours = fit_baseline(data, reading, held, first_trial, defaults)
     theirs = calibrate_baseline(
@@ -185,7 +185,7 @@ def rms(found):
 
 def test_the_defaults_of_now_are_those_of_the_lmfit_that_is_installed():
     """Written down, they change nothing; another lmfit would show here."""
-    held = helpers.PUBLISHED_HELD
+    held = PUBLISHED_FIXED
     data = dataset()
     ours = fit_baseline(data, "clip", held, 5000)
     measurement = measure(data)
@@ -203,7 +203,7 @@ def test_the_defaults_of_now_are_those_of_the_lmfit_that_is_installed():
 
 def test_a_fit_that_runs_on_is_capped_and_keeps_its_last_trial():
     """No more evaluations than allowed, columns counted one by one."""
-    ended = fit_baseline(dataset(), "clip", helpers.PUBLISHED_HELD, 40)
+    ended = fit_baseline(dataset(), "clip", PUBLISHED_FIXED, 40)
     assert ended.status == "capped"
     assert ended.evaluations <= 40
     assert np.all(np.isfinite(ended.model.vector))

@@ -14,8 +14,10 @@ from scalar.estimation.least_squares import fit
 from scalar.estimation.prepare import prepare
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.planes import Planes
-from tests import helpers
+from tests import kinematics
 from tests.baseline.scenes import scene_with_guesses
+from tests.random_scene import make_scene
+from tests.robot_configs import FIXED_WITH_PLANES, PUBLISHED_FIXED
 
 
 @functools.cache
@@ -32,7 +34,7 @@ def published(reading="clip", points="all", upright=False, max_nfev=5000):
         reading=reading,
         points=points,
         max_nfev=max_nfev,
-        fixed=helpers.PUBLISHED_HELD,
+        fixed=PUBLISHED_FIXED,
     )
 
 
@@ -58,7 +60,7 @@ def test_a_unit_vector_is_three_parameters_one_of_them_constrained(robot, count)
     dataset = scene(robot=robot).dataset
     planes = prepare(dataset).residuals.measurement.initial_target(dataset)
     how = Parameterisation(dataset.robot, planes)
-    held = helpers.HELD[robot]
+    held = FIXED_WITH_PLANES[robot]
     parameters = how.lmfit_parameters(how.values(np.eye(4)), held, "clip")
     assert len(parameters) == count
     assert sum(parameter.expr is not None for parameter in parameters.values()) == 4
@@ -68,7 +70,7 @@ def test_a_unit_vector_is_three_parameters_one_of_them_constrained(robot, count)
 def test_the_held_set_is_derived_and_is_the_papers():
     """Without being told, the same parameters are fixed on the VS060 as in the paper."""
     found = calibrate_baseline(scene().dataset, max_nfev=40)
-    assert {entry["held"] for entry in found.gauge} == set(helpers.PUBLISHED_HELD)
+    assert {entry["held"] for entry in found.gauge} == set(PUBLISHED_FIXED)
     assert found.summary["varying"] == 32
 
 
@@ -78,7 +80,7 @@ def test_published_parameters_hold_every_pose_and_plane(seed):
     rng = np.random.default_rng(seed)
     robot = scene().dataset.robot
     T = np.eye(4)
-    T[:3, :3] = helpers.rotate_about(rng.standard_normal(3), rng.uniform(0.0, np.pi))
+    T[:3, :3] = kinematics.rotate_about(rng.standard_normal(3), rng.uniform(0.0, np.pi))
     T[:3, 3] = rng.standard_normal(3)
     planes = Planes.at(("a", "b", "c"), rng.standard_normal((3, 3)), rng.standard_normal(3))
     how = Parameterisation(robot, planes)
@@ -170,7 +172,7 @@ def test_what_it_cannot_do_is_refused():
     """Another sensor, an unknown reading or choice of points: an error, not a guess."""
     dataset = scene().dataset
     with pytest.raises(ValueError, match="scans of planes"):
-        calibrate_baseline(helpers.make_scene(kind="tracker", poses_per_plane=5).dataset)
+        calibrate_baseline(make_scene(kind="tracker", poses_per_plane=5).dataset)
     with pytest.raises(ValueError, match="reading"):
         calibrate_baseline(dataset, reading="round")
     with pytest.raises(ValueError, match="points"):
@@ -202,13 +204,13 @@ def test_our_fit_of_compressed_rows_is_scipys_of_all_points():
         T[:3, 3] = sensor[:3]
         angle = np.linalg.norm(sensor[3:])
         if angle > 0:
-            T[:3, :3] = T_0[:3, :3] @ helpers.rotate_about(sensor[3:], angle)
+            T[:3, :3] = T_0[:3, :3] @ kinematics.rotate_about(sensor[3:], angle)
         normals = n_0 + np.einsum("kt,ktx->kx", target[:, :2], tangents)
         return geometry, T, normals / np.linalg.norm(normals, axis=1, keepdims=True), target[:, 2]
 
     def distance_and_ray(v):
         geometry, T_flange_sensor, normals, distances = model(v)
-        T = helpers.chain(geometry, data.q, data.robot.T_base_0) @ data.robot.T_n_flange @ T_flange_sensor
+        T = kinematics.chain(geometry, data.q, data.robot.T_base_0) @ data.robot.T_n_flange @ T_flange_sensor
         point = T[pose, :3, 0] * x[:, None] + T[pose, :3, 2] * z[:, None]
         along = np.sum(normals[plane] * point, axis=1)
         return along + np.sum(normals[plane] * T[pose, :3, 3], axis=1) - distances[plane], along

@@ -14,8 +14,11 @@ from click.testing import CliRunner, Result
 
 from scalar.cli import cli
 from scalar.data.dataset_writer import write_dataset
-from tests import helpers
+from tests import kinematics
+from tests.kinematics import joint_names
+from tests.random_scene import make_scene
 from tests.small_datasets import edit_cell, edit_lines
+from tests.workcell import Scene
 
 INPUT_AT_FAULT, UNDETERMINED = 2, 3
 FLOOR, WALL = np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
@@ -45,9 +48,9 @@ def refused(
 
 
 @pytest.fixture(scope="module")
-def scene() -> helpers.Scene:
+def scene() -> Scene:
     """A cell that calibrates well."""
-    return helpers.make_scene(seed=21, poses_per_plane=30, points_per_scan=20)
+    return make_scene(seed=21, poses_per_plane=30, points_per_scan=20)
 
 
 @pytest.fixture(scope="module")
@@ -111,11 +114,11 @@ def test_predict_writes_the_true_frames_to_within_the_noise(sound, scene, tmp_pa
     assert list(frames.columns) == ["pose", "x", "y", "z", "rx", "ry", "rz"]
     joints = pd.read_csv(sound / "joints.csv")
     assert frames["pose"].tolist() == joints["pose"].tolist()
-    T = scene.truth.sensor(joints[helpers.joint_names(6)].to_numpy())
+    T = scene.truth.sensor(joints[joint_names(6)].to_numpy())
     assert np.abs(frames[["x", "y", "z"]].to_numpy() - T[:, :3, 3]).max() < 2e-4
     for i, turn in enumerate(frames[["rx", "ry", "rz"]].to_numpy()):
-        R = helpers.rotate_about(turn, float(np.linalg.norm(turn)))
-        assert np.linalg.norm(helpers.rotation_vector(R @ T[i, :3, :3].T)) < 1e-3
+        R = kinematics.rotate_about(turn, float(np.linalg.norm(turn)))
+        assert np.linalg.norm(kinematics.rotation_vector(R @ T[i, :3, :3].T)) < 1e-3
     assert (tmp_path / "new/one.csv").read_bytes() == (tmp_path / "new/two.csv").read_bytes()
 
 
@@ -141,7 +144,7 @@ def test_the_same_input_gives_the_same_bytes(sound, tmp_path):
 @pytest.mark.parametrize("kind", ["probe", "tracker"])
 def test_other_sensors_go_through(kind, tmp_path):
     """A probe's and a tracker's dataset from folder to frames."""
-    scene = helpers.make_scene("panda", kind, poses_per_plane=40)
+    scene = make_scene("panda", kind, poses_per_plane=40)
     scene.write(tmp_path / "dataset")
     result = run("calibrate", tmp_path / "dataset", "-o", tmp_path / "out")
     assert result.exit_code == 0, result.output
@@ -183,19 +186,19 @@ def test_help_of_all_names_every_command_and_status():
 # --- what the data cannot determine, or the user got wrong: datasets that are well-formed ---
 
 
-def in_cell(**settings) -> helpers.Scene:
+def in_cell(**settings) -> Scene:
     """Return a quick cell."""
-    return helpers.make_scene(**{"points_per_scan": 12, "seed": 3, **settings})
+    return make_scene(**{"points_per_scan": 12, "seed": 3, **settings})
 
 
-def only(scene: helpers.Scene, rows: np.ndarray) -> helpers.Scene:
+def only(scene: Scene, rows: np.ndarray) -> Scene:
     """Return the scene with some of its poses, each with an id of its own."""
     data = scene.dataset.subset(rows)
     poses = data.poses.assign(pose=np.arange(1, data.n_poses + 1))
     return replace(scene, dataset=replace(data, poses=poses))
 
 
-def line_on_a_wall() -> helpers.Scene:
+def line_on_a_wall() -> Scene:
     """Return a cell in which one wall is scanned from a single pose, again and again."""
     scene = in_cell()
     index = scene.dataset.plane_index
@@ -204,7 +207,7 @@ def line_on_a_wall() -> helpers.Scene:
     )
 
 
-def contacts_on_a_line() -> helpers.Scene:
+def contacts_on_a_line() -> Scene:
     """Return a probe's cell in which one wall is touched in two places only."""
     scene = in_cell(kind="probe")
     index = scene.dataset.plane_index
@@ -213,7 +216,7 @@ def contacts_on_a_line() -> helpers.Scene:
     )
 
 
-def declared_parallel() -> helpers.Scene:
+def declared_parallel() -> Scene:
     """Return a cell whose dataset.yaml says that two walls are parallel, while the scans say otherwise."""
     scene = in_cell()
     floor, wall_x, wall_y = scene.dataset.planes
@@ -221,7 +224,7 @@ def declared_parallel() -> helpers.Scene:
     return replace(scene, dataset=replace(scene.dataset, planes=planes))
 
 
-def swapped_names() -> helpers.Scene:
+def swapped_names() -> Scene:
     """Return a cell whose two walls have each other's name in poses.csv."""
     scene = in_cell()
     other = scene.dataset.poses["plane"].map({"floor": "floor", "wall_x": "wall_y", "wall_y": "wall_x"})
@@ -288,7 +291,7 @@ def replace_text(folder: Path, file: str, old: str, new: str) -> None:
     (folder / file).write_text(text.replace(old, new, 1), encoding="utf-8")
 
 
-JOINTS = helpers.joint_names(6)
+JOINTS = joint_names(6)
 
 
 @pytest.mark.parametrize(("spoil", "words"), [

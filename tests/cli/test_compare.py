@@ -13,7 +13,7 @@ from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation.result import load_calibration
 from scalar.geometry.robot import Robot
 from tests.calibrated_arms import calibrated
-from tests.helpers import robot_mapping
+from tests.robot_configs import robot_mapping
 
 
 def run(*arguments):

@@ -16,7 +16,7 @@ from scalar.effects.thermal_drift import ThermalDrift
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import log_so3
 from tests.calibrated_arms import T_SENSOR, calibrated
-from tests.helpers import CONFIGS
+from tests.robot_configs import ROBOT_CONFIGS
 
 FRAME = ["x", "y", "z", "rx", "ry", "rz"]
 JOINTS = [f"q{i}" for i in range(1, 7)]
@@ -36,7 +36,7 @@ def calibration():
         JointBacklash(2, "approach", coefficients=np.array([2e-4])),
         ThermalDrift("temperature", 20.0, coefficients=np.array([2e-5])),
     )
-    robot = Robot.from_mapping(load_yaml(CONFIGS / "vs060.yaml"))
+    robot = Robot.from_mapping(load_yaml(ROBOT_CONFIGS / "vs060.yaml"))
     made = calibrated(robot, np.random.default_rng(1), effects)
     free = ("a_2", "theta_3", "sensor_x")
     return replace(made, free=free, covariance=np.diag([1e-5, 2e-5, 3e-5]) ** 2, fixed={})
@@ -229,7 +229,7 @@ def test_a_row_out_of_reach_is_no_move(tmp_path, calibration):
 def test_limits_and_singular_poses_are_said(cell):
     """A joint beyond its limits, and a stretched wrist, are named by their pose, and marked in the table."""
     joints = pd.read_csv(cell / "targets.csv")
-    limits = Robot.from_mapping(load_yaml(CONFIGS / "vs060.yaml")).limits
+    limits = Robot.from_mapping(load_yaml(ROBOT_CONFIGS / "vs060.yaml")).limits
     joints.loc[0, "q1"] = limits[0, 1] + 0.05
     joints.loc[1, "q5"] = 0.0
     joints.to_csv(cell / "targets.csv", index=False, float_format="%.17g")

@@ -20,7 +20,7 @@ from scalar.cli import cli
 from scalar.cli.fleet_folders import datasets_in, names_of
 from scalar.data.io import temporary
 from scalar.diagnosis import Diagnosis, diagnose
-from tests.helpers import make_scene
+from tests.random_scene import make_scene
 
 ERRORS = (("data_sheet", ""), ("after", ""), ("after", "_at_most"))
 """What the table says of the workspace: the arm as described is wrong by millimetres, as calibrated by what the band allows."""

@@ -9,7 +9,8 @@ from click.testing import CliRunner
 
 from scalar.cli import cli
 from scalar.estimation.calibrate import calibrate
-from tests import helpers
+from tests.random_scene import make_scene
+from tests.robot_configs import ROBOT_CONFIGS
 
 
 def run(*arguments):
@@ -21,7 +22,7 @@ def run(*arguments):
 def made(tmp_path_factory):
     """Return a folder with a dataset of a tracker, a calibration and joint angles."""
     folder = tmp_path_factory.mktemp("made")
-    scene = helpers.make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
+    scene = make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
     scene.write(folder / "cell")
     calibrate(scene.dataset).save(folder / "calibration.json")
     q = np.random.default_rng(1).uniform(0.3, 0.9, (4, 6))
@@ -46,7 +47,7 @@ def commands(made, out):
     }
 
 
-@pytest.mark.parametrize("name", list(commands(helpers.CONFIGS, helpers.CONFIGS)))
+@pytest.mark.parametrize("name", list(commands(ROBOT_CONFIGS, ROBOT_CONFIGS)))
 def test_its_own_output_is_replaced_and_nothing_else(name, made, tmp_path):
     """An empty file is written to, and a second run writes anew; a file of others is kept, byte for byte, with exit 2; --force replaces it."""
     command, path = commands(made, tmp_path)[name], tmp_path / name
@@ -87,7 +88,7 @@ def test_a_plan_does_not_take_the_place_of_measured_poses(made):
 
 def test_a_dataset_is_replaced_while_nobody_has_changed_it(tmp_path):
     """What was written is written again; once a cell is changed by hand, only by force. Another folder is not replaced at all."""
-    dataset = helpers.make_scene("vs060", "tracker", seed=2, poses_per_plane=4).dataset
+    dataset = make_scene("vs060", "tracker", seed=2, poses_per_plane=4).dataset
     folder = tmp_path / "cell"
     for force in (False, False, True):
         dataset.write(folder, force=force)

@@ -13,7 +13,8 @@ from scalar.data.io.plain_yaml import load_yaml
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.result import Calibration
-from tests import helpers
+from tests import kinematics
+from tests.random_scene import make_scene
 
 
 def run(*arguments):
@@ -32,7 +33,7 @@ def refused(result, *words):
 @pytest.fixture(scope="module")
 def laser(tmp_path_factory):
     """Return the folder of a dataset with a line laser and three planes."""
-    scene = helpers.make_scene(seed=4, poses_per_plane=12, points_per_scan=10)
+    scene = make_scene(seed=4, poses_per_plane=12, points_per_scan=10)
     return scene, scene.write(tmp_path_factory.mktemp("laser") / "cell")
 
 
@@ -54,7 +55,7 @@ def test_the_poses_can_be_measured(laser, planned):
     q = table[[f"q{i}" for i in range(1, 7)]].to_numpy()
     robot, sensor = scene.dataset.robot, scene.dataset.sensor
     assert np.all((q >= robot.limits[:, 0]) & (q <= robot.limits[:, 1]))
-    T = helpers.chain(robot.geometry, q, robot.T_base_0) @ robot.T_n_flange @ sensor.T_flange_sensor
+    T = kinematics.chain(robot.geometry, q, robot.T_base_0) @ robot.T_n_flange @ sensor.T_flange_sensor
     names = [plane.name for plane in scene.dataset.planes]
     normals = np.array([plane.normal for plane in scene.dataset.planes])
     distances = np.array([plane.distance for plane in scene.dataset.planes])
@@ -102,9 +103,9 @@ def test_the_expected_error_is_that_of_calibrations(tmp_path):
     robot = Robot.from_mapping(read_arm("denso_vs060").mapping)
     T_sensor = np.eye(4)
     T_sensor[0, 3] = T_sensor[2, 3] = 0.1
-    chain = helpers.chain(robot.geometry, q, robot.T_base_0) @ robot.T_n_flange @ T_sensor
+    chain = kinematics.chain(robot.geometry, q, robot.T_base_0) @ robot.T_n_flange @ T_sensor
     anywhere = np.random.default_rng(1).uniform(*robot.limits.T, (300, 6))
-    truth = helpers.chain(robot.geometry, anywhere, robot.T_base_0) @ robot.T_n_flange @ T_sensor
+    truth = kinematics.chain(robot.geometry, anywhere, robot.T_base_0) @ robot.T_n_flange @ T_sensor
     squares = []
     for seed in range(8):
         points = chain[:, :3, 3] + 1e-4 * np.random.default_rng(seed).standard_normal((len(q), 3))
@@ -152,7 +153,7 @@ def test_poses_that_separate_a_gear_from_a_scale(doubtful, tmp_path):
 
     So they do where the diagnosis gives it no name, because it is in doubt, and says what it is most like.
     """
-    scene = helpers.make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
+    scene = make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
     poses = scene.dataset.poses.copy()
     poses["q4"] = np.linspace(-0.1, 0.1, len(poses))
     dataset = replace(scene.dataset, poses=poses)
@@ -176,7 +177,7 @@ def test_poses_that_separate_a_gear_from_a_scale(doubtful, tmp_path):
 
 def test_poses_that_would_separate_nothing_are_not_written(tmp_path):
     """A gear of a nanoradian, or a scale: no poses show it. Exit 3 says what it lacks and what may help, and nothing is written."""
-    scene = helpers.make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
+    scene = make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
     scene.write(tmp_path / "cell")
     out, entry = gear_or_scale(tmp_path, scene.dataset, 1e-9)
     diagnosis = {"format": "scalar-diagnosis/2", "effects": [entry], "unobservable": []}

@@ -14,7 +14,7 @@ from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.pose_lag import PoseLag
 from scalar.geometry.robot import GEOMETRY, Robot
 from tests.calibrated_arms import calibrated
-from tests.helpers import CONFIGS
+from tests.robot_configs import ROBOT_CONFIGS
 
 ANGLE, LENGTH = 2e-5, 2e-5  # standard errors [rad, m]
 FRAMES = ("a_1", "alpha_1", "d_1", "theta_1", "d_6", "theta_6", "d_2")  # fixed by the choice of frames
@@ -22,7 +22,7 @@ FRAMES = ("a_1", "alpha_1", "d_1", "theta_1", "d_6", "theta_6", "d_2")  # fixed 
 
 def ur10e() -> Robot:
     """Return an arm with three parallel axes."""
-    return Robot.from_mapping(load_yaml(CONFIGS / "ur10e.yaml"))
+    return Robot.from_mapping(load_yaml(ROBOT_CONFIGS / "ur10e.yaml"))
 
 
 def with_errors(calibration, fixed=FRAMES, cause="structural"):

@@ -7,7 +7,7 @@ import pandas as pd
 
 from scalar.data.moves import moves, side_column, step_column
 from scalar.data.poses import Poses
-from tests.helpers import make_scene
+from tests.random_scene import make_scene
 
 
 def frame(angles, **columns):

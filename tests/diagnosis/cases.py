@@ -9,8 +9,11 @@ from typing import Any
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from tests import helpers
+from tests import kinematics
 from tests.effects.injected import BETA, A, Cell, D, Flaws, Moment, make_cell, on_joint, sag
+from tests.kinematics import joint_names
+from tests.random_scene import make_scene
+from tests.workcell import PLANE_NAMES
 
 Case = Callable[[int], tuple[Cell, str, dict[str, Any]]]
 """From a seed: the cell, the name of the effect, and what its target has to say."""
@@ -90,7 +93,7 @@ def pedestal(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
     def tilt(at: Moment) -> np.ndarray:
         moment = np.zeros((len(at.q), 3))
         for i in range(1, len(masses)):
-            ends = helpers.chain(truth.geometry[:, : i + 1], at.q[:, : i + 1], truth.T_base_0)[:, :3, 3]
+            ends = kinematics.chain(truth.geometry[:, : i + 1], at.q[:, : i + 1], truth.T_base_0)[:, :3, 3]
             moment += masses[i] * np.cross(ends, [0.0, 0.0, -9.81])
         w = 4e-6 * moment
         T = np.tile(np.eye(4), (len(w), 1, 1))
@@ -135,7 +138,7 @@ def offset(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
 
 def bow(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
     """A target plane that is 0.5 mm higher half a metre from its middle."""
-    target_plane = helpers.PLANE_NAMES[int(draw(seed).integers(3))]
+    target_plane = PLANE_NAMES[int(draw(seed).integers(3))]
     return (
         make_cell(Flaws(bent={target_plane: (2e-3, 0.0, 2e-3)}), seed=seed, **settings),
         "plane_bow",
@@ -146,7 +149,7 @@ def bow(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
 def knock(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
     """A target plane that moves by 0.5 mm in the middle of the run."""
     rng = draw(seed)
-    target_plane = helpers.PLANE_NAMES[int(rng.integers(3))]
+    target_plane = PLANE_NAMES[int(rng.integers(3))]
     n = 3 * settings.get("poses_per_plane", 60)
     first = float(rng.integers(n // 4, 3 * n // 4))
     flaws = Flaws(moved={target_plane: (first, 5e-4, (0.0, 0.0))})
@@ -285,7 +288,7 @@ def spoiled(
     r = np.linalg.norm(cloud[stray], axis=1, keepdims=True)
     away = rng.uniform(2e-3, 3e-2, (len(stray), 1)) * rng.choice([-1.0, 1.0], (len(stray), 1))
     cloud[stray] *= 1 + away / r
-    joints = helpers.joint_names(dataset.q.shape[1])
+    joints = joint_names(dataset.q.shape[1])
     angles = frame[joints].to_numpy(copy=True)
     angles[wrong_poses] += rng.uniform(0.05, 0.5, (len(wrong_poses), angles.shape[1]))
     frame[joints] = angles
@@ -344,9 +347,7 @@ def bumpy(seed, poses_per_plane=700, erring=BUMPY_JOINTS, landscape=None):
         seed: Of the cell. poses_per_plane: A third of the poses.
         erring: Joints, from 1. landscape: Seed of the errors, that of the cell by default.
     """
-    scene = helpers.make_scene(
-        kind="tracker", seed=seed, poses_per_plane=poses_per_plane, noise=TRACKER_NOISE
-    )
+    scene = make_scene(kind="tracker", seed=seed, poses_per_plane=poses_per_plane, noise=TRACKER_NOISE)
     read = scene.dataset.q.copy()
     for joint in erring:
         error, stood = (

@@ -11,7 +11,7 @@ from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
 from tests.effects.injected import Flaws, Moment, make_cell, sag
-from tests.helpers import make_scene
+from tests.random_scene import make_scene
 
 
 def gear(at: Moment) -> np.ndarray:

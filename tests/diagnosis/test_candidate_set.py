@@ -9,7 +9,7 @@ from scalar.diagnosis.candidate_set import candidates, changes, elements, flexib
 from scalar.effects import registry
 from tests.effects.everything import optional_columns
 from tests.effects.injected import make_cell
-from tests.helpers import make_scene
+from tests.random_scene import make_scene
 
 
 @pytest.fixture(scope="module")

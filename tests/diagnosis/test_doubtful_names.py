@@ -13,7 +13,7 @@ from scalar.diagnosis import Diagnosis, diagnose
 from scalar.diagnosis.settings import DEFAULTS, NamingSettings
 from scalar.report import render_report
 from tests.effects.injected import Flaws, make_cell
-from tests.helpers import make_scene
+from tests.random_scene import make_scene
 
 SCALED = 3
 STRICT = replace(DEFAULTS, naming=NamingSettings(least_confidence=1.01))  # no confidence is enough

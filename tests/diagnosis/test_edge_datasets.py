@@ -8,9 +8,9 @@ import pytest
 from scalar.data.declared import PlaneGuess
 from scalar.diagnosis import diagnose
 from scalar.errors import ScalarError, Undetermined
-from tests import helpers
 from tests.diagnosis.cases import scale, spoiled
 from tests.effects.injected import Flaws, make_cell, on_joint
+from tests.random_scene import make_scene
 
 
 def said(dataset):
@@ -26,7 +26,7 @@ def said(dataset):
 @pytest.mark.parametrize("kind", ["probe", "tracker"])
 def test_points_instead_of_scans(kind):
     """Contacts and tracked points are diagnosed: clean ones are clean, and a joint's scale is found."""
-    verdict, _ = said(helpers.make_scene(kind=kind, seed=1, poses_per_plane=80).dataset)
+    verdict, _ = said(make_scene(kind=kind, seed=1, poses_per_plane=80).dataset)
     assert verdict == "no_effect"
 
 
@@ -35,7 +35,7 @@ def test_a_tracked_joint_error_is_named():
     """A tracker sees a joint that errs: encoder angles shifted against the truth are named with joint."""
     right = 0
     for seed in range(3):
-        scene = helpers.make_scene(kind="tracker", seed=seed, poses_per_plane=60)
+        scene = make_scene(kind="tracker", seed=seed, poses_per_plane=60)
         q = scene.dataset.q
         # The arm stood at q: the encoder read e with e + 1e-3 e_3 = q.
         poses = scene.dataset.poses.assign(q3=q[:, 2] / (1 + 1e-3))
@@ -179,7 +179,7 @@ def test_refusals_are_undetermined():
 @pytest.mark.parametrize(("kind", "coordinates"), [("tracker", 3), ("probe", 1)])
 def test_noise_that_nobody_states_is_what_the_model_leaves(kind, coordinates):
     """0.02 mm a coordinate, found to a tenth: no default stands in for it; and scans, which a tracker has none of, do not scatter."""
-    scene = helpers.make_scene(kind=kind, seed=31, poses_per_plane=40, noise=2e-5, stated_noise=None)
+    scene = make_scene(kind=kind, seed=31, poses_per_plane=40, noise=2e-5, stated_noise=None)
     verdict, mapping = said(scene.dataset)
     assert verdict == "no_effect"
     assert mapping["noise"]["within_scan_mm"] == pytest.approx(0.02, rel=0.1)

@@ -28,9 +28,9 @@ from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.least_squares import covariance_and_step
 from scalar.estimation.residuals import Residuals
-from tests import helpers
 from tests.diagnosis.stand_ins import doubled
 from tests.effects.injected import Flaws, make_cell
+from tests.random_scene import make_scene
 
 SPECTRUM = DEFAULTS.spectrum
 
@@ -165,7 +165,7 @@ def test_every_way_to_the_optimum_ends_there(way, monkeypatch):
     """
     for name, value in way.items():
         monkeypatch.setattr(fitted_state, name, value)
-    dataset = helpers.make_scene(seed=4, poses_per_plane=15, points_per_scan=8).dataset
+    dataset = make_scene(seed=4, poses_per_plane=15, points_per_scan=8).dataset
     model, prepared = geometry_fit(dataset)
     residuals = Residuals.of(dataset, model)
     found = _optimum(residuals, model.rebased(), prepared.free)

@@ -17,8 +17,8 @@ from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.gross_errors import clean
 from scalar.estimation.residuals import Residuals
-from tests import helpers
 from tests.diagnosis.cases import BUMPY_JOINTS, TRACKER_NOISE, bumps, bumpy
+from tests.random_scene import make_scene
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +71,7 @@ def test_a_weight_is_told_from_the_orders_beside_it():
 
     Joints 2 and 3 are parallel, so the next link's weight bends joint 2 by a sine of the sum of their angles.
     """
-    scene = helpers.make_scene(kind="tracker", seed=6, poses_per_plane=400, noise=TRACKER_NOISE)
+    scene = make_scene(kind="tracker", seed=6, poses_per_plane=400, noise=TRACKER_NOISE)
     q2, q3 = scene.dataset.q[:, 1], scene.dataset.q[:, 2]
     landscape, read = bumps(11), q2.copy()
     for _ in range(20):
@@ -89,7 +89,7 @@ def test_a_weight_is_told_from_the_orders_beside_it():
 
 def test_a_single_order_stays_one():
     """A gear that is off centre is no spectrum: what was found is left as it is."""
-    scene = helpers.make_scene(kind="tracker", seed=4, poses_per_plane=100, noise=TRACKER_NOISE)
+    scene = make_scene(kind="tracker", seed=4, poses_per_plane=100, noise=TRACKER_NOISE)
     q = scene.dataset.q[:, 1]
     read = q.copy()
     for _ in range(20):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from scalar import diagnose
-from tests.helpers import joint_names, make_scene
+from tests.kinematics import joint_names
+from tests.random_scene import make_scene
 
 SHARE = 2e-3  # of the last step
 PLAY = 3e-4  # rad, half of it

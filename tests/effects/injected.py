@@ -1,7 +1,7 @@
 """Cells with something wrong that nobody declared: injected by this file's own kinematics and rays, sharing
 nothing with ``scalar.effects``.
 
-The cell of ``tests/helpers.py`` gives poses, the nominal robot and where each ray points; the rays are cut
+``tests.random_scene`` gives poses, the nominal robot and where each ray points; the rays are cut
 again here with an arm whose joints err, whose lengths grow, whose base tilts or whose target planes are bent. What
 is injected is a function of a ``Moment``: the joint angles as the encoders read them and everything else that
 is known of the poses.
@@ -17,17 +17,9 @@ import numpy as np
 import pandas as pd
 
 from scalar.data.dataset import Dataset
-from tests.helpers import (
-    PLANE_NAMES,
-    Scene,
-    Truth,
-    joint_names,
-    make_scene,
-    rotation,
-    rotation_vector,
-    shift,
-    with_noise,
-)
+from tests.kinematics import joint_names, rotation, rotation_vector, translation
+from tests.random_scene import make_scene
+from tests.workcell import PLANE_NAMES, Scene, Truth, with_noise
 
 A, ALPHA, D, THETA, BETA = range(5)
 
@@ -58,8 +50,8 @@ class Flaws:
         base: Motions of the whole arm ``(N, 4, 4)``.
         slip: (order of the first pose after it, T_old_new).
         bent: By target plane: curvatures (uu, uv, vv) [1/m] about a point of the target plane near where it is scanned.
-        moved: By target plane: (order of the first pose after it, shift along the normal [m], turns [rad]).
-        creep: By target plane: (order at which it begins, shift along the normal [m] by the last pose).
+        moved: By target plane: (order of the first pose after it, translation along the normal [m], turns [rad]).
+        creep: By target plane: (order at which it begins, translation along the normal [m] by the last pose).
         measured: Range as the laser has it from the true range, [m] to [m].
         jitter: Standard deviation of every joint, afresh for every pose [rad].
         bias: Standard deviation of an error of the range common to a scan [m].
@@ -109,8 +101,8 @@ def true_frames(truth: Truth, flaws: Flaws, at: Moment, jitter: np.ndarray) -> n
     if flaws.base is not None:
         T = flaws.base(at) @ T
     for i in range(n):
-        T = T @ rotation(0, g[:, ALPHA, i]) @ shift(0, g[:, A, i]) @ rotation(1, g[:, BETA, i])
-        T = T @ rotation(2, q[:, i] + g[:, THETA, i]) @ shift(2, g[:, D, i])
+        T = T @ rotation(0, g[:, ALPHA, i]) @ translation(0, g[:, A, i]) @ rotation(1, g[:, BETA, i])
+        T = T @ rotation(2, q[:, i] + g[:, THETA, i]) @ translation(2, g[:, D, i])
     T = T @ truth.T_n_flange @ truth.T_flange_sensor
     if flaws.slip is not None:
         first, motion = flaws.slip
@@ -230,8 +222,8 @@ def gravity_torques(
         total = np.zeros(len(angles))
         for i in range(angles.shape[1]):
             g = truth.geometry[:, i]
-            T = T @ rotation(0, g[ALPHA]) @ shift(0, g[A]) @ rotation(1, g[BETA])
-            T = T @ rotation(2, angles[:, i] + g[THETA]) @ shift(2, g[D])
+            T = T @ rotation(0, g[ALPHA]) @ translation(0, g[A]) @ rotation(1, g[BETA])
+            T = T @ rotation(2, angles[:, i] + g[THETA]) @ translation(2, g[D])
             total += masses[i] * 9.81 * (T[:, 2, :3] @ centres[i] + T[:, 2, 3])
         return total
 

@@ -10,9 +10,9 @@ from scalar.effects.range_error import RangeError
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.sensors import measure
-from tests import helpers
 from tests.effects.everything import describe, every_effect, optional_columns, with_random_coefficients
 from tests.effects.injected import make_cell
+from tests.random_scene import make_scene
 
 RELATIVE = 1e-6  # of a column's length, against central differences
 COUNT = len(every_effect(make_cell(poses_per_plane=6, points_per_scan=4).dataset, np.random.default_rng(0)))
@@ -93,7 +93,7 @@ def test_columns_beside_bent_target_planes_and_range_errors():
 @pytest.mark.parametrize("kind", ["probe", "tracker"])
 def test_columns_for_single_points(kind):
     """A probe's and a tracker's columns are derivatives as well, for every effect that acts on them."""
-    scene = helpers.make_scene(kind=kind, seed=7, poses_per_plane=7)
+    scene = make_scene(kind=kind, seed=7, poses_per_plane=7)
     rng = np.random.default_rng(8)
     extra = optional_columns(rng, scene.dataset.n_poses, 6)
     dataset = replace(scene.dataset, poses=scene.dataset.poses.assign(**extra))

@@ -10,15 +10,16 @@ from scalar.effects.gravity import torque_basis, torque_of, typical_masses, typi
 from scalar.effects.joint_backlash import JointBacklash
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.geometry.robot import Robot
-from tests import helpers
+from tests import kinematics
 from tests.effects.injected import gravity_torques
+from tests.random_scene import make_scene
 
 ROBOTS = ("vs060", "ur10e", "puma560", "panda")
 
 
 def arm(name, seed):
     """Return an arm of the maker's geometry, its truth for other kinematics, and poses ``(40, n)``."""
-    truth = helpers.make_scene(name, kind="tracker", seed=0, poses_per_plane=2).truth
+    truth = make_scene(name, kind="tracker", seed=0, poses_per_plane=2).truth
     robot = Robot(
         name, truth.geometry, truth.limits, truth.T_base_0, truth.T_n_flange, np.array([0.0, 0.0, -9.81])
     )
@@ -57,8 +58,8 @@ def test_moments_span_the_statics_of_an_arm_whose_third_joint_slides():
     theta = np.where(np.arange(n) == slide, geometry[3], geometry[3] + q)
     T, frames = np.tile(np.eye(4), (len(q), 1, 1)), []
     for i in range(n):
-        T = T @ helpers.rotation(0, geometry[1, i]) @ helpers.shift(0, geometry[0, i])
-        T = T @ helpers.rotation(2, theta[:, i]) @ helpers.shift(2, d[:, i])
+        T = T @ kinematics.rotation(0, geometry[1, i]) @ kinematics.translation(0, geometry[0, i])
+        T = T @ kinematics.rotation(2, theta[:, i]) @ kinematics.translation(2, d[:, i])
         frames.append(T)
     for joint in (j for j in range(n) if j != slide):
         places = [frames[f][:, :3, 3] + frames[f][:, :3, :3] @ centres[f] for f in range(joint, n)]

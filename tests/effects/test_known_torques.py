@@ -6,7 +6,9 @@ import pytest
 from scalar.effects.payload_deflection import PayloadDeflection
 from scalar.effects.torque_compliance import TorqueCompliance
 from scalar.estimation.calibrate import calibrate
-from tests import helpers
+from tests import kinematics
+from tests.kinematics import PARAMETER_KINDS
+from tests.robot_configs import robot_mapping
 from tests.tracked_targets import TrackedArm
 
 N = 40
@@ -22,12 +24,12 @@ def workcell(seed):
 
 def payload_torques(arm, q, mass):
     """Return the torques ``(N, n)`` [N m] of a mass ``(N,)`` [kg] at ``PLACE``: minus the slope of its potential energy, by central differences."""
-    joints = helpers.robot_mapping(arm.name)["joints"]
-    nominal = np.array([[j.get(kind, 0.0) for j in joints] for kind in helpers.KINDS])
-    flange = helpers.fixed(helpers.robot_mapping(arm.name).get("flange"))
+    joints = robot_mapping(arm.name)["joints"]
+    nominal = np.array([[j.get(kind, 0.0) for j in joints] for kind in PARAMETER_KINDS])
+    flange = kinematics.transform(robot_mapping(arm.name).get("flange"))
 
     def height(angles):
-        return (helpers.chain(nominal, angles) @ flange @ np.r_[PLACE, 1.0])[:, 2]
+        return (kinematics.chain(nominal, angles) @ flange @ np.r_[PLACE, 1.0])[:, 2]
 
     steps = 1e-5 * np.eye(q.shape[1])
     slopes = [(height(q + step) - height(q - step)) / 2e-5 for step in steps]

@@ -13,8 +13,9 @@ import pytest
 from scalar.effects.acquisition import range_middle
 from scalar.effects.command_line import parse_effects
 from scalar.estimation.calibrate import calibrate
-from tests import helpers
+from tests import kinematics
 from tests.effects.injected import BETA, Flaws, Moment, make_cell, on_joint, sag
+from tests.kinematics import joint_names
 
 STATED = 1e-7  # m: so small that no prior of an effect's size matters
 RESIDUAL = 2e-8  # m
@@ -47,7 +48,7 @@ def somewhere(cell, count):
 
 def apart(result, q, T, **columns):
     """Return the largest distance [m] of predicted and true positions, the base moved as fits best."""
-    table = pd.DataFrame(q, columns=helpers.joint_names(q.shape[1])).assign(pose=np.arange(len(q)), **columns)
+    table = pd.DataFrame(q, columns=joint_names(q.shape[1])).assign(pose=np.arange(len(q)), **columns)
     p, truth = result.predict(table)[:, :3, 3], T[:, :3, 3]
     a, b = p - p.mean(0), truth - truth.mean(0)
     U, _, Vt = np.linalg.svd(a.T @ b)
@@ -143,13 +144,13 @@ def test_tilting_base(stiff):
         T = np.broadcast_to(truth.T_base_0, (len(at.q), 4, 4))
         for i in range(6):
             a, alpha, d, theta, _ = truth.geometry[:, i]
-            T = T @ helpers.rotation(0, alpha) @ helpers.shift(0, a)
-            T = T @ helpers.rotation(2, at.q[:, i] + theta) @ helpers.shift(2, d)
+            T = T @ kinematics.rotation(0, alpha) @ kinematics.translation(0, a)
+            T = T @ kinematics.rotation(2, at.q[:, i] + theta) @ kinematics.translation(2, d)
             moment += masses[i] * np.cross(T[:, :3, 3], [0.0, 0.0, -9.81])
         w = 3e-6 * moment * [*stiff, 0.0]
         turn = np.tile(np.eye(4), (len(w), 1, 1))
         for k, vector in enumerate(w):
-            turn[k, :3, :3] = helpers.rotate_about(vector, np.linalg.norm(vector))
+            turn[k, :3, :3] = kinematics.rotate_about(vector, np.linalg.norm(vector))
         return turn
 
     settings = {"length_error": 0.0, "angle_error": 0.0}
@@ -184,7 +185,7 @@ def test_slipped_sensor():
     """A sensor that shifts and turns from a pose on; a prediction without ``order`` is for the end."""
     motion = np.eye(4)
     motion[:3, 3] = [4e-4, -2e-4, 3e-4]
-    motion[:3, :3] = helpers.rotate_about(np.array([1.0, 2.0, -1.0]), 2e-3)
+    motion[:3, :3] = kinematics.rotate_about(np.array([1.0, 2.0, -1.0]), 2e-3)
     result, cell = explained(Flaws(slip=(61.0, motion)), "sensor_slip:61", seed=27)
     assert_explained(result, cell)
     for axis, truth in zip("xyz", motion[:3, 3], strict=True):

@@ -14,7 +14,7 @@ from scalar.data.dataset_writer import write_dataset
 from scalar.effects import registry
 from scalar.errors import InvalidInput
 from tests.effects.injected import Flaws, make_cell, on_joint
-from tests.helpers import joint_names
+from tests.kinematics import joint_names
 
 FILE = Path(__file__).parent / "outside" / "hose_twist.py"
 JOINT, TWIST = 4, 8e-4  # rad: three times what a gear errs by

@@ -11,7 +11,7 @@ from scalar.effects.sensor_map import SensorMap
 from scalar.evaluate import aligned_to, pose_errors, true_frames
 from scalar.sensors.profile import point_basis
 from tests.effects.injected import make_cell
-from tests.helpers import make_scene
+from tests.random_scene import make_scene
 
 
 def crooked(dataset: Dataset, seed: int, size: float = 5e-5) -> Dataset:

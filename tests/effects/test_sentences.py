@@ -15,7 +15,7 @@ from scalar.effects.places import PointEffect
 from scalar.effects.registry import known
 from tests.effects.everything import every_effect, optional_columns
 from tests.effects.injected import make_cell
-from tests.helpers import make_scene
+from tests.random_scene import make_scene
 
 VERBS = {
     "is", "are", "was", "has", "have", "errs", "err", "gives", "give", "tilts", "grow", "moved", "stood", "crept", "slipped", "sat", "rests",

@@ -9,7 +9,7 @@ from scalar.errors import InvalidInput
 from scalar.estimation.result import Calibration
 from scalar.estimation.transfer import carried
 from tests.effects.everything import every_effect, optional_columns
-from tests.helpers import make_scene
+from tests.random_scene import make_scene
 
 STAYS = {"target_drift", "sensor_slip", "plane_moved", "plane_bow", "pose_lag"}
 GOES = {

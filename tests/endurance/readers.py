@@ -22,7 +22,7 @@ from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.errors import InvalidInput
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.result import load_calibration
-from tests.helpers import make_scene
+from tests.random_scene import make_scene
 from tests.robot_descriptions import random_description
 from tests.small_datasets import description, tables
 

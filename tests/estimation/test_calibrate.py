@@ -11,7 +11,11 @@ from scalar.errors import InvalidInput
 from scalar.estimation.calibrate import calibrate
 from scalar.evaluate import evaluate
 from scalar.units import DEG, MM
-from tests import helpers
+from tests import kinematics
+from tests.measuring_poses import scan
+from tests.random_scene import make_scene
+from tests.robot_configs import PUBLISHED_FIXED
+from tests.workcell import Scene
 
 TO_DIGITS = 1e-9  # m and rad; issue 2
 RANDOM_STARTS = 20
@@ -22,7 +26,7 @@ def random_start(seed: int, robot: str = "vs060", **settings):
     """Return a noise-free cell whose nominal arm is off by up to 2 mm and 1 degree, its target planes by 30
     degrees and 100 mm.
     """
-    return helpers.make_scene(
+    return make_scene(
         robot,
         seed=seed,
         noise=0.0,
@@ -35,7 +39,7 @@ def random_start(seed: int, robot: str = "vs060", **settings):
     )
 
 
-def worst_errors(scene: helpers.Scene, calibration) -> tuple[float, float]:
+def worst_errors(scene: Scene, calibration) -> tuple[float, float]:
     """Return the largest error of any length [m] and of any angle [rad]: arm, scanner and planes."""
     truth, model = scene.truth, calibration.model
     geometry = model.robot.geometry - truth.geometry
@@ -44,7 +48,7 @@ def worst_errors(scene: helpers.Scene, calibration) -> tuple[float, float]:
     lengths = [np.abs(geometry[[0, 2]]).max(), np.abs(T[:3, 3]).max()]
     turns = [np.abs(angles).max()]
     if scene.dataset.sensor.kind == "line-laser":
-        turns.append(np.linalg.norm(helpers.rotation_vector(T[:3, :3])))
+        turns.append(np.linalg.norm(kinematics.rotation_vector(T[:3, :3])))
     if len(truth.normals):
         lengths.append(np.abs(model.target.distances - truth.distances).max())
         turns.append(np.linalg.norm(np.cross(model.target.normals, truth.normals), axis=1).max())
@@ -92,7 +96,7 @@ def test_other_sensors_give_the_truth_back(robot, kind):
     """Contacts and tracked points, noise-free: the same, apart from the sensor's rotation, which they
     do not see.
     """
-    scene = helpers.make_scene(robot, kind, noise=0.0, stated_noise=1e-4, poses_per_plane=60, seed=5)
+    scene = make_scene(robot, kind, noise=0.0, stated_noise=1e-4, poses_per_plane=60, seed=5)
     assert max(worst_errors(scene, calibrate(scene.dataset))) < TO_DIGITS
 
 
@@ -102,7 +106,7 @@ def test_headline_accuracy_over_seeds():
     """
     position, orientation = [], []
     for seed in range(HEADLINE_SEEDS):
-        scene = helpers.make_scene(seed=1000 + seed, upright=seed % 2 == 0)
+        scene = make_scene(seed=1000 + seed, upright=seed % 2 == 0)
         errors = evaluate(calibrate(scene.dataset), scene.truth.poses(1000, np.random.default_rng(seed))).raw
         position.append(errors.position.mean())
         orientation.append(errors.orientation.mean())
@@ -114,7 +118,7 @@ def test_compressed_and_full_data_have_the_same_optimum():
     """A Gauss-Newton step on all points, one by one, at the optimum found: it moves nothing by more
     than 1e-9.
     """
-    scene = helpers.make_scene(seed=8, poses_per_plane=20, points_per_scan=(20, 60))
+    scene = make_scene(seed=8, poses_per_plane=20, points_per_scan=(20, 60))
     calibration = calibrate(scene.dataset)
     data, model = scene.dataset, calibration.model
     owner = np.repeat(np.arange(data.n_poses), np.diff(data.starts))
@@ -122,7 +126,7 @@ def test_compressed_and_full_data_have_the_same_optimum():
 
     def distances_and_incidence(at):
         frames = (
-            helpers.chain(at.robot.geometry, data.q, at.robot.T_base_0)
+            kinematics.chain(at.robot.geometry, data.q, at.robot.T_base_0)
             @ at.robot.T_n_flange
             @ at.T_flange_sensor
         )
@@ -148,7 +152,7 @@ def test_compressed_and_full_data_have_the_same_optimum():
 
 def test_the_order_of_the_poses_does_not_matter():
     """Shuffled poses give the same parameters to rounding."""
-    scene = helpers.make_scene(seed=2, poses_per_plane=15, points_per_scan=20)
+    scene = make_scene(seed=2, poses_per_plane=15, points_per_scan=20)
     order = np.random.default_rng(0).permutation(scene.dataset.n_poses)
     pieces = [scene.dataset.points[scene.dataset.starts[i] : scene.dataset.starts[i + 1]] for i in order]
     shuffled = replace(
@@ -163,14 +167,14 @@ def test_the_order_of_the_poses_does_not_matter():
 
 def test_held_parameters_keep_their_nominal_values():
     """What is held, derived or asked for, stands where the dataset has it; the rest has a standard error."""
-    scene = helpers.make_scene(exact=(*helpers.PUBLISHED_HELD, "a_4"))
+    scene = make_scene(exact=(*PUBLISHED_FIXED, "a_4"))
     calibration = calibrate(scene.dataset, fix=["a_4"])
     parameters = calibration.parameters()
     nominal = dict(
         zip(scene.dataset.robot.parameter_names, scene.dataset.robot.geometry.ravel(), strict=True)
     )
     held = {name for name, entry in parameters.items() if entry["held"]}
-    assert held == {*helpers.PUBLISHED_HELD, "a_4", *(f"beta_{i}" for i in range(1, 7))}
+    assert held == {*PUBLISHED_FIXED, "a_4", *(f"beta_{i}" for i in range(1, 7))}
     for name in held:
         assert parameters[name]["value"] == nominal[name]
         assert parameters[name]["std"] is None
@@ -182,7 +186,7 @@ def test_held_parameters_keep_their_nominal_values():
 
 def test_noise_that_is_not_stated_is_estimated():
     """Without a stated noise, parameters and standard errors come out as with it."""
-    scene = helpers.make_scene(seed=3, noise=3e-4)
+    scene = make_scene(seed=3, noise=3e-4)
     stated, not_stated = (
         calibrate(scene.dataset),
         calibrate(replace(scene.dataset, sensor=replace(scene.dataset.sensor, noise=None))),
@@ -196,7 +200,7 @@ def test_noise_that_is_not_stated_is_estimated():
 @pytest.mark.parametrize("kind", ["probe", "tracker"])
 def test_a_single_point_a_pose_takes_its_noise_from_the_residual(kind):
     """Where nothing is stated, the standard errors follow the residual of the fit."""
-    scene = helpers.make_scene(kind=kind, seed=3, noise=3e-4, poses_per_plane=80)
+    scene = make_scene(kind=kind, seed=3, noise=3e-4, poses_per_plane=80)
     stated = calibrate(scene.dataset)
     not_stated = calibrate(replace(scene.dataset, sensor=replace(scene.dataset.sensor, noise=None)))
     freedom = 240 * (1 if kind == "probe" else 3) - len(stated.free)
@@ -209,7 +213,7 @@ def test_more_noise_than_was_stated_widens_the_standard_errors():
     """An error common to each scan that nobody stated: the misfit says so, and the claimed errors grow
     with it.
     """
-    scene = helpers.make_scene(seed=4)
+    scene = make_scene(seed=4)
     rng = np.random.default_rng(0)
     bias = np.repeat(2e-4 * rng.standard_normal(scene.dataset.n_poses), np.diff(scene.dataset.starts))
     points = scene.dataset.points + np.column_stack([np.zeros_like(bias), bias])
@@ -224,7 +228,7 @@ def test_known_planes_pull_the_estimate_to_what_is_known():
     """A reference target plane stays at its declared place to within what was declared, and its errors shrink
     to that.
     """
-    scene = helpers.make_scene(seed=6)
+    scene = make_scene(seed=6)
     floor, *walls = scene.dataset.planes
     known = replace(floor, normal=scene.truth.normals[0], distance=0.0, distance_std=1e-7, normal_std=1e-7)
     found = calibrate(replace(scene.dataset, planes=(known, *walls)))
@@ -237,12 +241,12 @@ def test_sessions_have_planes_of_their_own():
     """Target planes that were moved between two sessions: each has its own place, the arm is one, and the
     truth comes back.
     """
-    one = helpers.make_scene(seed=7, noise=0.0, stated_noise=1e-4, poses_per_plane=20)
+    one = make_scene(seed=7, noise=0.0, stated_noise=1e-4, poses_per_plane=20)
     data, q = one.dataset, one.dataset.q
     second = np.arange(data.n_poses) >= 30
     moved = replace(one.truth, distances=one.truth.distances + np.array([0.01, -0.02, 0.03]))
     rng = np.random.default_rng(0)
-    points, _ = helpers._scan(rng, moved, q, data.plane_index, np.diff(data.starts))
+    points, _ = scan(rng, moved, q, data.plane_index, np.diff(data.starts))
     owner = np.repeat(second, np.diff(data.starts))
     poses = data.poses.assign(session=np.where(second, "after", "before"))
     both = replace(data, poses=poses, points=np.where(owner[:, None], points, data.points))

@@ -13,14 +13,14 @@ from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.errors import InvalidInput
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.result import load_calibration
-from tests import helpers
+from tests.random_scene import make_scene
 
 
 @pytest.fixture(scope="module")
 def sound(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """Return the content of a calibration with two effects."""
     path = tmp_path_factory.mktemp("sound") / "calibration.json"
-    dataset = helpers.make_scene(poses_per_plane=20, points_per_scan=10, seed=3).dataset
+    dataset = make_scene(poses_per_plane=20, points_per_scan=10, seed=3).dataset
     effects = [JointCompliance(((2, 2), (2, 3), (3, 3))), JointHarmonic(4, (1, 2))]
     calibrate(dataset, effects=effects).save(path)
     return json.loads(path.read_text(encoding="utf-8"))

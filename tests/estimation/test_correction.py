@@ -22,13 +22,13 @@ from scalar.export.urdf import put_calibration, text_of
 from scalar.geometry.robot import Robot
 from scalar.ingest.urdf import chain_between, read_urdf, robot_from_urdf
 from tests.calibrated_arms import T_SENSOR, calibrated
-from tests.helpers import CONFIGS
+from tests.robot_configs import ROBOT_CONFIGS
 from tests.robot_descriptions import ARMS, kinematics_alone, poses_by_pybullet, shipped
 
 
 def robot_of(name):
     """Return the arm of a file of configs/robots."""
-    return Robot.from_mapping(load_yaml(CONFIGS / f"{name}.yaml"))
+    return Robot.from_mapping(load_yaml(ROBOT_CONFIGS / f"{name}.yaml"))
 
 
 def first_joints(n):

@@ -14,7 +14,8 @@ from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.robot import Tolerance
 from scalar.sensors import measure
-from tests import helpers
+from tests.kinematics import joint_names
+from tests.random_scene import make_scene
 
 TOOL = np.eye(4)
 TOOL[:3, 3] = (0.05, -0.03, 0.1)
@@ -31,7 +32,7 @@ def workcell(seed, q, size=SIZE, gear=0.0, exact=None):
         seed: Of errors, noise and gears. q: ``(N, 6)`` [rad], as read. size: Of the data sheet's errors [m and rad].
         gear: Amplitude [rad] of each joint's own error, of some order from 3 to 20. exact: As in ``make_scene``.
     """
-    made = helpers.make_scene(
+    made = make_scene(
         kind="tracker",
         seed=seed,
         poses_per_plane=4,
@@ -49,7 +50,7 @@ def workcell(seed, q, size=SIZE, gear=0.0, exact=None):
 
     T = made.truth.T_tracker_base
     points = made.truth.sensor(stood(q))[:, :3, 3] @ T[:3, :3].T + T[:3, 3]
-    poses = pd.DataFrame(q, columns=helpers.joint_names(6))
+    poses = pd.DataFrame(q, columns=joint_names(6))
     poses.insert(0, "pose", np.arange(len(q)))
     dataset = replace(
         made.dataset,
@@ -125,7 +126,7 @@ def test_the_estimate_is_the_posterior_mean_of_a_dense_computation():
 @pytest.mark.parametrize("stated", [False, True])
 def test_priors_leave_alone_what_the_data_determine(stated):
     """Poses all over: with priors, learned or stated, everything is within 2 % of a standard error of the fit without them."""
-    made = helpers.make_scene(kind="tracker", seed=21, poses_per_plane=60, noise=2e-5)
+    made = make_scene(kind="tracker", seed=21, poses_per_plane=60, noise=2e-5)
     dataset = stating(made.dataset, 2e-3, np.deg2rad(1.0)) if stated else made.dataset
     without = calibrate(made.dataset)
     assert not without.model.priors
@@ -178,7 +179,7 @@ def test_fifteen_poses_with_gears_predict_no_worse_than_base_and_tool(seed):
 def test_fifteen_scans_of_the_paper_are_calibrated_with_a_tolerance_and_nine_are_refused():
     """30 equations for 32 unknowns: the data sheet supplies what is missing, and the error is within what is predicted of it."""
     size, angle = 2e-3, np.deg2rad(1.0)
-    made = helpers.make_scene(seed=0, poses_per_plane=5)
+    made = make_scene(seed=0, poses_per_plane=5)
     calibration = calibrate(stating(made.dataset, size, angle))
     q = made.truth.poses(300, np.random.default_rng(0)).filter(like="q").to_numpy()
     error = calibration.predict(q)[:, :3, 3] - made.truth.sensor(q)[:, :3, 3]
@@ -187,7 +188,7 @@ def test_fifteen_scans_of_the_paper_are_calibrated_with_a_tolerance_and_nine_are
     assert rms(error) < rms(
         type(calibration).nominal(made.dataset).predict(q)[:, :3, 3] - made.truth.sensor(q)[:, :3, 3]
     )
-    few = helpers.make_scene(seed=0, poses_per_plane=3)
+    few = make_scene(seed=0, poses_per_plane=3)
     with pytest.raises(Undetermined, match="2 times as many equations"):
         calibrate(stating(few.dataset, size, angle))
 
@@ -219,7 +220,7 @@ def test_ellipsoids_cover_in_small_workcells():
 
 
 def _poses(q):
-    poses = pd.DataFrame(q, columns=helpers.joint_names(6))
+    poses = pd.DataFrame(q, columns=joint_names(6))
     poses.insert(0, "pose", np.arange(len(q)))
     return poses
 

@@ -7,7 +7,7 @@ import pytest
 
 from scalar.estimation.gauge_choice import choose_fixed, preference
 from scalar.estimation.settings import DEFAULTS
-from tests import helpers
+from tests.random_scene import make_scene
 
 SETTINGS = DEFAULTS.identifiability
 
@@ -80,7 +80,7 @@ def test_nothing_is_fixed_where_everything_is_observed():
 
 def test_conventions_come_before_what_was_measured():
     """The base comes first, then the flange, and sensor and planes last: their values are what a user wants to know."""
-    robot = helpers.make_scene(poses_per_plane=3).dataset.robot
+    robot = make_scene(poses_per_plane=3).dataset.robot
     names = ("distance_floor", "sensor_x", "a_3", "theta_6", "a_1", "alpha_4")
     order = [names[i] for i in preference(robot, names)]
     assert order == ["a_1", "theta_6", "a_3", "alpha_4", "sensor_x", "distance_floor"]

@@ -8,9 +8,9 @@ import pytest
 from scalar.errors import Undetermined
 from scalar.estimation.gross_errors import Cleaned, clean, clean_given_effects
 from scalar.estimation.outlying_points import without_outlying_points
-from tests import helpers
 from tests.diagnosis.cases import knock, slip, spoiled
 from tests.effects.injected import Flaws, make_cell, on_joint
+from tests.random_scene import make_scene
 
 FALSE_POINTS = 1e-4  # share of good points that may be set aside
 FOUND_POINTS = 0.95  # share of points off by 2 mm and more that are set aside
@@ -119,7 +119,7 @@ def late(dataset, off, by=3e-3):
 
 def test_a_gross_error_that_hid_behind_an_effect_is_set_aside_late():
     """A single pose that is off once effects are known is listed and gone; the others stay as they were."""
-    dataset = helpers.make_scene(kind="probe", seed=2, poses_per_plane=60).dataset
+    dataset = make_scene(kind="probe", seed=2, poses_per_plane=60).dataset
     _, again = late(dataset, [17])
     assert again.outlier_poses == (int(dataset.pose_ids[17]),)
     np.testing.assert_array_equal(again.dataset.pose_ids, np.delete(dataset.pose_ids, 17))
@@ -127,7 +127,7 @@ def test_a_gross_error_that_hid_behind_an_effect_is_set_aside_late():
 
 def test_nothing_is_set_aside_late_that_may_be_an_effect():
     """Where nothing is off, or too much, or a whole run of one plane, the first look stays as it is."""
-    dataset = helpers.make_scene(kind="probe", seed=2, poses_per_plane=60).dataset
+    dataset = make_scene(kind="probe", seed=2, poses_per_plane=60).dataset
     run = np.flatnonzero(dataset.plane_index == 1)[20:23]
     long_run = np.flatnonzero(dataset.plane_index == 1)[20:40]
     for off, by in (([], 0.0), ([17], 5e-4), (np.arange(0, 180, 5), 3e-3), (long_run, 3e-3)):

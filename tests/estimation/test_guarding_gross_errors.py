@@ -25,7 +25,7 @@ from scalar.estimation.pose_consistency import (
 from scalar.estimation.settings import DEFAULTS, changed
 from scalar.sensors.robust_scale import robust_std
 from scalar.units import MM
-from tests import helpers
+from tests.random_scene import make_scene
 
 GROSS = DEFAULTS.gross_errors
 
@@ -36,9 +36,7 @@ def scans(points_per_scan: int = 20, noise: float = 1e-5, off: dict[int, float] 
     Args:
         points_per_scan: Of each. noise: [m]. off: ``{point: by how much [m]}``.
     """
-    dataset = helpers.make_scene(
-        seed=1, poses_per_plane=3, points_per_scan=points_per_scan, noise=noise
-    ).dataset
+    dataset = make_scene(seed=1, poses_per_plane=3, points_per_scan=points_per_scan, noise=noise).dataset
     points = dataset.points.copy()
     for point, by in (off or {}).items():
         points[point, 1] += by
@@ -83,7 +81,7 @@ def test_a_line_is_found_among_strays_by_reweighting(monkeypatch):
 
 def test_a_pose_far_off_the_nominal_arm_is_left_out_at_first():
     """A scan 30 mm behind its plane, with an arm that is right: out beyond 20 mm, in below 40 mm."""
-    dataset = helpers.make_scene(
+    dataset = make_scene(
         seed=2,
         poses_per_plane=12,
         points_per_scan=10,
@@ -124,7 +122,7 @@ def test_a_few_distances_far_above_most_say_that_the_fit_was_dragged():
 @pytest.fixture(scope="module")
 def labelled() -> Any:
     """Return a set with one wrong label, and which poses are right."""
-    dataset = helpers.make_scene(seed=3, poses_per_plane=20, points_per_scan=10).dataset
+    dataset = make_scene(seed=3, poses_per_plane=20, points_per_scan=10).dataset
     plane = dataset.poses["plane"].to_numpy(dtype=object).copy()
     plane[7] = next(name for name in dict.fromkeys(plane) if name != plane[7])
     keep = np.arange(dataset.n_poses) != 7
@@ -164,7 +162,7 @@ def test_how_far_off_a_pose_may_be():
 
 def test_what_stands_out_late_is_few():
     """One of sixty poses 5 mm off given the effects: set aside where two in a hundred may be, kept where one may."""
-    dataset = helpers.make_scene(seed=3, poses_per_plane=20, points_per_scan=4).dataset
+    dataset = make_scene(seed=3, poses_per_plane=20, points_per_scan=4).dataset
     cleaned = SimpleNamespace(dataset=dataset, outlier_poses=())
     distance = np.full(60, 0.1 * MM)
     distance[30] = 5 * MM

@@ -14,7 +14,7 @@ from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.identifiability import _null_space_of_scaled
 from scalar.estimation.settings import DEFAULTS, changed
 from scalar.units import DEG, MM
-from tests import helpers
+from tests.random_scene import make_scene
 
 
 def test_a_direction_that_only_rounding_shows_is_none():
@@ -39,7 +39,7 @@ PRIORS = {
 @pytest.fixture(scope="module")
 def prepared() -> Any:
     """Return what a small set gives: its residuals, the model to start from, what is free, and the fit."""
-    dataset = helpers.make_scene(seed=5, poses_per_plane=7, points_per_scan=10).dataset
+    dataset = make_scene(seed=5, poses_per_plane=7, points_per_scan=10).dataset
     found, start = geometry_fit(dataset)
     return start.residuals, start.initial.model, start.free, found
 

@@ -23,13 +23,13 @@ from scalar.estimation.model import ParameterPrior
 from scalar.estimation.settings import DEFAULTS
 from scalar.estimation.sufficiency import check_setup
 from scalar.units import MM
-from tests import helpers
+from tests.random_scene import make_scene
 
 
 @pytest.fixture(scope="module")
 def prepared() -> Any:
     """Return what a small set gives: its residuals, the model to start from, what is free, and the fit."""
-    dataset = helpers.make_scene(seed=5, poses_per_plane=7, points_per_scan=10).dataset
+    dataset = make_scene(seed=5, poses_per_plane=7, points_per_scan=10).dataset
     found, start = geometry_fit(dataset)
     return start.residuals, start.initial.model, start.free, found
 

@@ -17,7 +17,7 @@ from scalar.estimation.settings import DEFAULTS, changed
 from scalar.estimation.sufficiency import check_guess, check_lines, check_span
 from scalar.geometry.planes import Planes
 from scalar.units import DEG, MM
-from tests import helpers
+from tests.random_scene import make_scene
 
 SUFFICIENT = DEFAULTS.sufficiency
 
@@ -73,7 +73,7 @@ def test_a_plane_scanned_on_one_line_is_refused(width, sigma, name):
 )
 def test_a_robot_that_no_workshop_builds_is_refused(row, by, name):
     """A length 0.7 m, or an angle 2 rad, off its nominal value: refused beyond half a metre and a quarter turn, not beyond twice that."""
-    nominal = helpers.make_scene(seed=1, poses_per_plane=3).dataset.robot
+    nominal = make_scene(seed=1, poses_per_plane=3).dataset.robot
     geometry = nominal.geometry.copy()
     geometry[row, 2] += by
     model: Any = SimpleNamespace(robot=nominal.with_geometry(geometry), nominal=nominal)
@@ -84,7 +84,7 @@ def test_a_robot_that_no_workshop_builds_is_refused(row, by, name):
 
 def test_a_pose_far_off_after_the_fit_is_a_gross_error():
     """A scan 25 mm behind its plane: a calibration refuses it, and goes on where so much is no gross error."""
-    dataset = helpers.make_scene(seed=3, poses_per_plane=25, points_per_scan=10).dataset
+    dataset = make_scene(seed=3, poses_per_plane=25, points_per_scan=10).dataset
     points = dataset.points.copy()
     scan = slice(dataset.starts[7], dataset.starts[8])
     points[scan] *= 1.0 + 0.03 / np.linalg.norm(points[scan], axis=1)[:, None]

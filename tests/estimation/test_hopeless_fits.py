@@ -18,12 +18,12 @@ from scalar.estimation.prepare import candidate_mask
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.planes import Planes
 from scalar.sensors import measure
-from tests import helpers
+from tests.random_scene import make_scene
 
 
 def test_planes_that_no_pose_reaches_are_refused() -> None:
     """With all planes a kilometre away no contact is possible, and nothing can be said of what is determined."""
-    dataset = helpers.make_scene(kind="probe", poses_per_plane=12, seed=2).dataset
+    dataset = make_scene(kind="probe", poses_per_plane=12, seed=2).dataset
     T = dataset.sensor.T_flange_sensor
     assert T is not None
     far = Planes.at(
@@ -49,7 +49,7 @@ def test_numbers_that_overflow_give_no_covariance_and_no_convergence(value: floa
 
 def few_poses() -> Dataset:
     """Return a tracked cell with few poses."""
-    return helpers.make_scene(kind="tracker", poses_per_plane=14, seed=4).dataset
+    return make_scene(kind="tracker", poses_per_plane=14, seed=4).dataset
 
 
 def test_as_many_unknowns_as_equations_are_refused_without_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -71,7 +71,7 @@ def test_as_many_unknowns_as_equations_are_refused_without_a_search(monkeypatch:
 
 def test_a_known_plane_without_error_does_not_overflow() -> None:
     """A standard error of a reference plane so small that its weight overflows ends in a refusal."""
-    dataset = helpers.make_scene(poses_per_plane=14, points_per_scan=10, seed=4).dataset
+    dataset = make_scene(poses_per_plane=14, points_per_scan=10, seed=4).dataset
     known = replace(dataset.planes[0], distance_std=1e-300, normal_std=1e-300)
     with np.errstate(all="ignore"), pytest.raises(Undetermined):
         calibrate(replace(dataset, planes=(known, *dataset.planes[1:])))

@@ -9,7 +9,12 @@ import pytest
 
 from scalar.errors import Undetermined
 from scalar.estimation.prepare import prepare
-from tests import helpers
+from tests import kinematics
+from tests.kinematics import PARAMETER_KINDS
+from tests.measuring_poses import ranges_to_plane
+from tests.random_scene import make_scene
+from tests.robot_configs import FIXED_WITH_PLANES, FIXED_WITH_PROBE, PUBLISHED_FIXED
+from tests.workcell import PLANE_NAMES
 
 PUBLISHED_COLUMNS = 39  # 24 DH, 6 of the scanner, 3 for each of three planes
 ZERO = 1e-8  # of the largest singular value
@@ -28,47 +33,45 @@ def test_the_papers_setup_has_39_columns_and_7_zero_singular_values(upright, see
 
     The parameters to hold are the published ones.
     """
-    found = identify(helpers.make_scene(seed=seed, upright=upright))
+    found = identify(make_scene(seed=seed, upright=upright))
     assert len(found.names) == PUBLISHED_COLUMNS == len(found.singular_values)
     assert found.singular_values[0] == pytest.approx(1.0)
     assert np.all(found.singular_values[-7:] < ZERO)
     assert np.all(found.singular_values[:-7] > FAR_FROM_ZERO)
-    assert set(found.fixed_names) == set(helpers.PUBLISHED_HELD)
+    assert set(found.fixed_names) == set(PUBLISHED_FIXED)
     assert found.n_null == found.n_structural == 7
 
 
 def test_a_null_direction_leaves_a_perfect_measurement_alone():
     """A step along each null direction, scanned anew by an independent cell, gives the very same points."""
-    scene = helpers.make_scene(
+    scene = make_scene(
         noise=0.0, stated_noise=1e-4, length_error=0.0, angle_error=0.0, pose_offset=(0.0, 0.0)
     )
     found = identify(scene)
     truth, q, k = scene.truth, scene.dataset.q, scene.dataset.plane_index
     angles = np.array([-0.2, 0.0, 0.2])
-    tangents = dict(
-        zip(helpers.PLANE_NAMES, prepare(scene.dataset).initial.model.target.tangents, strict=True)
-    )
+    tangents = dict(zip(PLANE_NAMES, prepare(scene.dataset).initial.model.target.tangents, strict=True))
 
     def ranges(step):
         move = dict(zip(found.names, step, strict=True))
         geometry = truth.geometry.copy()
-        for row, kind in enumerate(helpers.KINDS):
+        for row, kind in enumerate(PARAMETER_KINDS):
             for i in range(6):
                 geometry[row, i] += move.get(f"{kind}_{i + 1}", 0.0)
         T_fs = truth.T_flange_sensor.copy()
         T_fs[:3, 3] += [move[f"sensor_{axis}"] for axis in "xyz"]
         turn = np.array([move[f"sensor_r{axis}"] for axis in "xyz"])
         size = float(np.linalg.norm(turn))
-        T_fs[:3, :3] = (helpers.rotate_about(turn, size) if size > 0 else np.eye(3)) @ T_fs[:3, :3]
+        T_fs[:3, :3] = (kinematics.rotate_about(turn, size) if size > 0 else np.eye(3)) @ T_fs[:3, :3]
         normals, distances = truth.normals.copy(), truth.distances.copy()
-        for j, name in enumerate(helpers.PLANE_NAMES):
+        for j, name in enumerate(PLANE_NAMES):
             normals[j] += (
                 move[f"normal_{name}_u"] * tangents[name][0] + move[f"normal_{name}_v"] * tangents[name][1]
             )
             distances[j] += move[f"distance_{name}"]
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        T = helpers.chain(geometry, q) @ truth.T_n_flange @ T_fs
-        return helpers._ranges(T, normals[k], distances[k], angles)[0]
+        T = kinematics.chain(geometry, q) @ truth.T_n_flange @ T_fs
+        return ranges_to_plane(T, normals[k], distances[k], angles)[0]
 
     h = 1e-6
     for direction in found.null_directions:
@@ -81,17 +84,17 @@ def test_a_null_direction_leaves_a_perfect_measurement_alone():
 
 def test_three_parallel_axes_add_one_direction():
     """UR10e: eight, d_2 and d_3 both among what is held."""
-    found = identify(helpers.make_scene("ur10e"))
+    found = identify(make_scene("ur10e"))
     assert found.n_null == 8
-    assert set(found.fixed_names) == set(helpers.HELD["ur10e"])
+    assert set(found.fixed_names) == set(FIXED_WITH_PLANES["ur10e"])
     assert np.all(found.singular_values[:-8] > FAR_FROM_ZERO)
 
 
 def test_a_seven_joint_arm_without_parallel_axes_has_six():
     """Panda: four of the base, two of the last joint, none between."""
-    found = identify(helpers.make_scene("panda"))
+    found = identify(make_scene("panda"))
     assert found.n_null == 6
-    assert set(found.fixed_names) == set(helpers.HELD["panda"])
+    assert set(found.fixed_names) == set(FIXED_WITH_PLANES["panda"])
 
 
 @pytest.mark.parametrize("robot", ["vs060", "ur10e", "panda"])
@@ -99,38 +102,38 @@ def test_a_probe_sees_neither_its_rotation_nor_the_scale(robot):
     """Four more directions than with a laser: three of the sensor by themselves, and the scale of the
     whole cell.
     """
-    found = identify(helpers.make_scene(robot, "probe", poses_per_plane=60))
+    found = identify(make_scene(robot, "probe", poses_per_plane=60))
     assert {"sensor_rx", "sensor_ry", "sensor_rz"} < set(found.fixed_names)
-    assert found.n_null == len(helpers.HELD[robot]) + 4
+    assert found.n_null == len(FIXED_WITH_PLANES[robot]) + 4
     by_name = {held.name: held for held in found.fixed}
     for axis in "xyz":
         assert "no residual depends on it" in by_name[f"sensor_r{axis}"].reason
     scale = [held for held in found.fixed if "may be scaled" in held.reason]
-    assert [held.name for held in scale] == [helpers.SCALE[robot]]
+    assert [held.name for held in scale] == [FIXED_WITH_PROBE[robot]]
     assert any(name.startswith("distance_") for name in scale[0].moves_with)
 
 
 @pytest.mark.parametrize("robot", ["vs060", "panda"])
 def test_planes_of_known_distance_give_a_probe_the_scale_back(robot):
     """With two reference planes the metric is theirs: no length of the arm is held for the scale."""
-    scene = helpers.make_scene(robot, "probe", poses_per_plane=60)
+    scene = make_scene(robot, "probe", poses_per_plane=60)
     planes = tuple(replace(p, distance_std=1e-5, normal_std=1e-4) for p in scene.dataset.planes)
     known = replace(scene, dataset=replace(scene.dataset, planes=planes))
     found = identify(known)
-    assert helpers.SCALE[robot] not in found.fixed_names
+    assert FIXED_WITH_PROBE[robot] not in found.fixed_names
     assert not any("may be scaled" in held.reason for held in found.fixed)
 
 
 def test_a_tracker_sees_no_rotation_of_its_target():
     """A tracked point: the base and the sensor's rotation, and nothing of scale."""
-    found = identify(helpers.make_scene(kind="tracker"))
-    assert set(found.fixed_names) == {*helpers.PUBLISHED_HELD, "sensor_rx", "sensor_ry", "sensor_rz"}
+    found = identify(make_scene(kind="tracker"))
+    assert set(found.fixed_names) == {*PUBLISHED_FIXED, "sensor_rx", "sensor_ry", "sensor_rz"}
 
 
 @pytest.mark.parametrize("joint", [2, 3, 5])
 def test_a_joint_that_never_moves_is_held_and_named(joint):
     """A locked joint hides more: what is held because of it says so, with the joint's number."""
-    found = identify(helpers.make_scene(still_joint=joint, poses_per_plane=50, seed=1))
+    found = identify(make_scene(still_joint=joint, poses_per_plane=50, seed=1))
     because = [held for held in found.fixed if held.cause == "still"]
     assert because
     assert all(f"joint {joint} never moves" in held.reason for held in because)
@@ -140,7 +143,7 @@ def test_a_joint_that_never_moves_is_held_and_named(joint):
 def test_fifteen_poses_are_refused_by_counting():
     """The paper's 15 poses: 30 equations for 32 unknowns, however many points a scan has."""
     for points in (10, 500):
-        scene = helpers.make_scene(poses_per_plane=5, points_per_scan=points, seed=2)
+        scene = make_scene(poses_per_plane=5, points_per_scan=points, seed=2)
         with pytest.raises(Undetermined, match="15 poses give 30 equations for 32 unknowns") as refusal:
             prepare(scene.dataset)
             assert "at least 1 more" in str(refusal.value)
@@ -150,7 +153,7 @@ def test_sixteen_poses_are_not_refused():
     """32 equations for 32 unknowns: determined, if barely; what is seen no better than the data sheet
     is kept near it.
     """
-    scene = helpers.make_scene(poses_per_plane=6, points_per_scan=10, seed=2)
+    scene = make_scene(poses_per_plane=6, points_per_scan=10, seed=2)
     prepared = prepare(scene.dataset.subset(np.arange(16)))
     assert prepared.free.sum() == 32
     assert {anchor.name for anchor in prepared.coarse.priors} <= set(
@@ -160,6 +163,6 @@ def test_sixteen_poses_are_not_refused():
 
 def test_every_sentence_names_its_parameter():
     """A sentence for each held parameter, complete and without a number out of place."""
-    found = identify(helpers.make_scene())
+    found = identify(make_scene())
     assert [s.split(" is fixed: ")[0] for s in found.sentences()] == list(found.fixed_names)
     assert all(s.endswith(".") and "nan" not in s for s in found.sentences())

@@ -14,7 +14,9 @@ from scalar.geometry.planes import Planes
 from scalar.sensors import measure
 from scalar.sensors.linear_guess import linear_guess
 from scalar.units import DEG, MM
-from tests import helpers
+from tests import kinematics
+from tests.random_scene import make_scene
+from tests.workcell import PLANE_NAMES
 
 CELLS = 30
 
@@ -23,10 +25,10 @@ def test_the_linear_guess_is_exact_for_a_true_arm_and_known_planes():
     """Section III-A: nine linear unknowns; with the true arm, the true floor and no noise they are the
     scanner's pose.
     """
-    scene = helpers.make_scene(noise=0.0, stated_noise=1e-4)
+    scene = make_scene(noise=0.0, stated_noise=1e-4)
     truth, data = scene.truth, scene.dataset
     T_base_flange = truth.sensor(data.q) @ np.linalg.inv(truth.T_flange_sensor)
-    planes = Planes.at(helpers.PLANE_NAMES, truth.normals, truth.distances)
+    planes = Planes.at(PLANE_NAMES, truth.normals, truth.distances)
     for use in (data.plane_index == 0, np.ones(data.n_poses, dtype=bool)):
         found = linear_guess(measure(data), T_base_flange, planes, use)
         np.testing.assert_allclose(found, truth.T_flange_sensor, atol=1e-10)
@@ -34,7 +36,7 @@ def test_the_linear_guess_is_exact_for_a_true_arm_and_known_planes():
 
 def test_the_linear_guess_is_a_rotation_whatever_the_data():
     """With a wrong arm and wrong planes the guess is rough, but a rigid transform."""
-    scene = helpers.make_scene(plane_tilt=20 * DEG, plane_offset=50 * MM, angle_error=3 * DEG)
+    scene = make_scene(plane_tilt=20 * DEG, plane_offset=50 * MM, angle_error=3 * DEG)
     data = scene.dataset
     measurement = measure(data)
     use = np.ones(data.n_poses, dtype=bool)
@@ -49,7 +51,7 @@ def test_no_nominal_pose_and_a_floor_that_is_30_degrees_off(robot):
     truth's optimum.
     """
     for seed in range(CELLS):
-        scene = helpers.make_scene(
+        scene = make_scene(
             robot,
             seed=100 + seed,
             plane_tilt=30 * DEG,
@@ -61,7 +63,7 @@ def test_no_nominal_pose_and_a_floor_that_is_30_degrees_off(robot):
         assert prepared.initial.origin == "linear guess"
         T = np.linalg.inv(scene.truth.T_flange_sensor) @ prepared.initial.model.T_flange_sensor
         assert np.linalg.norm(T[:3, 3]) < 100 * MM, seed
-        assert np.linalg.norm(helpers.rotation_vector(T[:3, :3])) < 10 * DEG, seed
+        assert np.linalg.norm(kinematics.rotation_vector(T[:3, :3])) < 10 * DEG, seed
         if seed < 5:
             found = calibrate(scene.dataset).model.robot.geometry
             assert np.abs(found - scene.truth.geometry).max() < 2e-3
@@ -72,14 +74,14 @@ def test_a_wrong_nominal_pose_does_no_harm():
     taken.
     """
     for seed in range(5):
-        scene = helpers.make_scene(seed=seed, pose_offset=(0.2, 90 * DEG), points_per_scan=30)
+        scene = make_scene(seed=seed, pose_offset=(0.2, 90 * DEG), points_per_scan=30)
         found = calibrate(scene.dataset)
         assert np.abs(found.model.robot.geometry - scene.truth.geometry).max() < 2e-3
 
 
 def test_a_good_nominal_pose_serves_where_the_linear_guess_cannot():
     """Few poses and a stated pose: the start comes from there."""
-    scene = helpers.make_scene(poses_per_plane=8, pose_offset=(2 * MM, 1 * DEG))
+    scene = make_scene(poses_per_plane=8, pose_offset=(2 * MM, 1 * DEG))
     assert prepare(scene.dataset).initial.rms < 30 * MM
 
 
@@ -87,7 +89,7 @@ def test_poses_that_do_not_turn_the_scanner_are_refused():
     """Without a nominal pose and with one pose repeated, the nine numbers are not determined: said with
     what would help.
     """
-    scene = helpers.make_scene(nominal_pose=False, points_per_scan=10)
+    scene = make_scene(nominal_pose=False, points_per_scan=10)
     data = scene.dataset
     first = {k: int(np.flatnonzero(data.plane_index == k)[0]) for k in range(3)}
     same = data.subset(np.sort(np.repeat(list(first.values()), 14)))
@@ -97,7 +99,7 @@ def test_poses_that_do_not_turn_the_scanner_are_refused():
 
 def test_a_probe_needs_its_nominal_pose():
     """No linear guess exists for a probe: the message asks for the pose."""
-    scene = helpers.make_scene(kind="probe")
+    scene = make_scene(kind="probe")
     data = replace(scene.dataset, sensor=replace(scene.dataset.sensor, T_flange_sensor=None))
     with pytest.raises(Undetermined, match=r"sensor\.nominal_pose"):
         calibrate(data)
@@ -111,7 +113,7 @@ def test_an_arm_that_is_ten_times_as_wrong_gets_there_as_well(robot, times):
     """
     refused = 0
     for seed in range(10):
-        scene = helpers.make_scene(
+        scene = make_scene(
             robot,
             seed=300 + seed,
             points_per_scan=20,

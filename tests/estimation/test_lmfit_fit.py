@@ -7,13 +7,13 @@ import pytest
 from scalar.estimation.least_squares import fit
 from scalar.estimation.lmfit_fit import fit_with_lmfit
 from scalar.estimation.prepare import prepare
-from tests import helpers
+from tests.random_scene import make_scene
 
 
 @pytest.mark.parametrize("kind", ["line-laser", "tracker"])
 def test_lmfit_ends_at_the_same_optimum(kind):
     """Same cost to 1e-10, values within 1e-6 standard errors, standard errors to 1e-6 by lmfit's own algebra; the report names every parameter."""
-    prepared = prepare(helpers.make_scene(kind=kind, seed=5, poses_per_plane=30).dataset)
+    prepared = prepare(make_scene(kind=kind, seed=5, poses_per_plane=30).dataset)
     model = prepared.initial.model
     ours = fit(prepared.residuals, model, prepared.free)
     theirs, result = fit_with_lmfit(prepared.residuals, model, prepared.free)

@@ -12,7 +12,8 @@ from scalar import calibrate, read_dataset
 from scalar.cli import cli
 from scalar.errors import InvalidInput
 from scalar.geometry.robot import Tolerance
-from tests import helpers
+from tests import kinematics
+from tests.random_scene import make_scene
 
 COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -20,7 +21,7 @@ COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 @pytest.fixture(scope="module")
 def workcell():
     """Return a tracked arm and its calibration."""
-    scene = helpers.make_scene(kind="tracker", seed=2, poses_per_plane=20)
+    scene = make_scene(kind="tracker", seed=2, poses_per_plane=20)
     return scene, calibrate(scene.dataset)
 
 
@@ -36,7 +37,7 @@ def test_it_is_that_of_predictions_under_drawn_parameters(workcell):
         vector = calibration.model.vector.copy()
         vector[at] += draw
         drawn = replace(calibration, model=calibration.model.with_vector(vector)).predict(q)
-        turn = helpers.rotation_vector(drawn[:, :3, :3] @ np.swapaxes(T[:, :3, :3], 1, 2))
+        turn = kinematics.rotation_vector(drawn[:, :3, :3] @ np.swapaxes(T[:, :3, :3], 1, 2))
         moves.append(np.concatenate([drawn[:, :3, 3] - T[:, :3, 3], turn], axis=1))
     covariance = calibration.predict_covariance(q)
     for k in range(len(q)):
@@ -62,7 +63,7 @@ def test_the_command_writes_it_beside_the_frames(kind, known, workcell, tmp_path
     """
     scene, calibration = workcell
     if kind != "tracker":
-        scene = helpers.make_scene(kind=kind, seed=2, poses_per_plane=20)
+        scene = make_scene(kind=kind, seed=2, poses_per_plane=20)
         calibration = calibrate(scene.dataset)
     calibration.save(tmp_path / "calibration.json")
     joints = scene.dataset.poses.filter(regex="pose|q")

@@ -7,7 +7,7 @@ import pytest
 
 from scalar.estimation.reference_planes import ReferencePlanes
 from scalar.geometry.planes import Planes
-from tests import helpers
+from tests.random_scene import make_scene
 
 DISTANCE_STD, NORMAL_STD = 1e-5, 1e-4
 
@@ -15,7 +15,7 @@ DISTANCE_STD, NORMAL_STD = 1e-5, 1e-4
 @pytest.fixture(scope="module")
 def dataset():
     """Return a dataset whose second plane is known in both ways, and its third in distance alone."""
-    data = helpers.make_scene(poses_per_plane=3).dataset
+    data = make_scene(poses_per_plane=3).dataset
     floor, wall, other = data.planes
     known = replace(wall, distance_std=DISTANCE_STD, normal_std=NORMAL_STD)
     return replace(data, planes=(floor, known, replace(other, distance_std=DISTANCE_STD)))
@@ -61,5 +61,5 @@ def test_derivatives_are_those_of_central_differences(dataset, planes):
 
 def test_without_a_known_plane_there_are_no_rows(dataset, planes):
     """A dataset that declares nothing known has no reference planes."""
-    plain = helpers.make_scene(poses_per_plane=3).dataset
+    plain = make_scene(poses_per_plane=3).dataset
     assert ReferencePlanes.of(plain, planes) is None

@@ -10,7 +10,8 @@ import pytest
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.sensors import measure
-from tests import helpers
+from tests import kinematics
+from tests.random_scene import make_scene
 
 RELATIVE = 1e-7  # issue 2: analytic Jacobian against central differences
 
@@ -48,7 +49,7 @@ def by_differences(residuals, model):
 @pytest.mark.parametrize("kind", ["line-laser", "probe", "tracker"])
 def test_jacobian_agrees_with_central_differences(robot, kind):
     """Every column, beta and the target's included, to 1e-7 of its largest entry."""
-    scene = helpers.make_scene(robot, kind, poses_per_plane=5, points_per_scan=(1, 30), seed=2)
+    scene = make_scene(robot, kind, poses_per_plane=5, points_per_scan=(1, 30), seed=2)
     residuals, model = residuals_and_model(scene.dataset, np.random.default_rng(0))
     residual, jacobian = residuals.linearise(model)
     np.testing.assert_array_equal(residual, residuals.residual(model))
@@ -60,11 +61,11 @@ def test_jacobian_agrees_with_central_differences(robot, kind):
 @pytest.mark.parametrize("kind", ["line-laser", "tracker"])
 def test_jacobian_with_sessions_and_fixed_transforms(kind):
     """The same with two sessions, and with transforms before the first joint and after the last."""
-    scene = helpers.make_scene("panda", kind, poses_per_plane=6, points_per_scan=20, seed=3)
+    scene = make_scene("panda", kind, poses_per_plane=6, points_per_scan=20, seed=3)
     rng = np.random.default_rng(1)
     poses = scene.dataset.poses.copy()
     poses["session"] = rng.permutation(["a", "b"] * 9)
-    ends = [helpers._random_transform(rng, 0.5, 1.0) for _ in range(2)]
+    ends = [kinematics.random_transform(rng, 0.5, 1.0) for _ in range(2)]
     robot = replace(scene.dataset.robot, T_base_0=ends[0], T_n_flange=ends[1])
     residuals, model = residuals_and_model(replace(scene.dataset, poses=poses, robot=robot), rng)
     expected = by_differences(residuals, model)
@@ -74,7 +75,7 @@ def test_jacobian_with_sessions_and_fixed_transforms(kind):
 
 def test_jacobian_of_known_planes():
     """Rows of reference planes, one with both standard deviations and one with the distance alone."""
-    scene = helpers.make_scene(poses_per_plane=4, points_per_scan=10)
+    scene = make_scene(poses_per_plane=4, points_per_scan=10)
     floor, wall_x, wall_y = scene.dataset.planes
     planes = (replace(floor, distance_std=1e-3, normal_std=1e-2), wall_x, replace(wall_y, distance_std=1e-2))
     residuals, model = residuals_and_model(
@@ -92,7 +93,7 @@ def test_compressed_rows_have_the_length_of_all_points():
     """``|r|^2`` equals the sum over all points of ``(n . p - d)^2 / (sigma n . u)^2``, computed point by
     point.
     """
-    scene = helpers.make_scene("ur10e", poses_per_plane=8, points_per_scan=(1, 60), seed=7)
+    scene = make_scene("ur10e", poses_per_plane=8, points_per_scan=(1, 60), seed=7)
     data = scene.dataset
     residuals, model = residuals_and_model(data, np.random.default_rng(0), reweight=False)
     at = model  # the incidence is frozen at the estimate that reweights
@@ -102,7 +103,7 @@ def test_compressed_rows_have_the_length_of_all_points():
     k, x, z = data.plane_index[owner], data.points[:, 0], data.points[:, 1]
 
     def sensor_frames(m):
-        frames = helpers.chain(m.robot.geometry, data.q, m.robot.T_base_0)
+        frames = kinematics.chain(m.robot.geometry, data.q, m.robot.T_base_0)
         return (frames @ m.robot.T_n_flange @ m.T_flange_sensor)[owner]
 
     T = sensor_frames(at)

@@ -12,15 +12,18 @@ from scalar.errors import InvalidInput
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.calibration_reader import FORMAT
 from scalar.estimation.result import Calibration, load_calibration
-from tests import helpers
+from tests import kinematics
+from tests.kinematics import PARAMETER_KINDS, joint_names
+from tests.random_scene import make_scene
+from tests.workcell import Scene
 
 SETTINGS = {"poses_per_plane": 30, "points_per_scan": 20, "seed": 12}
 
 
 @pytest.fixture(scope="module", params=["line-laser", "probe", "tracker"])
-def scene(request) -> helpers.Scene:
+def scene(request) -> Scene:
     """A cell for each kind of sensor."""
-    return helpers.make_scene("panda", request.param, **SETTINGS)
+    return make_scene("panda", request.param, **SETTINGS)
 
 
 @pytest.fixture(scope="module")
@@ -64,14 +67,14 @@ def test_the_file_has_what_interfaces_promise(calibration, tmp_path):
 def test_predictions_agree_with_other_kinematics(scene, calibration):
     """``predict`` is the product of elementary matrices at the calibrated parameters."""
     poses = scene.truth.poses(30, np.random.default_rng(1))
-    q = poses[helpers.joint_names(7)].to_numpy()
+    q = poses[joint_names(7)].to_numpy()
     values = {name: entry["value"] for name, entry in calibration.parameters().items()}
-    geometry = np.array([[values[f"{kind}_{i + 1}"] for i in range(7)] for kind in helpers.KINDS])
+    geometry = np.array([[values[f"{kind}_{i + 1}"] for i in range(7)] for kind in PARAMETER_KINDS])
     T_fs = np.eye(4)
     T_fs[:3, 3] = [values[f"sensor_{axis}"] for axis in "xyz"]
     turn = np.array([values[f"sensor_r{axis}"] for axis in "xyz"])
-    T_fs[:3, :3] = helpers.rotate_about(turn, float(np.linalg.norm(turn)))
-    expected = helpers.chain(geometry, q) @ scene.truth.T_n_flange @ T_fs
+    T_fs[:3, :3] = kinematics.rotate_about(turn, float(np.linalg.norm(turn)))
+    expected = kinematics.chain(geometry, q) @ scene.truth.T_n_flange @ T_fs
     np.testing.assert_allclose(calibration.predict(poses), expected, atol=1e-13)
 
 
@@ -79,7 +82,7 @@ def test_predict_std_is_the_propagated_covariance():
     """Position and orientation errors by central differences of the prediction, through the whole
     covariance.
     """
-    scene = helpers.make_scene(seed=4, points_per_scan=20)
+    scene = make_scene(seed=4, points_per_scan=20)
     calibration = calibrate(scene.dataset)
     poses = scene.truth.poses(5, np.random.default_rng(2))
     names, h = calibration.model.names, 1e-6
@@ -94,7 +97,7 @@ def test_predict_std_is_the_propagated_covariance():
         )
         moves.append((ahead - behind)[:, :3, 3] / (2 * h))
         turns.append(
-            helpers.rotation_vector(ahead[:, :3, :3] @ np.swapaxes(behind[:, :3, :3], 1, 2)) / (2 * h)
+            kinematics.rotation_vector(ahead[:, :3, :3] @ np.swapaxes(behind[:, :3, :3], 1, 2)) / (2 * h)
         )
     for found, columns in zip(calibration.predict_std(poses), (moves, turns), strict=True):
         J = np.stack(columns, axis=2)
@@ -106,7 +109,7 @@ def test_the_nominal_model_is_what_the_dataset_says():
     """Nothing estimated: every parameter held at its nominal value; without a sensor's pose it cannot
     be had.
     """
-    scene = helpers.make_scene(poses_per_plane=3, points_per_scan=5)
+    scene = make_scene(poses_per_plane=3, points_per_scan=5)
     nominal = Calibration.nominal(scene.dataset)
     assert nominal.free == ()
     assert all(entry["held"] for entry in nominal.parameters().values())
@@ -148,7 +151,7 @@ def damage(content, how):
 ])  # fmt: skip
 def test_a_damaged_file_is_refused(how, tmp_path):
     """Whatever is missing or of another kind: one fault that names the file, and no other exception."""
-    calibration = Calibration.nominal(helpers.make_scene(poses_per_plane=2, points_per_scan=3).dataset)
+    calibration = Calibration.nominal(make_scene(poses_per_plane=2, points_per_scan=3).dataset)
     path = tmp_path / "c.json"
     path.write_text(json.dumps(damage(calibration.to_mapping(), how)), encoding="utf-8")
     with pytest.raises(InvalidInput, match=r"c\.json"):

@@ -27,13 +27,15 @@ from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.geometry.robot import Robot
 from scalar.geometry.standard_dh import stated_mapping
 from scalar.units import DEG, MM
-from tests import helpers
+from tests import kinematics
+from tests.random_scene import make_scene
+from tests.robot_configs import robot_mapping
 
 
 @pytest.fixture(scope="module")
 def sound() -> Dataset:
     """Return a sound dataset of ninety scans."""
-    return helpers.make_scene("vs060", poses_per_plane=30, points_per_scan=12, noise=1e-4, seed=5).dataset
+    return make_scene("vs060", poses_per_plane=30, points_per_scan=12, noise=1e-4, seed=5).dataset
 
 
 def with_columns(dataset: Dataset, **columns: np.ndarray) -> Dataset:
@@ -93,7 +95,7 @@ def test_a_wrong_setup_is_named_with_the_residual_before_and_after(sound, what, 
 @pytest.fixture(scope="module")
 def tracked() -> Dataset:
     """Return a sound dataset of seventy-five poses before a tracker."""
-    return helpers.make_scene("vs060", "tracker", poses_per_plane=25, noise=1e-4, seed=7).dataset
+    return make_scene("vs060", "tracker", poses_per_plane=25, noise=1e-4, seed=7).dataset
 
 
 @pytest.mark.parametrize("joint", [2, 3, 4, 5])
@@ -168,7 +170,7 @@ def test_a_mirrored_scan_is_a_sensor_turned_from_its_stated_place(sound):
 @pytest.mark.parametrize("robot", ["vs060", "ur10e", "panda", "puma560"])
 def test_a_sound_setup_is_left_in_peace(robot):
     """Natural errors of an arm, rough planes, a rough sensor pose: nothing is suspected."""
-    scene = helpers.make_scene(
+    scene = make_scene(
         robot, poses_per_plane=40, points_per_scan=10, noise=1e-4, length_error=2 * MM, angle_error=1 * DEG
     )
     assert calibrate(scene.dataset).summary["setup"] == []
@@ -189,7 +191,7 @@ def test_a_diagnosis_names_a_zero_that_its_fit_follows(tracked):
 @pytest.mark.parametrize("joint", range(6))
 def test_a_changed_sign_is_undone_by_the_table(joint):
     """The table of an arm whose joint counts the other way gives the same flange at the negated angle."""
-    robot = Robot.from_mapping(helpers.robot_mapping("vs060"))
+    robot = Robot.from_mapping(robot_mapping("vs060"))
     q = np.random.default_rng(1).uniform(-2, 2, (8, 6))
     other = q.copy()
     other[:, joint] *= -1
@@ -201,7 +203,7 @@ def test_a_changed_sign_is_undone_by_the_table(joint):
 
 def test_a_table_read_one_way_and_back_is_the_same():
     """Standard and modified DH are two readings of one table: one undoes the other."""
-    modified = Robot.from_mapping(helpers.robot_mapping("vs060"))
+    modified = Robot.from_mapping(robot_mapping("vs060"))
     standard = read_as_standard(modified)
     for robot, there, back in (
         (modified, read_as_standard, read_as_modified),
@@ -227,9 +229,9 @@ def test_a_corrected_standard_table_stays_standard(joint):
     other[:, joint] *= -1
     rows = [[row[key] for key in ("theta", "d", "a", "alpha")] for row in written["joints"]]
     by_formula = (
-        helpers.fixed(written["base"])
-        @ helpers.standard_chain(rows, other)
-        @ helpers.fixed(written["flange"])
+        kinematics.transform(written["base"])
+        @ kinematics.standard_chain(rows, other)
+        @ kinematics.transform(written["flange"])
     )
     np.testing.assert_allclose(by_formula, robot.flange(q), atol=1e-12)
     near = [[row[key] for key in ("a", "d")] for row in joints]
@@ -255,7 +257,7 @@ def test_alternatives_differ_from_what_is_stated(sound):
 @pytest.mark.parametrize("convention", ["modified-dh", "standard-dh"])
 def test_the_corrected_table_is_offered_and_works(tmp_path, convention):
     """`corrected-dataset.yaml` in the output folder, put in the place of dataset.yaml, calibrates; its table is of the user's convention."""
-    scene = helpers.make_scene("vs060", poses_per_plane=30, points_per_scan=12, noise=1e-4, seed=6)
+    scene = make_scene("vs060", poses_per_plane=30, points_per_scan=12, noise=1e-4, seed=6)
     folder = scene.write(tmp_path / "cell")
     if convention == "standard-dh":
         mapping = load_yaml(folder / "dataset.yaml")

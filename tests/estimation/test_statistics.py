@@ -19,7 +19,10 @@ from scalar.estimation.joint_fit import fit_all
 from scalar.estimation.prepare import prepare
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration
-from tests import helpers
+from tests import kinematics
+from tests.kinematics import PARAMETER_KINDS, joint_names
+from tests.random_scene import make_scene
+from tests.workcell import Scene
 
 DRAWS = 400
 NOISE = 1e-4  # m
@@ -34,7 +37,7 @@ class Draws:
     predictions.
     """
 
-    scene: helpers.Scene
+    scene: Scene
     names: tuple[str, ...]
     bound: np.ndarray
     errors: np.ndarray
@@ -45,7 +48,7 @@ class Draws:
     claimed: tuple[np.ndarray, np.ndarray]
 
 
-def true_values(scene: helpers.Scene, calibration: Calibration) -> dict[str, float]:
+def true_values(scene: Scene, calibration: Calibration) -> dict[str, float]:
     """Return the true value of every free parameter, normals counted from the initial guesses."""
     values = scene.truth.parameters()
     target = calibration.model.target
@@ -71,7 +74,7 @@ def estimates_near(calibration: Calibration, values: dict[str, float]) -> np.nda
     return np.array([found[name] for name in calibration.free])
 
 
-def cramer_rao(scene: helpers.Scene, calibration: Calibration, values: dict[str, float]) -> np.ndarray:
+def cramer_rao(scene: Scene, calibration: Calibration, values: dict[str, float]) -> np.ndarray:
     """Return the covariance ``(F, F)`` of the best unbiased estimator, from all points, by central
     differences.
     """
@@ -81,16 +84,16 @@ def cramer_rao(scene: helpers.Scene, calibration: Calibration, values: dict[str,
 
     def residual(change: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
         at = {**values, **{name: values[name] + step for name, step in change.items()}}
-        geometry = np.array([[at[f"{kind}_{i + 1}"] for i in range(6)] for kind in helpers.KINDS])
+        geometry = np.array([[at[f"{kind}_{i + 1}"] for i in range(6)] for kind in PARAMETER_KINDS])
         turn = np.array([at[f"sensor_r{axis}"] for axis in "xyz"])
         T_fs = np.eye(4)
         T_fs[:3, 3] = [at[f"sensor_{axis}"] for axis in "xyz"]
-        T_fs[:3, :3] = helpers.rotate_about(turn, float(np.linalg.norm(turn)))
+        T_fs[:3, :3] = kinematics.rotate_about(turn, float(np.linalg.norm(turn)))
         tangent = np.array([[at[f"normal_{n}_{c}"] for c in "uv"] for n in target.names])
         normals = target.reference_normals + np.einsum("kt,ktx->kx", tangent, target.tangents)
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         distances = np.array([at[f"distance_{n}"] for n in target.names])
-        T = (helpers.chain(geometry, data.q, truth.T_base_0) @ truth.T_n_flange @ T_fs)[owner]
+        T = (kinematics.chain(geometry, data.q, truth.T_base_0) @ truth.T_n_flange @ T_fs)[owner]
         along = T[:, :3, 0] * x[:, None] + T[:, :3, 2] * z[:, None]
         n = normals[k]
         f = np.sum(n * (along + T[:, :3, 3]), axis=1) - distances[k]
@@ -107,11 +110,11 @@ def cramer_rao(scene: helpers.Scene, calibration: Calibration, values: dict[str,
 @pytest.fixture(scope="module")
 def draws() -> Draws:
     """Fit the scene 400 times; start and choice of what to hold are those of the first draw."""
-    scene = helpers.make_scene(seed=SEED, noise=NOISE)
+    scene = make_scene(seed=SEED, noise=NOISE)
     rng = np.random.default_rng(SEED)
     first = prepare(scene.dataset)
     poses = scene.truth.poses(20, rng)
-    T_true = scene.truth.sensor(poses[helpers.joint_names(6)].to_numpy())
+    T_true = scene.truth.sensor(poses[joint_names(6)].to_numpy())
     errors, std, p_values, position, orientation = [], [], [], [], []
     for _ in range(DRAWS):
         data = scene.redraw(rng)
@@ -128,7 +131,7 @@ def draws() -> Draws:
         p_values.append(calibration.summary["misfit_p_value"])
         T = calibration.predict(poses)
         position.append(T[:, :3, 3] - T_true[:, :3, 3])
-        orientation.append(helpers.rotation_vector(T[:, :3, :3] @ np.swapaxes(T_true[:, :3, :3], 1, 2)))
+        orientation.append(kinematics.rotation_vector(T[:, :3, :3] @ np.swapaxes(T_true[:, :3, :3], 1, 2)))
     return Draws(
         scene, calibration.free, bound, np.array(errors), np.array(std), np.array(p_values),
         np.array(position), np.array(orientation), claimed,

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from scalar import calibrate, diagnose
-from tests import helpers
+from tests import kinematics
+from tests.random_scene import make_scene
 
 LENGTH = 0.085  # m, of the tool along the axis
 SIDEWAYS = np.array([12.0, -7.0]) / np.hypot(12.0, 7.0)
@@ -20,8 +21,8 @@ def scene(robot, kind, off, drawn_on_axis, seed):
     true[:3, 3] = *(off * SIDEWAYS), LENGTH
     drawn[:3, 3] = (0.0, 0.0, LENGTH) if drawn_on_axis else true[:3, 3] + [1e-3, 1e-3, -1e-3]
     if kind == "line-laser":  # a scanner looks somewhere
-        true[:3, :3] = drawn[:3, :3] = helpers.rotate_about(np.array([0.3, -0.2, 0.5]), 0.5)
-    made = helpers.make_scene(
+        true[:3, :3] = drawn[:3, :3] = kinematics.rotate_about(np.array([0.3, -0.2, 0.5]), 0.5)
+    made = make_scene(
         robot,
         kind,
         seed=seed,

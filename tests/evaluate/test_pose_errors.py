@@ -12,13 +12,16 @@ from scalar.estimation.calibrate import calibrate
 from scalar.estimation.result import Calibration
 from scalar.evaluate import aligned_to, best_rigid_motion, evaluate, pose_errors
 from scalar.units import DEG, MM
-from tests import helpers
+from tests import kinematics
+from tests.kinematics import joint_names
+from tests.random_scene import make_scene
+from tests.workcell import PLANE_NAMES, Scene
 
 component = st.floats(-3, 3)
 vectors = st.tuples(component, component, component).map(np.array)
 
 
-def true_model(scene: helpers.Scene, T_base_0: np.ndarray | None = None) -> Calibration:
+def true_model(scene: Scene, T_base_0: np.ndarray | None = None) -> Calibration:
     """Return the true workcell as a calibration, its robot moved as a whole by ``T_base_0`` if that is given."""
     robot = replace(scene.dataset.robot, geometry=scene.truth.geometry)
     if T_base_0 is not None:
@@ -27,9 +30,9 @@ def true_model(scene: helpers.Scene, T_base_0: np.ndarray | None = None) -> Cali
 
 
 @pytest.fixture(scope="module")
-def scene() -> helpers.Scene:
+def scene() -> Scene:
     """Return a workcell of the paper's size."""
-    return helpers.make_scene(seed=11, poses_per_plane=20, points_per_scan=20)
+    return make_scene(seed=11, poses_per_plane=20, points_per_scan=20)
 
 
 def test_the_truth_has_no_error(scene):
@@ -42,7 +45,7 @@ def test_the_truth_has_no_error(scene):
 
 def test_a_base_that_is_moved_is_all_raw_and_nothing_aligned(scene):
     """3 mm along x: raw errors are 3 mm and no angle at every pose, aligned ones zero."""
-    moved = true_model(scene, helpers.shift(0, 3 * MM))
+    moved = true_model(scene, kinematics.translation(0, 3 * MM))
     result = evaluate(moved, scene.truth.poses(300, np.random.default_rng(0)))
     np.testing.assert_allclose(result.raw.position, 3 * MM, atol=1e-14)
     assert result.raw.orientation.max() < 1e-14
@@ -55,7 +58,7 @@ def test_a_base_that_is_turned_is_all_raw_and_nothing_aligned(scene):
     2 degrees everywhere; aligned, both are zero.
     """
     poses = scene.truth.poses(300, np.random.default_rng(0))
-    result = evaluate(true_model(scene, helpers.rotation(2, 2 * DEG)), poses)
+    result = evaluate(true_model(scene, kinematics.rotation(2, 2 * DEG)), poses)
     radius = np.hypot(poses["x"], poses["y"])
     np.testing.assert_allclose(result.raw.position, 2 * radius * np.sin(1 * DEG), atol=1e-13)
     np.testing.assert_allclose(result.raw.orientation, 2 * DEG, atol=1e-13)
@@ -71,11 +74,11 @@ def test_errors_agree_with_an_independent_computation(scene):
     T_hat``.
     """
     poses = scene.truth.poses(200, np.random.default_rng(1))
-    q = poses[helpers.joint_names(6)].to_numpy()
+    q = poses[joint_names(6)].to_numpy()
     nominal = Calibration.nominal(scene.dataset)
     result = evaluate(nominal, poses).raw
     robot = scene.dataset.robot
-    T_hat = helpers.chain(robot.geometry, q) @ robot.T_n_flange @ scene.dataset.sensor.T_flange_sensor
+    T_hat = kinematics.chain(robot.geometry, q) @ robot.T_n_flange @ scene.dataset.sensor.T_flange_sensor
     difference = np.linalg.inv(scene.truth.sensor(q)) @ T_hat
     cosine = (np.trace(difference[:, :3, :3], axis1=1, axis2=2) - 1) / 2
     np.testing.assert_allclose(result.position, np.linalg.norm(difference[:, :3, 3], axis=1), atol=1e-13)
@@ -89,7 +92,7 @@ def test_the_best_rigid_motion_is_found(translation, turn, count, seed):
     T = np.eye(4)
     T[:3, 3] = translation
     if np.linalg.norm(turn) > 0:
-        T[:3, :3] = helpers.rotate_about(turn, float(np.linalg.norm(turn)))
+        T[:3, :3] = kinematics.rotate_about(turn, float(np.linalg.norm(turn)))
     found = best_rigid_motion(points, points @ T[:3, :3].T + T[:3, 3])
     np.testing.assert_allclose(found, T, atol=1e-9)
 
@@ -99,14 +102,14 @@ def test_no_other_motion_aligns_better():
     larger.
     """
     rng = np.random.default_rng(3)
-    T_true = np.array([helpers._random_transform(rng, 1.0, 1.0) for _ in range(50)])
+    T_true = np.array([kinematics.random_transform(rng, 1.0, 1.0) for _ in range(50)])
     T_hat = T_true.copy()
     T_hat[:, :3, 3] += 0.01 * rng.standard_normal((50, 3))
     best = aligned_to(T_true, T_hat)
     least = np.sum(pose_errors(T_true, best).position ** 2)
     for axis in range(3):
         for step in (-1e-4, 1e-4):
-            for motion in (helpers.shift(axis, step), helpers.rotation(axis, step)):
+            for motion in (kinematics.translation(axis, step), kinematics.rotation(axis, step)):
                 assert np.sum(pose_errors(T_true, motion @ best).position ** 2) > least
 
 
@@ -120,7 +123,7 @@ def test_parameters_and_planes_against_their_truth(scene):
     free = table[~table["held"]]
     assert np.all(np.abs(free["error"] / free["std"]) < 5.5)
     assert np.abs(table[table["held"]]["error"]).max() == 0.0
-    assert result.planes["plane"].tolist() == list(helpers.PLANE_NAMES)
+    assert result.planes["plane"].tolist() == list(PLANE_NAMES)
     assert result.planes["normal_error_deg"].max() < 0.05
     assert result.planes["distance_error_mm"].abs().max() < 0.5
 
@@ -129,7 +132,7 @@ def test_half_a_turn_of_the_scanner_is_no_error(scene):
     """The paper's scanner is turned by pi, where a rotation vector of either sign is the same rotation: the error is small for both."""
     poses = scene.truth.poses(10, np.random.default_rng(0))
     for sign in (1.0, -1.0):
-        nudge = helpers.rotation(2, sign * 1e-6)
+        nudge = kinematics.rotation(2, sign * 1e-6)
         turned = replace(
             scene, truth=replace(scene.truth, T_flange_sensor=scene.truth.T_flange_sensor @ nudge)
         )

@@ -18,10 +18,11 @@ from scalar.evaluate.workspace_errors import (
 )
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import exp_so3, transform_from_rotation_vector
-from tests import helpers
 from tests.calibrated_arms import calibrated
+from tests.random_scene import make_scene
+from tests.robot_configs import robot_mapping
 
-ROBOT = Robot.from_mapping(helpers.robot_mapping("vs060"))
+ROBOT = Robot.from_mapping(robot_mapping("vs060"))
 
 
 def frames(robot: Robot, count: int = 200) -> np.ndarray:
@@ -95,7 +96,7 @@ def test_the_band_holds_the_truth_as_often_as_it_says():
     """
     inside, scatter = 0, []
     for seed in range(40):
-        scene = helpers.make_scene(kind="tracker", seed=seed, poses_per_plane=14, noise=2e-4)
+        scene = make_scene(kind="tracker", seed=seed, poses_per_plane=14, noise=2e-4)
         calibration = calibrate(scene.dataset)
         robot = scene.dataset.robot
         seen = Poses.from_frame(scene.dataset.poses, robot.n_joints, order_is_row=True)

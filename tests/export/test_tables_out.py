@@ -15,7 +15,8 @@ from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import transform_from_rotation_vector
 from scalar.ingest.urdf import robot_from_urdf
 from tests.calibrated_arms import calibrated
-from tests.helpers import CONFIGS, rotation, shift
+from tests.kinematics import rotation, translation
+from tests.robot_configs import ROBOT_CONFIGS
 from tests.robot_descriptions import poses_by_pybullet
 
 JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
@@ -33,7 +34,7 @@ UR10E_DEFAULT = {  # config/ur10e/default_kinematics.yaml of ur_description: x, 
 
 def robot_of(name):
     """Return the arm of a file of configs/robots."""
-    return Robot.from_mapping(load_yaml(CONFIGS / f"{name}.yaml"))
+    return Robot.from_mapping(load_yaml(ROBOT_CONFIGS / f"{name}.yaml"))
 
 
 def exported(calibration, folder, name, *options):
@@ -111,8 +112,8 @@ def test_a_dh_table_is_the_calibrated_arm(tmp_path):
         a, alpha, d, theta, beta = (
             float(row[name]) for name in ("a_m", "alpha_rad", "d_m", "theta_rad", "beta_rad")
         )
-        T = T @ rotation(0, alpha) @ shift(0, a) @ rotation(1, beta)
-        T = T @ rotation(2, q[:, i] + theta) @ shift(2, d)
+        T = T @ rotation(0, alpha) @ translation(0, a) @ rotation(1, beta)
+        T = T @ rotation(2, q[:, i] + theta) @ translation(2, d)
         assert float(row["a_nominal_m"]) == calibration.model.nominal.geometry[0, i]
         assert row["a_std_m"] == ""  # nothing was estimated
     np.testing.assert_allclose(T @ robot.T_n_flange, robot.flange(q), atol=1e-12)
@@ -147,8 +148,8 @@ def by_standard_formula(text, table, q):
         T = (
             T
             @ rotation(2, q[:, i] + theta)
-            @ shift(2, d)
-            @ shift(0, a)
+            @ translation(2, d)
+            @ translation(0, a)
             @ rotation(0, alpha)
             @ rotation(1, beta)
         )

@@ -18,7 +18,7 @@ from scalar.effects.thermal_drift import ThermalDrift
 from scalar.geometry.robot import Robot
 from scalar.ingest.urdf import chain_between, read_urdf, robot_from_urdf
 from tests.calibrated_arms import calibrated, rigid
-from tests.helpers import CONFIGS
+from tests.robot_configs import ROBOT_CONFIGS
 from tests.robot_descriptions import (
     ARMS,
     kinematics_alone,
@@ -134,7 +134,7 @@ def test_only_origins_of_the_chain_change(tmp_path):
 
 def test_what_a_description_cannot_hold_is_listed_with_its_size(tmp_path):
     """Size by the model itself: the distance between predictions with and without the effect at random poses."""
-    robot = Robot.from_mapping(load_yaml(CONFIGS / "vs060.yaml"))
+    robot = Robot.from_mapping(load_yaml(ROBOT_CONFIGS / "vs060.yaml"))
     tilt = AxisNonparallel(3, coefficients=np.array([2e-3]))
     slip = SensorSlip(10.0, coefficients=np.array([1e-3, 0, 0, 0, 2e-3, 0]))
     heat = ThermalDrift("temperature", 20.0, coefficients=np.array([2e-5]))

@@ -5,14 +5,14 @@ import pytest
 
 from scalar.geometry.parallel_axes import NEAR_PARALLEL, near_parallel_joints, with_parallel_axes
 from scalar.geometry.robot import GEOMETRY
-from tests import helpers
+from tests.random_scene import make_scene
 
 ALPHA = GEOMETRY.index("alpha")
 
 
 def robot_of(name):
     """Return the nominal robot of a scene without errors."""
-    return helpers.make_scene(name, poses_per_plane=3, length_error=0.0, angle_error=0.0).dataset.robot
+    return make_scene(name, poses_per_plane=3, length_error=0.0, angle_error=0.0).dataset.robot
 
 
 @pytest.mark.parametrize(("name", "joints"), [("vs060", [3]), ("ur10e", [3, 4]), ("panda", [])])

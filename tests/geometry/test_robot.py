@@ -6,30 +6,32 @@ import numpy as np
 import pytest
 
 from scalar.geometry.robot import GEOMETRY, Robot
-from tests import helpers
+from tests import kinematics
+from tests.kinematics import PARAMETER_KINDS
+from tests.robot_configs import ROBOT_CONFIGS, robot_mapping
 
-ROBOTS = sorted(path.stem for path in helpers.CONFIGS.glob("*.yaml"))
+ROBOTS = sorted(path.stem for path in ROBOT_CONFIGS.glob("*.yaml"))
 
 
 def random_robot(rng: np.random.Generator, n: int) -> Robot:
     """Return a chain of n joints with every parameter, beta included, and both fixed transforms in play."""
     geometry = rng.uniform(-0.5, 0.5, size=(5, n))
     geometry[1] += rng.choice([0.0, np.pi / 2, -np.pi / 2, np.pi], size=n)
-    ends = [helpers._random_transform(rng, 0.4, 0.9) for _ in range(2)]
+    ends = [kinematics.random_transform(rng, 0.4, 0.9) for _ in range(2)]
     return Robot("any", geometry, np.tile([-np.pi, np.pi], (n, 1)), *ends, np.array([0.0, 0.0, -9.81]))
 
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_frames_agree_with_elementary_matrices(name):
     """The flange of every robot in configs/ is the product of Rx Tx Ry Rz Tz, joint after joint."""
-    mapping = helpers.robot_mapping(name)
+    mapping = robot_mapping(name)
     robot = Robot.from_mapping(mapping)
     rng = np.random.default_rng(1)
     q = rng.uniform(robot.limits[:, 0], robot.limits[:, 1], size=(50, robot.n_joints))
-    geometry = np.array([[joint.get(kind, 0.0) for joint in mapping["joints"]] for kind in helpers.KINDS])
-    expected = helpers.chain(geometry, q, helpers.fixed(mapping.get("base"))) @ helpers.fixed(
-        mapping.get("flange")
-    )
+    geometry = np.array([[joint.get(kind, 0.0) for joint in mapping["joints"]] for kind in PARAMETER_KINDS])
+    expected = kinematics.chain(
+        geometry, q, kinematics.transform(mapping.get("base"))
+    ) @ kinematics.transform(mapping.get("flange"))
     np.testing.assert_allclose(robot.flange(q), expected, atol=2e-15)
 
 
@@ -39,7 +41,7 @@ def test_frames_with_all_parameters_and_fixed_transforms(n):
     rng = np.random.default_rng(n)
     robot = random_robot(rng, n)
     q = rng.uniform(-3, 3, size=(20, n))
-    expected = helpers.chain(robot.geometry, q, robot.T_base_0) @ robot.T_n_flange
+    expected = kinematics.chain(robot.geometry, q, robot.T_base_0) @ robot.T_n_flange
     np.testing.assert_allclose(robot.flange(q), expected, atol=1e-14)
     assert robot.frames(q).shape == (20, n + 1, 4, 4)
 
@@ -69,7 +71,7 @@ def test_standard_dh_is_converted_to_the_same_arm(n):
     mapping = {"name": "std", "convention": "standard-dh", "joints": joints, "flange": flange, "base": base}
     robot = Robot.from_mapping(mapping)
     q = rng.uniform(-3, 3, size=(30, n))
-    expected = helpers.fixed(base) @ helpers.standard_chain(rows, q) @ helpers.fixed(flange)
+    expected = kinematics.transform(base) @ kinematics.standard_chain(rows, q) @ kinematics.transform(flange)
     np.testing.assert_allclose(robot.flange(q), expected, atol=1e-14)
     # ... and it stays that arm when it is written and read as what it has become.
     again = Robot.from_mapping(robot.to_mapping())
@@ -94,8 +96,8 @@ def test_ur10e_agrees_with_the_makers_standard_dh():
         (0.0, 0.11655, 0.0, 0.0),
     ]
     q = np.random.default_rng(0).uniform(-6, 6, size=(40, 6))
-    robot = Robot.from_mapping(helpers.robot_mapping("ur10e"))
-    np.testing.assert_allclose(robot.flange(q), helpers.standard_chain(rows, q), atol=1e-14)
+    robot = Robot.from_mapping(robot_mapping("ur10e"))
+    np.testing.assert_allclose(robot.flange(q), kinematics.standard_chain(rows, q), atol=1e-14)
 
 
 def test_mapping_round_trip_keeps_every_number():
@@ -137,7 +139,7 @@ def test_screw_of_every_parameter(n, with_offsets):
             for k in range(4):
                 geometry = robot.geometry + (0.0 if offsets is None else offsets[k])
                 geometry[row, i] += step
-                each.append(helpers.chain(geometry, q[k : k + 1], robot.T_base_0)[0] @ robot.T_n_flange)
+                each.append(kinematics.chain(geometry, q[k : k + 1], robot.T_base_0)[0] @ robot.T_n_flange)
             return np.array(each)
 
         np.testing.assert_allclose(
@@ -154,6 +156,8 @@ def test_screw_of_a_joint_angle_is_that_of_theta():
     for i in range(6):
 
         def flange(step, i=i):
-            return helpers.chain(robot.geometry, q + step * np.eye(6)[i], robot.T_base_0) @ robot.T_n_flange
+            return (
+                kinematics.chain(robot.geometry, q + step * np.eye(6)[i], robot.T_base_0) @ robot.T_n_flange
+            )
 
         np.testing.assert_allclose(screws[:, :, 18 + i], screw_by_differences(flange), atol=3e-9)

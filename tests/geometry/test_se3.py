@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from scalar.geometry import se3
-from tests import helpers
+from tests import kinematics
 
 component = st.floats(-2.0, 2.0, allow_nan=False, width=64)
 vectors = st.tuples(component, component, component).map(np.array)
@@ -65,9 +65,9 @@ def test_logarithm_near_half_a_turn(direction, short):
 @given(rotation_vectors)
 def test_logarithm_agrees_with_another_way(r):
     """A logarithm by way of the best of four quaternion rows gives the same rotation."""
-    R = helpers.rotate_about(r, float(np.linalg.norm(r))) if np.linalg.norm(r) > 0 else np.eye(3)
+    R = kinematics.rotate_about(r, float(np.linalg.norm(r))) if np.linalg.norm(r) > 0 else np.eye(3)
     np.testing.assert_allclose(
-        se3.exp_so3(se3.log_so3(R)), se3.exp_so3(helpers.rotation_vector(R)), atol=1e-13
+        se3.exp_so3(se3.log_so3(R)), se3.exp_so3(kinematics.rotation_vector(R)), atol=1e-13
     )
 
 

@@ -6,14 +6,14 @@ from scalar.data.io.atomic import plain
 from scalar.diagnosis.observability import Unobservable
 from scalar.effects.joint_backlash import JointBacklash
 from scalar.planning.questions import open_pairs
-from tests import helpers
+from tests.random_scene import make_scene
 
 
 def test_an_unobservable_backlash_is_asked_for_as_it_was_judged() -> None:
     """A backlash whose side is known from the moves may be observable where one known from the torque's sign is not: poses are planned for
     the one that was judged unobservable.
     """
-    dataset = helpers.make_scene("vs060", "tracker", seed=2, poses_per_plane=6).dataset
+    dataset = make_scene("vs060", "tracker", seed=2, poses_per_plane=6).dataset
     both = [
         e
         for e in JointBacklash.candidates(dataset)
@@ -32,7 +32,7 @@ def test_an_unobservable_backlash_is_asked_for_as_it_was_judged() -> None:
 
 def test_a_diagnosis_of_an_earlier_version_is_read() -> None:
     """Without settings the effect is the first candidate with the name and target."""
-    dataset = helpers.make_scene("vs060", "tracker", seed=2, poses_per_plane=6).dataset
+    dataset = make_scene("vs060", "tracker", seed=2, poses_per_plane=6).dataset
     entry = {"name": "joint_backlash", "target": {"joint": 2}, "observability": 1e-3, "consequence": ""}
     (pair,), _ = open_pairs({"effects": [], "silent": [entry]}, (), dataset)
     assert isinstance(pair.effect, JointBacklash) and pair.effect.by == "moves"

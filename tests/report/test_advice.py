@@ -13,7 +13,7 @@ import pytest
 from scalar.diagnosis import Diagnosis, diagnose
 from scalar.report import render_report, words
 from scalar.report.advice import _in_controller
-from tests.helpers import make_scene
+from tests.random_scene import make_scene
 
 
 @pytest.fixture(scope="module")

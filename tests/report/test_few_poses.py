@@ -13,14 +13,12 @@ from scalar.diagnosis import diagnose
 from scalar.diagnosis.result import Diagnosis
 from scalar.report import render_report, words
 from scalar.report.few_poses import few_poses
-from tests import helpers
+from tests.random_scene import make_scene
 
 
 def sagging(poses_per_plane: int) -> Diagnosis:
     """Return the diagnosis of an arm whose joint 2 gives way under a mass at the sensor: by 1 mrad where it is a metre from the axis."""
-    scene = helpers.make_scene(
-        "vs060", poses_per_plane=poses_per_plane, points_per_scan=40, noise=1e-4, seed=1
-    )
+    scene = make_scene("vs060", poses_per_plane=poses_per_plane, points_per_scan=40, noise=1e-4, seed=1)
     q_true = scene.dataset.q
     read = q_true.copy()
     at = scene.truth.sensor(q_true)[:, :3, 3]

@@ -23,7 +23,7 @@ from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.picture import Map, Profile
 from scalar.report import render_report, words
 from scalar.units import MM
-from tests.helpers import make_scene
+from tests.random_scene import make_scene
 
 JOINT, ORDER, AMPLITUDE, PHASE = 4, 3, 6e-4, 0.7
 HOSTILE = "</title><script>alert(1)</script>"

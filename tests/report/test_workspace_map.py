@@ -18,8 +18,9 @@ from scalar.evaluate.workspace_errors import aligned_errors
 from scalar.geometry.robot import Robot
 from scalar.report import render_calibration
 from scalar.report.workspace_map import SHIPPED, _edges, _means_of, workspace_section
-from tests import helpers
 from tests.calibrated_arms import calibrated
+from tests.random_scene import make_scene
+from tests.robot_configs import robot_mapping
 
 
 def uncertain(robot: Robot, size: float = 1e-4) -> Calibration:
@@ -32,7 +33,7 @@ def uncertain(robot: Robot, size: float = 1e-4) -> Calibration:
 @pytest.fixture(scope="module")
 def section() -> dict:
     """Return the section of an arm that is a millimetre off."""
-    calibration = uncertain(Robot.from_mapping(helpers.robot_mapping("panda")))
+    calibration = uncertain(Robot.from_mapping(robot_mapping("panda")))
     rng = np.random.default_rng(1)
     n = calibration.model.nominal.n_joints
     seen = Poses(rng.uniform(-1.0, 1.0, (30, n)), np.arange(30.0), {})
@@ -87,7 +88,7 @@ def test_each_cell_says_its_error_and_its_band(section: dict) -> None:
 
 def test_the_page_of_a_calibration_begins_with_the_error_and_what_to_do() -> None:
     """By the data sheet so much, as calibrated so much less, and the command that uses it; the same bytes each time, under a megabyte."""
-    scene = helpers.make_scene(kind="tracker", seed=2, poses_per_plane=12)
+    scene = make_scene(kind="tracker", seed=2, poses_per_plane=12)
     calibration = calibrate(scene.dataset)
     page = render_calibration(calibration, scene.dataset)
     first, second = re.findall(r'<p class="lead">(.*?)</p>', page)
@@ -101,7 +102,7 @@ def test_the_page_of_a_calibration_begins_with_the_error_and_what_to_do() -> Non
 def test_what_the_model_lacks_is_counted_in_the_error(kind: str) -> None:
     """A gear that errs with three times the angle of joint 2, and no effect for it in the model: the page states the error that the arm then has,
     within a factor of two, and not the far smaller one that the covariance leaves."""
-    scene = helpers.make_scene(kind=kind, seed=2, poses_per_plane=30, points_per_scan=20, noise=2e-5)
+    scene = make_scene(kind=kind, seed=2, poses_per_plane=30, points_per_scan=20, noise=2e-5)
     q_true = scene.dataset.q.copy()
     read = q_true.copy()
     for _ in range(20):  # q_true = read + error(read)
@@ -126,7 +127,7 @@ def gear(angle: np.ndarray) -> np.ndarray:
 
 def test_an_arm_on_the_wall_is_seen_from_the_side_of_gravity() -> None:
     """With gravity along the base's x, heights are along x: the labels no longer speak of the base's own x and y."""
-    robot = replace(Robot.from_mapping(helpers.robot_mapping("panda")), gravity=np.array([-9.81, 0.0, 0.0]))
+    robot = replace(Robot.from_mapping(robot_mapping("panda")), gravity=np.array([-9.81, 0.0, 0.0]))
     seen = Poses(np.random.default_rng(1).uniform(-1, 1, (9, robot.n_joints)), np.arange(9.0), {})
     calibration = uncertain(robot)
     found = workspace_section(calibration, None, seen, SHIPPED)
@@ -149,6 +150,6 @@ def test_an_arm_that_fills_no_slice_is_no_error(joints: int) -> None:
 
 def test_a_model_that_is_exact_has_no_map() -> None:
     """Where nothing errs and nothing is uncertain there is nothing to show."""
-    calibration = Calibration.nominal(helpers.make_scene(kind="tracker", poses_per_plane=3).dataset)
+    calibration = Calibration.nominal(make_scene(kind="tracker", poses_per_plane=3).dataset)
     seen = Poses(np.zeros((4, 6)), np.arange(4.0), {})
     assert workspace_section(calibration, None, seen, SHIPPED) is None

@@ -12,7 +12,7 @@ from scalar.errors import InvalidInput
 from scalar.geometry.robot import Robot
 from scalar.ingest.urdf import robot_from_urdf
 from scalar.robots import arm_names, read_arm
-from tests.helpers import robot_mapping
+from tests.robot_configs import robot_mapping
 
 PUBLISHED = load_yaml(Path(__file__).with_name("published.yaml"))
 NAMES = arm_names()

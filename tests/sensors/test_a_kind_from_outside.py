@@ -18,7 +18,8 @@ from scalar.estimation.result import load_calibration
 from scalar.geometry.se3 import skew
 from scalar.report import render_report
 from scalar.sensors import FixedTarget, PointByPoint, register, stated_sigma, unregister
-from tests import helpers
+from tests.random_scene import make_scene
+from tests.workcell import Scene
 
 REFLECTOR = [0.9, 0.2, 0.6]  # m, base frame
 
@@ -77,9 +78,9 @@ def registered() -> Iterator[None]:
     unregister(StereoHead)
 
 
-def scene_with_stereo_head(noise: float) -> tuple[helpers.Scene, Dataset]:
+def scene_with_stereo_head(noise: float) -> tuple[Scene, Dataset]:
     """Return a scene, and its poses as the stereo head measures them."""
-    scene = helpers.make_scene(kind="tracker", poses_per_plane=40, noise=0.0, stated_noise=1e-5, seed=3)
+    scene = make_scene(kind="tracker", poses_per_plane=40, noise=0.0, stated_noise=1e-5, seed=3)
     points = in_head(scene.truth.sensor(scene.dataset.q))
     points = points + np.random.default_rng(1).normal(0.0, noise, points.shape)
     sensor = replace(scene.dataset.sensor, kind="stereo-head", options={"reflector": REFLECTOR})
@@ -91,7 +92,7 @@ def in_head(T_base_sensor: np.ndarray) -> np.ndarray:
     return (np.linalg.inv(T_base_sensor) @ np.array([*REFLECTOR, 1.0]))[:, :3]
 
 
-def write(dataset: Dataset, scene: helpers.Scene, folder):
+def write(dataset: Dataset, scene: Scene, folder):
     """Write the dataset folder as its user would."""
     mapping = scene.mapping()
     mapping["sensor"] |= {"kind": "stereo-head", "reflector": REFLECTOR}

@@ -15,7 +15,7 @@ from scalar.effects.target_drift import TargetDrift
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.measured_effects import with_target_motion
 from scalar.sensors.seen_motion import seen_motion
-from tests import helpers, small_datasets
+from tests import kinematics, small_datasets
 from tests.tracked_targets import TrackedArm, relative
 
 
@@ -23,7 +23,7 @@ def moved(points, motion):
     """Return points ``(N, 3)`` turned by ``motion[:, :3]`` [rad] about the tracker and shifted by ``motion[:, 3:]`` [m]."""
     return np.array(
         [
-            helpers.rotate_about(w, float(np.linalg.norm(w))) @ p + t
+            kinematics.rotate_about(w, float(np.linalg.norm(w))) @ p + t
             for p, w, t in zip(points, motion[:, :3], motion[:, 3:], strict=True)
         ]
     )

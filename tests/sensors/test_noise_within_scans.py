@@ -10,7 +10,7 @@ from scalar.sensors.within_scan_noise.correlation import correlated_parts, sampl
 from scalar.sensors.within_scan_noise.kernels import Part
 from scalar.sensors.within_scan_noise.level import Level
 from scalar.sensors.within_scan_noise.whiteness import Whiteness
-from tests import helpers
+from tests.random_scene import make_scene
 from tests.sensors.profiles_of_scans import (
     SIGMA,
     Noise,
@@ -108,7 +108,7 @@ def test_stray_points_count_for_little(rng):
 @pytest.mark.parametrize("kind", ["probe", "tracker"])
 def test_a_kind_without_profiles_offers_nothing(kind):
     """A measurement of a few numbers a pose says nothing of its own noise, and is what it was when told that."""
-    scene = helpers.make_scene(kind=kind, poses_per_plane=12)
+    scene = make_scene(kind=kind, poses_per_plane=12)
     measurement = measure(scene.dataset)
     T = scene.truth.sensor(scene.dataset.q)
     target = measurement.initial_target(scene.dataset)

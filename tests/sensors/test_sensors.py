@@ -10,7 +10,9 @@ import pytest
 from scalar.geometry.planes import Planes
 from scalar.sensors import measure
 from scalar.sensors.tracker_frames import TrackerFrames
-from tests import helpers
+from tests import kinematics
+from tests.random_scene import make_scene
+from tests.workcell import PLANE_NAMES
 
 
 def true_target(scene):
@@ -18,18 +20,16 @@ def true_target(scene):
     truth = scene.truth
     if scene.dataset.sensor.kind == "tracker":
         T = truth.T_tracker_base
-        coordinates = np.r_[T[:3, 3], helpers.rotation_vector(T[:3, :3])][None]
+        coordinates = np.r_[T[:3, 3], kinematics.rotation_vector(T[:3, :3])][None]
         return TrackerFrames(("tracker",), np.eye(3)[None], coordinates)
-    return Planes.at(helpers.PLANE_NAMES, truth.normals, truth.distances)
+    return Planes.at(PLANE_NAMES, truth.normals, truth.distances)
 
 
 @pytest.mark.parametrize("kind", ["line-laser", "probe", "tracker"])
 @pytest.mark.parametrize("robot", ["vs060", "panda"])
 def test_perfect_measurements_leave_no_residual(robot, kind):
     """At the truth of an independent cell, every row and every distance is rounding."""
-    scene = helpers.make_scene(
-        robot, kind, noise=0.0, stated_noise=1.0, poses_per_plane=6, points_per_scan=(1, 20)
-    )
+    scene = make_scene(robot, kind, noise=0.0, stated_noise=1.0, poses_per_plane=6, points_per_scan=(1, 20))
     measurement = measure(scene.dataset)
     T = scene.truth.sensor(scene.dataset.q)
     assert np.abs(measurement.rows(T, true_target(scene)).residual).max() < 1e-13
@@ -40,7 +40,7 @@ def test_perfect_measurements_leave_no_residual(robot, kind):
 @pytest.mark.parametrize("kind", ["line-laser", "probe", "tracker"])
 def test_the_target_that_fits_best_is_the_true_one(kind):
     """With the sensor's true poses and no noise the closed-form target is the truth, whatever was guessed."""
-    scene = helpers.make_scene(kind=kind, noise=0.0, stated_noise=1e-4, plane_tilt=0.4, plane_offset=0.1)
+    scene = make_scene(kind=kind, noise=0.0, stated_noise=1e-4, plane_tilt=0.4, plane_offset=0.1)
     measurement = measure(scene.dataset)
     found = measurement.fitted_target(
         scene.truth.sensor(scene.dataset.q), measurement.initial_target(scene.dataset)
@@ -57,7 +57,7 @@ def test_rows_of_a_scan_have_unit_variance(error_axis):
     """Whitened at the truth, the sum of squares of all rows is a chi-square with one degree of freedom a
     point.
     """
-    scene = helpers.make_scene(error_axis=error_axis, noise=2e-4, seed=4)
+    scene = make_scene(error_axis=error_axis, noise=2e-4, seed=4)
     T, target = scene.truth.sensor(scene.dataset.q), true_target(scene)
     measurement = measure(scene.dataset).reweighted(T, target)
     total, points = np.sum(measurement.rows(T, target).residual ** 2), len(scene.dataset.points)
@@ -69,7 +69,7 @@ def test_the_scatter_within_scans_gives_the_noise(error_axis):
     """Where the noise is not stated it is measured from the scatter of each scan about its own line: to its
     own error.
     """
-    scene = helpers.make_scene(error_axis=error_axis, noise=2e-4, stated_noise=None, seed=5)
+    scene = make_scene(error_axis=error_axis, noise=2e-4, stated_noise=None, seed=5)
     T, target = scene.truth.sensor(scene.dataset.q), true_target(scene)
     measurement = measure(scene.dataset).reweighted(T, target)
     freedom = len(scene.dataset.points) - 2 * scene.dataset.n_poses
@@ -83,7 +83,7 @@ def test_the_scatter_does_not_depend_on_where_robot_and_target_planes_are():
     """The scatter about a scan's own line is the same at a wrong pose of the target plane, to first order in the
     noise.
     """
-    scene = helpers.make_scene(noise=1e-4, seed=6)
+    scene = make_scene(noise=1e-4, seed=6)
     T, target = scene.truth.sensor(scene.dataset.q), true_target(scene)
     measurement = measure(scene.dataset).reweighted(T, target)
     moved = replace(target, distances=target.distances + 0.02)
@@ -93,7 +93,7 @@ def test_the_scatter_does_not_depend_on_where_robot_and_target_planes_are():
 def test_a_scan_may_be_one_point_or_noise_free():
     """Scans of one or two points and without noise are weighted without failing, stated noise or not."""
     for stated in (1e-4, None):
-        scene = helpers.make_scene(noise=0.0, stated_noise=stated, points_per_scan=(1, 2), poses_per_plane=5)
+        scene = make_scene(noise=0.0, stated_noise=stated, points_per_scan=(1, 2), poses_per_plane=5)
         T, target = scene.truth.sensor(scene.dataset.q), true_target(scene)
         measurement = measure(scene.dataset).reweighted(T, target)
         assert np.isfinite(measurement.R).all()
@@ -102,7 +102,7 @@ def test_a_scan_may_be_one_point_or_noise_free():
 
 def test_sessions_have_targets_of_their_own():
     """Each plane counts once for each session in which it occurs, with a name of its own."""
-    scene = helpers.make_scene(poses_per_plane=4, points_per_scan=5)
+    scene = make_scene(poses_per_plane=4, points_per_scan=5)
     poses = scene.dataset.poses.copy()
     poses["session"] = ["a"] * 6 + ["b"] * 6
     measurement = measure(replace(scene.dataset, poses=poses))

@@ -9,7 +9,7 @@ from study.edges.summary import ANSWERS, SUMMARY_COLUMNS, edge_numbers, summaris
 from study.plots.edges import draw_edges
 
 from scalar.errors import Undetermined
-from tests.helpers import make_scene
+from tests.random_scene import make_scene
 
 GEAR = {"name": "joint_harmonic", "target": {"joint": 2, "order": 1}}
 
