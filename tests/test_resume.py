@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.test_workflow import UNREPEATABLE, copy_checkout, snakemake
+from tests.checkouts import UNREPEATABLE, copy_checkout, snakemake
 
 KILLS = int(os.environ.get("SCALAR_KILLS", "2"))
 CONFIG = os.environ.get("SCALAR_KILL_CONFIG", "")

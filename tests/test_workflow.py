@@ -1,6 +1,6 @@
 """The workflow, small and whole: every rule, every figure, and what makes a job run again.
 
-It runs in a copy of the checkout, so that tests may edit modules and configs.
+It runs once in a copy of the checkout; most tests then look at what it made, or edit a module or config and ask which jobs would run again.
 """
 
 import filecmp
@@ -9,8 +9,6 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -19,77 +17,22 @@ import pandas as pd
 import pytest
 from PIL import Image
 
-from scalar.data.io.plain_yaml import load_yaml
-
-ROOT = Path(__file__).parents[1]
-SMOKE = ("--configfile", "configs/smoke.yaml")
-RESULTS = Path("results/smoke")
-UNREPEATABLE = (
-    "logs",
-    "benchmarks",
-    "claims",
-)  # hold times; one claim is judged by them, the others are compared apart
-
-
-def copy_checkout(to: Path) -> Path:
-    """Return a folder with what the workflow needs, and nothing that it built."""
-    for name in ("scalar", "workflow", "configs", "paper"):
-        shutil.copytree(ROOT / name, to / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("Snakefile", "CITATION.cff"):
-        shutil.copy(ROOT / name, to)
-    return to
-
-
-def snakemake(folder: Path, *arguments: str, cores: int = 2) -> subprocess.CompletedProcess[str]:
-    """Return the finished run of snakemake in a folder, its stdout and stderr as one text."""
-    command = [sys.executable, "-m", "snakemake", "--cores", str(cores), "--nocolor", *arguments]
-    return subprocess.run(
-        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False
-    )
-
-
-def jobs(output: str) -> dict[str, int]:
-    """Return {rule: jobs} from the table that snakemake prints, without the targets that only gather."""
-    found = re.search(r"^job +count\n-[- ]+\n(.*?)^total", output, re.MULTILINE | re.DOTALL)
-    table = (
-        {name: int(count) for name, count in (line.split() for line in found[1].splitlines())}
-        if found
-        else {}
-    )
-    return {name: count for name, count in table.items() if name not in ("all", "figures")}
-
-
-def planned(folder: Path, *arguments: str) -> dict[str, int]:
-    """Return {rule: jobs} that a run would start now."""
-    ran = snakemake(folder, "--dry-run", *SMOKE, *arguments)
-    assert ran.returncode == 0, ran.stdout
-    return jobs(ran.stdout)
-
+from tests.checkouts import (
+    RESULTS,
+    ROOT,
+    SMOKE,
+    UNREPEATABLE,
+    copy_checkout,
+    edited,
+    jobs,
+    planned,
+    snakemake,
+)
 
 NEARLY_WHITE = 250  # of 255
-LEAST_INK = 0.01  # of the pixels: axes and labels alone have more
-WITHOUT_A_PLOT = {
-    "parameters_baseline-raise"
-}  # says in words that no fit of the small run gave standard errors
-
-
-@contextmanager
-def edited(path: Path, old: str, new: str) -> Iterator[None]:
-    """Replace text in a file for a while; its time stamp comes back as well."""
-    text, times = path.read_text(encoding="utf-8"), path.stat()
-    assert old in text
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
-    try:
-        yield
-    finally:
-        path.write_text(text, encoding="utf-8")
-        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
-
-
-@pytest.fixture(scope="module")
-def checkout(tmp_path_factory) -> Path:
-    """Return a checkout in which nothing ran."""
-    return copy_checkout(tmp_path_factory.mktemp("fresh"))
+LEAST_INK = 0.01  # share of the pixels; axes and labels alone have more
+WITHOUT_A_PLOT = {"parameters_baseline-raise"}
+"""Figures that only say, in words, that there is nothing to plot: here, no fit of the small run gave standard errors."""
 
 
 @pytest.fixture(scope="module")
@@ -102,8 +45,8 @@ def built(tmp_path_factory) -> tuple[Path, str]:
 
 
 def rules() -> set[str]:
-    """Return the names of all rules that do something, those of measured robots aside, which need data, and of targets of their own."""
-    of_their_own = (
+    """Return the names of the rules that `snakemake` runs when no target is named, apart from those that only gather files."""
+    run_only_by_name = (
         "measured",
         "blind_trials",
         "processors",
@@ -115,32 +58,21 @@ def rules() -> set[str]:
         "crate",
         "everything",
     )
-    paths = [path for path in (ROOT / "workflow/rules").glob("*.smk") if path.stem not in of_their_own]
+    paths = [path for path in (ROOT / "workflow/rules").glob("*.smk") if path.stem not in run_only_by_name]
     text = "".join(path.read_text(encoding="utf-8") for path in paths)
-    # From committed summaries, though it stands with the target of its own.
-    of_the_paper = {
+    # These draw figures of the paper from committed summaries, though they stand in files of targets that run only by name.
+    drawn_for_the_paper = {
         "draw_committed_blind_trials",
         "draw_committed_measured",
         "draw_committed_sensitivity",
         "draw_committed_confidence",
     }
-    return set(re.findall(r"^rule (\w+):", text, re.MULTILINE)) - {"figures"} | of_the_paper
-
-
-def test_rule_files_hold_rules_only():
-    """What they look up stands in workflow/study, typed and tested, or in common.smk, which holds no rule."""
-    files = {path.name: path.read_text("utf-8") for path in (ROOT / "workflow/rules").glob("*.smk")}
-    holding = {
-        what: {name for name, text in files.items() if re.search(rf"^\s*{what} .+?:", text, re.MULTILINE)}
-        for what in ("def", "rule")
-    }
-    assert holding["def"] == {"common.smk"}
-    assert holding["rule"] == set(files) - {"common.smk"}
+    return set(re.findall(r"^rule (\w+):", text, re.MULTILINE)) - {"figures"} | drawn_for_the_paper
 
 
 @pytest.mark.slow
 def test_every_rule_runs(built):
-    """The small config leaves no rule out, and every job says something or nothing in a log of its own."""
+    """The small config leaves no rule out, and every job has a log file of its own, if an empty one."""
     folder, output = built
     assert set(jobs(output)) == rules()
     assert len(list((folder / RESULTS / "logs").rglob("*.log"))) == sum(jobs(output).values())
@@ -148,7 +80,7 @@ def test_every_rule_runs(built):
 
 @pytest.mark.slow
 def test_every_figure_shows_something_whole(built):
-    """Each is a picture with ink inside it and a clear margin around it, so that nothing is blank or cut off, and a whole SVG."""
+    """Each PNG has ink in every third of its width and height and a clear margin, so that nothing is blank or cut off; each SVG parses."""
     folder, _ = built
     pngs = sorted((folder / RESULTS).rglob("figures/*.png"))
     assert len(pngs) >= 5
@@ -165,8 +97,8 @@ def test_every_figure_shows_something_whole(built):
 
 
 @pytest.mark.slow
-def test_the_datasets_are_such_as_a_user_has(built):
-    """The folders of the workflow are datasets of the format, truth beside and not inside."""
+def test_the_datasets_are_read_like_a_users(built):
+    """The simulated datasets have the format of users' datasets, and the truth lies in another folder."""
     from scalar.data.dataset import read_dataset
 
     folder, _ = built
@@ -341,83 +273,6 @@ def test_a_whole_sweep_is_added_by_a_grid_and_a_line_of_the_config(built):
         shutil.rmtree(folder / RESULTS / "sweeps/plane_offset", ignore_errors=True)
 
 
-@pytest.mark.parametrize(
-    ("file", "old", "new", "named"),
-    [
-        ("configs/smoke.yaml", "seeds_per_job:", "seeds_per_jop:", "seeds_per_jop"),
-        ("configs/smoke.yaml", "    seeds:", "    seads:", "seads"),
-        ("configs/smoke.yaml", "proposed", "manyfold", "manyfold"),
-        ("configs/smoke.yaml", "first_seed: 1", "first_seed: one", "first_seed"),
-        ("configs/smoke.yaml", "grids/smoke.csv", "grids/none.csv", "none.csv"),
-        ("configs/grids/smoke.csv", "poses_per_plane", "poses_per_plain", "poses_per_plain"),
-        ("configs/grids/smoke.csv", ",14,", ",fourteen,", "fourteen"),
-    ],
-)
-def test_a_misspelt_config_fails_at_load_with_its_name(checkout, file, old, new, named):
-    """Before any job starts."""
-    with edited(checkout / file, old, new):
-        ran = snakemake(checkout, *SMOKE)
-    assert ran.returncode != 0
-    assert named in ran.stdout
-    assert "Job stats" not in ran.stdout
-
-
-@pytest.mark.slow
-def test_the_papers_config_is_sound():
-    """It plans thirty seeds of the headline in every way, and every published value of every sweep for two kinds of walls."""
-    ran = snakemake(ROOT, "--dry-run", "--forceall", "--quiet", "reason", "--nolock")
-    assert ran.returncode == 0, ran.stdout
-    started = jobs(ran.stdout)
-    assert started["calibrate"] == 8
-    assert started["draw_sweep"] == 2 * started["collect_sweep"]
-    curves = pd.read_csv(ROOT / "workflow/resources/published_curves.csv")
-    config = load_yaml(ROOT / "configs/paper.yaml")
-    grids = {
-        axis["published"]: axis["grid"] for axis in config["sweeps"]["axes"].values() if "published" in axis
-    }
-    for sweep, points in curves.groupby("sweep"):
-        assert len(pd.read_csv(ROOT / grids[sweep])) >= len(points)
-    cases = sum(len(pd.read_csv(ROOT / axis["grid"])) for axis in config["sweeps"]["axes"].values())
-    assert cases / config["sweeps"]["cases_per_job"] <= started["sweep"] < cases
-
-
-NO_NETWORK = 'addresses: ["http://127.0.0.1:9/{path}"]'
-
-
-@pytest.mark.slow
-def test_measured_robots_without_data_are_left_out_kindly(tmp_path):
-    """With neither folder nor network it says which files are missing and what to do, and fails nothing."""
-    folder = copy_checkout(tmp_path)
-    for dry in (["--dry-run"], []):
-        ran = snakemake(folder, "measured", *dry, *SMOKE, "--config", f"measured={{{NO_NETWORK}}}")
-        assert ran.returncode == 0, ran.stdout
-        assert "Traceback" not in ran.stdout
-        for words in ("measurements_random_poses.csv", "no_leica_wall_table2", "measured={folder: PATH}"):
-            assert words in ran.stdout
-        assert set(jobs(ran.stdout)) <= {"measured"}
-    assert not (folder / RESULTS / "measured").exists()
-
-
-@pytest.mark.slow
-def test_measured_robots_with_a_folder_run_as_far_as_their_files_go(tmp_path):
-    """Sets whose files are there are planned, transfer included, the others named; other content is refused."""
-    folder, data = copy_checkout(tmp_path / "checkout"), tmp_path / "data"
-    data.mkdir()
-    (data / "measurements_random_poses.csv").write_text("not these")
-    (data / "measurements_iso_cubes.csv").write_text("not these")
-    config = f"measured={{folder: {data}, {NO_NETWORK}}}"
-    ran = snakemake(folder, "measured", "--dry-run", *SMOKE, "--config", config)
-    assert ran.returncode == 0, ran.stdout
-    started = jobs(ran.stdout)
-    assert started["get_originals"] == started["import_measured"] == started["diagnose_measured"] == 2
-    assert started["transfer_measured"] == started["summarise_measured"] == 1
-    assert "no_leica_wall_table2" in ran.stdout
-    ran = snakemake(folder, "measured", "--until", "get_originals", *SMOKE, "--config", config)
-    assert ran.returncode != 0
-    assert "not the file that was published" in ran.stdout
-    assert not list((folder / RESULTS / "measured").rglob("*.csv"))
-
-
 @pytest.mark.slow
 def test_the_same_seeds_give_the_same_bytes_on_one_core(built, tmp_path):
     """Tables, datasets and figures do not depend on how many jobs ran at once."""
@@ -436,25 +291,3 @@ def test_the_same_seeds_give_the_same_bytes_on_one_core(built, tmp_path):
     assert different == missing == []
     claims = [pd.read_csv(run / RESULTS / "claims/claims.csv") for run in (folder, again)]
     pd.testing.assert_frame_equal(*(table[table["claim"] != "duration"] for table in claims))
-
-
-@pytest.mark.parametrize(
-    ("former", "present"),
-    [
-        ("closed_loop", "blind_trials"),
-        ("foretell_first_loop", "predict_published_curves"),
-        ("close_first_loop", "explain_published_curves"),
-        pytest.param("draw_first_loop", "draw_published_curves", marks=pytest.mark.slow),
-        pytest.param("example_floor", "example_control", marks=pytest.mark.slow),
-    ],
-)
-def test_former_names_of_targets_still_work(former, present):
-    """What a script asked for by a former name is made by the rule of the present name."""
-    wanted = [
-        jobs(snakemake(ROOT, name, "--dry-run", "--forceall", "--quiet", "reason", "--nolock", *SMOKE).stdout)
-        for name in (former, present)
-    ]
-    assert present in wanted[1]
-    gathering = {former, "blind_trials", "total"}  # targets that make nothing themselves
-    former_jobs, present_jobs = ({n: k for n, k in found.items() if n not in gathering} for found in wanted)
-    assert former_jobs == present_jobs

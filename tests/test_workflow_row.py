@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from tests.test_workflow import copy_checkout, jobs, snakemake
+from tests.checkouts import copy_checkout, jobs, snakemake
 
 CONFIG = """
 results: results

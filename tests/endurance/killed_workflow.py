@@ -11,9 +11,9 @@ import shutil
 import time
 from pathlib import Path
 
+from tests.checkouts import copy_checkout, snakemake
 from tests.endurance.outcome import HOWS, Outcome
 from tests.test_resume import SMALL, TARGETS, contents, killed
-from tests.test_workflow import copy_checkout, snakemake
 
 ARGUMENTS = (*TARGETS, "--configfile", "configs/small.yaml")
 

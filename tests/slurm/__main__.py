@@ -14,9 +14,9 @@ import tempfile
 import time
 from pathlib import Path
 
+from tests.checkouts import copy_checkout
 from tests.slurm.cluster import Cluster, MissingPackages, cluster, copy_logs
 from tests.test_resume import contents
-from tests.test_workflow import copy_checkout
 
 CASES = int(os.environ.get("CASES", "200"))
 IN_A_JOB = int(os.environ.get("IN_A_JOB", "25"))  # cases
