@@ -44,4 +44,4 @@ def _without_one_part(effects: tuple[Effect, ...]) -> Iterator[tuple[Effect, ...
             continue
         for left_out in parts:
             remaining = effect.with_terms([k for k in range(effect.n_terms) if k not in left_out])
-            yield (*before, remaining.taking_over(effect), *after)
+            yield (*before, remaining.with_coefficients_of(effect), *after)

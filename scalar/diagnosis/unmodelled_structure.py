@@ -223,8 +223,10 @@ def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
 
 def _own_names_dropped(state: FittedState) -> FittedState:
     """Return a state without the named effects of joints whose error over their own angle a flexible term describes; they only fit what it leaves."""
-    curves = {effect.own_curve for effect in state.effects if effect.flexible} - {None}
-    kept = tuple(effect for effect in state.effects if effect.flexible or effect.own_curve not in curves)
+    curves = {effect.own_angle_joint for effect in state.effects if effect.flexible} - {None}
+    kept = tuple(
+        effect for effect in state.effects if effect.flexible or effect.own_angle_joint not in curves
+    )
     if len(kept) == len(state.effects):
         return state
     return state.refitted(kept)

@@ -1,4 +1,4 @@
-"""What effects ask of a dataset: which joints move, what drives a change in time, where planes were measured."""
+"""What effects need to know of a dataset: which joints move, when poses were measured, where planes were measured."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
 
-ENOUGH_MOVES = 0.8  # of the poses whose last move has to be known: with fewer, effects of moves are not looked for (chosen)
+ENOUGH_MOVES = 0.8  # least share of poses whose last move is known: with fewer, effects of moves are not looked for (chosen)
 
-ALWAYS = -np.inf  # the order of acquisition from which on something acts that acts all the time
+ALWAYS = -np.inf  # order of acquisition at which an effect begins that acts all the time
 
 
 def moving_joints(dataset: Dataset) -> list[int]:
@@ -29,7 +29,7 @@ def turning_joints(dataset: Dataset) -> list[int]:
 
 
 def steps_are_known(dataset: Dataset) -> bool:
-    """Return whether the order of the poses tells the moves to most of them."""
+    """Return whether the move that led to a pose is known from the order of the poses, for at least the share ``ENOUGH_MOVES`` of them."""
     known = moves(dataset.poses, dataset.robot.n_joints)
     moved = np.any([known[side_column(j)] != 0 for j in moving_joints(dataset)] or [[False]], axis=0)
     return bool(np.mean(moved) >= ENOUGH_MOVES)
@@ -55,7 +55,7 @@ def on_plane(dataset: Dataset, plane: str) -> Array:
 
 
 def plane_centre(dataset: Dataset, plane: str) -> tuple[float, float, float]:
-    """Return a point in the middle of where the nominal sensor stood over a plane, dropped on its initial guess [m]."""
+    """Return the mean position of the nominal sensor over a plane, projected onto the initial guess of that plane; base frame [m]."""
     k = next(i for i, guess in enumerate(dataset.planes) if guess.name == plane)
     T_sensor = np.eye(4) if dataset.sensor.T_flange_sensor is None else dataset.sensor.T_flange_sensor
     origins = (dataset.robot.flange(dataset.q[dataset.plane_index == k]) @ T_sensor)[:, :3, 3]
@@ -78,5 +78,5 @@ def range_middle(dataset: Dataset) -> float:
 
 
 def missing_column(dataset: Dataset, name: str) -> str | None:
-    """Return the words that a column is missing, or None where the dataset has it."""
+    """Return a sentence that poses.csv lacks a column, or None where the dataset has it."""
     return None if name in dataset.poses else f"poses.csv has no column '{name}'"

@@ -29,8 +29,8 @@ class BaseCompliance(BaseEffect):
 
     Attributes:
         frames: From 1: whose first moments of mass act.
-        alike: Whether it gives way alike about every horizontal axis: two coefficients a frame, one for each component of the
-            first moment. Else four, each component tilting about each of two axes.
+        alike: Whether the base gives way alike about every horizontal axis: two coefficients a frame, one for each component of the
+            first moment. Else four: each component tilts the base about each of two axes.
     """
 
     frames: tuple[int, ...]
@@ -48,7 +48,7 @@ class BaseCompliance(BaseEffect):
 
     @property
     def target(self) -> dict[str, Any]:
-        """Nothing: the base."""
+        """Empty: there is one base."""
         return {}
 
     @property
@@ -112,7 +112,7 @@ class BaseCompliance(BaseEffect):
         if not isinstance(other, BaseCompliance):
             return None
         frames = tuple(sorted({*self.frames, *other.frames}))
-        return BaseCompliance(frames, self.alike and other.alike).taking_over(self)
+        return BaseCompliance(frames, self.alike and other.alike).with_coefficients_of(self)
 
     @property
     def label(self) -> str:

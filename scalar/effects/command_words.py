@@ -1,4 +1,4 @@
-"""What the words after an effect's name on a command line mean: joints, orders, planes, moments."""
+"""What the words after an effect's name on a command line mean: joints, orders of a series, planes, the pose at which a change begins."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def turning_named(dataset: Dataset, words: Sequence[str]) -> list[int]:
 
 
 def orders_named(words: Sequence[str], first: int, last: int) -> tuple[int, ...]:
-    """Return the orders that words name, ascending.
+    """Return the orders of a series that words name, ascending.
 
     Raises:
         ValueError: A word is no order between the first and the last.
@@ -52,8 +52,8 @@ def orders_named(words: Sequence[str], first: int, last: int) -> tuple[int, ...]
     return tuple(sorted({int(word) for word in words}))
 
 
-def moment_named(word: str) -> float:
-    """Return the order of acquisition that a word names.
+def start_named(word: str) -> float:
+    """Return the order of acquisition at which a change begins, as a word states it.
 
     Raises:
         ValueError: It is no finite number.

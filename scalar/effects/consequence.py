@@ -1,4 +1,4 @@
-"""What an effect costs that is present, is not in the model, and leaves no residual: a sentence for the report."""
+"""A sentence for the report on the harm of an effect that is present and not in the model, but leaves no residual."""
 
 from __future__ import annotations
 

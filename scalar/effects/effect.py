@@ -1,9 +1,9 @@
 """The base class of all effects: a regressor that acts at one place of the workcell and is linear in a few coefficients.
 
 A class in this package is one kind of effect and holds everything about it: its columns, the candidates for a dataset, its size in real arms,
-whether it can be transferred to another campaign of the same arm, its words and its pictures. The rest of the estimator uses the methods below
-and of ``scalar.effects.described``, and names no kind. To add a kind, subclass one of the places of ``scalar.effects.places``; only what has no
-default need be written.
+whether it can be transferred to another campaign of the same arm, its words and its pictures. The rest of the estimator uses the methods of
+``Effect`` and of its base class ``Described``, and names no kind. To add a kind, subclass one of the places of ``scalar.effects.places``; only
+methods without a default have to be written.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ GRAVITY = "gravity"
 
 @dataclass(frozen=True, eq=False)
 class Effect(Described):
-    """One effect with its coefficients: what the estimator asks of it. Its units, words and pictures are in ``Described``."""
+    """One effect with its coefficients: the methods that the estimator uses. Those for units, words and pictures are in ``Described``."""
 
-    # What it depends on.
+    # Which kind of effect it is.
 
     flexible: ClassVar[bool] = False  # whether it describes a residual without naming a cause
     frees: ClassVar[str] = (
@@ -96,12 +96,16 @@ class Effect(Described):
         return []
 
     def beginning(self, order: float, time: float | None) -> Self:
-        """Return the effect that begins at an order of acquisition and a time [s], with coefficients of zero; only for effects of ``changes``."""
+        """Return the effect that begins at an order of acquisition and a time [s], its coefficients zero; only for effects of ``changes``."""
         raise NotImplementedError
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
-        """Return the effects that a command line asks for by the name of this kind and the words after it, which state the target.
+        """Return the effects that a command line asks for.
+
+        Args:
+            dataset: On which they act.
+            words: After the name of this kind; they state the target.
 
         Raises:
             ValueError: The words name nothing of this dataset; the message says what they may be.
@@ -119,11 +123,11 @@ class Effect(Described):
 
     @classmethod
     def nuisances(cls, dataset: Dataset) -> list[Effect]:
-        """Return the effects of this kind that every set-up has to a small degree; they are in the wide model by which corrections are judged."""
+        """Return the effects of this kind that every set-up has to a small degree; the model by which corrections are judged has them all."""
         return []
 
     def generalised(self, dataset: Dataset) -> Effect | None:
-        """Return an effect of which this one is a special case, if a wrong form of it would bias the geometry; else None."""
+        """Return an effect of which this one is a special case, if the special case would bias the geometry where it is not quite true; else None."""
         return None
 
     def partial_imitators(self, dataset: Dataset) -> list[Effect]:
@@ -157,7 +161,7 @@ class Effect(Described):
         """Return one effect that acts as both do, with their coefficients, or None if they cannot be merged."""
         return None
 
-    def taking_over(self, other: Effect) -> Self:
+    def with_coefficients_of(self, other: Effect) -> Self:
         """Return the effect with the coefficients of another where their terms are the same, zero elsewhere."""
         known = dict(zip(other.term_names, other.coefficients, strict=True))
         return self.with_coefficients([known.get(name, 0.0) for name in self.term_names])
@@ -168,7 +172,7 @@ class Effect(Described):
         return f"{self.name} {self.target}"
 
     def same_place(self, other: Effect) -> bool:
-        """Return whether another effect is of the same kind and target; terms and moment may differ."""
+        """Return whether another effect is of the same kind and acts at the same place; terms and beginnings may differ."""
         return type(self) is type(other) and self.label == other.label
 
     def same_answer(self, other: Effect) -> bool:
@@ -180,7 +184,7 @@ class Effect(Described):
         return [self]
 
     def at_a_pose(self, dataset: Dataset, poses: Poses) -> Self:
-        """Return the effect with the moments of its changes at poses of the dataset; ``variations`` may have placed them between two poses."""
+        """Return the effect with its beginning moved to a pose of the dataset; ``variations`` may have put it between two poses."""
         return self
 
     # What it depends on.
@@ -191,7 +195,7 @@ class Effect(Described):
         return None
 
     @property
-    def own_curve(self) -> int | None:
+    def own_angle_joint(self) -> int | None:
         """Return the number of the joint, from 1, if the effect is an error of that joint's angle that depends on this angle alone; else None."""
         return None
 

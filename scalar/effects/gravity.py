@@ -1,7 +1,7 @@
-"""Gravity moments of an arm whose masses are unknown, as functions that are linear in what is unknown.
+"""Gravity torques of an arm whose masses are unknown, as functions that are linear in the unknown first moments of mass.
 
-A link's weight enters every moment through its first moment of mass in its own frame. The component along a joint's axis joins the link
-before, so two components a frame, along x and y, generate all gravity torques of a revolute chain (Gautier and Khalil, 1990). A joint
+A link's weight enters every torque through its first moment of mass in its own frame. The component along a joint's axis acts like one of
+the previous link, so two components a frame, along x and y, generate all gravity torques of a revolute chain (Gautier and Khalil, 1990). A joint
 that slides does not turn the links that it carries, but shifts them along its axis. The first component of its frame is therefore its
 travel along that axis, relative to the farthest of its limits.
 """
@@ -19,7 +19,7 @@ AXES = ("x", "y")
 
 
 def unit_moments(robot: Robot, q: Array) -> tuple[Array, Array]:
-    """Return the moments of unit first moments of mass in every frame, about any point, and the joints' axes.
+    """Return the torque vectors of unit first moments of mass in every frame, and the joints' axes.
 
     Args:
         robot: Nominal.

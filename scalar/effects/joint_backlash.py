@@ -25,28 +25,26 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-LEAST_TORQUE = (
-    0.01  # of the most loaded joint's: the sign of a smaller torque does not tell on which side a joint rests
-)
+LEAST_TORQUE = 0.01  # share of the most loaded joint's torque: the sign of a smaller torque does not tell on which side a joint rests
 
 _NEEDS = {
     "approach": "; 'scalar correct' needs the direction of approach of each pose (column approach{})",
     "moves": "; 'scalar correct' needs the poses in their order",
     "torque": "",
 }
-"""What a correction needs to know of a pose, by what tells the side."""
+"""What a correction needs to know of a pose, for each value of ``by``."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointBacklash(OneAxis, JointEffect):
     """A joint rests on one side of its play or on the other: ``dq_j = b s``, s the direction of approach or the torque's sign.
 
-    Where the direction of approach is not recorded, it is taken from the order of poses, moves being direct: a joint that stood still
-    keeps the side of its last move. Where that is not known either, as at a pose to be predicted without its order, s = 0.
+    Where the direction of approach is not recorded, it is taken from the order of poses, on the assumption of direct moves: a joint that stood
+    still keeps the side of its last move. Where that is not known either, as at a pose to be predicted without its order, s = 0.
 
     Attributes:
         joint: From 1.
-        by: ``approach``; where directions are not recorded ``moves``, the last one as the order of poses tells it, or ``torque``.
+        by: What tells the side: ``approach``; where directions are not recorded ``moves``, the last move by the order of poses, or ``torque``.
         masses: First moments of mass in the frames from the joint on, x and y of each in turn, in any unit: only
             the sign of the torque matters. Empty: those of an arm with equal masses at the ends of its links.
         slides: Whether the joint is prismatic: then no torque tells its side.
@@ -141,7 +139,7 @@ class JointBacklash(OneAxis, JointEffect):
         return found
 
     def variations(self, scale: float) -> list[Self]:
-        """Return the same with one first moment of mass a little larger or smaller: the torque's sign turns elsewhere."""
+        """Return the effect with one first moment of mass a little larger or smaller, so that the torque changes its sign at other poses."""
         step = scale * float(np.linalg.norm(self.masses)) / 2
         result = [self]
         for k in range(len(self.masses)):
@@ -232,7 +230,7 @@ class JointBacklash(OneAxis, JointEffect):
 
 
 def told_by(dataset: Dataset, joint: int) -> str:
-    """Return what tells a joint's side of its play: the recorded approach where it varies, else the torque's sign."""
+    """Return what tells on which side of its play a joint rests: the recorded approach where it varies, else the torque's sign."""
     name = f"approach{joint}"
     recorded = name in dataset.poses and len(np.unique(dataset.poses[name].to_numpy())) > 1
     return "approach" if recorded else "torque"

@@ -49,7 +49,7 @@ class JointCompliance(JointEffect):
 
     @property
     def coefficient_names(self) -> list[str]:
-        """``joint2_frame3_x_rad``: deflection of joint 2 at full leverage of a moment along x of frame 3."""
+        """``joint2_frame3_x_rad``: deflection of joint 2 at full leverage of a first moment of mass along x of frame 3."""
         return [f"joint{j}_frame{f}_{axis}_rad" for j, f in self.terms for axis in AXES]
 
     @property
@@ -101,7 +101,7 @@ class JointCompliance(JointEffect):
         """Return the pairs of both: all joints carry the same arm."""
         if not isinstance(other, JointCompliance):
             return None
-        return JointCompliance(tuple(sorted({*self.terms, *other.terms}))).taking_over(self)
+        return JointCompliance(tuple(sorted({*self.terms, *other.terms}))).with_coefficients_of(self)
 
     @property
     def label(self) -> str:
@@ -150,7 +150,7 @@ class JointCompliance(JointEffect):
     def _over_torque(self, view: View, joint: int) -> Profile:
         fitted = (self.joint_basis(view.nominal, view.poses) @ self.coefficients)[:, joint - 1]
         largest = max(float(np.max(np.abs(fitted))), 1e-300)
-        # Torque and deflection are the same function but for the stiffness, which is not known apart.
+        # Torque and deflection are the same function but for the stiffness, which is not known separately.
         axis = Axis(f"gravity torque on joint {joint}, relative to the largest", "1")
         ends = np.array([float(fitted.min()), float(fitted.max())])
         curve = np.stack([ends / largest, ends, np.zeros(2)])

@@ -15,7 +15,7 @@ from scalar.effects.effect import Effect, Table
 from scalar.effects.flexible.proposals import curves_of, waves_of
 from scalar.effects.joint_pictures import along_joint, at_angle, joint_profile
 from scalar.effects.picture import CURVE_POINTS, Axis, Map, Profile, View
-from scalar.effects.remedies import PERIODIC
+from scalar.effects.remedies import CORRECT_PROGRAMS
 from scalar.effects.series import Series
 from scalar.effects.title import ORDERS_IN_SENTENCE, joints_in_words
 from scalar.effects.wording import UNKNOWN, angle, periods
@@ -28,11 +28,9 @@ if TYPE_CHECKING:
 
 MAX_ORDER = 32
 MAX_RIPPLE_ORDER = 64
-HIGH_ORDER = (
-    5  # from here on a gear's curve is hard to follow along the whole joint, and is shown folded as well
-)
+HIGH_ORDER = 5  # from this order on a curve is hard to follow over a whole turn; it is then shown folded to one period as well
 
-_STEPS_A_PERIOD = 8  # when a joint is turned to see its error
+_STEPS_A_PERIOD = 8  # advised number of steps in each period when a joint is turned to see its error
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +97,7 @@ class JointHarmonic(Series):
         return [cls(j, wanted) for j in turning_named(dataset, words)]
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return waves whose period is no whole part of a turn."""
+        """Return waves whose period need not be a whole part of a turn, with overtones and without."""
         return [*waves_of(dataset, self.joint), *waves_of(dataset, self.joint, 1)]
 
     def partial_imitators(self, dataset: Dataset) -> list[Effect]:
@@ -141,7 +139,7 @@ class JointHarmonic(Series):
     @property
     def in_controller(self) -> str:
         """Return what changes in the controller."""
-        return PERIODIC
+        return CORRECT_PROGRAMS
 
     def table(self, std: Sequence[float | None]) -> Table | None:
         """Return one row an order: amplitude, its standard error, and where the wave has its first maximum, all in degrees."""

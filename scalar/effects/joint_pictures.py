@@ -12,7 +12,7 @@ from scalar.geometry.se3 import Array
 
 
 def along_joint(view: View, effect: Any, joint: int, source: int) -> Profile:
-    """Return the error of a joint over the angle of a joint that it is a function of; both count from 1."""
+    """Return the error of a joint over the angle of the joint ``source`` on which it depends; both count from 1."""
     x, grid = _sweep(view, source)
     curve = joint_curve(view, effect, joint, x, grid)
     return joint_profile(

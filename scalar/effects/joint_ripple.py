@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class JointRipple(JointHarmonic):
     """A joint's angle errs periodically in itself in orders above 32. Teeth, motor poles and encoder lines make such errors; eccentric gears do not.
 
-    A ripple is found as a part of all orders of a joint, and not tried alone.
+    A ripple is found when all orders of a joint are fitted at once; single orders are not tried.
     """
 
     name: ClassVar[str] = "joint_ripple"

@@ -68,7 +68,7 @@ class JointScale(OneAxis, JointEffect):
         return [cls.of(dataset, j) for j in moving_joints(dataset)]
 
     @property
-    def own_curve(self) -> int | None:
+    def own_angle_joint(self) -> int | None:
         """The joint."""
         return self.joint
 

@@ -7,14 +7,14 @@ from itertools import count
 
 from scalar.effects.effect import Effect
 
-_REPEATED = "#"  # stands before the number of an effect whose key others have before it
+_REPEATED = "#"  # stands between key and number if effects earlier in the model have the same key
 
 
 def parameter_names(effects: Sequence[Effect], taken: Iterable[str] = ()) -> list[tuple[str, ...]]:
     """Return for each effect the names of its coefficients, ``<key>.<coefficient>``.
 
-    A key that effects before it have is numbered: ``thermal_drift``, ``thermal_drift#2``. So the names depend on the order of the effects,
-    which files keep.
+    A key that an earlier effect has is numbered: ``thermal_drift``, ``thermal_drift#2``. The names therefore depend on the order of the
+    effects, which files keep.
 
     Args:
         effects: In the model's order.

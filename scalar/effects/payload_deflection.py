@@ -18,7 +18,7 @@ from scalar.geometry.se3 import Array, cross
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-_SAME = 1e-3  # kg; payloads that differ by less are one
+_SAME = 1e-3  # kg; payloads that differ by less count as equal
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class PayloadDeflection(KnownTorques):
         return missing
 
     def not_transferable(self, dataset: Dataset) -> str | None:
-        """Return that the payload is not recorded: a payload that is always the same deflects all the same."""
+        """Return that the payload is not recorded; unlike in ``unknown``, a constant payload will do, because it deflects the joints too."""
         return missing_column(dataset, PAYLOAD[0])
 
     @property

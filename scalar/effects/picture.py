@@ -1,4 +1,4 @@
-"""What a picture of an effect holds, and what an effect may ask of a fitted model to draw it.
+"""What a picture of an effect holds, and what a fitted model provides so that an effect can draw it.
 
 An effect says over which axis it is drawn; a fitted model, seen through a ``View``, gives the *partial residuals*: the residual of every
 pose with this effect alone taken away (Larsen and McCleary, Technometrics 14, 1972). Report and studies turn them into drawings.
@@ -27,7 +27,7 @@ _TYPICAL_LARGEST = (
 
 @dataclass(frozen=True)
 class Axis:
-    """What a number of a picture is; its unit: ``rad``, ``m``, ``m/m``, ``1``, ``s``, ``N m``, ``degC`` or empty."""
+    """The label of an axis, and its unit: ``rad``, ``m``, ``m/m``, ``1``, ``s``, ``N m``, ``degC`` or empty."""
 
     label: str
     unit: str
@@ -43,10 +43,10 @@ class Profile:
         y: ``(N,)``, partial residuals: without the effect.
         rest: ``(N,)``, residuals with the effect.
         std: ``(N,)``, standard error of each from the noise of its pose.
-        fitted: ``(N,)``, what the effect says.
+        fitted: ``(N,)``, what the effect predicts.
         curve: ``(3, G)``, x, the effect and its standard error, or None where it is no function of x alone.
-        side: ``(N,)``, -1 or 1, or None: two kinds of pose.
-        mark: A value of x to be marked: the moment of a change.
+        side: ``(N,)``, -1 or 1: the side of its play on which the joint rests; None where an effect has no sides.
+        mark: A value of x to be marked: where a change begins.
         pose: ``(N,)``, which pose of the dataset each value belongs to, counted from 0; None: one value
             a pose, in the order of the dataset.
         note: A sentence on what is shown.
@@ -90,7 +90,7 @@ class Map:
 
 
 class View(Protocol):
-    """A fitted model as a picture of one of its effects needs it."""
+    """What a picture of an effect needs of the fitted model."""
 
     @property
     def poses(self) -> Poses:
@@ -99,12 +99,12 @@ class View(Protocol):
 
     @property
     def nominal(self) -> Robot:
-        """Return the nominal robot, at which effects take their columns."""
+        """Return the nominal robot, for which the columns of effects are computed."""
         ...
 
     @property
     def T_base_sensor(self) -> Array:
-        """Return where the sensor stands ``(N, 4, 4)``."""
+        """Return the fitted pose of the sensor in the base frame at every pose ``(N, 4, 4)``."""
         ...
 
     def joint_screws(self, joint: int) -> Array:
@@ -136,7 +136,7 @@ class View(Protocol):
         ...
 
     def added_variable(self, effect: Any) -> Profile:
-        """Return what is measured against what the effect predicts, without what all other parameters would take up of either."""
+        """Return the added-variable plot: partial residuals over the effect's prediction, without the part of either that other parameters fit."""
         ...
 
 

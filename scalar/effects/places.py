@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class OneJoint(Effect):
-    """An effect that one joint names in full: a dataclass field ``joint``, counted from 1, and nothing else."""
+    """An effect whose target is one joint and nothing else: a dataclass field ``joint``, counted from 1."""
 
     joint: int
 
@@ -48,7 +48,7 @@ class OneJoint(Effect):
 
 
 class OneAxis(OneJoint):
-    """An effect of one joint that turns or slides: a further dataclass field ``slides`` says which."""
+    """An effect of one joint, which may turn or slide: a further dataclass field ``slides`` says which."""
 
     slides: bool
 
@@ -101,9 +101,9 @@ class JointEffect(Effect):
 
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the error of the joint over its own angle where it is a function of that, else the added-variable plot."""
-        if self.own_curve is None:
+        if self.own_angle_joint is None:
             return super().pictures(view)
-        return [along_joint(view, self, self.own_curve, self.own_curve)]
+        return [along_joint(view, self, self.own_angle_joint, self.own_angle_joint)]
 
 
 class LinkEffect(Effect):
@@ -117,7 +117,7 @@ class LinkEffect(Effect):
 
 
 class BaseEffect(Effect):
-    """A motion of the whole arm, left of everything."""
+    """A motion of the whole arm: its transform stands left of all others."""
 
     acts_on_arm: ClassVar[bool] = True
 
@@ -127,7 +127,7 @@ class BaseEffect(Effect):
 
 
 class SensorEffect(Effect):
-    """A motion of the sensor on the flange, right of everything."""
+    """A motion of the sensor on the flange: its transform stands right of all others."""
 
     @abstractmethod
     def sensor_screws(self, robot: Robot, poses: Poses) -> Array:
@@ -137,7 +137,7 @@ class SensorEffect(Effect):
 class PointEffect(Effect):
     """An error of the measured points or of the surface: it adds functions of the points to the residual.
 
-    ``f_i += sum_b basis_b(p_i) (G c)_b``, the functions as ``scalar.sensors.profile.point_basis`` names them. It moves no prediction.
+    ``f_i += sum_b basis_b(p_i) (G c)_b``, the functions as ``scalar.sensors.profile.point_basis`` names them. Predicted poses do not depend on it.
     """
 
     acts_by_joint_angles: ClassVar[bool] = False
@@ -147,4 +147,13 @@ class PointEffect(Effect):
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
     ) -> Array:
-        """Return G ``(N, len(basis_names), k)`` [m per unit of the coefficients, for the functions of the basis]."""
+        """Return G ``(N, len(basis_names), k)`` [m per unit of the coefficients, for the functions of the basis].
+
+        Args:
+            poses: What is known of each pose.
+            T_base_sensor: ``(N, 4, 4)``.
+            planes: The target planes, ``scalar.geometry.planes.Planes``.
+            plane_index: ``(N,)``, which plane each pose measures.
+            contact: ``(N, 3)``, the height of the sensor's origin over its plane [m], and the plane's normal along the sensor's x and z axes;
+                ``(N, 1)``, the height alone, for a probe.
+        """

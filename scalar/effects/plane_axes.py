@@ -9,10 +9,10 @@ from scalar.geometry.se3 import Array
 
 
 def plane_axes(planes: Planes, name: str, plane_index: Array) -> tuple[Array, Array, Array]:
-    """Return which poses measure a plane, in whatever session ``(N,)``, and the plane's axes u and v ``(N, 3)`` each.
+    """Return which poses measure a plane, in any session, ``(N,)`` bool, and the plane's axes u and v ``(N, 3)`` each, base frame.
 
-    The axes depend on where the plane is and not on what its coordinates are counted from, so that coefficients mean the same in a fit
-    and in a file.
+    The axes depend on the plane alone, and not on the reference normal of its parameters, so that coefficients mean the same in a fit and
+    in a file.
     """
     mine = [k for k, other in enumerate(planes.names) if other.split("@")[0] == name or other == name]
     if not mine:
@@ -23,13 +23,14 @@ def plane_axes(planes: Planes, name: str, plane_index: Array) -> tuple[Array, Ar
     return measured[plane_index], axes[:, 0], axes[:, 1]
 
 
-def carried_coordinates(
+def coordinates_by_sensor_axes(
     planes: Planes, name: str, plane_index: Array, T_base_sensor: Array, centre: Array
 ) -> tuple[Array, Array, Array]:
-    """Return which poses measure a plane ``(N,)``, and u and v of a point (x, 0, z) of the sensor as linear in (1, x, z).
+    """Return which poses measure a plane ``(N,)``, and the coefficients of (1, x, z) that give the plane coordinates u and v of a point
+    (x, 0, z) of the sensor's frame.
 
     Args:
-        planes: Where they are.
+        planes: All target planes.
         name: Of the plane.
         plane_index: ``(N,)``, which plane each pose measures.
         T_base_sensor: ``(N, 4, 4)``.

@@ -14,8 +14,8 @@ from scalar.effects.command_words import planes_named
 from scalar.effects.effect import Effect
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import PointEffect
-from scalar.effects.plane_axes import carried_coordinates
-from scalar.effects.remedies import of_the_plane
+from scalar.effects.plane_axes import coordinates_by_sensor_axes
+from scalar.effects.remedies import nothing_for_the_plane
 from scalar.effects.wording import listed
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
@@ -66,7 +66,7 @@ class PlaneBow(PointEffect):
     ) -> Array:
         """Return minus the height as a quadratic form of (1, x, z)."""
         centre = np.array(self.centre)
-        mine, u, v = carried_coordinates(planes, self.plane, plane_index, T_base_sensor, centre)
+        mine, u, v = coordinates_by_sensor_axes(planes, self.plane, plane_index, T_base_sensor, centre)
         columns = [_quadratic(u, u), _quadratic(u, v), _quadratic(v, v)]
         G = -np.stack(columns, axis=2)
         G[~mine] = 0.0
@@ -131,7 +131,7 @@ class PlaneBow(PointEffect):
     @property
     def in_controller(self) -> str:
         """Return what changes in the controller."""
-        return of_the_plane(self.plane)
+        return nothing_for_the_plane(self.plane)
 
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the heights over the plane, in the two base axes nearest to it."""

@@ -10,20 +10,26 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import ALWAYS, on_plane, order_and_time, plane_centre, used_planes
-from scalar.effects.command_words import moment_named, planes_named
+from scalar.effects.command_words import planes_named, start_named
 from scalar.effects.effect import Effect
 from scalar.effects.picture import Axis, Map, Profile, View, variable_axis
 from scalar.effects.places import PointEffect
-from scalar.effects.plane_axes import carried_coordinates
-from scalar.effects.remedies import of_the_plane
+from scalar.effects.plane_axes import coordinates_by_sensor_axes
+from scalar.effects.remedies import nothing_for_the_plane
 from scalar.effects.wording import listed
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-CREEP_STARTS = 12  # moments, spread over the whole order, from which a creep that is tried begins
-CREEP_SHARES = (0.1, 0.3, 1.0)  # of the whole order: how long it takes, or to the end if that comes before
+CREEP_STARTS = (
+    12  # beginnings of a creep that are tried, spread evenly over the orders at which the plane is measured
+)
+CREEP_SHARES = (
+    0.1,
+    0.3,
+    1.0,
+)  # lengths of a creep that are tried, as shares of these orders; it ends with the last of them at the latest
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +102,7 @@ class PlaneMoved(PointEffect):
     ) -> Array:
         """Return minus the height of the moved plane over the old one, linear in (1, x, z)."""
         centre = np.array(self.centre)
-        mine, u, v = carried_coordinates(planes, self.plane, plane_index, T_base_sensor, centre)
+        mine, u, v = coordinates_by_sensor_axes(planes, self.plane, plane_index, T_base_sensor, centre)
         b = contact.shape[1] if contact.shape[1] == 1 else 3
         G = np.zeros((len(contact), 3, 3))
         G[:, 0, 0] = -1.0
@@ -105,7 +111,7 @@ class PlaneMoved(PointEffect):
         return G[:, :b]
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return plane, moment and centre."""
+        """Return plane, beginning, centre and the span of a creep."""
         return {
             "plane": self.plane,
             "order": self.order,
@@ -126,7 +132,7 @@ class PlaneMoved(PointEffect):
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
-        """Return planes that creep from some moment on, to the end of the acquisition or until they stay."""
+        """Return creeps of every plane, from several beginnings on, to the end of its poses or to an earlier stop."""
         order, time = order_and_time(dataset)
         found: list[Effect] = []
         for name in used_planes(dataset):
@@ -162,7 +168,7 @@ class PlaneMoved(PointEffect):
         if len(words) < 2:
             raise ValueError("name the plane and from which order on, as in plane_moved:floor:120")
         plane = planes_named(dataset, words)[0]
-        return [cls(plane, moment_named(words[1]), None, plane_centre(dataset, plane))]
+        return [cls(plane, start_named(words[1]), None, plane_centre(dataset, plane))]
 
     def at_a_pose(self, dataset: Dataset, poses: Poses) -> Self:
         """Return a creep that begins at the first pose of its plane after where it was found to begin, and ends where it did."""
@@ -178,16 +184,16 @@ class PlaneMoved(PointEffect):
 
     @property
     def label(self) -> str:
-        """Name, plane and moment."""
+        """The key: name, plane and order of acquisition."""
         return self.key
 
     def same_place(self, other: Effect) -> bool:
-        """Return whether the other moves the same plane, at whatever moment."""
+        """Return whether the other moves the same plane, at any time."""
         return isinstance(other, PlaneMoved) and self.plane == other.plane
 
     @property
     def is_change_in_time(self) -> bool:
-        """It is."""
+        """Always true."""
         return True
 
     def not_transferable(self, dataset: Dataset) -> str | None:
@@ -224,7 +230,7 @@ class PlaneMoved(PointEffect):
     @property
     def in_controller(self) -> str:
         """Return what changes in the controller."""
-        return of_the_plane(self.plane)
+        return nothing_for_the_plane(self.plane)
 
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the heights of the plane's scans over the plane where it stood first, in order of acquisition."""

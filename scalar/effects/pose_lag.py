@@ -1,4 +1,4 @@
-"""A joint whose angle was logged before it had settled, or measured before: it errs by a share of the last step."""
+"""A joint whose angle was logged before it had settled, or was measured before: it errs by a share of the last step."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class PoseLag(OneAxis, JointEffect):
     natural_source: ClassVar[str] = (
         "assumed: an exponential approach that is logged after seven of its time constants; no data sheet states it"
     )
-    acts_on_arm: ClassVar[bool] = False  # it belongs to when a campaign logged its angles
+    acts_on_arm: ClassVar[bool] = False  # it depends on when a campaign logged its angles
     acts_by_joint_angles: ClassVar[bool] = False
 
     @property
@@ -74,7 +74,7 @@ class PoseLag(OneAxis, JointEffect):
 
     def not_transferable(self, dataset: Dataset) -> str | None:
         """Return that another campaign logs its angles at another time."""
-        return "it belongs to when that campaign logged its angles"
+        return "it depends on when that campaign logged its angles"
 
     @property
     def clause(self) -> str:

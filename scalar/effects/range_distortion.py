@@ -62,7 +62,7 @@ class RangeDistortion(RangeError):
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
     ) -> Array:
-        """Return the sensor's axes against the normal, for each of the three functions of the range."""
+        """Return the normal along the sensor's x and z axes, for each of the three functions of the range."""
         G = np.zeros((len(contact), 6, 3))
         for k in range(3):
             G[:, 2 * k : 2 * k + 2, k] = contact[:, 1:]
@@ -97,7 +97,7 @@ class RangeDistortion(RangeError):
             "Check the linearity of the scanner on a flat surface at known distances, or have its maker calibrate it: the arm is not at fault."
         ]
 
-    def powers(self, reach: Array) -> Array:
+    def range_basis(self, reach: Array) -> Array:
         """Return the correction of the range by curvature, gain and zero ``(G, 3)``."""
         return np.column_stack([(reach - self.middle) ** 2, reach, np.ones_like(reach)])
 

@@ -1,4 +1,4 @@
-"""What all errors of the laser's range have in common."""
+"""The base class of errors of the laser's range."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scalar.data.poses import Poses
 from scalar.effects.effect import Effect
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import PointEffect
-from scalar.effects.remedies import OF_THE_SCANNER, ON_A_STAGE
+from scalar.effects.remedies import MEASURE_ON_A_STAGE, NOTHING_FOR_THE_SCANNER
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 from scalar.sensors.scan_pieces import PIECES
@@ -41,27 +41,27 @@ class RangeError(PointEffect):
 
     @property
     def target(self) -> dict[str, Any]:
-        """Nothing: the sensor."""
+        """Empty: there is one sensor."""
         return {}
 
     @property
     def how_to_measure(self) -> str:
         """Return how to see it directly."""
-        return ON_A_STAGE
+        return MEASURE_ON_A_STAGE
 
     @property
     def in_controller(self) -> str:
         """Return what changes in the controller."""
-        return OF_THE_SCANNER
+        return NOTHING_FOR_THE_SCANNER
 
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
     ) -> Array:
-        """Return the sensor's axes against the normal: a point corrected by ``c phi(p)`` moves off the plane by that."""
+        """Return the normal along the sensor's x and z axes: by these, a correction of the point along x and z changes its height over the plane."""
         return contact[:, 1:, None]
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return nothing: the name says all."""
+        """Return an empty mapping: the name says all."""
         return {}
 
     @classmethod
@@ -88,7 +88,7 @@ class RangeError(PointEffect):
         """Return that the other campaign's sensor measures no range."""
         return None if kind_of(dataset).measures_range else "it is an error of a laser's range"
 
-    def powers(self, reach: Array) -> Array:
+    def range_basis(self, reach: Array) -> Array:
         """Return the correction of the range ``(G, k)`` by every coefficient at ranges ``(G,)`` [m]."""
         raise NotImplementedError
 
@@ -97,13 +97,13 @@ class RangeError(PointEffect):
         return [self._over_range(view)]
 
     def _over_range(self, view: View, *, without_line: bool = False) -> Profile:
-        """Return the correction over the range, the straight line that fits it best taken off or not."""
+        """Return the correction over the range; ``without_line`` takes off the straight line that fits it best."""
         found = view.pieces(self)
         steep = np.abs(found.incidence) > LEAST_INCIDENCE
         reach, incidence = found.reach[steep], found.incidence[steep]
         rest, fitted = -found.height[steep] / incidence, found.of_effect[steep] / incidence
         x = np.linspace(reach.min(), reach.max(), 61)
-        basis = self.powers(x)
+        basis = self.range_basis(x)
         curve = np.stack([x, basis @ self.coefficients, view.error_of(self, basis)])
         note = f"Each scan is cut in {PIECES} pieces."
         if without_line:

@@ -63,6 +63,6 @@ class RangeOffset(RangeError):
             "Check the zero of the scanner against a known distance, or have its maker calibrate it: the arm is not at fault."
         ]
 
-    def powers(self, reach: Array) -> Array:
+    def range_basis(self, reach: Array) -> Array:
         """Return the correction of the range by the coefficient ``(G, 1)``."""
         return np.ones((len(reach), 1))

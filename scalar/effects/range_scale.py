@@ -59,6 +59,6 @@ class RangeScale(RangeError):
             "Check the scale of the scanner against a known length, or have its maker calibrate it: the arm is not at fault."
         ]
 
-    def powers(self, reach: Array) -> Array:
+    def range_basis(self, reach: Array) -> Array:
         """Return the correction of the range by the coefficient ``(G, 1)``."""
         return reach[:, None]

@@ -1,4 +1,4 @@
-"""Effects in calibrations and diagnoses: how they are written and read."""
+"""Writing and reading effects in the files of calibrations and diagnoses."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scalar.effects.effect import Effect
 
 
 def effect_to_mapping(effect: Effect, std: Sequence[float | None]) -> dict[str, Any]:
-    """Return an effect as calibrations and diagnoses write it; ``module`` stands there where it came from outside the package.
+    """Return an effect as calibrations and diagnoses write it; an effect from outside the package has its ``module`` as well.
 
     Args:
         effect: With its coefficients.

@@ -1,4 +1,4 @@
-"""A smooth error of a scanner over its profile: what its maker's calibration has left."""
+"""A smooth error of a scanner over its profile, which its maker's calibration has left."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from scalar.sensors.scan_pieces import PIECES
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-DEGREE = 4  # of the polynomials in x and z together: two waves across the profile
+DEGREE = 4  # largest total degree of the polynomials in x and z: about two waves across the profile
 TERMS = tuple((i, j) for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i) if i + j)
 _POWERS = ((0, 0), *TERMS)
-LINEAR = 0.1  # of the natural size: the slope of a scanner's error is what its maker calibrates first, and the arm's lengths follow it
+FIRST_DEGREE_SHARE = 0.1  # prior std of slopes, as a share of the natural size: a maker calibrates them first, and the arm's lengths follow them
 _LEAST_HALF = 1e-4  # m: a profile of less than this half width counts as a point
 
 
@@ -33,8 +33,8 @@ class SensorMap(RangeError):
     """The measured range needs a smooth correction over the profile: products of Legendre polynomials in x and z.
 
     The constant is left out: it is the zero of the range (``range_offset``). The terms of first degree are almost confounded with the arm's
-    lengths and the scanner's place, so every coefficient has a prior of the size that makers state for what they leave: the wider the term, the
-    less is left.
+    lengths and the scanner's place, so every coefficient has a prior as narrow as the errors that makers state: the higher the degree of a
+    term, the narrower, and narrowest for the first degree.
 
     Attributes:
         middle: x and z of the middle of what was measured [m].
@@ -67,12 +67,14 @@ class SensorMap(RangeError):
     @property
     def prior_std(self) -> Array:
         """Return the natural size over the degree of each term, and a tenth of it for the terms of first degree."""
-        return np.array([self.natural["m"] * (LINEAR if i + j == 1 else 1 / (i + j)) for i, j in TERMS])
+        return np.array(
+            [self.natural["m"] * (FIRST_DEGREE_SHARE if i + j == 1 else 1 / (i + j)) for i, j in TERMS]
+        )
 
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
     ) -> Array:
-        """Return the sensor's axes against the normal, for each product of powers."""
+        """Return the normal along the sensor's x and z axes, for each product of powers."""
         powers = self._in_powers()
         return np.concatenate([contact[:, k, None, None] * powers for k in (1, 2)], axis=1)
 
@@ -118,7 +120,7 @@ class SensorMap(RangeError):
         return list(cls.parsed(dataset, ())) if kind_of(dataset).scans else []
 
     def merged_with(self, other: Effect) -> Effect | None:
-        """Return the map itself for another of it: a second one would only double what its prior allows."""
+        """Return the map itself if the other is a map too: a second one would only double the variance that its prior allows."""
         return self if self.same_place(other) else None
 
     @property

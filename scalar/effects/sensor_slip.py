@@ -10,7 +10,7 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import ALWAYS
-from scalar.effects.command_words import moment_named
+from scalar.effects.command_words import start_named
 from scalar.effects.effect import Effect
 from scalar.effects.picture import Axis, Map, Profile, View, largest, variable_axis
 from scalar.effects.places import SensorEffect
@@ -48,7 +48,7 @@ class SensorSlip(SensorEffect):
 
     @property
     def target(self) -> dict[str, Any]:
-        """When."""
+        """When the slip happened."""
         return {"at": {"order": self.order, "time": self.time}}
 
     @property
@@ -77,7 +77,7 @@ class SensorSlip(SensorEffect):
         return after[:, None, None] * unit
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return the moment, and whether the rotation is fitted."""
+        """Return when the slip happened, and whether the rotation is fitted."""
         return {"order": self.order, "time": self.time, "turns": self.turns}
 
     @classmethod
@@ -102,20 +102,20 @@ class SensorSlip(SensorEffect):
         """Return a slip from the order of acquisition that is named."""
         if not words:
             raise ValueError("say from which order on, as in sensor_slip:120")
-        return [cls(moment_named(words[0]), turns=kind_of(dataset).shows_turns(dataset))]
+        return [cls(start_named(words[0]), turns=kind_of(dataset).shows_turns(dataset))]
 
     @property
     def label(self) -> str:
-        """Name and moment."""
+        """The key: name and order of acquisition."""
         return self.key
 
     def same_place(self, other: Effect) -> bool:
-        """Return whether the other is a slip as well, at whatever moment."""
+        """Return whether the other is a slip as well, at any time."""
         return isinstance(other, SensorSlip)
 
     @property
     def is_change_in_time(self) -> bool:
-        """It is."""
+        """Always true."""
         return True
 
     def not_transferable(self, dataset: Dataset) -> str | None:

@@ -1,4 +1,4 @@
-"""Errors of one joint that are a series in its own angle, of which a few terms are there, or all of them."""
+"""Errors of one joint that are a series in its own angle; an effect has a few terms of the series, or all of them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from scalar.geometry.se3 import Array
 class Series(JointEffect):
     """An error of one joint's angle as a series of numbered terms of two coefficients each.
 
-    Few poses do not distinguish neighbouring terms; a diagnosis may then fit all of them at once, each with a prior of its own.
+    A dataset of few poses does not distinguish neighbouring terms; a diagnosis may then fit all terms at once, each with a prior of its own.
 
     Attributes:
         joint: From 1.
@@ -48,7 +48,7 @@ class Series(JointEffect):
         return np.repeat(self.term_std, 2) if self.term_std else super().prior_std
 
     @property
-    def own_curve(self) -> int | None:
+    def own_angle_joint(self) -> int | None:
         """The joint."""
         return self.joint
 
@@ -65,7 +65,7 @@ class Series(JointEffect):
         """Return the orders of both where they are of the same joint and kind."""
         if not isinstance(other, Series) or type(self) is not type(other) or self.joint != other.joint:
             return None
-        return type(self)(self.joint, tuple(sorted({*self.orders, *other.orders}))).taking_over(self)
+        return type(self)(self.joint, tuple(sorted({*self.orders, *other.orders}))).with_coefficients_of(self)
 
     def same_place(self, other: Effect) -> bool:
         """Return whether the other is the same order, or also several orders of the joint."""

@@ -91,7 +91,7 @@ class KnownTorques(JointEffect):
     @classmethod
     @abstractmethod
     def unknown(cls, dataset: Dataset) -> str | None:
-        """Return the words on what is missing for the torques to be known; None where they are."""
+        """Return a sentence on what is missing for the torques to be known; None where they are known."""
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
@@ -120,7 +120,7 @@ class KnownTorques(JointEffect):
         if not isinstance(other, KnownTorques) or type(other) is not type(self):
             return None
         joints = tuple(sorted({*self.joints, *other.joints}))
-        return replace(self, joints=joints, coefficients=np.zeros(len(joints))).taking_over(self)
+        return replace(self, joints=joints, coefficients=np.zeros(len(joints))).with_coefficients_of(self)
 
     @property
     def label(self) -> str:

@@ -30,15 +30,16 @@ _COMPONENTS = ("rx", "ry", "rz", "x", "y", "z")
 
 @dataclass(frozen=True, eq=False)
 class TargetDrift(BaseEffect):
-    """The base moves against what measures it: by half waves of time, or as references on the base show it.
+    """The base moves relative to the tracker: by half waves of time, or as references on the base show it.
 
     ``T_base_moved = exp(sum over k of cos(k pi s) c_k)``, s the share of the campaign that has passed: a slow motion is, to nine tenths of its
     variance, a sum of a few such waves. Poses that were not part of a campaign (no order, no time) are predicted where the base stands on average.
 
     Attributes:
-        by: ``time``, ``order``, or ``references``: one coefficient, by which what references show is multiplied; it is 1 if they show all.
+        by: ``time`` or ``order``, the clock of the half waves; or ``references``: the motion that references on the base show, times one
+            coefficient, which is 1 if they show the whole motion.
         start: First time [s] or order of the campaign.
-        end: Its last.
+        end: Last time [s] or order of the campaign.
         waves: Numbers of half waves, six coefficients each.
     """
 
@@ -59,7 +60,7 @@ class TargetDrift(BaseEffect):
 
     @property
     def target(self) -> dict[str, Any]:
-        """Nothing: tracker and base move against each other."""
+        """Empty: tracker and base move relative to each other."""
         return {}
 
     @property
@@ -122,7 +123,7 @@ class TargetDrift(BaseEffect):
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
-        """Return what references show, and half waves of the clock, where the target is a frame and no planes that may move each by itself."""
+        """Return what references show, and half waves of the clock; nothing if the sensor measures planes, each of which may move by itself."""
         if kind_of(dataset).format.on_planes:
             return []
         seen, by_clock = cls.measured(dataset), cls.by_clock(dataset)
@@ -160,7 +161,7 @@ class TargetDrift(BaseEffect):
         if not isinstance(other, TargetDrift) or self.by != other.by or self.by == REFERENCES:
             return None
         waves = tuple(sorted({*self.waves, *other.waves}))
-        return TargetDrift(self.by, self.start, self.end, waves).taking_over(self)
+        return TargetDrift(self.by, self.start, self.end, waves).with_coefficients_of(self)
 
     @property
     def label(self) -> str:
@@ -173,7 +174,7 @@ class TargetDrift(BaseEffect):
 
     @property
     def is_change_in_time(self) -> bool:
-        """It is."""
+        """Always true."""
         return True
 
     def not_transferable(self, dataset: Dataset) -> str | None:
@@ -225,7 +226,7 @@ class TargetDrift(BaseEffect):
                 len(x), -1
             )
             curve = np.stack([x, basis @ self.coefficients, view.error_of(self, basis)])
-        axis = Axis("shift of the base as it is seen", "m")
+        axis = Axis("shift of the base relative to the tracker", "m")
         x_axis = variable_axis("time" if self.by == "time" else "order", view.nominal)
         return [Profile(x_axis, axis, clock, fitted + rest, rest, std, fitted, curve)]
 

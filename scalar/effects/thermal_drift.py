@@ -57,7 +57,7 @@ class ThermalDrift(LinkEffect):
 
     @property
     def target(self) -> dict[str, Any]:
-        """Nothing: the whole arm."""
+        """Empty: it acts on the whole arm."""
         return {}
 
     @property
@@ -118,7 +118,7 @@ class ThermalDrift(LinkEffect):
 
     @property
     def _log_change(self) -> float:
-        """Return by how much the logarithm of the time constant is off the one that the columns were computed for."""
+        """Return the logarithm of the estimated time constant, minus that of the one for which the columns were computed."""
         return float(self.coefficients[1] * self.about / self.coefficients[0]) if self.about else 0.0
 
     def stated(self, std: Sequence[float | None]) -> dict[str, tuple[float, float | None]]:

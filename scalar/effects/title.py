@@ -16,7 +16,7 @@ def titled(kind: str, target: Mapping[str, Any], depends_on: Sequence[str] = ())
     Args:
         kind: Two or three words.
         target: As ``diagnosis.json`` writes it.
-        depends_on: Columns that it varies with, for what has no place.
+        depends_on: Columns that the effect varies with; used if the target states no place.
     """
     if "joints" in target:
         return f"{joints_in_words(target['joints'])}: {kind}"

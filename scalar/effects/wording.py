@@ -12,12 +12,12 @@ from scalar.units import DEG, MM, MRAD
 UNKNOWN = "–"
 
 
-def listed(words: Sequence[str], joint: str = "and") -> str:
-    """Return words as a list in a sentence."""
+def listed(words: Sequence[str], conjunction: str = "and") -> str:
+    """Return words as a list in a sentence, with ``conjunction`` before the last."""
     words = list(words)
     if len(words) < 2:
         return "".join(words)
-    return f"{', '.join(words[:-1])} {joint} {words[-1]}"
+    return f"{', '.join(words[:-1])} {conjunction} {words[-1]}"
 
 
 def number(value: float | None, digits: int = 3) -> str:
@@ -79,7 +79,7 @@ _RATIOS = {
 
 
 def sized(value: float, unit: str) -> str:
-    """Return a value of a unit in which effects have their coefficients (rad, m, rad/rad ...) in words."""
+    """Return in words the value of a coefficient whose unit is one of those that effects use (rad, m, rad/rad ...)."""
     if unit == "rad":
         return angle(value)
     if unit in _RATIOS:
@@ -133,4 +133,4 @@ KNOWN_LENGTH_ADVICE = (
     "Add a length that is known: two target planes whose distance was measured, or one whose place in the base frame "
     "is known (distance_std and normal_std in dataset.yaml). Such a length fixes the scale, which these data do not determine."
 )
-"""What shows an error that scales the whole workcell."""
+"""What would show an error that scales the whole workcell: a clause, and whole sentences of advice."""

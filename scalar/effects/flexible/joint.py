@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 
 SINGLE_DEGREE = 6
 PAIR_DEGREE = 3
-SURE = 3.0  # times the typical standard error: a pose with a larger standard error is not drawn
+LARGEST_DRAWN_STD = (
+    3.0  # times the median standard error: a pose with a larger standard error is not drawn in a map
+)
 
 
 def single_functions(variable: Variable, poses: Poses, degree: int = SINGLE_DEGREE) -> Array:
@@ -105,7 +107,7 @@ class UnattributedJoint(Unattributed, JointEffect):
         return cls(int(mapping["joint"]), variables, slides=bool(mapping.get("slides", False)))
 
     @property
-    def own_curve(self) -> int | None:
+    def own_angle_joint(self) -> int | None:
         """The joint, where its own angle is all that the error depends on."""
         return self.joint if self.depends_on == [f"q{self.joint}"] else None
 
@@ -127,7 +129,7 @@ class UnattributedJoint(Unattributed, JointEffect):
             return [joint_profile(view, self, self.joint, axis, values, curve=curve)]
         second = self.variables[1]
         along = joint_profile(view, self, self.joint, axis, values)
-        sure = along.std < SURE * np.nanmedian(along.std)
+        sure = along.std < LARGEST_DRAWN_STD * np.nanmedian(along.std)
         return [
             Map(
                 axis,

@@ -1,4 +1,4 @@
-"""Which flexible terms are tried on a dataset, on structure that the named effects leave."""
+"""The flexible terms that are tried on a dataset, to describe structure that the named effects leave."""
 
 from __future__ import annotations
 
@@ -16,18 +16,22 @@ from scalar.effects.flexible.shape import UnattributedShape
 from scalar.effects.flexible.sway import UnattributedSway
 from scalar.effects.flexible.variable import GRAVITY, Variable
 from scalar.effects.flexible.wander import COMPONENTS, UnattributedWander
-from scalar.effects.flexible.wave import OVERTONES, WAVE_STEP, UnattributedWave
+from scalar.effects.flexible.wave import N_WAVES, WAVE_STEP, UnattributedWave
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-BUMP_WIDTHS = (0.08, 0.16, 0.32)  # of half the range that a joint goes through
+BUMP_WIDTHS = (
+    0.08,
+    0.16,
+    0.32,
+)  # in units of half the measured range of the variable, as are the widths below
 PLATEAU_WIDTHS = (0.12, 0.3)
 STEP_WIDTHS = (0.03, 0.15)
 KINK_WIDTH = 0.08
-WAVE_ORDERS = (1.5, 33.5)  # periods a turn
+WAVE_ORDERS = (1.5, 33.5)  # first order, and end (excluded), in periods a turn
 SWAY_PERIODS = [k / 2 for k in range(1, 21)]  # in the whole acquisition
 LEAST_VALUES = 4  # different values: a column with no more of them is taken for a label, not for a variable
 
@@ -56,7 +60,7 @@ def flexible_terms(dataset: Dataset) -> list[Effect]:
 
 
 def _in_time(dataset: Dataset, moving: list[int]) -> list[Effect]:
-    """Return terms that vary with the course of the acquisition, or with a column that may be anything."""
+    """Return terms that vary with order, time, temperature, or any further column of poses.csv."""
     turns = kind_of(dataset).shows_turns(dataset)
     order, time = order_and_time(dataset)
     drivers: dict[str, Array] = {"order": order}
@@ -86,15 +90,15 @@ def curves_of(dataset: Dataset, joint: int) -> list[Effect]:
     return _shapes(joint, Variable.observed(f"q{joint}", dataset.q[:, joint - 1]))
 
 
-def waves_of(dataset: Dataset, joint: int, waves: int = OVERTONES) -> list[Effect]:
-    """Return periodic errors of a joint in its own angle that are not whole parts of its turn, with their overtones."""
+def waves_of(dataset: Dataset, joint: int, waves: int = N_WAVES) -> list[Effect]:
+    """Return periodic errors of a joint in its own angle whose period need not be a whole part of a turn, each a sum of ``waves`` waves."""
     angle = Variable.observed(f"q{joint}", dataset.q[:, joint - 1])
     orders = np.arange(*WAVE_ORDERS, WAVE_STEP)
     return [UnattributedWave(joint, (angle,), float(order), waves) for order in orders]
 
 
 def _places(width: float) -> list[float]:
-    """Return places about two widths apart, within the range of a variable."""
+    """Return places about two widths apart, within the range -1..1 of a variable."""
     return [float(at) for at in np.linspace(-1, 1, round(1 / width) + 2)[1:-1]]
 
 

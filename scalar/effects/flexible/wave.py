@@ -1,4 +1,4 @@
-"""A joint's angle that errs periodically, but not in whole parts of its turn."""
+"""A joint's angle that errs periodically, with a period that need not be a whole part of a turn."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from scalar.effects.flexible.variable import Variable
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
-OVERTONES = 3  # waves by which a periodic error that is no sine is described
+N_WAVES = 3  # number of waves, the slowest included, that describe a periodic error that is no sine
 WAVE_STEP = 0.25  # between the orders that are tried, periods a turn
 
 
 @dataclass(frozen=True, eq=False)
 class UnattributedWave(UnattributedJoint):
-    """A joint's angle errs periodically in itself, but its period is no whole part of a turn, as that of an eccentric gear would be.
+    """A joint's angle errs periodically in itself; its period need not be a whole part of a turn, as that of an eccentric gear is.
 
     Attributes:
         variables: The joint's own angle.
@@ -29,7 +29,7 @@ class UnattributedWave(UnattributedJoint):
     """
 
     order: float
-    waves: int = OVERTONES
+    waves: int = N_WAVES
 
     place: ClassVar[str] = "wave"
 
@@ -66,5 +66,5 @@ class UnattributedWave(UnattributedJoint):
     def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the term of ``to_mapping``."""
         variables = tuple(Variable.from_mapping(v) for v in mapping["variables"])
-        waves = int(mapping.get("waves", OVERTONES))
+        waves = int(mapping.get("waves", N_WAVES))
         return cls(int(mapping["joint"]), variables, float(mapping["order"]), waves)
