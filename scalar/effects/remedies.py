@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-CORRECT_PROGRAMS = "No DH parameter holds a periodic error of a joint: correct the joint angles of each program with 'scalar correct', which applies it."
+CORRECT_PROGRAMS = (
+    "No DH parameter holds a periodic error of a joint: correct the joint angles of each program with 'scalar correct', "
+    "which applies it."
+)
 NOTHING_FOR_THE_SCANNER = (
     "The error of the scanner asks for no change in the controller, because it is not the arm that errs."
 )
