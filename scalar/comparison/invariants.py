@@ -15,9 +15,9 @@ import numpy as np
 
 from scalar.comparison.arm_parameters import ArmParameters, effects_of_the_arm, scale_direction
 from scalar.data.poses import Poses
-from scalar.estimation.anywhere import random_poses
-from scalar.estimation.displacement import base_and_sensor, kinematics_at, shifts, without
+from scalar.estimation.displacement import base_and_sensor_columns, kinematics_at, projected_out, shifts
 from scalar.estimation.model import Model
+from scalar.estimation.random_poses import random_poses
 from scalar.geometry.parallel_axes import with_parallel_axes
 from scalar.geometry.screws import change_frame
 from scalar.geometry.se3 import Array
@@ -76,7 +76,7 @@ def displacement_columns(arm: ArmParameters) -> Array:
     """
     kinematics = kinematics_at(arm.model, random_poses(arm.model, N_POSES))
     moved = shifts(kinematics, kinematics.screws()[:, :, arm.columns])
-    return without(base_and_sensor(kinematics.T_base_sensor), moved, _NULL)
+    return projected_out(base_and_sensor_columns(kinematics.T_base_sensor), moved, _NULL)
 
 
 def displacements(a: Model, b: Model) -> Array:
@@ -93,7 +93,7 @@ def displacements(a: Model, b: Model) -> Array:
         )
     )
     moved = (other[:, :3, 3] - T[:, :3, 3]).reshape(-1, 1)
-    return without(base_and_sensor(T), moved, _NULL).reshape(-1, 3)
+    return projected_out(base_and_sensor_columns(T), moved, _NULL).reshape(-1, 3)
 
 
 def _pose_columns(model: Model, poses: Poses) -> Array:
@@ -102,7 +102,7 @@ def _pose_columns(model: Model, poses: Poses) -> Array:
     T = kinematics.T_base_sensor
     eye = np.broadcast_to(np.eye(6), (len(T), 6, 6))
     nuisance = np.concatenate([eye, change_frame(T, eye)], axis=2).reshape(-1, 12)
-    return without(nuisance, kinematics.screws().reshape(6 * len(T), -1), _NULL)
+    return projected_out(nuisance, kinematics.screws().reshape(6 * len(T), -1), _NULL)
 
 
 def _orthogonal_complement(rows: Array) -> Array:

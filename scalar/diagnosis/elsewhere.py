@@ -10,8 +10,8 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.effects import Effect
-from scalar.estimation.anywhere import limits_or_seen, poses_within_limits, seen_ranges
 from scalar.estimation.displacement import displacement_columns as model_columns
+from scalar.estimation.random_poses import limits_or_seen, poses_within_limits, seen_ranges
 from scalar.geometry.se3 import Array
 
 N_POSES = 1500

@@ -1,7 +1,7 @@
-"""Whether the content of a calibration file can be trusted: against its schema, and each part against the others.
+"""Check the content of a calibration file: against its schema, and each part against the others.
 
-A calibration that was damaged or edited must not predict poses that are a little wrong: what does not fit together is refused by
-its key.
+A calibration that was damaged or edited must not predict poses that are a little wrong: what does not fit together is refused, and its key
+is named.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def check_calibration(mapping: Any, file: str) -> None:
 
 
 def check_effects_made(effects: Sequence[Effect], mapping: Any, file: str) -> None:
-    """Refuse effects whose target or coefficients the file states otherwise than they were made.
+    """Refuse effects whose target or coefficients contradict their settings in the file.
 
     Args:
         effects: As they were made from the file's settings.
@@ -75,7 +75,7 @@ def check_effects_made(effects: Sequence[Effect], mapping: Any, file: str) -> No
 
 
 def _check_sizes(content: Description) -> None:
-    """Add what does not fit together in number."""
+    """Add a fault for every list whose length contradicts that of another."""
     n = len(content.items("robot", "nominal", "joints"))
     calibrated = len(content.items("robot", "calibrated", "joints"))
     if calibrated != n:
@@ -98,7 +98,7 @@ def _check_sizes(content: Description) -> None:
 
 
 def _check_joints(content: Description) -> None:
-    """Add every joint of an effect that the robot does not have."""
+    """Add a fault for every joint of an effect that the robot does not have."""
     n = len(content.items("robot", "nominal", "joints"))
     for i in range(len(content.items("effects"))):
         for part in ("target", "settings"):

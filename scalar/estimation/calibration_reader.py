@@ -1,4 +1,4 @@
-"""The content of a calibration file: read, checked, and refused by its key where it is none or is damaged."""
+"""Read the content of a calibration file, and refuse what is no calibration or is damaged, naming the key."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _Built = TypeVar("_Built")
 
 
 def read_calibration(path: Path, build: Callable[[Mapping[str, Any]], _Built]) -> _Built:
-    """Return what is built of the content of a calibration file, brought to the present version of the format.
+    """Return what ``build`` makes of the content of a calibration file, which is first brought to the present version of the format.
 
     Args:
         path: Of the file.
-        build: Makes it of the checked content.
+        build: Is called with the checked content.
 
     Raises:
         InvalidInput: The file is missing, is not JSON, is damaged (the key is named), is not a calibration, or has an effect whose
@@ -57,7 +57,7 @@ def read_calibration(path: Path, build: Callable[[Mapping[str, Any]], _Built]) -
             message = "not known to this release of scalar; use the release that wrote the file"
             raise InvalidInput([Fault(str(path), message, None, key) for key in unknown])
         return build(mapping)
-    except InvalidInput as error:  # an effect whose kind is not known here does not know the file
+    except InvalidInput as error:  # the fault of an effect of unknown kind does not name the file
         raise InvalidInput([replace(fault, file=str(path)) for fault in error.faults]) from None
     except (KeyError, TypeError, ValueError, IndexError, OverflowError, AttributeError) as error:
         damage = f"damaged calibration: {type(error).__name__} {error}"

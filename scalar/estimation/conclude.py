@@ -10,7 +10,7 @@ from scalar.data.dataset import Dataset
 from scalar.effects import registry
 from scalar.errors import Undetermined
 from scalar.estimation.least_squares import Decomposed, Fit
-from scalar.estimation.misfit import lacking_shift, misfit
+from scalar.estimation.misfit import misfit, unexplained_shift
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared
 from scalar.estimation.reporting import reporting, sensor_mapping
@@ -52,7 +52,7 @@ def conclude(
     assert decomposed is not None  # the fit has converged, so all numbers are finite
     _check_rank(model, decomposed, found.free)
     covariance = decomposed.covariance
-    spread = misfit(residuals, model, found.free, settings.misfit_p_value)
+    lack = misfit(residuals, model, found.free, settings.misfit_p_value)
     names = model.names
     fixed = {h.name: h.reason for h in prepared.identifiability.fixed}
     for name, is_free in zip(names, found.free, strict=True):
@@ -63,9 +63,9 @@ def conclude(
         "points": len(dataset.points) if len(dataset.points) else dataset.n_poses,
         "sigma_m": residuals.measurement.sigma,
         "sigma_stated": residuals.measurement.sigma_stated,
-        "misfit": spread.ratio,
-        "misfit_p_value": spread.p_value,
-        "misfit_shift_m": lacking_shift(residuals, model, spread),
+        "misfit": lack.ratio,
+        "misfit_p_value": lack.p_value,
+        "misfit_shift_m": unexplained_shift(residuals, model, lack),
         "started_from": prepared.initial.origin,
         "start_rms_m": prepared.initial.rms,
         "evaluations": found.evaluations,
@@ -74,7 +74,7 @@ def conclude(
         "singular_values": [float(s) for s in prepared.identifiability.singular_values],
     }
     _check_plausible(model, settings)
-    covariance = covariance * spread.inflation
+    covariance = covariance * lack.inflation
     std = np.full(len(names), np.nan)
     std[found.free] = np.sqrt(np.diag(covariance))
     summary["setup"] = [
@@ -84,7 +84,7 @@ def conclude(
             model,
             std,
             rotation_observed=residuals.measurement.observes_orientation,
-            misfit_ratio=spread.ratio if residuals.measurement.sigma_stated else None,
+            misfit_ratio=lack.ratio if residuals.measurement.sigma_stated else None,
             rotation_noise=max(
                 (n.value for n in residuals.measurement.estimated_noise if n.name == ROTATION_NOISE),
                 default=0.0,

@@ -19,7 +19,7 @@ import numpy as np
 
 from scalar.estimation.design_effect import design_effect
 from scalar.estimation.initial_estimate import COARSE
-from scalar.estimation.learned_spread import group_of, learned_spreads
+from scalar.estimation.learned_prior_std import group_of, learned_prior_stds
 from scalar.estimation.least_squares import covariance_and_step, fit
 from scalar.estimation.misfit import misfit
 from scalar.estimation.model import Model, ParameterPrior
@@ -64,7 +64,7 @@ def fit_near_data_sheet(
         ratio = misfit_ratio(residuals, model, free, settings)
         reweighted = replace(model, misfit_ratio=ratio)
         if initial.nominal.tolerance is None:
-            reweighted = with_spreads(reweighted, learned_spreads(residuals, reweighted, free, rules))
+            reweighted = with_prior_stds(reweighted, learned_prior_stds(residuals, reweighted, free, rules))
         converged = _largest_change(model, reweighted) < rules.settled_weight
         model = reweighted
         if converged:
@@ -116,15 +116,15 @@ def data_sheet_priors(
     return tuple(priors)
 
 
-def with_spreads(model: Model, spreads: Mapping[str, float]) -> Model:
+def with_prior_stds(model: Model, stds: Mapping[str, float]) -> Model:
     """Return the model with other standard deviations of the priors on the robot's parameters.
 
     Args:
         model: With priors.
-        spreads: The standard deviation of each group, ``{"length": m, "angle": rad, "zero": rad}``; priors of a group that is missing stay as they
+        stds: The standard deviation of each group, ``{"length": m, "angle": rad, "zero": rad}``; priors of a group that is missing stay as they
             are.
     """
-    priors = [replace(prior, std=spreads.get(group_of(prior.name), prior.std)) for prior in model.priors]
+    priors = [replace(prior, std=stds.get(group_of(prior.name), prior.std)) for prior in model.priors]
     return replace(model, priors=tuple(priors))
 
 

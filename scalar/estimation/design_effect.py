@@ -63,8 +63,8 @@ def design_effect(
     if expected <= 0 or variance <= 0:
         return 1.0
     # Satterthwaite's approximation: ``found`` is distributed as a multiple of a chi-squared variable with this expectation and variance.
-    freedom = 2.0 * expected**2 / variance
-    p_value = float(chdtrc(freedom, freedom * found / expected))
+    degrees_of_freedom = 2.0 * expected**2 / variance
+    p_value = float(chdtrc(degrees_of_freedom, degrees_of_freedom * found / expected))
     return max(found / expected, 1.0) if p_value < least_p_value else 1.0
 
 

@@ -1,4 +1,4 @@
-"""How predicted positions move with the parameters of a model, without what a workcell sets anew: the base, and the sensor on its flange.
+"""How predicted positions move with the parameters of a model, apart from the places of base and sensor, which every workcell sets anew.
 
 The place of the base is a convention that neither planes nor a tracker determine, so predictions are compared after the motion that brings them
 nearest to each other.
@@ -29,12 +29,12 @@ def shifts(kinematics: Kinematics, screws: Array) -> Array:
 def displacement_columns(model: Model, poses: Poses) -> Array:
     """Return the derivatives ``(3 N, P)`` of predicted positions [m] by all parameters, the best motion of the base removed from each."""
     kinematics = kinematics_at(model, poses)
-    basis = np.linalg.qr(base_and_sensor(kinematics.T_base_sensor)[:, :6])[0]
+    basis = np.linalg.qr(base_and_sensor_columns(kinematics.T_base_sensor)[:, :6])[0]
     shift = shifts(kinematics, kinematics.screws())
     return shift - basis @ (basis.T @ shift)
 
 
-def base_and_sensor(T: Array) -> Array:
+def base_and_sensor_columns(T: Array) -> Array:
     """Return the derivatives ``(3 N, 9)`` of positions by a small motion of the base (turn, shift) and a shift of the sensor on its flange.
 
     Args:
@@ -45,13 +45,13 @@ def base_and_sensor(T: Array) -> Array:
     return np.concatenate([-skew(o), moved, T[:, :3, :3]], axis=2).reshape(3 * len(o), 9)
 
 
-def without(nuisance: Array, columns: Array, tolerance: float) -> Array:
-    """Return columns ``(R, K)`` without what other columns ``(R, J)`` explain of them.
+def projected_out(nuisance: Array, columns: Array, tolerance: float) -> Array:
+    """Return ``columns`` with the span of ``nuisance`` projected out.
 
     Args:
-        nuisance: Of any rank.
-        columns: To be freed of them.
-        tolerance: Of the largest singular value: directions below it are none.
+        nuisance: ``(R, J)``, of any rank.
+        columns: ``(R, K)``.
+        tolerance: Share of the largest singular value of ``nuisance``; directions with a smaller one do not count.
     """
     basis, sizes, _ = np.linalg.svd(nuisance, full_matrices=False)
     basis = basis[:, sizes > tolerance * sizes[0]]

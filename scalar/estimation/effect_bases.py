@@ -25,7 +25,7 @@ def acts_on_joints(effect: Effect) -> TypeGuard[JointEffect]:
 
 @dataclass(frozen=True, eq=False)
 class JointBasis:
-    """The columns of an effect on joints, of the joints that it acts on alone: most act on one of many.
+    """The columns of an effect on joints, kept only for the joints on which it acts: usually one.
 
     Attributes:
         n_columns: k.
@@ -42,7 +42,7 @@ class JointBasis:
         return cls(basis.shape[2], tuple((j, basis[:, j].copy()) for j in acting))
 
     def added(self, q: Array, coefficients: Array) -> Array:
-        """Return joint angles ``(N, n)`` [rad] with the effect's."""
+        """Return joint angles ``(N, n)`` [rad] with the effect added."""
         q = q.copy()
         for j, basis in self.parts:
             q[:, j] += basis @ coefficients
@@ -58,7 +58,7 @@ class JointBasis:
 
 @dataclass(frozen=True, eq=False)
 class EffectBases:
-    """The columns of a model's effects at given poses, taken at the nominal robot once and for all.
+    """The columns of a model's effects at given poses, computed once with the nominal robot.
 
     Attributes:
         joints, links, base, sensor: (basis, slice of the effects' coefficients) for each effect that acts there.

@@ -1,4 +1,4 @@
-"""A quick fit of the geometry alone, for looks at the data that need a rough calibration and no error bars."""
+"""A quick fit of the geometry alone, for checks of the data that need a rough calibration and no standard errors."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ def geometry_fit(
     Args:
         dataset: What was measured.
         settings: Thresholds.
-        effects_follow: Whether effects are looked for in what this fit leaves: its misfit then tightens no priors.
+        effects_follow: As in ``prepare``.
 
     Raises:
-        InvalidInput: An initial guess of a plane is wrong beyond repair.
+        InvalidInput: The initial guess of a plane is too far off for the fit.
         Undetermined: The data cannot determine the model.
     """
     prepared = prepare(dataset, settings=settings, effects_follow=effects_follow)

@@ -4,8 +4,8 @@ The Jacobian is taken for *perfect* measurements (``scalar.estimation.perfect_ja
 taken as parallel: with them, plain DH can exchange d of one joint for d of the next with almost no residual, and the fit would run
 away along that direction.
 
-Directions are *structural* if no poses at all would determine them (the base, the flange, the scale), or due to *these poses* (a joint
-that never moves). Singular values as in Hollerbach and Wampler (1996); the choice of what to fix is ``scalar.estimation.gauge_choice``.
+A direction is *structural* if no poses at all would determine it (the base, the flange, the scale), hidden by a joint that stays *still*, or
+due to *these poses*. Singular values as in Hollerbach and Wampler (1996); the choice of what to fix is ``scalar.estimation.gauge_choice``.
 """
 
 from __future__ import annotations

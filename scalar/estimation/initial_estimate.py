@@ -1,6 +1,6 @@
 """The initial estimate of sensor and target: from the stated pose of the sensor, and from the guesses that the measurement gives.
 
-How a kind of sensor guesses its own pose is its own matter (``first_guesses`` of ``scalar.sensors.protocol``). Every proposal is fitted
+Each kind of sensor has its own way to guess its pose (``first_guesses`` of ``scalar.sensors.protocol``). Every proposal is fitted
 together with the target, the arm being fixed at its nominal geometry, and the one with the least misfit is taken.
 """
 
@@ -18,7 +18,7 @@ from scalar.estimation.residuals import Residuals
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
-COARSE = 1e-6  # relative tolerance of fits that others continue
+COARSE = 1e-6  # relative tolerance of fits from which other fits start
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +53,8 @@ def estimate_initially(
     measurement = residuals.measurement
     best: InitialEstimate | None = None
     lowest = np.inf
-    for origin, T, planes in proposals(measurement, robot, residuals.poses.q, target, T_flange_sensor):
-        found = _refined(residuals, Model.at(robot, T, planes))
+    for origin, T, start in proposals(measurement, robot, residuals.poses.q, target, T_flange_sensor):
+        found = _refined(residuals, Model.at(robot, T, start))
         if best is None or found.chi_squared < lowest:
             model = found.model.rebased()
             best, lowest = InitialEstimate(model, residuals.rms(model), origin), found.chi_squared
@@ -75,13 +75,13 @@ def proposals(
         T_flange_sensor: The sensor's nominal pose, or None.
 
     Raises:
-        Undetermined: Neither a stated pose nor a linear guess is to be had.
+        Undetermined: No pose is stated, and the data determine no linear guess.
     """
     T_base_flange = robot.flange(q)
     found: list[tuple[str, Array, Any]] = []
     if T_flange_sensor is not None:
-        planes = measurement.fitted_target(T_base_flange @ T_flange_sensor, target)
-        found.append(("nominal pose", T_flange_sensor, planes))
+        start = measurement.fitted_target(T_base_flange @ T_flange_sensor, target)
+        found.append(("nominal pose", T_flange_sensor, start))
     try:
         guesses = measurement.first_guesses(
             T_base_flange, target, robot.gravity, thorough=T_flange_sensor is None

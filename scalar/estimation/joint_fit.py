@@ -20,7 +20,7 @@ from scalar.estimation.settings import DEFAULTS, EstimationSettings
 from scalar.estimation.sufficiency import check_effects
 from scalar.geometry.se3 import Array
 
-_ROUNDS = 6  # of fitting and whitening anew; two are the rule
+_ROUNDS = 6  # of fitting and whitening anew; usually two suffice
 
 
 def fit_all(
@@ -35,7 +35,7 @@ def fit_all(
     Args:
         dataset: What was measured.
         prepared: The same, prepared.
-        effects: To estimate, from where their coefficients stand.
+        effects: To estimate; the fit starts from their coefficients.
         fixed_effects: To apply as they are.
         settings: Thresholds.
 
@@ -94,7 +94,7 @@ def fit_from(
         if settled:
             break
     assert found is not None
-    # Where columns of effects are good to some per cent, the last hundredth of a standard error is not to be had.
+    # The columns of effects may be accurate to some per cent only. The fit then cannot reach the last hundredth of a standard error.
     if not (found.converged or settled):
         raise NotConverged(
             [f"the fit did not converge: it stopped after {found.evaluations} evaluations short of an optimum; "
@@ -106,7 +106,14 @@ def fit_from(
 def unobservable_coefficients(
     residuals: Residuals, model: Model, free: Array, least_share: float = DEFAULTS.fit.unseen_share
 ) -> Array:
-    """Return which free coefficients of effects ``(P,)`` are combinations of parameters and coefficients before them."""
+    """Return which free coefficients of effects ``(P,)`` act as combinations of the parameters and coefficients before them.
+
+    Args:
+        residuals: Of the dataset.
+        model: Where the columns are taken.
+        free: ``(P,)`` bool.
+        least_share: Least length of a column without these combinations, as a share of its whole length, for a coefficient to be observable.
+    """
     J = residuals.linearise(model)[1]
     where = model.blocks["effects"]
     columns = np.flatnonzero(free)

@@ -19,8 +19,9 @@ class Kinematics:
 
     Attributes:
         model: The model at which everything below is computed.
-        frames: ``(N, n + 1, 4, 4)``.
-        geometry_offsets: ``(N, 5, n)`` or None.
+        bases: The columns of the model's effects at these poses.
+        frames: ``(N, n + 1, 4, 4)``, of the base and of every link, in the base frame before effects move the base.
+        geometry_offsets: ``(N, 5, n)`` [m, rad] or None: what effects add to ``Robot.geometry``.
         T_base_tilted: ``(N, 4, 4)`` or None: the motion of the base that effects make.
         T_base_mount: ``(N, 4, 4)``: where the sensor would be without effects on the sensor.
         T_base_sensor: ``(N, 4, 4)``.
@@ -95,6 +96,6 @@ class Kinematics:
                 screws[:, :, start + where.start : start + where.stop] = (
                     by_coefficient if T is None else change_frame(T, by_coefficient)
                 )
-                if len(places) > 1:  # the next of the same place acts where this one has brought it
+                if len(places) > 1:  # the next effect at this place acts on the frame that this one has moved
                     T = exp_screw(step) if T is None else T @ exp_screw(step)
         return screws

@@ -19,9 +19,7 @@ from scalar.geometry.se3 import Array
 
 TOLERANCE = 1e-10  # relative, on cost and coordinates; less than that is rounding, and a step for nothing
 MAX_EVALUATIONS = 200
-FIRST_STEP = (
-    0.1  # of the coordinates' own size: the default of MINPACK, 100, lets a weak direction jump by turns
-)
+FIRST_STEP = 0.1  # of the coordinates' own size: with MINPACK's default, 100, angles along a weak direction jump by whole turns
 RANK_TOLERANCE = 1e-10  # of the largest singular value of the column-scaled Jacobian
 NEGLIGIBLE_STEP = 1e-3  # standard deviations: a remaining Gauss-Newton step below this does not matter
 
@@ -53,7 +51,7 @@ class Fit:
 
     @property
     def covariance(self) -> Array:
-        """Return the covariance ``(F, F)`` of the free coordinates, residuals taken as whitened; most fits are steps to others, and need none."""
+        """Return the covariance ``(F, F)`` of the free coordinates, for residuals of unit variance; computed when it is first asked for."""
         return self._covariance_and_step[0]
 
     @property
@@ -152,7 +150,7 @@ def fit(residuals: Residuals, model: Model, free: Array, *, tolerance: float = T
 
 
 def _compiled(objective: Objective, tolerance: float) -> Array | None:
-    """Return the optimum ``(F,)`` by the compiled library, which takes MINPACK's steps; None for what it does not know, or has too few digits for."""
+    """Return the optimum ``(F,)`` by the compiled library, which takes MINPACK's steps; None where it does not apply, or lost too many digits."""
     residuals, model = objective.residuals, objective.model
     problem = None if residuals.known is not None else residuals.plane_problem(model)
     if problem is None:
@@ -202,35 +200,39 @@ class Decomposed:
         """Return the decomposition of a Jacobian ``(R, F)``, or None where it or the residual ``(R,)`` is not finite."""
         scale = np.linalg.norm(J, axis=0)
         scale[scale == 0] = 1.0
-        squared = float(residual @ residual)
-        if not (np.all(np.isfinite(scale)) and np.isfinite(squared)):
+        sum_of_squares = float(residual @ residual)
+        if not (np.all(np.isfinite(scale)) and np.isfinite(sum_of_squares)):
             return None
         # The triangular factor of [J r] has the same singular values and projections, at a quarter of the cost.
         factor = np.asarray(np.linalg.qr(np.column_stack([J / scale, residual]), mode="r"))
         U, s, Vt = np.linalg.svd(factor[: len(scale), :-1], full_matrices=False)
         return cls(
-            scale, s, Vt, U.T @ factor[: len(scale), -1], float(np.sqrt(squared / max(len(residual), 1)))
+            scale,
+            s,
+            Vt,
+            U.T @ factor[: len(scale), -1],
+            float(np.sqrt(sum_of_squares / max(len(residual), 1))),
         )
 
     @property
-    def _live(self) -> Array:
+    def _observed(self) -> Array:
         return self.s > RANK_TOLERANCE * self.s[0] if len(self.s) else self.s > 0
 
     @property
     def full_rank(self) -> bool:
         """Return whether the data distinguish all columns."""
-        return len(self.s) == len(self.scale) and bool(np.all(self._live))
+        return len(self.s) == len(self.scale) and bool(np.all(self._observed))
 
     @property
     def covariance(self) -> Array:
-        """Return ``(J' J)^-1``, ``(F, F)``, of the directions that are seen."""
-        inverse = (self.Vt[self._live].T / self.s[self._live]) / self.scale[:, None]
+        """Return ``(J' J)^-1``, ``(F, F)``, of the directions that are observed."""
+        inverse = (self.Vt[self._observed].T / self.s[self._observed]) / self.scale[:, None]
         return inverse @ inverse.T
 
     @property
     def step(self) -> float:
         """Return the length of the remaining Gauss-Newton step in standard deviations, as ``covariance_and_step`` counts it."""
-        return float(np.linalg.norm(self.along[self._live])) / max(1.0, self.rms)
+        return float(np.linalg.norm(self.along[self._observed])) / max(1.0, self.rms)
 
 
 def covariance_and_step(J: Array, residual: Array) -> tuple[Array, float]:

@@ -1,7 +1,7 @@
 """The same fit through lmfit, for its report: values, standard errors, correlations, fit statistics, under the parameters' names.
 
 lmfit calls MINPACK with the same residual, Jacobian and tolerances as ``scalar.estimation.least_squares``, so both end at the same optimum.
-lmfit's own part of the time is many times that of the fit, which is why a calibration does without.
+lmfit itself takes many times as long as the fit, so a calibration does not use it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def fit_with_lmfit(
 ) -> tuple[Fit, MinimizerResult]:
     """Return the least-squares optimum over the free coordinates of a model, and lmfit's own result: ``lmfit.fit_report`` prints it.
 
-    lmfit's covariance is stated whatever the conditioning; that of the fit leaves out directions that the data do not show.
+    lmfit states a covariance whatever the conditioning; that of the fit leaves out directions that the data do not observe.
 
     Args:
         residuals: Of the dataset.

@@ -1,4 +1,4 @@
-"""Between a model's coordinates and ``lmfit.Parameters``: one name each, made safe for lmfit where a user's name is not."""
+"""Convert between a model's coordinates and parameters of lmfit; a name that lmfit does not take is changed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compare the residual of a model with the noise; standard errors and priors count whatever the model lacks as noise."""
+"""Compare the residual of a model with the noise. In standard errors, and in the weight of priors, what the model lacks counts as noise."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Misfit:
     """How the residual compares with the noise.
 
     Attributes:
-        ratio: Root of the residual's mean square over what the noise explains; about 1 for a complete model.
+        ratio: Root mean square of the whitened residual over the value that the noise explains; about 1 for a complete model.
         p_value: Probability of a residual at least this large from noise alone; None where the noise is not known independently.
         inflation: Factor on the covariance.
     """
@@ -59,28 +59,32 @@ def misfit(
         least_p_value: With a smaller p-value the model counts as incomplete.
     """
     measurement = residuals.measurement
-    squared = float(np.sum(residuals.residual(model) ** 2)) - float(np.sum(model.prior_rows()[0] ** 2))
+    chi_squared = float(np.sum(residuals.residual(model) ** 2)) - float(np.sum(model.prior_rows()[0] ** 2))
     T = residuals.kinematics(model).T_base_sensor
     within, _ = measurement.scatter(T, model.target, residuals.point_effects(model))
-    squared -= float(within.sum())
-    freedom = int(measurement.equations.sum()) - determined_by_data(residuals, model, free)
+    chi_squared -= float(within.sum())
+    degrees_of_freedom = int(measurement.equations.sum()) - determined_by_data(residuals, model, free)
     if residuals.known is not None:
         known = residuals.known
-        freedom += 2 * int(np.isfinite(known.normal_std).sum()) + int(np.isfinite(known.distance_std).sum())
-    if freedom <= 0:
+        degrees_of_freedom += 2 * int(np.isfinite(known.normal_std).sum()) + int(
+            np.isfinite(known.distance_std).sum()
+        )
+    if degrees_of_freedom <= 0:
         return Misfit(1.0, None, 1.0)
-    ratio = squared / freedom
+    variance_ratio = chi_squared / degrees_of_freedom
     if measurement.sigma_known:
-        p_value = float(chdtrc(freedom, max(squared, 0.0)))
-        return Misfit(float(np.sqrt(ratio)), p_value, ratio if p_value < least_p_value else 1.0)
-    return Misfit(float(np.sqrt(ratio)), None, ratio)
+        p_value = float(chdtrc(degrees_of_freedom, max(chi_squared, 0.0)))
+        return Misfit(
+            float(np.sqrt(variance_ratio)), p_value, variance_ratio if p_value < least_p_value else 1.0
+        )
+    return Misfit(float(np.sqrt(variance_ratio)), None, variance_ratio)
 
 
-def lacking_shift(residuals: Residuals, model: Model, found: Misfit) -> float:
-    """Return the root mean square distance [m] by which the measured point is off at the measured poses for what the noise does not explain.
+def unexplained_shift(residuals: Residuals, model: Model, found: Misfit) -> float:
+    """Return the root mean square shift [m] of the measured point that would explain why the residual exceeds the noise; zero if it does not.
 
-    It is the size of a shift, of the same variance along each axis and independent from pose to pose, that would make the excess of the residual;
-    a residual along one direction shows a third of its square. Zero where there is no excess. Where poses scatter, it holds that as well.
+    The shift is taken to be independent from pose to pose, with the same variance along each axis, so that a residual along one direction shows a
+    third of its square. Where poses do not repeat, their scatter is part of it.
 
     Args:
         residuals: Of the dataset.

@@ -154,7 +154,7 @@ class Model:
         return model._named_like(self)
 
     def _named_like(self, other: Model) -> Model:
-        """Return this model, told what it has in common with one that differs in numbers alone: names, units, places in the vector."""
+        """Return this model with the cached names, units and places in the vector of another model, which differs in numbers alone."""
         vars(self).update({key: value for key, value in vars(other).items() if key in _COMMON})
         return self
 

@@ -1,4 +1,4 @@
-"""The thresholds of the noise within scans: when it is modelled as other than white and of one size."""
+"""The thresholds of the noise within scans: when it is modelled as correlated, or as different from scan to scan."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from scalar.estimation.documented_setting import setting
 
 @dataclass(frozen=True)
 class WithinScanNoiseSettings:
-    """When the noise within scans is modelled as other than white and of one size."""
+    """When the noise within scans is modelled as correlated, or as different from scan to scan, instead of white and of one size."""
 
     least_points: int = setting(
         12, "points", "a shorter scan says nothing of its noise",
         "chosen: nine degrees of freedom about a parabola, one more than the lags of the test",
     )  # fmt: skip
     least_scans: int = setting(
-        10, "scans", "of so many points, or nothing is said", "chosen: four coefficients of the level and as many again to spare"
+        10, "scans", "fewer scans with that many points say nothing of the noise", "chosen: twice the four coefficients of the level, and two more"
     )  # fmt: skip
     winsorised_sigmas: float = setting(
         4.0, "robust standard deviations", "of a scan, to which residuals are clipped before anything is learned from them",
@@ -28,7 +28,7 @@ class WithinScanNoiseSettings:
     )  # fmt: skip
     least_gain: float = setting(
         20.0, "nats", "of restricted likelihood that a correlated component must gain",
-        "chosen: it changes every weight, and costs a shape, a length and a share",
+        "chosen: it changes every weight, and the component has a shape, a length and a share to be estimated",
     )  # fmt: skip
     longest_share: float = setting(
         0.25, "of a scan's length", "longest correlation length, and half the longest wave",

@@ -28,7 +28,7 @@ def perfect_jacobian(
         residuals: Of the dataset; gives what is known of the planes.
         measurement: The sensor kind's rows.
         model: Without effects.
-        q: ``(N, n)`` [rad], joint angles near which the contacts are made.
+        q: ``(N, n)`` [rad], joint angles near which the perfect measurements are taken.
         index: ``(N,)``, the target that each pose measures.
     """
     J = _of_scans(measurement, model, q, index)
@@ -57,7 +57,7 @@ def _of_scans(measurement: Measurement, model: Model, q: Array, index: Array) ->
 
 
 def _of_any_kind(measurement: Measurement, model: Model, q: Array, index: Array) -> Array:
-    """Return the measured rows for any kind, brought to a perfect measurement first where not every pose is one."""
+    """Return the measured rows for any kind of sensor; joint angles are changed first so that every pose is a perfect measurement."""
     none = EffectBases([], [], [], [])
 
     def kinematics(q: Array) -> Kinematics:

@@ -1,6 +1,6 @@
 """Which poses agree with one robot, sensor and set of planes: first coarsely with the arm nominal, then with a fitted geometry.
 
-Both looks are least trimmed squares by concentration (Rousseeuw and Van Driessen, 2006): the model is fitted to the better part of
+Both steps are least trimmed squares by concentration (Rousseeuw and Van Driessen, 2006): the model is fitted to the better part of
 the poses, the better part is chosen anew, until it no longer changes. Successive poses of one plane that are all off are a change
 (a plane that was knocked, a sensor that slipped), not outliers, and stay.
 """
@@ -23,7 +23,10 @@ from scalar.sensors.robust_scale import robust_std
 
 _ROUNDS = 12  # of fitting and setting aside; they end by themselves, mostly after two
 _CONCENTRATIONS = 4  # of fits to the better part of the poses; later ones change nothing
-_LEAST_SHARE, _MOST_SHARE = 1e-3, 0.95  # of poses off, so that its logarithm says how long runs are by chance
+_LEAST_SHARE, _MOST_SHARE = (
+    1e-3,
+    0.95,
+)  # bounds of the share of poses that are off, whose logarithm says how long runs by chance are
 
 
 def pose_distances(measurement: Measurement, T_base_sensor: Array, planes: Planes, index: Array) -> Array:
@@ -122,7 +125,7 @@ def _left_out(dataset: Dataset, model: Model, free: Array, trained: Array) -> Ar
     solved = np.linalg.lstsq(used.T @ used, measured.T, rcond=1e-12)[0]
     H = np.einsum("nmf,fnk->nmk", measured.reshape(N, m, -1), solved.reshape(-1, N, m))
     H[~trained] = 0.0
-    kept = (1.0 + 1e-6) * np.eye(m) - H  # a pose that alone decides something would divide by nothing
+    kept = (1.0 + 1e-6) * np.eye(m) - H  # I - H is singular for a pose that alone determines a direction
     return np.linalg.norm(np.linalg.solve(kept, residual[: N * m].reshape(N, m, 1)), axis=(1, 2))
 
 

@@ -36,7 +36,7 @@ def pose_deviations(
         on_flange: Name of a further target on the flange; None for the sensor.
     """
     index = np.array([model.names.index(name) for name in free], dtype=int)
-    # What is measured against moves no prediction, so only the marginal covariance of the rest is asked for, by its square root.
+    # Predictions do not depend on the target's coordinates, so only the marginal covariance of the others counts.
     target = model.blocks["target"]
     place = sensor_to_target(model, on_flange)
     own = own_screws(model, on_flange)

@@ -65,9 +65,10 @@ def prepare(
         dataset: What was measured.
         fix: Further parameters to fix at their nominal values, by name.
         settings: Thresholds.
-        lean_on_priors: Whether priors from the data sheet may take directions that these poses do not show at all. A calibration says
-            with standard errors what it rests on them; a diagnosis needs data.
-        effects_follow: Whether effects are looked for in what the coarse fit leaves: its misfit then tightens no priors.
+        lean_on_priors: Whether priors from the data sheet may determine directions that these poses do not determine at all. A calibration
+            may rest on them, since its standard errors show that; a diagnosis needs data.
+        effects_follow: Whether effects are looked for in the residual of the coarse fit, so that this residual must give the priors no more
+            weight.
 
     Raises:
         InvalidInput: The initial guess of a plane is too far off for the fit.
@@ -93,7 +94,7 @@ def prepare(
     except Undetermined:
         check_span(
             residuals, initial.model, settings.sufficiency
-        )  # parallel planes explain whatever else is not determined
+        )  # if the planes are parallel, that is the reason to state
         raise
     coarse = fit_near_data_sheet(residuals, initial.model, free, settings, effects_follow=effects_follow)
     if near_parallel_joints(coarse.robot) != near_parallel_joints(dataset.robot):
@@ -145,9 +146,12 @@ def _identify_again(
     lean_on_priors: bool,
     effects_follow: bool,
 ) -> tuple[Identifiability, Array, Model]:
-    """Return the identifiability at the coarse fit, and a new coarse fit that goes with it.
+    """Return the identifiability at the coarse fit, the coordinates that are free because of it, and a new coarse fit of these.
 
-    The first answer stays if the second fit is worse: then the first fit did not end near the true arm.
+    Args:
+        first: The same three as found at the initial estimate. They are returned if the second fit is worse: then the first coarse fit did
+            not end near the true arm.
+        others: As in ``_identify`` and ``prepare``.
     """
     found = first[2]
     try:

@@ -1,4 +1,4 @@
-"""Planes that the user declares known, to stated standard deviations: they give scale and base as far as they can."""
+"""Planes that the user declares known, with standard deviations: they determine the scale and the place of the base, as far as planes can."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from scalar.estimation.model import Model
 
 
 def reporting(model: Model, guess: Any) -> Model:
-    """Return the model in the coordinates that are reported: absolute rotation vectors, normals counted from the guess."""
+    """Return the model in the coordinates that are reported: absolute rotation vectors, normals relative to those of the initial guess."""
     return Model(
         model.robot,
         model.nominal,

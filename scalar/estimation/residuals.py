@@ -65,7 +65,7 @@ class Residuals:
     bases: EffectBases
     known: ReferencePlanes | None
     _latest: tuple[Model, Kinematics, Rows] | None = field(default=None, init=False, repr=False)
-    _placed: Kinematics | None = field(default=None, init=False, repr=False)
+    _kinematics: Kinematics | None = field(default=None, init=False, repr=False)
 
     @classmethod
     def of(cls, dataset: Dataset, model: Model, measurement: Measurement | None = None) -> Residuals:
@@ -84,9 +84,9 @@ class Residuals:
 
     def kinematics(self, model: Model) -> Kinematics:
         """Return where the sensor is at every pose."""
-        if self._placed is None or self._placed.model is not model:
-            self._placed = Kinematics.of(model, self.poses, self.bases)
-        return self._placed
+        if self._kinematics is None or self._kinematics.model is not model:
+            self._kinematics = Kinematics.of(model, self.poses, self.bases)
+        return self._kinematics
 
     def point_effects(self, model: Model) -> list[BoundPointEffect]:
         """Return the model's effects on points and surfaces, bound to the poses."""
@@ -105,7 +105,7 @@ class Residuals:
         return self._latest[1], self._latest[2]
 
     def plane_problem(self, model: Model) -> PlaneProblem | None:
-        """Return the measured rows of models about the same references in the compiled library, which knows planes and no effects; else None."""
+        """Return the measured rows as a problem of the compiled library, for all models about the same references; None where it does not apply."""
         index, factors = self.measurement.target_index, self.measurement.contact_factors
         return None if factors is None else plane_problem(model, self.poses.q, index, factors)
 
@@ -135,7 +135,7 @@ class Residuals:
             return values.ravel(), jacobian.reshape(values.size, -1)
         kinematics, rows = self._at(model)
         N, m = rows.residual.shape
-        # Effects on joints multiply the derivatives by the joints, which stand at theta (or d): m columns each instead of six.
+        # The columns of effects on joints are multiples of the derivatives by theta (or d): cheaper than by their screws.
         jacobian = rows.wrench @ kinematics.screws(joint_effects=False)
         blocks = model.blocks
         at = blocks["target"]
@@ -159,7 +159,7 @@ class Residuals:
         blocks = model.blocks
         if (
             self.known is None and not model.effects and not model.priors
-        ):  # most fits: spare them the calls below at each step
+        ):  # as in most fits, which are spared the calls below at each step
             return np.zeros(0), np.zeros((0, blocks["effects"].stop))
         vector = model.vector
         coefficients = vector[blocks["effects"]]
@@ -198,13 +198,12 @@ class Residuals:
 
 
 def plane_problem(model: Model, q: Array, index: Array, factors: Array) -> PlaneProblem | None:
-    """Return rows ``factors @ c``, c the contact vectors, in the compiled library; None without it, and where it does not serve.
+    """Return rows ``factors @ c``, c the contact vectors, as a problem of the compiled library.
 
-    It knows planes, joints that turn, and no effects.
-
+    None without the library, and for what it does not know: targets other than planes, prismatic joints, effects.
 
     Args:
-        model: Gives all that stays as it is when coordinates change.
+        model: Gives what does not change with the coordinates: fixed transforms and references.
         q: ``(N, n)`` [rad].
         index: ``(N,)``, which plane each pose measures.
         factors: ``(N, m, 3)``.

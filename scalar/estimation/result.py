@@ -46,10 +46,10 @@ class Calibration:
         free: Names of the parameters that were estimated.
         covariance: ``(F, F)`` of the free parameters, in their units squared.
         fixed: ``{name: reason}`` of every parameter that was not estimated.
-        gauge: What could not be observed: one mapping for each parameter that was fixed for it.
+        gauge: The directions that the data do not determine: one mapping for each, with the parameter that was fixed because of it.
         residual_rms: Root mean square distance of points and target [m].
         summary: Numbers for people: poses, points, noise, misfit, how the fit started and ended.
-        noise: The components of the noise that the poses were weighed by, as the file lists them; none where it is white and of one size.
+        noise: The components of the noise by which the measurements were weighted, as the file lists them; none where it is white and of one size.
     """
 
     model: Model
@@ -191,7 +191,7 @@ class Calibration:
     def predict_covariance(
         self, q: ArrayLike | pd.DataFrame, *, target: str | None = None, **columns: ArrayLike
     ) -> Array:
-        """Return the covariances ``(N, 6, 6)`` [m, rad] of the predicted poses, what is held being taken as exact.
+        """Return the covariances ``(N, 6, 6)`` [m, rad] of the predicted poses, what is fixed being taken as exact.
 
         The first three coordinates are a shift of the sensor's origin, the others a small turn about it, in the base frame. NaN where
         the fit gave no covariance.

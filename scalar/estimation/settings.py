@@ -123,7 +123,7 @@ class IdentifiabilitySettings:
     """Which parameters the poses identify, and what is fixed because of it."""
 
     null_tolerance: float = setting(
-        1e-8, "of the largest singular value", "a direction below it is not seen at all",
+        1e-8, "of the largest singular value", "a direction below it is not observed at all",
         "the root of the rounding error: perfect measurements leave nothing but rounding",
     )  # fmt: skip
     still: float = setting(
@@ -169,7 +169,7 @@ class IdentifiabilitySettings:
         1e-3, "rad", "the same for the zeros of the joints", "chosen: a witness mark is set to a twentieth of a degree"
     )  # fmt: skip
     typical_count: float = setting(
-        6.0, "corrections", "that the typical lengths and angles count as where the arm's own are pooled with them",
+        6.0, "corrections", "number of them that the typical lengths and angles count as, when they are pooled with those of the arm",
         "chosen: as many as a six-axis arm has of each, so that an arm that differs soon outweighs them; zeros, often degrees off, count as one",
     )  # fmt: skip
     prior_matters: float = setting(

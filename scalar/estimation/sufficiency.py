@@ -18,6 +18,7 @@ from scalar.sensors import Measurement
 from scalar.units import DEG
 
 LEAST_PLANES = 3  # space has three dimensions
+_LEAST_POINTS = 3  # on a plane: fewer lie on a line
 
 
 def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
@@ -148,7 +149,7 @@ def _extents(residuals: Residuals, model: Model) -> tuple[Array, Array]:
         mine = measurement.target_index == k
         weights, points = counts[mine], means[mine]
         total = weights.sum()
-        if total < LEAST_PLANES:
+        if total < _LEAST_POINTS:
             extents.append([0.0, -1.0])  # narrower than anything
             continue
         off = points - weights @ points / total

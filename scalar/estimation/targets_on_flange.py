@@ -31,7 +31,7 @@ def sensor_to_target(model: Model, name: str | None) -> Array:
 
 
 def own_screws(model: Model, name: str | None) -> Array:
-    """Return how a target moves with the model's last coordinates, in axes of the sensor's frame: ``(6, k)``; k is 0 for the sensor.
+    """Return how a target moves with the last k coordinates of ``model.target``, in axes of the sensor's frame: ``(6, k)``; k is 0 for the sensor.
 
     Args:
         model: As calibrated.

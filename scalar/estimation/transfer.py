@@ -1,7 +1,7 @@
 """Which effects go with an arm from one campaign to the next, and which stay where they were found.
 
-Joints, links and the pedestal are the arm's own. A range error is the laser's. What happened on one day in one workcell would, in another,
-be an error of our own making. Each effect says for itself to which it belongs.
+Effects of joints, links and the pedestal belong to the arm, and a range error belongs to the laser. What happened on one day in one workcell
+belongs to that campaign: applied in another, it would add an error. Each effect says for itself to which it belongs.
 """
 
 from __future__ import annotations

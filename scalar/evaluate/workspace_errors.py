@@ -18,10 +18,10 @@ from functools import cached_property
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.estimation.anywhere import limits_or_seen, poses_within_limits
-from scalar.estimation.displacement import base_and_sensor, kinematics_at, without
+from scalar.estimation.displacement import base_and_sensor_columns, kinematics_at, projected_out
 from scalar.estimation.model import Model
 from scalar.estimation.prediction_covariance import pose_deviations
+from scalar.estimation.random_poses import limits_or_seen, poses_within_limits
 from scalar.estimation.result import Calibration
 from scalar.evaluate.pose_errors import best_rigid_motion
 from scalar.geometry.se3 import Array
@@ -126,7 +126,9 @@ def workspace_errors(
         return None
     T = estimate.T_base_sensor
     of_positions = of_poses[:, :3].reshape(3 * len(T), -1)
-    deviations = without(base_and_sensor(T), of_positions, _RANK_TOLERANCE).reshape(len(T), 3, -1)
+    deviations = projected_out(base_and_sensor_columns(T), of_positions, _RANK_TOLERANCE).reshape(
+        len(T), 3, -1
+    )
     errors = {
         name: aligned_errors(kinematics_at(model, poses).T_base_sensor, T) for name, model in models.items()
     }
@@ -144,6 +146,6 @@ def aligned_errors(T_model: Array, T_hat: Array) -> Array:
     for _ in range(_ALIGNMENTS):
         T = best_rigid_motion(T[:, :3, 3], T_hat[:, :3, 3]) @ T
         error = T[:, :3, 3] - T_hat[:, :3, 3]
-        shift = np.linalg.lstsq(base_and_sensor(T), error.ravel(), rcond=_RANK_TOLERANCE)[0][6:]
+        shift = np.linalg.lstsq(base_and_sensor_columns(T), error.ravel(), rcond=_RANK_TOLERANCE)[0][6:]
         T[:, :3, 3] -= T[:, :3, :3] @ shift
     return (best_rigid_motion(T[:, :3, 3], T_hat[:, :3, 3]) @ T)[:, :3, 3] - T_hat[:, :3, 3]

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.estimation.anywhere import random_poses
 from scalar.estimation.displacement import displacement_columns
 from scalar.estimation.identifiability import analyse
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import candidate_mask
+from scalar.estimation.random_poses import random_poses
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 

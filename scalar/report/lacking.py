@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
-from scalar.estimation.misfit import lacking_shift, lacks_something, misfit
+from scalar.estimation.misfit import lacks_something, misfit, unexplained_shift
 from scalar.estimation.result import Calibration
 
 if TYPE_CHECKING:
@@ -35,4 +35,4 @@ def lacking_after(diagnosis: Diagnosis) -> float:
     if shipped.fit != BY_COMPONENT:
         return lacking(diagnosis.calibration_after)
     state = shipped.choice.state
-    return lacking_shift(state.residuals, state.model, misfit(state.residuals, state.model, state.free))
+    return unexplained_shift(state.residuals, state.model, misfit(state.residuals, state.model, state.free))

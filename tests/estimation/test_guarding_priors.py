@@ -16,7 +16,7 @@ from scalar.estimation import data_sheet_priors, joint_fit
 from scalar.estimation.data_sheet_priors import fit_near_data_sheet, misfit_ratio, with_reasons
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.joint_fit import fit_from, unobservable_coefficients
-from scalar.estimation.learned_spread import most_likely_spreads, typical_spreads
+from scalar.estimation.learned_prior_std import most_likely_prior_stds, typical_prior_stds
 from scalar.estimation.least_squares import covariance_and_step
 from scalar.estimation.misfit import misfit
 from scalar.estimation.model import ParameterPrior
@@ -138,11 +138,11 @@ def test_what_is_usual_is_outweighed_by_the_arm_itself(group, counts_as):
     """Without data an arm is as far off as arms are. Four corrections of ten times that, each exactly known, are pooled with the usual one,
     which counts as six corrections of lengths and angles, and as one of zeros: ``t^2 = (sum m_i^2 + c t_0^2) / (4 + c)``.
     """
-    typical, usual = typical_spreads(DEFAULTS.identifiability), NOBODY_KNOWS[group]
+    typical, usual = typical_prior_stds(DEFAULTS.identifiability), NOBODY_KNOWS[group]
     nothing = np.eye(1), np.zeros(1), np.zeros(1), np.ones(1)
-    assert most_likely_spreads(*nothing, {g: np.zeros(1, dtype=bool) for g in typical}, typical)[
+    assert most_likely_prior_stds(*nothing, {g: np.zeros(1, dtype=bool) for g in typical}, typical)[
         group
     ] == pytest.approx(usual)
     exact = 1e15 * np.eye(4), np.zeros(4), np.full(4, 10 * usual), np.ones(4)
-    found = most_likely_spreads(*exact, {g: np.full(4, g == group) for g in typical}, typical)[group]
+    found = most_likely_prior_stds(*exact, {g: np.full(4, g == group) for g in typical}, typical)[group]
     assert found == pytest.approx(usual * np.sqrt((4 * 100 + counts_as) / (4 + counts_as)), rel=1e-3)

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from scalar.data.poses import Poses
-from scalar.estimation.anywhere import limits_or_seen, poses_within_limits
 from scalar.estimation.calibrate import calibrate
+from scalar.estimation.random_poses import limits_or_seen, poses_within_limits
 from scalar.estimation.result import Calibration
 from scalar.evaluate.workspace_errors import (
     Banded,

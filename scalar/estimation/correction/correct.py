@@ -26,7 +26,7 @@ class Correction:
         orientation_error: ``(N,)`` [rad].
         reached: ``(N,)`` bool, within the thresholds; the place alone where the arm has fewer than six joints.
         beyond_limits: ``(N, n)`` bool, joints that would leave their limits.
-        near_singular: ``(N,)`` bool, a small error takes a large change of the joints.
+        near_singular: ``(N,)`` bool, whether a small error takes a large change of the joints.
     """
 
     q: Array

@@ -1,4 +1,4 @@
-"""The iteration that finds joint angles for wanted frames: Newton's with a Jacobian that is soon kept, then a damped one for what is left.
+"""The iteration that finds joint angles for wanted frames: Newton's method, which soon keeps its Jacobian, then a damped one for what is left.
 
 ``q <- q + J^+ e``, with e the twist (rotation [rad], shift in units of the arm's length) from where the model says that the sensor is
 to where it is wanted, and J the Jacobian of the rigid chain. What effects add to the Jacobian is left out: it makes each step less than
@@ -17,11 +17,11 @@ from scalar.estimation.kinematics import Kinematics
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array, cross, log_so3
 
-_LEAST = 1e-13  # of a matrix's size: what keeps an exactly singular one from having no inverse
+_LEAST = 1e-13  # of a matrix's size: added to its diagonal, so that an exactly singular one has an inverse
 _TINY = 1e-300
-_FACTOR, _MOST = 10.0, 1e6  # by which a damping is adapted, and where no step helps
+_FACTOR, _MOST = 10.0, 1e6  # by which a damping is adapted, and beyond which no step helps
 WHOLE_POSE = 6  # joints that take any place and orientation
-Standing = Callable[[Array, Array], Kinematics]
+KinematicsAt = Callable[[Array, Array], Kinematics]
 """The kinematics of the model at joint angles ``(M, n)`` [rad] of the poses with indices ``(M,)``."""
 
 
@@ -32,8 +32,8 @@ class Found:
     Attributes:
         q: ``(N, n)`` [rad].
         twist: ``(N, 6)``, what is left to the wanted frame: rotation [rad] and shift [m] of the sensor's origin.
-        singular_value: ``(N,)``, the smallest of the Jacobian at the start, lengths in units of the arm's; a bound from below within
-            a factor of 2.5.
+        singular_value: ``(N,)``, a lower bound of the smallest singular value of the Jacobian at the start, lengths in units of the arm's; it is
+            at most 1.6 times too small.
     """
 
     q: Array
@@ -83,13 +83,13 @@ class Inverse:
     """The inverse of a model at given poses.
 
     Args:
-        standing: The model.
+        kinematics_at: The kinematics of the model at joint angles of its poses.
         robot: The nominal arm. Fewer than six joints meet the place alone, and the orientation as far as they may.
         settings: Thresholds.
     """
 
-    def __init__(self, standing: Standing, robot: Robot, settings: CorrectionSettings) -> None:
-        self.standing, self.settings = standing, settings
+    def __init__(self, kinematics_at: KinematicsAt, robot: Robot, settings: CorrectionSettings) -> None:
+        self.kinematics_at, self.settings = kinematics_at, settings
         self.place_alone = robot.n_joints < WHOLE_POSE
         length = arm_length(robot)
         turn = settings.orientation_weight if self.place_alone else 1.0
@@ -99,18 +99,18 @@ class Inverse:
         """Return where the fast iteration ends from joint angles near the solution ``(N, n)`` [rad]."""
         q = q.copy()
         going = np.arange(len(q))
-        kinematics = self.standing(q, going)
+        kinematics = self.kinematics_at(q, going)
         twist = twist_to(kinematics.T_base_sensor, T_wanted, small=True)
         inverses, singular_value = self._inverses(kinematics)
         for k in range(self.settings.steps):
             step = (inverses @ (twist[going] * self.weights)[:, :, None])[:, :, 0]
             q[going] += step
-            kinematics = self.standing(q[going], going)
+            kinematics = self.kinematics_at(q[going], going)
             twist[going] = twist_to(kinematics.T_base_sensor, T_wanted[going], small=True)
             rest = ~self._ended(twist[going], step)
             rest &= (
                 np.abs(step).max(axis=1) < self.settings.largest_correction
-            )  # a larger one is none that a sine measures
+            )  # after a larger step, the sine no longer stands for the angle
             going = going[rest]
             if not len(going):
                 break
@@ -144,7 +144,7 @@ class Inverse:
     def damped(self, q: Array, index: Array, T_wanted: Array) -> tuple[Array, Array]:
         """Return joint angles ``(M, n)`` [rad] and what is left ``(M, 6)`` of the damped iteration for poses with indices ``(M,)``."""
         q = q.copy()
-        kinematics = self.standing(q, index)
+        kinematics = self.kinematics_at(q, index)
         J = jacobian(kinematics) * self.weights[:, None]
         twist = twist_to(kinematics.T_base_sensor, T_wanted, small=False)
         cost = np.sum((twist * self.weights) ** 2, axis=1)
@@ -157,7 +157,7 @@ class Inverse:
             A += ((damping[going] + _LEAST) * size)[:, None, None] * np.eye(A.shape[1])
             step = np.linalg.solve(A, Jt @ (twist[going] * self.weights)[:, :, None])[:, :, 0]
             tried = q[going] + step
-            kinematics = self.standing(tried, index[going])
+            kinematics = self.kinematics_at(tried, index[going])
             left = twist_to(kinematics.T_base_sensor, T_wanted[going], small=False)
             new = np.sum((left * self.weights) ** 2, axis=1)
             better = new < cost[going]

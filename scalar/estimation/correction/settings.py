@@ -14,8 +14,8 @@ class CorrectionSettings:
             repeat to; the iteration stops there.
         orientation: [rad] likewise; at a lever of a metre it is as far as ``position``.
         steps: Most steps of the first, fast iteration. Two or three are usual; what takes more is left for the damped one.
-        jacobians: Steps of it after which the Jacobian is computed anew; later ones keep the last. One is what costs least: from
-            there on a step leaves of the error what harmonics of high order add to the Jacobian, less than a hundredth.
+        jacobians: Number of steps of the fast iteration after which the Jacobian is computed anew; later steps keep it. Chosen: one costs
+            least, since a later step then leaves less than a hundredth of the error, which is what harmonics of high order add to the Jacobian.
         damped_steps: Most steps of the damped iteration for what is left, with a Jacobian of its own at each.
         near_singular: Smallest singular value of the Jacobian (lengths in units of the arm's) below which a pose is called near a
             singularity. Chosen: an error of a milliradian then takes 50 mrad of a joint.

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _ROUNDS = 8
-_SAME_MOVE = 1e-6  # rad, times a share of some thousandths: some nanometres at a metre
+_SAME_MOVE = 1e-6  # rad: an effect of a move is some thousandths of it, which is some nanometres at a metre
 
 
 def correct_table(
@@ -55,9 +55,7 @@ def correct_table(
         return correct_frames(model, poses, T_wanted, settings)
 
     found = corrected()
-    acting = [
-        name for name in names if name not in table.columns
-    ]  # a table that states its moves is left at them
+    acting = [name for name in names if name not in table.columns]  # moves that the table states are kept
     if not acting or not model.effects:
         return found
     changed = np.zeros(len(poses))

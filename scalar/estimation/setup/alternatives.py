@@ -22,7 +22,7 @@ ZERO_STEP = 30 * DEG  # between the zeros of a joint that are tried: a fit finds
 LENGTH_UNITS = {"inches": 25.4, "metres": 1000.0, "centimetres": 10.0, "feet": 304.8}
 """What a length that passes for millimetres may be in, and how many millimetres one of it is."""
 GRAD = 0.9 * DEG
-LEAST_TURNS = 4 * np.pi  # rad, that a joint goes through: angles within them are not read as degrees
+LEAST_TURNS = 4 * np.pi  # rad: only if a joint goes through more are its angles tried as degrees
 A, ALPHA, D, THETA, BETA = range(len(GEOMETRY))
 
 
@@ -41,7 +41,7 @@ class Alternative:
         corrects_robot: Whether ``dataset.robot`` is all that differs.
         joint: From 1, of a joint's zero; else None.
         zero: What was added to that joint's theta [rad].
-        scale: By which the measured lengths were multiplied: what they leave shrinks with them, and proves nothing by that.
+        scale: Factor by which the measured lengths were multiplied; a residual that shrinks by the same factor proves nothing.
     """
 
     what: str
@@ -85,7 +85,7 @@ def alternatives(dataset: Dataset) -> Iterator[Alternative]:
             remedy="exchange the two columns in poses.csv",
         )
     for j in moving:
-        if j not in dataset.robot.prismatic:  # where a travel begins, the geometry takes up
+        if j not in dataset.robot.prismatic:  # a wrong zero of a travel is taken up by the geometry
             yield from _zeros(dataset, j)
     yield from _angle_units(dataset)
 

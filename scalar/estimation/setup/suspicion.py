@@ -84,7 +84,7 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
     """Return what about the set-up explains a dataset that its description does not fit; nothing where nothing does.
 
     Every alternative is looked at with the arm nominal; the few that leave least, and keep sensor and planes nearest to where
-    dataset.yaml has them, are fitted in full. After what is wrong alone, pairs of signs are tried, and three signs at once where nothing so far
+    dataset.yaml has them, are fitted in full. After the single alternatives, pairs of signs are tried, and three signs at once if nothing so far
     explains the data with sensor and planes where they are stated. Several are returned where the data do not distinguish them.
     """
     as_it_is = first_look(dataset)
@@ -94,7 +94,7 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
         tried = alternatives(dataset) if count == 1 else several_signs(dataset, count)
         found += _explaining(tried, as_it_is, before)
         if count > 1 and any(look.off <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in found):
-            break  # of a pair that explains the data as well as one thing alone the user is told; of three no more
+            break  # a pair is reported beside a single alternative that explains the data as well; three are not tried then
     if not found:
         return ()
     lowest = min(trial.rms for _, _, trial in found)

@@ -12,7 +12,7 @@ from scalar.errors import ScalarError
 from scalar.estimation.initial_estimate import COARSE, proposals, sensor_and_target
 from scalar.estimation.least_squares import fit
 from scalar.estimation.model import Model
-from scalar.estimation.prepare import Prepared, prepare
+from scalar.estimation.prepare import prepare
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.setup.ran_away import ran_away
 from scalar.geometry.planes import Planes
@@ -20,7 +20,7 @@ from scalar.geometry.se3 import Array, log_so3
 from scalar.sensors import measure
 
 MOST_POSES = 60  # of which a first look is made; a set-up that is wrong is wrong everywhere
-LEAST_EQUATIONS = 2.0  # for each free parameter: with fewer a fit explains what it likes
+LEAST_EQUATIONS = 2.0  # for each free parameter: with fewer, a fit may explain anything
 STEPS = 12  # of the first look's damped Gauss-Newton
 
 
@@ -29,14 +29,12 @@ class Trial:
     """A reading of the set-up that was fitted.
 
     Attributes:
-        rms: Of the better part of the poses, their root mean square distance from the target [m].
+        rms: Median over the poses of their root mean square distance from the target [m].
         model: Where the fit ended.
-        prepared: How the fit was prepared; None after a first look.
     """
 
     rms: float
     model: Model
-    prepared: Prepared | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +127,7 @@ def full_fit(dataset: Dataset) -> Trial | None:
         found = fit(prepared.residuals, prepared.coarse, prepared.free, tolerance=COARSE)
         if ran_away(found.model):
             return None
-        return Trial(typical_distance(prepared.residuals, found.model), found.model, prepared)
+        return Trial(typical_distance(prepared.residuals, found.model), found.model)
     except (ScalarError, np.linalg.LinAlgError, ValueError, FloatingPointError):
         return None
 

@@ -1,4 +1,4 @@
-"""Random poses within the joint limits, at which models of one arm are compared: the same for every call."""
+"""Random poses within the joint limits, at which models of one arm are compared; every call draws the same."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _TEMPERATURE = (10.0, 30.0)  # deg C: a workshop's
 
 
 def random_poses(model: Model, count: int) -> Poses:
-    """Return poses with uniform joint angles, and with what effects may ask for: directions of approach, a temperature.
+    """Return poses with uniform joint angles, and with columns that effects may need: directions of approach, a temperature.
 
     Args:
         model: Of the arm.
@@ -28,11 +28,11 @@ def random_poses(model: Model, count: int) -> Poses:
 
 
 def poses_within_limits(limits: Array, seen: Poses, count: int, seed: int) -> Poses:
-    """Return random poses within joint limits, the same for every call; other columns take values that were seen, the order its median.
+    """Return random poses within joint limits; other columns take values that were measured, and the order is the median of the measured ones.
 
     Args:
         limits: ``(n, 2)`` [rad].
-        seen: Of the dataset.
+        seen: The measured poses.
         count: How many.
         seed: Of the draws.
     """

@@ -21,8 +21,8 @@ from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
 
 _ROUNDS = 200
-_SETTLED = 1e-3  # of the logarithm of a spread
-_UNIT_INFORMATION = 1.0  # correction, which a weak prior counts as (Kass and Wasserman, Journal of the American Statistical Association 90, 1995)
+_SETTLED = 1e-3  # change of the logarithm of a standard deviation below which it has converged
+_UNIT_INFORMATION = 1.0  # number of corrections that a weak prior counts as (Kass and Wasserman, J. American Statistical Association 90, 1995)
 _RIDGE = (
     1e-14  # of unit columns: keeps the inverse finite where neither data nor priors determine a direction
 )
@@ -36,7 +36,7 @@ def group_of(name: str) -> str:
     return "length" if kind in LENGTHS else "zero" if kind == "theta" else "angle"
 
 
-def learned_spreads(
+def learned_prior_stds(
     residuals: Residuals,
     model: Model,
     free: Array,
@@ -61,11 +61,11 @@ def learned_spreads(
             means[at[prior.name]], stds[at[prior.name]] = prior.mean, prior.std
     off = np.where(np.isfinite(stds), model.vector[index] - means, 0.0)
     groups = {g: np.array([group_of(name) == g for name in names]) for g in ("length", "angle", "zero")}
-    return most_likely_spreads(J.T @ J, J.T @ r, off, stds, groups, typical_spreads(settings))
+    return most_likely_prior_stds(J.T @ J, J.T @ r, off, stds, groups, typical_prior_stds(settings))
 
 
-def typical_spreads(settings: IdentifiabilitySettings) -> dict[str, tuple[float, float]]:
-    """Return for each group the spread [m or rad] that arms have, and how many corrections it counts as."""
+def typical_prior_stds(settings: IdentifiabilitySettings) -> dict[str, tuple[float, float]]:
+    """Return for each group the usual standard deviation [m or rad] of an arm's corrections, and how many corrections it counts as."""
     return {
         "length": (settings.typical_link, settings.typical_count),
         "angle": (settings.typical_link, settings.typical_count),
@@ -73,7 +73,7 @@ def typical_spreads(settings: IdentifiabilitySettings) -> dict[str, tuple[float,
     }
 
 
-def most_likely_spreads(
+def most_likely_prior_stds(
     gram: Array,
     gradient: Array,
     off: Array,
@@ -81,23 +81,23 @@ def most_likely_spreads(
     groups: Mapping[str, Array],
     typical: Mapping[str, tuple[float, float]],
 ) -> dict[str, float]:
-    """Return the spreads of greatest marginal likelihood of a linear model, by MacKay's fixed point.
+    """Return the prior standard deviations of greatest marginal likelihood of a linear model, by MacKay's fixed point.
 
     Args:
-        gram: ``(F, F)``, J'J in units of the residual's size.
-        gradient: ``(F,)``, J'r where the corrections are ``off``.
+        gram: ``(F, F)``, J'J of the whitened rows divided by the misfit ratio.
+        gradient: ``(F,)``, J'r of the same rows, where the corrections are ``off``.
         off: ``(F,)``, the corrections at which the model is linear.
         stds: ``(F,)``, prior standard deviations, infinite where there is no prior.
-        groups: Which of the F corrections belong to each group.
-        typical: Spread and count of each group.
+        groups: For each group ``(F,)`` bool, which corrections belong to it.
+        typical: For each group the usual standard deviation and its count.
     """
     belongs = np.array([groups[g] for g in groups], dtype=float)  # (groups, F)
     prior, count = np.array([typical[g] for g in groups]).T
-    spreads, in_none = prior, ~belongs.any(axis=0)
+    prior_stds, in_none = prior, ~belongs.any(axis=0)
     weight_elsewhere = np.where(in_none, 1.0 / stds**2, 0.0)
     diagonal = np.arange(len(gram))
     for _ in range(_ROUNDS):
-        weight = weight_elsewhere + (1.0 / spreads**2) @ belongs
+        weight = weight_elsewhere + (1.0 / prior_stds**2) @ belongs
         H = gram.copy()
         H[diagonal, diagonal] += weight
         scale = 1.0 / np.sqrt(np.maximum(H[diagonal, diagonal], 1e-300))
@@ -108,8 +108,8 @@ def most_likely_spreads(
         m = off - inverse @ (gradient + weight * off)
         determined = belongs @ (1.0 - weight * inverse[diagonal, diagonal])
         new = np.sqrt((belongs @ m**2 + count * prior**2) / (np.maximum(determined, 0.0) + count))
-        change = np.max(np.abs(np.log(new / spreads)))
-        spreads = new
+        change = np.max(np.abs(np.log(new / prior_stds)))
+        prior_stds = new
         if change < _SETTLED:
             break
-    return dict(zip(groups, spreads.tolist(), strict=True))
+    return dict(zip(groups, prior_stds.tolist(), strict=True))
