@@ -196,7 +196,7 @@ def _findings(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding,
             float(odds.min()),
             final_residuals,
         )
-        sure = confidence(grounds)
+        sure = confidence(grounds, effect.name)
         # A report lists the confounded effects with the name. The name is therefore doubtful only if the confidence is too low that the cause is the
         # effect or one of those; this confidence is computed against the other rivals alone.
         others = [s for s in rivals_of_it if not any(s.effect.same_place(like) for like in confounded)]
@@ -209,7 +209,9 @@ def _findings(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding,
             float(min([odds[0], *odds_of_others])),
             final_residuals,
         )
-        likely = max(sure, confidence(grounds_of_group)) >= after.settings.naming.least_confidence
+        likely = (
+            max(sure, confidence(grounds_of_group, effect.name)) >= after.settings.naming.least_confidence
+        )
         doubtful = not (effect.flexible or likely)
         found.append(
             Finding(

@@ -102,7 +102,7 @@ class Diagnosis:
     def noise_confidence(self) -> float:
         """Return the estimated probability that the likeliest variance component is what it is called."""
         assert self.noise_grounds is not None
-        sure = confidence(self.noise_grounds)
+        sure = confidence(self.noise_grounds, self.noise[0].name)
         return sure if self.confirmed_noise else min(sure, self._noise_selected_in or 0.0)
 
     @property

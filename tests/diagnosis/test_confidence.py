@@ -31,6 +31,7 @@ shares = st.floats(0.0, 1.0)
 left = st.builds(
     FinalResiduals, st.integers(2, 100_000), st.floats(1e-3, 1e4), st.floats(1e-30, 1.0), st.booleans()
 )
+names = st.sampled_from(["joint_harmonic", "pose_jitter", "unattributed", "an effect of a user"])
 grounds = st.builds(
     Grounds, st.sampled_from(KINDS), nats, nats, shares, st.integers(0, 40), st.booleans(), left
 )
@@ -58,28 +59,29 @@ def test_of_two_equals_neither_is_likelier():
     assert log_odds(5.0, []) == pytest.approx(5.0) == log_odds(5.0, [-math.inf])
 
 
-@given(grounds=grounds)
-def test_it_is_a_chance(grounds):
-    """Between 0 and 1, whatever the grounds."""
-    assert 0.0 <= confidence(grounds) <= 1.0
+@given(grounds=grounds, name=names)
+def test_it_is_a_chance(grounds, name):
+    """Between 0 and 1, whatever the grounds and the name."""
+    assert 0.0 <= confidence(grounds, name) <= 1.0
 
 
-@given(grounds=grounds, more=st.floats(0.0, 100.0))
-def test_more_evidence_never_makes_an_answer_less_sure(grounds, more):
+@given(grounds=grounds, name=names, more=st.floats(0.0, 100.0))
+def test_more_evidence_never_makes_an_answer_less_sure(grounds, name, more):
     """All other grounds being the same."""
-    assert confidence(replace(grounds, log_odds=grounds.log_odds + more)) >= confidence(grounds)
-    assert confidence(replace(grounds, least_log_odds=grounds.least_log_odds + more)) >= confidence(grounds)
+    likelier = replace(grounds, log_odds=grounds.log_odds + more)
+    steadier = replace(grounds, least_log_odds=grounds.least_log_odds + more)
+    assert min(confidence(likelier, name), confidence(steadier, name)) >= confidence(grounds, name)
 
 
-@given(grounds=grounds)
-def test_grounds_beyond_what_was_tried_are_judged_as_the_nearest_that_were(grounds):
+@given(grounds=grounds, name=names)
+def test_grounds_beyond_what_was_tried_are_judged_as_the_nearest_that_were(grounds, name):
     """No answer is surer than any that was tried, feature by feature."""
     tried = json.loads(SHIPPED.read_text(encoding="utf-8"))[grounds.kind]
     values = features(grounds)
     nearest = {
         name: min(max(values[name], entry["from"]), entry["to"]) for name, entry in tried["features"].items()
     }
-    assert predicted(values, tried) == predicted(nearest, tried)
+    assert predicted(values, name, tried) == predicted(nearest, name, tried)
 
 
 def test_a_regression_finds_the_coefficients_of_simulated_answers():
@@ -89,7 +91,7 @@ def test_a_regression_finds_the_coefficients_of_simulated_answers():
     signs = {"log_odds": 2.5, "least_log_odds": 1, "rivalled": -1, "share": 1}  # which coefficients keep
     truth = np.array([0.3 * signs.get(name, (-1) ** k) for k, name in enumerate(FEATURES)])
     right = (rng.random(len(X)) < expit(X @ truth - 0.5)).astype(float)
-    found = regression(X, right, 1.0)
+    found = regression(X, right, ["one"] * len(X), 1.0)
     slopes = [found["features"][name]["coefficient"] for name in FEATURES]
     np.testing.assert_allclose(slopes, truth, atol=0.2)
     assert found["intercept"] == pytest.approx(-0.5, abs=0.3)
@@ -101,7 +103,22 @@ def test_evidence_that_speaks_against_an_answer_is_ignored():
     X = np.zeros((400, len(FEATURES)))
     X[:, 0] = rng.normal(size=400)
     right = (rng.random(400) < expit(-X[:, 0])).astype(float)
-    assert regression(X, right, 1.0)["features"][FEATURES[0]]["coefficient"] == 0.0
+    assert regression(X, right, ["one"] * len(X), 1.0)["features"][FEATURES[0]]["coefficient"] == 0.0
+
+
+def test_a_name_that_is_given_wrongly_more_often_is_less_sure():
+    """On the same grounds, one name is right nine times in ten and another six: so are their chances; a name never given lies between."""
+    X = np.zeros((2000, len(FEATURES)))
+    given_names = ["often right"] * 1000 + ["often wrong"] * 1000
+    right = np.r_[np.arange(1000) < 900, np.arange(1000) < 600].astype(float)
+    found = regression(X, right, given_names, 1.0)
+    grounds_alike = dict.fromkeys(FEATURES, 0.0)
+    chance = {
+        name: predicted(grounds_alike, name, found) for name in ("often right", "never given", "often wrong")
+    }
+    assert chance["often right"] == pytest.approx(0.9, abs=0.01)
+    assert chance["often wrong"] == pytest.approx(0.6, abs=0.01)
+    assert chance["often wrong"] < chance["never given"] < chance["often right"]
 
 
 @pytest.fixture(scope="module")
@@ -114,8 +131,8 @@ def test_the_shipped_coefficients_are_those_that_the_committed_answers_give(answ
     """Fitted anew: the same chances to 1e-3, though the table keeps nine digits; and those that each half has by the fit to the other."""
     again, shipped = fitted(answers), json.loads(SHIPPED.read_text(encoding="utf-8"))
     for row in answers.to_dict("records"):
-        chance = predicted(row, shipped[row["kind"]])
-        assert predicted(row, again[row["kind"]]) == pytest.approx(chance, abs=1e-3)
+        chance = predicted(row, row["name"], shipped[row["kind"]])
+        assert predicted(row, row["name"], again[row["kind"]]) == pytest.approx(chance, abs=1e-3)
     np.testing.assert_allclose(with_confidence(answers)["confidence"], answers["confidence"], atol=1e-3)
 
 

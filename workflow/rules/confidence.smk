@@ -8,7 +8,12 @@ try:
     CONFIDENCE_CONFIGS = {
         Path(path).stem: named(path)
         for path in config.get(
-            "confidence", ["configs/blind_trials_confidence.yaml", "configs/blind_trials_components.yaml"]
+            "confidence",
+            [
+                "configs/blind_trials_confidence.yaml",
+                "configs/blind_trials_components.yaml",
+                "configs/blind_trials_third_exam.yaml",
+            ],
         )
     }
     CONFIDENCE_DESIGNS = {name: load_design(path) for name, path in CONFIDENCE_CONFIGS.items()}

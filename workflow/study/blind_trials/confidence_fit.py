@@ -36,9 +36,11 @@ SIGNS = {
     "share": (0.0, None),
 }
 BINS = (0.0, 0.5, 0.7, 0.8, 0.9, 1.0)
-PRIOR = {EFFECT: 1.0, COMPONENT: 0.3, STRUCTURE: 1.0}
+PRIOR = {EFFECT: 0.5, COMPONENT: 0.2, STRUCTURE: 1.0}
 """Standard deviation of a coefficient before any data, of features of unit spread. Chosen among 0.1, 0.2, 0.3, 0.5 and 1 by the likelihood of the
-half that each fit has not seen: the only numbers that have seen all sets."""
+half that each fit has not seen: these and the next are the only numbers that have seen all sets."""
+NAME_PRIOR = 2.0
+"""Standard deviation of the offset of a name before any data; chosen among 0.5, 1 and 2 in the same way."""
 _WITHOUT_SPREAD = 1e-9
 
 
@@ -105,35 +107,43 @@ def fitted(answers: pd.DataFrame) -> dict[str, Any]:
     return {kind: regression(*_arrays(some[some["kind"] == kind]), PRIOR[kind]) for kind in KINDS}
 
 
-def regression(X: Array, right: Array, prior: float) -> dict[str, Any]:
-    """Return a logistic regression with a normal prior on coefficients of standardised features.
+def regression(X: Array, right: Array, named: Sequence[str], prior: float) -> dict[str, Any]:
+    """Return a logistic regression with normal priors on the coefficients of standardised features and on the offsets of names.
 
     More evidence never makes an answer less sure, which bounds the signs of some coefficients. Without answers the chance is one half.
 
     Args:
-        X: ``(n, k)``, features in the order of ``FEATURES``. right: ``(n,)``, 0 or 1.
+        X: ``(n, k)``, features in the order of ``FEATURES``.
+        right: ``(n,)``, 0 or 1.
+        named: The name that each of the n answers gives.
         prior: Standard deviation of the coefficients of features of unit spread.
     """
     k = X.shape[1]
     centre, low, high = (f(X, axis=0) if len(X) else np.zeros(k) for f in (np.mean, np.min, np.max))
     spread = np.std(X, axis=0) if len(X) else np.ones(k)
     spread = np.where(spread > _WITHOUT_SPREAD, spread, 1.0)
-    Z = np.column_stack([np.ones(len(X)), (X - centre) / spread])
-    precision = np.r_[0.0 if len(X) else 1.0, np.full(k, prior**-2)]
+    names = sorted(set(named))
+    of_name = np.array([[name == other for other in names] for name in named], dtype=float).reshape(
+        len(X), -1
+    )
+    Z = np.column_stack([np.ones(len(X)), (X - centre) / spread, of_name])
+    precision = np.r_[0.0 if len(X) else 1.0, np.full(k, prior**-2), np.full(len(names), NAME_PRIOR**-2)]
 
     def cost(w: Array) -> tuple[float, Array]:
         odds = Z @ w
         value = float(np.sum(np.logaddexp(0.0, odds) - right * odds) + 0.5 * np.sum(precision * w * w))
         return value, Z.T @ (expit(odds) - right) + precision * w
 
-    bounds = [(-20.0, 20.0), *(SIGNS.get(name, (None, None)) for name in FEATURES)]
-    result: Any = minimize(cost, np.zeros(k + 1), jac=True, method="L-BFGS-B", bounds=bounds,
+    free = (None, None)
+    bounds = [(-20.0, 20.0), *(SIGNS.get(name, free) for name in FEATURES), *(free for _ in names)]
+    result: Any = minimize(cost, np.zeros(Z.shape[1]), jac=True, method="L-BFGS-B", bounds=bounds,
                            options={"ftol": 1e-14, "gtol": 1e-9, "maxiter": 10_000})  # fmt: skip
-    slopes = result.x[1:] / spread
+    slopes = result.x[1 : k + 1] / spread
     return {
         "answers": len(X),
         "right": int(np.sum(right)),
         "intercept": float(result.x[0] - slopes @ centre),
+        "names": dict(zip(names, result.x[k + 1 :].tolist(), strict=True)),
         "features": {
             name: {"coefficient": float(slope), "from": float(a), "to": float(b)}
             for name, slope, a, b in zip(FEATURES, slopes, low, high, strict=True)
@@ -141,8 +151,8 @@ def regression(X: Array, right: Array, prior: float) -> dict[str, Any]:
     }
 
 
-def _arrays(some: Any) -> tuple[Array, Array]:
-    return some[list(FEATURES)].to_numpy(dtype=float), some["right"].to_numpy(dtype=float)
+def _arrays(some: Any) -> tuple[Array, Array, list[str]]:
+    return some[list(FEATURES)].to_numpy(dtype=float), some["right"].to_numpy(dtype=float), list(some["name"])
 
 
 def with_confidence(answers: pd.DataFrame) -> pd.DataFrame:
@@ -150,7 +160,9 @@ def with_confidence(answers: pd.DataFrame) -> pd.DataFrame:
     some: Any = answers
     by_half = {half: fitted(some[some["half"] != half]) for half in HALVES}
     stated = [
-        predicted({str(key): value for key, value in row.items()}, by_half[row["half"]][row["kind"]])
+        predicted(
+            {str(key): value for key, value in row.items()}, row["name"], by_half[row["half"]][row["kind"]]
+        )
         / row["repeated"]
         for row in answers.to_dict("records")
     ]
