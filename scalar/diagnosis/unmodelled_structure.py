@@ -25,6 +25,7 @@ from scalar.diagnosis.conditional_scores import (
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.forward_selection import reconsidered, select_forward
 from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
+from scalar.diagnosis.joint_selection import evidence_of
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import Scored, rank, refined
 from scalar.diagnosis.score_test import Background
@@ -54,7 +55,7 @@ def with_flexible_terms(
     if state.is_rounding:
         return state
     for _ in range(state.settings.flexible_terms.max_terms):
-        trial = _with_replacement(state, pools) or _with_best(state, pools)
+        trial = _with_replacement(state, named, pools) or _with_best(state, pools)
         if trial is None:
             break
         state = _own_names_dropped(select_forward(reconsidered(trial, named)[0], named))
@@ -129,7 +130,9 @@ def _with_best(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState
     return None
 
 
-def _with_replacement(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState | None:
+def _with_replacement(
+    state: FittedState, named: CandidateSet, pools: Sequence[CandidateSet]
+) -> FittedState | None:
     """Return the state in which flexible terms replace named effects that explain far less than they do, or None."""
     groups, settings = list(_groups(state.effects)), state.settings.flexible_terms
     if not groups:
@@ -165,9 +168,25 @@ def _with_replacement(state: FittedState, pools: Sequence[CandidateSet]) -> Fitt
             worse = improvement(
                 held_out_errors(trial, state.whitening), held_out_errors(state, state.whitening)
             )
-            if better > settings.better_than_a_name and worse < state.settings.selection.least_improvement:
+            # The scores above are those of the terms that are exchanged, linearised at the model with the names. After the refit, the whole model
+            # has to explain the data better by the same margin.
+            gain = _evidence_of(trial, named, pools) - _evidence_of(state, named, pools)
+            if (
+                min(better, gain) > settings.better_than_a_name
+                and worse < state.settings.selection.least_improvement
+            ):
                 return trial
     return None
+
+
+def _evidence_of(state: FittedState, named: CandidateSet, pools: Sequence[CandidateSet]) -> float:
+    """Return the log evidence of a state [nats] as ``evidence_of`` does, flexible terms being chosen among more candidates than named effects.
+
+    Half the logarithm of the degrees of freedom is subtracted for the order or place of each that was refined.
+    """
+    n_flexible = sum(effect.flexible for effect in state.effects)
+    more = np.log(pools[0].total / named.total) + 0.5 * np.log(state.background_within_scans().freedom)
+    return evidence_of(state, named) - n_flexible * float(more)
 
 
 def _with_partial_imitators(state: FittedState, imitated: Effect) -> tuple[FittedState, float]:

@@ -31,19 +31,22 @@ def test_structure_without_a_name_has_to_be_far_beyond_chance(chance, is_tried, 
         assert unmodelled_structure._with_best(given, []) is None
 
 
-def replacing(monkeypatch: Any, evidence: float, dof: int) -> list[str]:
-    """Return what was done to replace a named effect: ``refitted`` and ``several``.
+def replacing(monkeypatch: Any, evidence: float, dof: int, gain: float = 0.0) -> list[str]:
+    """Return what was done to replace a named effect: ``refitted``, ``several`` and ``replaced``.
 
     Args:
         monkeypatch: Of the test.
         evidence: Of a flexible term in the place of the effect, whose own is 100.
         dof: Of the effect; the term has as many, so that it is compared with all of the effect's evidence.
+        gain: Evidence of the refitted model with the term beyond that of the model with the effect.
     """
     done: list[str] = []
     named = JointHarmonic(4, (7,))
     given: Any = SimpleNamespace(effects=(named,), dataset=None, settings=DEFAULTS, whitening=None)
-    given.refitted = lambda effects: done.append("refitted")
+    trial: Any = object()
+    given.refitted = lambda effects: done.append("refitted") or trial
     stand_ins: dict[str, Any] = {
+        "_evidence_of": lambda state, *_: gain if state is trial else 0.0,
         "background_without": lambda *_: (None, None, None),
         "score_together": lambda *_: scored(named, 100.0, dof=dof),
         "_ranked": lambda *_: [[scored(JointScale(4), evidence, dof=dof)]],
@@ -57,8 +60,15 @@ def replacing(monkeypatch: Any, evidence: float, dof: int) -> list[str]:
     for name, stand_in in stand_ins.items():
         monkeypatch.setattr(unmodelled_structure, name, stand_in)
     monkeypatch.setattr(JointHarmonic, "imitators", lambda *_: [JointScale(4)])
-    unmodelled_structure._with_replacement(given, [None])  # type: ignore[list-item]
+    if unmodelled_structure._with_replacement(given, None, [None]) is trial:  # type: ignore[arg-type,list-item]
+        done.append("replaced")
     return done
+
+
+def test_a_name_is_replaced_only_where_the_refitted_model_explains_the_data_better(monkeypatch):
+    """The term alone scores far better than the name; the refitted model explains the data better by 10 nats, or by 5, which is not enough."""
+    assert "replaced" in replacing(monkeypatch, 150.0, dof=2, gain=10.0)
+    assert "replaced" not in replacing(monkeypatch, 150.0, dof=2, gain=5.0)
 
 
 def test_a_term_that_explains_far_less_than_a_name_is_not_refined(monkeypatch):

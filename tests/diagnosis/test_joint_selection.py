@@ -1,5 +1,7 @@
 """Several strong effects and few poses: selected in one model, where one after the other they look like scatter."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,8 @@ from scalar.diagnosis.candidate_columns import named_candidates
 from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.forward_selection import select_forward
 from scalar.diagnosis.joint_selection import evidence_of, select_jointly
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
 from tests.effects.injected import Flaws, Moment, make_cell
 
@@ -72,3 +76,14 @@ def test_evidence_prefers_what_is_there():
     forward, together = selected(dataset)
     candidates = named_candidates(dataset)
     assert evidence_of(together, candidates) >= evidence_of(forward, candidates)
+
+
+def test_each_order_of_a_joint_counts_as_chosen():
+    """With a hundred times as many candidates, a harmonic of three orders loses three times the logarithm of it, a scale once."""
+    dataset = make_cell(seed=305, poses_per_plane=10, points_per_scan=20).dataset
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    few, many = SimpleNamespace(total=10), SimpleNamespace(total=1000)
+    for effect, parts in ((JointHarmonic(2, (3, 5, 8)), 3), (JointScale(2), 1)):
+        state = refit(dataset, model, prepared.free, (effect,))
+        lost = evidence_of(state, few) - evidence_of(state, many)  # type: ignore[arg-type]
+        assert lost == pytest.approx(parts * np.log(100.0), rel=1e-9)
