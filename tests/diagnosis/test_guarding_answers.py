@@ -148,7 +148,7 @@ def test_what_explains_nearly_as_much_is_confounded(monkeypatch):
         "is_shrunk": lambda _: False,
         "fold_odds": lambda *_: np.array([9.0, 3.0, 6.0]),
         "grounds_of_effect": lambda *_: None,
-        "confidence": lambda _: 0.9,
+        "confidence": lambda *_: 0.9,
     }
     for name, stand_in in stand_ins.items():
         monkeypatch.setattr(DIAGNOSE, name, stand_in)
