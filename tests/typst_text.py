@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
-NAMES = {"2D", "3D", "VS060", "UR10", "UR10e", "MA1400", "PUMA", "560", "T-Mac"}
+NAMES = {"2D", "3D", "VS060", "UR10", "UR10e", "MA1400", "PUMA", "560", "T-Mac", "SHA-256"}
 """Words of prose that hold a digit and are no number: names of arms and kinds of sensors."""
 NUMBER_WORDS = re.compile(
     r"\b(ten|eleven|twelve|\w+teen|twenty|thirty|forty|fifty|sixty|seventy|eighty|ninety|hundred|million"
@@ -158,7 +158,7 @@ def typed_numbers(text: str) -> list[str]:
     return found
 
 
-_READS = re.compile(r"\b(n|v|says|pct|name|symbol|listed)\(\s*\"([^\"]+)\"\s*[,)]")
+_READS = re.compile(r"\b(n|v|says|pct|name|short|symbol|listed)\(\s*\"([^\"]+)\"\s*[,)]")
 _SHORT = re.compile(r"#let (\w+)\(key, digits: 2\) = (n|v)\(\"([^\"]+)\" \+ key, digits: digits\)")
 _PICTURES = re.compile(r"#picture\(\s*\"([^\"]+)\"")
 

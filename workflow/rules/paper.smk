@@ -43,7 +43,19 @@ STRATIFIED_SUMMARIES = PAPER / "summaries/stratified"
 STRATIFIED_REPORTED = []
 if (STRATIFIED_SUMMARIES / "numbers.json").exists():
     PAPER_NUMBERS["stratified"] = local(STRATIFIED_SUMMARIES / "numbers.json")
-    STRATIFIED_REPORTED = [STRATIFIED_SUMMARIES / "table.csv", STRATIFIED_SUMMARIES / "first.csv"]
+    # The last sealed exam, and those before it in their order: a new one takes the place of table.csv, which becomes the last of exams/.
+    STRATIFIED_REPORTED = [
+        STRATIFIED_SUMMARIES / "table.csv",
+        *sorted((STRATIFIED_SUMMARIES / "exams").glob("*.csv"), key=lambda path: int(path.stem)),
+    ]
+
+LEANING_SUMMARY = PAPER / "summaries/leaning_walls/numbers.json"
+if LEANING_SUMMARY.exists():
+    PAPER_NUMBERS["leaning_walls"] = local(LEANING_SUMMARY)
+
+BENCHMARK_SUMMARY = PAPER / "summaries/benchmark/numbers.json"
+if BENCHMARK_SUMMARY.exists():
+    PAPER_NUMBERS["benchmark"] = local(BENCHMARK_SUMMARY)
 
 MEASURED_SUMMARIES = PAPER / "summaries/measured"
 if (MEASURED_SUMMARIES / "numbers.json").exists():

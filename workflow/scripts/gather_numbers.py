@@ -27,8 +27,8 @@ with logged(snakemake.log):
         names = snakemake.params.trials
         parts["trials"] = reported_trials(dict(zip(names, map(read_table, given.trials), strict=True)))
     if given.stratified:
-        now, first = map(read_table, given.stratified)
+        now, *earlier = map(read_table, given.stratified)
         parts["stratified"] |= reported_stratified(now)
-        parts["stratified"]["first"] = reported_stratified(first)
+        parts["stratified"]["earlier"] = [{"all": reported_stratified(table)["all"]} for table in earlier]
     parts["compared"] = compared(parts)
     write_json(snakemake.output[0], {"draft": snakemake.params.draft} | gather(parts))

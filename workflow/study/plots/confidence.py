@@ -32,10 +32,9 @@ def draw_confidence(reliability: pd.DataFrame) -> Figure:
             low, high = (some[name].to_numpy(dtype=float) for name in ("low", "high"))
             ax.plot([0, 1], [0, 1], "--", color=EDGE, linewidth=1.2)
             ax.errorbar(x, y, np.maximum([y - low, high - y], 0.0), fmt="o", color=OURS, capsize=3)
-            for at, share, n in zip(x, y, some["answers"], strict=True):
-                ax.annotate(
-                    str(int(n)), (at, share), xytext=(6, -10), textcoords="offset points", fontsize=7.5
-                )
+            for at, bottom, n in zip(x, low, some["answers"], strict=True):
+                words: Any = {"xytext": (0, -3), "textcoords": "offset points", "ha": "center", "va": "top"}
+                ax.annotate(str(int(n)), (at, bottom), fontsize=7.5, **words)
             ax.set_title(TITLES[kind])
             ax.set_xlabel("stated confidence")
             ax.set_xlim(0, 1.02)

@@ -89,7 +89,9 @@ def draw_gears(gears: pd.DataFrame) -> Figure:
                 ax.set_ylim(min(low, -1.2 * top), max(high, 1.2 * top))
             ax.set_ylabel(f"joint {joint}\n[°]")
         if len(joints):
-            axes[0].legend(loc="upper left", ncols=3, fontsize=7.5)
+            figure.legend(
+                *axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=7.5
+            )
         axes[-1].set_xlabel("joint angle [°]")
         axes[-1].set_xlim(-180, 180)
     return figure
