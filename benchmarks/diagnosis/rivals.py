@@ -33,18 +33,28 @@ SWEEPS, TOLERANCE = 1000, 1e-7  # of coordinate descent; the tolerance in units 
 
 
 def stepwise(before: FittedState) -> list[dict[str, Any]]:
-    """Return the effects that forward selection by BIC adds to a state without effects, as entries of ``diagnosis.json``."""
+    """Return what ``chosen_by_steps`` does as entries of ``diagnosis.json``."""
+    return entries(chosen_by_steps(before))
+
+
+def chosen_by_steps(before: FittedState) -> tuple[Effect, ...]:
+    """Return the effects that forward selection by BIC adds to a state without effects."""
     tried, state = named_candidates(before.dataset), before
     for _ in range(MOST_EFFECTS):
         best = rank(state, state.background(), CandidateColumns(state, tried))[0]
         if best.evidence <= 0:
             break
         state = state.refitted(merged(state.effects, best.effect))
-    return entries(state.effects)
+    return state.effects
 
 
 def lasso(before: FittedState) -> list[dict[str, Any]]:
-    """Return the effects whose columns the lasso selects, those of the largest coefficient first, as entries of ``diagnosis.json``."""
+    """Return what ``chosen_by_lasso`` does as entries of ``diagnosis.json``."""
+    return entries(chosen_by_lasso(before))
+
+
+def chosen_by_lasso(before: FittedState) -> tuple[Effect, ...]:
+    """Return the effects whose columns the lasso selects, those of the largest coefficient first."""
     columns = CandidateColumns(before, named_candidates(before.dataset))
     elements = columns.candidates.elements
     owner = np.concatenate([np.full(len(e.coefficients), i) for i, e in enumerate(elements)])
@@ -61,7 +71,7 @@ def lasso(before: FittedState) -> list[dict[str, Any]]:
     chosen: tuple[Effect, ...] = ()
     for i in np.argsort(-size, kind="stable")[: np.count_nonzero(size)]:
         chosen = merged(chosen, elements[i])
-    return entries(chosen)
+    return chosen
 
 
 def least_bic(gram: Array, correlation: Array, squared: float, freedom: int) -> Array:

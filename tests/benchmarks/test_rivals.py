@@ -1,11 +1,13 @@
-"""The rivals of the diagnosis are what they say: the lasso's minimum, and the penalty of least BIC."""
+"""The rivals of the diagnosis are what they say: the lasso's minimum, the penalty of least BIC, stability selection's bound, a Gaussian process."""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.diagnosis.compensation import Compensation, squared_chords
 from benchmarks.diagnosis.rivals import descended, entries, least_bic
+from benchmarks.diagnosis.stability import FALSE_ONES, THRESHOLD, first_columns
 from scalar.effects.joint_scale import JointScale
 
 
@@ -48,3 +50,43 @@ def test_entries_are_those_of_a_diagnosis():
     """Name and target as the score reads them."""
     (entry,) = entries([JointScale(2)])
     assert (entry["name"], entry["target"]) == ("joint_scale", {"joint": 2})
+
+
+def test_stability_selection_takes_the_strongest_columns_first():
+    """Of many columns, the few that make the rows enter first, and no more than the bound allows."""
+    rng = np.random.default_rng(3)
+    E, J = rng.standard_normal((300, 60)), rng.standard_normal((300, 4))
+    r = 5.0 * E[:, 7] - 4.0 * E[:, 20] + J @ np.ones(4) + 0.1 * rng.standard_normal(300)
+    first = first_columns(E, J, r)
+    assert set(first[:2]) == {7, 20}
+    assert len(first) <= int(np.sqrt((2 * THRESHOLD - 1) * 60 * FALSE_ONES))
+
+
+def test_a_column_of_the_model_is_never_selected():
+    """What the model explains already leaves nothing to a column that is a combination of its own."""
+    rng = np.random.default_rng(4)
+    J = rng.standard_normal((200, 3))
+    E = np.column_stack([J @ [1.0, 2.0, -1.0], rng.standard_normal((200, 19))])
+    assert 0 not in first_columns(E, J, rng.standard_normal(200))
+
+
+def test_the_process_predicts_a_smooth_error_and_leaves_noise_alone():
+    """Trained on one component a pose, it predicts a smooth error elsewhere better than nothing; of noise it makes all but nothing."""
+    rng = np.random.default_rng(6)
+    q, there = rng.uniform(-1, 1, (300, 2)), rng.uniform(-1, 1, (50, 2))
+    normals = np.eye(3)[np.arange(300) % 3]
+
+    def error(at):
+        return 1e-3 * np.column_stack([np.sin(at[:, 0]), np.cos(at[:, 1]), at[:, 0] * at[:, 1]])
+
+    distances = -np.einsum("ni,ni->n", normals, error(q)) + 2e-5 * rng.standard_normal(300)
+    found = Compensation(q, normals, distances).error_at(there)
+    assert np.abs(found - error(there)).max() < 0.2 * np.abs(error(there)).max()
+    silent = Compensation(q, normals, 1e-4 * rng.standard_normal(300)).error_at(there)
+    assert np.abs(silent).max() < 5e-5
+
+
+def test_chords_know_a_turn():
+    """Angles a turn apart are the same place."""
+    q = np.array([[0.3, -0.2]])
+    assert squared_chords(q, q + 2 * np.pi) == pytest.approx(np.zeros((1, 1)), abs=1e-15)
