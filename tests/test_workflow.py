@@ -53,6 +53,7 @@ def rules() -> set[str]:
         "sensitivity",
         "planning",
         "edges",
+        "leaning_walls",
         "confidence",
         "aliases",
         "crate",

@@ -26,6 +26,10 @@ from scalar.kernels import LIBRARY
 from scalar.kernels.published_problem import PublishedProblem
 from scalar.sensors import Scans, as_scans, measure
 
+NAN_POLICIES = ("raise", "propagate")
+"""What is done with a residual or a derivative that is no number. ``raise``, which lmfit does where nothing is said, ends the fit;
+``propagate`` hands it to MINPACK, which rejects a trial that is no number, and stops where a derivative is none."""
+
 _CONTACT = [3, 0, 2]  # columns of a frame that meet a plane's row: the origin, the axes X and Z
 
 
@@ -34,7 +38,7 @@ class Ended:
     """How a fit of the baseline ended.
 
     Attributes:
-        model: In reporting coordinates: at the optimum; at the last trial if capped; at the start if raised.
+        model: In reporting coordinates: at the optimum; at the last trial that has residuals if capped; at the start if raised.
         status: ``converged``, ``capped``, ``raised`` or ``stopped``, as ``calibrate_baseline`` has them.
         evaluations: Of the residual, a column of the derivatives counted as one.
         rms: Root mean square distance of points and planes [m].
@@ -55,7 +59,12 @@ class _NotANumber(Exception):
 
 
 def fit_baseline(
-    dataset: Dataset, reading: str, fixed: Sequence[str], max_nfev: int, defaults: str = "now"
+    dataset: Dataset,
+    reading: str,
+    fixed: Sequence[str],
+    max_nfev: int,
+    defaults: str = "now",
+    nan_policy: str = "raise",
 ) -> Ended:
     """Return where the baseline ends on a dataset of line scans, from its own start.
 
@@ -65,16 +74,19 @@ def fit_baseline(
         fixed: Names of parameters that stay at their nominal values.
         max_nfev: Most evaluations of the residual.
         defaults: Of lmfit, a key of ``scalar.baseline.fit.DEFAULTS``.
+        nan_policy: Of lmfit, one of ``NAN_POLICIES``.
 
     Raises:
         Undetermined: The data determine no first guess.
     """
+    if nan_policy not in NAN_POLICIES:
+        raise ValueError(f"nan_policy is one of {', '.join(NAN_POLICIES)}")
     measurement = as_scans(measure(dataset))
     how = Parameterisation(dataset.robot, measurement.initial_target(dataset))
     start = how.values(first_guess(dataset, measurement, how.planes)[0])
     lmfit = DEFAULTS[defaults]
     step = float(np.sqrt(lmfit["epsfcn"]))
-    distances = Distances(how, dataset.q, measurement, start, fixed, reading, max_nfev, step)
+    distances = Distances(how, dataset.q, measurement, start, fixed, reading, max_nfev, step, nan_policy)
     x, status = start[distances.free], "stopped"
     with np.errstate(all="ignore"):
         try:
@@ -114,6 +126,7 @@ class Distances:
         reading: str,
         max_nfev: int,
         step: float,
+        nan_policy: str = "raise",
     ) -> None:
         if reading not in READINGS:
             raise ValueError(f"reading is one of {', '.join(READINGS)}")
@@ -125,6 +138,7 @@ class Distances:
             max_nfev,
             step,
         )
+        self.propagates = nan_policy == "propagate"
         self.index = measurement.target_index.astype(np.intp)
         self.R = measurement.R_metric
         names = how.names
@@ -166,6 +180,8 @@ class Distances:
         self._count(1)
         found = self.rows(self.values(x))
         if np.isnan(found).any():
+            if self.propagates:
+                return found
             raise _NotANumber
         self.latest, self._found = np.array(x), found
         return found
@@ -188,7 +204,7 @@ class Distances:
         steps = self.step * np.abs(values)
         steps[steps == 0] = self.step
         J = self._changes(values, steps)[:, self.free] / steps[self.free]
-        if np.isnan(J).any():
+        if np.isnan(J).any() and not self.propagates:
             raise _NotANumber
         self._derived = np.array(x), J
         return J

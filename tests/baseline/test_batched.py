@@ -207,3 +207,25 @@ def test_a_fit_that_runs_on_is_capped_and_keeps_its_last_trial():
     assert ended.status == "capped"
     assert ended.evaluations <= 40
     assert np.all(np.isfinite(ended.model.vector))
+
+
+def test_what_is_no_number_is_handed_on_if_asked_for():
+    """Beside an upright wall lmfit's default ends the fit at the start. MINPACK rejects a trial that is no number, and the fit goes on."""
+    held, data = PUBLISHED_FIXED, dataset(upright=True)
+    refused = fit_baseline(data, "raise", held, 5000)
+    handed_on = fit_baseline(data, "raise", held, 5000, nan_policy="propagate")
+    assert refused.status == "raised"
+    assert handed_on.status != "raised"
+    assert np.all(np.isfinite(handed_on.model.vector))
+    assert handed_on.rms < refused.rms
+    with pytest.raises(ValueError, match="nan_policy"):
+        fit_baseline(data, "raise", held, 5000, nan_policy="omit")
+
+
+def test_a_root_that_is_never_negative_is_the_same_either_way():
+    """With walls that lean enough, what is done with what is no number changes nothing."""
+    held, data = PUBLISHED_FIXED, dataset(upright=False)
+    ended = [fit_baseline(data, "raise", held, 5000, nan_policy=policy) for policy in batched.NAN_POLICIES]
+    assert ended[0].status == "converged"
+    assert ended[0].evaluations == ended[1].evaluations
+    assert np.array_equal(ended[0].model.vector, ended[1].model.vector)

@@ -7,9 +7,16 @@ FRESH_SUMMARIES = {
     "measured": f"{MEASURED}/summaries",
     "sensitivity": f"{SENSITIVITY_DIR}/summaries",
     "processors": f"{PROCESSORS_DIR}/summaries",
+    "leaning_walls": LEANING_SUMMARIES,
 }
 FRESH_NUMBERS = PAPER_NUMBERS | {
-    part: f"{folder}/numbers.json" for part, folder in FRESH_SUMMARIES.items() if part in PAPER_NUMBERS
+    part: path
+    for part, path in {
+        **{part: f"{folder}/numbers.json" for part, folder in FRESH_SUMMARIES.items()},
+        "planning": f"{PLANNING_DIR}/numbers.json",
+        "separation": f"{PLANNING_DIR}/separation.json",
+    }.items()
+    if part in PAPER_NUMBERS
 }
 FRESH_FIGURES = {
     name: (
@@ -79,5 +86,7 @@ rule everything:
         rules.measured.input,
         rules.sensitivity.input,
         rules.processors.input,
+        rules.planning.input,
+        rules.leaning_walls.input,
         rules.edges.input,
         rules.fresh_paper.output,

@@ -37,11 +37,13 @@ class Method:
         name: In tables, configs and names of files.
         reading: How the baseline reads the root of a negative number, a key of ``scalar.baseline.fit.READINGS``; None: the proposed method.
         defaults: The baseline's solver settings, a key of ``scalar.baseline.fit.DEFAULTS``.
+        nan_policy: What the baseline does with what is no number, one of ``scalar.baseline.batched.NAN_POLICIES``; fits of sweeps only.
     """
 
     name: str
     reading: str | None = None
     defaults: str = "now"
+    nan_policy: str = "raise"
 
     def calibrate(self, dataset: Dataset) -> Calibration:
         """Return the calibration of a dataset by this method.
@@ -69,4 +71,13 @@ METHODS = {
         Method("baseline-raise", "raise"),
     )
 }
-"""By name."""
+"""By name: those that a config may ask for and that figures draw."""
+
+EVERY_METHOD = METHODS | {
+    method.name: method
+    for method in (
+        Method("baseline-nan", "raise", nan_policy="propagate"),
+        Method("baseline-nan-2018", "raise", "2018", "propagate"),
+    )
+}
+"""By name, with those that only the sensitivity of the published curves' explanation asks for."""

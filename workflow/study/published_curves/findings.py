@@ -37,7 +37,7 @@ WAYS = (
 """Other ways to weigh that are as good as the first: a ranking that turns with one of them is no finding."""
 
 
-def _variants(curves: Curves, offset: Array) -> dict[str, tuple[tuple[int, ...], Array, Array | None]]:
+def ways_to_weigh(curves: Curves, offset: Array) -> dict[str, tuple[tuple[int, ...], Array, Array | None]]:
     """Return ``{way: (quantities, offset, runs)}`` of ``WAYS``."""
     enough = np.array([setting.poses >= FEW_POSES for setting in curves.settings])
     several = np.array([setting.points > 1 for setting in curves.settings])
@@ -65,7 +65,7 @@ def candidate_table(
     """Return a row a candidate: magnitudes, misfit, evidence, held-out curves, verdict."""
     y, groups = curves.log_errors, curves.table["sweep"].to_numpy()
     evidence = {"all": {name: one.log_evidence for name, one in verdicts.items()}}
-    for name, (quantities, spread, runs) in _variants(curves, offset).items():
+    for name, (quantities, spread, runs) in ways_to_weigh(curves, offset).items():
         finer = fines if quantities == ALL else {n: refine(p, quantities) for n, p in predictions.items()}
         evidence[name] = {n: weigh(f, y[None], spread, runs)[0].log_evidence for n, f in finer.items()}
     behind = {

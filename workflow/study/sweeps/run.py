@@ -26,7 +26,7 @@ from scalar.units import MM
 from study.common.bound import POSES, bound_errors
 from study.common.grid import with_overrides
 from study.common.memory import dataset_in_memory
-from study.common.methods import BOUND, CONVERGED, EFFICIENT, INITIAL, METHODS, Method
+from study.common.methods import BOUND, CONVERGED, EFFICIENT, EVERY_METHOD, INITIAL, Method
 from study.common.statistics import POSE_ERROR_COLUMNS, QUANTITIES
 from study.sweeps.plans import Shared, read_plans, serves
 
@@ -66,7 +66,7 @@ def sweep_cases(
         cases: ``{case: {dotted key: value}}``.
         scenes: ``{walls: config file of the scene}``.
         seeds: To run.
-        methods: Keys of ``study.common.methods.METHODS``.
+        methods: Keys of ``study.common.methods.EVERY_METHOD``.
         plans: ``{walls: postures and scans, as write_plans wrote them}``; a case of another workcell finds its own.
 
     Raises:
@@ -119,7 +119,7 @@ def _rows_of_scene(
             yield {"seed": seed, "method": name, "status": name, "alignment": "raw"} | errors
         as_it_is: list[dict[str, Any]] | None = None
         for method in sorted((INITIAL, *methods), key=lambda name: name != _AS_IT_IS.name):
-            same = METHODS.get(method) in _SAME_WITHOUT_A_NEGATIVE_ROOT
+            same = EVERY_METHOD.get(method) in _SAME_WITHOUT_A_NEGATIVE_ROOT
             if same and as_it_is is not None and as_it_is[0]["status"] != "raised":
                 # The root's argument was never negative, so that no reading of it differs in a single bit.
                 found = [row | {"method": method} for row in as_it_is]
@@ -153,9 +153,9 @@ def _calibrated(method: str, dataset: Dataset, held: Sequence[str]) -> tuple[Cal
     """Return a calibration, and how its fit ended."""
     if method == INITIAL:
         return Calibration.nominal(dataset), {"status": INITIAL}
-    wanted = METHODS[method]
+    wanted = EVERY_METHOD[method]
     if wanted.reading is not None:
-        end = fit_baseline(dataset, wanted.reading, held, MAX_EVALUATIONS, wanted.defaults)
+        end = fit_baseline(dataset, wanted.reading, held, MAX_EVALUATIONS, wanted.defaults, wanted.nan_policy)
         ended = {"status": end.status, "evaluations": end.evaluations, "residual_rms_mm": end.rms / MM}
         return Calibration(end.model, sensor_mapping(dataset)), ended
     found = calibrate(dataset, explain=False)

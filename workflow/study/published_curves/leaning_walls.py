@@ -1,0 +1,104 @@
+"""Fits at the published settings with walls that lean by less than three degrees, and with a root that is handed on as no number.
+
+The original does not say how upright its walls were, nor what its solver made of the root of a negative number. How far a reading of the
+root lies behind the best explanation may depend on both, so each is fitted in the same workcell with its walls turned.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from math import cos, radians, sin
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import yaml
+
+from study.published_curves.curves import Curves, Setting
+from study.published_curves.predict import runs_to_weigh
+from study.sweeps.plans import write_plans
+from study.sweeps.run import sweep_cases
+
+LEANS_DEG = (0.0, 0.5, 1.0, 2.0, 3.0)
+READINGS = {
+    "baseline-abs": "√|·|",
+    "baseline-abs-2018": "√|·|, solver of 2018",
+    "baseline-clip": "√max(0, ·)",
+    "baseline-nan": "no number passed on",
+    "baseline-nan-2018": "no number passed on, solver of 2018",
+}
+"""Methods that are fitted, with their labels."""
+_AXES = (0, 1)
+"""Of the walls' normals, the floor being the first plane."""
+_SIGNS = (1.0, -1.0)
+"""One wall leans towards the arm, the other away from it, as in configs/scenes/paper_tilted.yaml."""
+
+
+def leaning(config: Mapping[str, Any], lean_deg: float) -> dict[str, Any]:
+    """Return a scene config whose two walls lean by an angle [deg] about their horizontal axes; their distances stay."""
+    floor, *walls = config["planes"]
+    turned = []
+    for wall, axis, sign in zip(walls, _AXES, _SIGNS, strict=True):
+        normal = [0.0, 0.0, sign * sin(radians(lean_deg))]
+        normal[axis] = cos(radians(lean_deg))
+        turned.append({**wall, "normal": normal})
+    return {**config, "planes": [floor, *turned]}
+
+
+def all_runs(config: Mapping[str, Any], published: pd.DataFrame, options: Mapping[str, Any]) -> Curves:
+    """Return the published runs that have enough equations, with those that the config leaves out of the weighing."""
+    return runs_to_weigh(config, published, {**options, "leave_out": {}})
+
+
+def overrides(setting: Setting, planes: int) -> dict[str, Any]:
+    """Return the keys of a scene that make it a published run's."""
+    return {
+        "poses_per_plane": setting.poses // planes,
+        "sensor.points_per_scan": setting.points,
+        "noise.range_noise_std_m": setting.sigma,
+        "plane_guess.offset_m": setting.offset,
+        "plane_guess.tilt_deg": setting.tilt,
+    }
+
+
+def fit_leaning_walls(
+    scene: str | Path,
+    published: pd.DataFrame,
+    options: Mapping[str, Any],
+    lean_deg: float,
+    seeds: Sequence[int],
+) -> pd.DataFrame:
+    """Return the raw errors of every reading at every published setting: a row a run, seed and method.
+
+    Args:
+        scene: Config file of the paper's workcell. published: Of published_curves.csv.
+        options: The config's block ``published_curves``. lean_deg: Of the walls. seeds: Of the workcells.
+
+    Raises:
+        InvalidInput: The scene is at fault.
+        SimulationError: Too few postures see a target plane.
+    """
+    from scalar.simulation.config import load_config
+
+    config = leaning(load_config(Path(scene)), lean_deg)
+    curves = all_runs(config, published, options)
+    planes = len(config["planes"])
+    cases = {str(i): overrides(setting, planes) for i, setting in enumerate(curves.settings)}
+    most = max(setting.poses for setting in curves.settings) // planes
+    with tempfile.TemporaryDirectory() as folder:
+        turned, plans = Path(folder) / "scene.yaml", Path(folder) / "plans.npz"
+        turned.write_text(yaml.safe_dump(config, allow_unicode=True), encoding="utf-8")
+        write_plans(turned, most, seeds, plans)
+        table = sweep_cases(cases, {"leaning": turned}, seeds, list(READINGS), {"leaning": plans})
+    run = table["case"].astype(int).to_numpy()
+    told = pd.DataFrame(
+        {
+            "lean_deg": lean_deg,
+            "sweep": curves.table["sweep"].to_numpy()[run],
+            "value": curves.table["value"].to_numpy()[run],
+        }
+    )
+    table = pd.concat([told, table.drop(columns="case")], axis=1)
+    rows: Any = table[(table["alignment"] == "raw") & table["method"].isin(list(READINGS))]
+    return rows.reset_index(drop=True)
