@@ -124,7 +124,7 @@ def _numbers(table: pd.DataFrame, fits: pd.DataFrame, usual: int, every: int) ->
     upright: Any = table[(table["way"] == WITH_LEFT_OUT) & (table["lean_deg"] == 0)]
     behind |= dict(zip(upright["explanation"], upright["behind"], strict=True))
     return {
-        "seeds": int(fits["seed"].nunique()),
+        "seeds": len(set(fits["seed"])),
         "runs": usual,
         "runs_with_those_left_out": every,
         "fits": len(fits),
