@@ -25,7 +25,7 @@ from scalar.diagnosis.variance_components import VarianceComponent, WhitenedMeas
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.conclude import conclude
 from scalar.estimation.geometry_fit import geometry_fit
-from scalar.estimation.gross_errors import Cleaned, clean, clean_given_effects
+from scalar.estimation.gross_errors import Cleaned, TooManyStrayPoints, clean, clean_given_effects
 from scalar.estimation.joint_fit import fit_from
 from scalar.estimation.least_squares import Fit
 from scalar.estimation.prepare import Prepared
@@ -120,6 +120,7 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
     after = with_flexible_terms(named.after, named.candidates, flexible_candidates)
     progress("fitting joints that need many orders")
     after = with_spectrum(after, named.candidates)
+    _refuse_gross_errors_left(dataset, after)
     return replace(named, after=after, flexible_candidates=flexible_candidates)
 
 
@@ -128,10 +129,12 @@ def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:
 
     Raises:
         InvalidInput: A corrected description of the set-up explains the data.
-        Undetermined: The poses contradict one another, and no corrected description explains them.
+        Undetermined: Most scans have lost their line to stray points, or the poses contradict one another and no corrected description explains them.
     """
     try:
         return clean(dataset, settings.estimation)
+    except TooManyStrayPoints:
+        raise
     except (InvalidInput, Undetermined):
         refuse_wrong_setup(dataset)
         raise
@@ -153,6 +156,26 @@ def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
     if median_distance > MOST_LEFT or ran_away(state.model):
         refuse_wrong_setup(dataset)
     if median_distance > state.settings.estimation.sufficiency.gross_error:
+        raise misfit_refused(state.dataset, distances)
+
+
+def _refuse_gross_errors_left(dataset: Dataset, state: FittedState) -> None:
+    """Refuse data of which poses are farther off than any effect makes them although everything that was found is in the model.
+
+    Gross errors are told from the rest by a limit that is a multiple of what most poses have. Where gross errors are so many that they drag the fit,
+    that limit grows with them and sets nothing aside; what is left is then larger than an arm can err.
+
+    Args:
+        dataset: As it was given, before cleaning.
+        state: The fit of the cleaned dataset with all that was found.
+
+    Raises:
+        InvalidInput: A corrected description of the set-up explains the data.
+        Undetermined: No corrected description explains them.
+    """
+    distances = state.residuals.pose_distances(state.model)
+    if distances.max() > state.settings.estimation.sufficiency.gross_error:
+        refuse_wrong_setup(dataset)
         raise misfit_refused(state.dataset, distances)
 
 

@@ -11,6 +11,7 @@ and fixed; no list of them is kept.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,14 +19,15 @@ from scalar.data.dataset import Dataset
 from scalar.effects.effect import Effect
 from scalar.errors import Fault, InvalidInput, NotConverged, Undetermined
 from scalar.estimation.conclude import conclude
-from scalar.estimation.gross_errors import clean
+from scalar.estimation.gross_errors import TooManyStrayPoints, clean, without_stray_points
 from scalar.estimation.joint_fit import fit_all
 from scalar.estimation.measured_effects import measured_effects, with_target_motion
+from scalar.estimation.misfit import lacks_something
 from scalar.estimation.prepare import prepare
 from scalar.estimation.result import Calibration
-from scalar.estimation.settings import DEFAULTS, EstimationSettings
+from scalar.estimation.settings import DEFAULTS, EstimationSettings, GrossErrorSettings
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
-from scalar.estimation.setup.suspicion import MOST_LEFT
+from scalar.estimation.setup.suspicion import MOST_LEFT, Suspicion
 from scalar.estimation.sufficiency import TooManyUnknowns
 
 
@@ -52,7 +54,7 @@ def calibrate(
 
     Raises:
         InvalidInput: The data contradict themselves.
-        Undetermined: The data cannot determine the model, or the fit did not converge.
+        Undetermined: The data cannot determine the model, the fit did not converge, or most scans have lost their line to stray points.
 
     Example:
         >>> from scalar import calibrate, read_dataset
@@ -72,13 +74,42 @@ def calibrate(
             if explain:
                 _refuse_gross_errors(dataset, settings)
             raise misfit_refused(dataset, distances)
-        return conclude(dataset, prepared, found, residuals, settings.fit)
-    except TooManyUnknowns:
+        return _stray_points_said(
+            conclude(dataset, prepared, found, residuals, settings.fit), dataset, settings.gross_errors
+        )
+    except (TooManyStrayPoints, TooManyUnknowns):
         raise
     except (InvalidInput, Undetermined) as error:
         if explain:
             _explain(error, dataset, settings)
         raise
+
+
+def _stray_points_said(
+    calibration: Calibration, dataset: Dataset, settings: GrossErrorSettings
+) -> Calibration:
+    """Return a calibration which says that points lie off their own scan's line; the same object if the noise explains its residual.
+
+    All points have part in a calibration, and of least squares a single stray point changes the optimum without bound.
+
+    Raises:
+        TooManyStrayPoints: Most scans have lost their line to stray points.
+    """
+    summary = calibration.summary
+    if summary["misfit_p_value"] is not None and not lacks_something(summary):
+        return calibration
+    _, count, corrupted = without_stray_points(dataset, settings)
+    if not count and not corrupted.any():
+        return calibration
+    most = f", and in {corrupted.sum()} scans most of them" if corrupted.any() else ""
+    said = Suspicion(
+        "points",
+        dataset.sensor.kind,
+        f"{count} points lie off the line of their own scan{most}; this calibration uses them, and may err because of them: let 'scalar diagnose' "
+        "set them aside, or remove them",
+    )
+    setup = [*summary["setup"], {**said.to_mapping(), "sentence": said.sentence}]
+    return replace(calibration, summary={**summary, "setup": setup})
 
 
 def _explain(error: InvalidInput | Undetermined, dataset: Dataset, settings: EstimationSettings) -> None:

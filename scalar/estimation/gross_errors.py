@@ -12,6 +12,7 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.errors import InvalidInput, Undetermined
+from scalar.estimation.line_breakdown import share_of_broken_lines
 from scalar.estimation.outlying_points import without_outlying_points
 from scalar.estimation.plane_labels import other_labels
 from scalar.estimation.pose_consistency import (
@@ -41,13 +42,36 @@ class Cleaned:
     points: int
 
 
+class TooManyStrayPoints(Undetermined):
+    """So many points are stray that the lines of the scans are lost: the set-up need not be searched for the cause."""
+
+
+def without_stray_points(
+    dataset: Dataset, settings: GrossErrorSettings = DEFAULTS.gross_errors
+) -> tuple[Dataset, int, Array]:
+    """Return the dataset without points off their own scan's line, their number, and which scans are corrupted, ``(N,)`` bool.
+
+    Raises:
+        TooManyStrayPoints: Most scans have lost their line to stray points.
+    """
+    dataset, count, corrupted = without_outlying_points(dataset, settings)
+    share = share_of_broken_lines(dataset, corrupted, settings)
+    if share > settings.most_set_aside:
+        raise TooManyStrayPoints(
+            [f"in {100 * share:.0f} % of the scans so many points lie off any common line that nothing tells which points are right: look for "
+             "reflections, for edges of the planes within the scans, and at the exposure of the sensor; then measure again, or remove those points"]
+        )  # fmt: skip
+    return dataset, count, corrupted
+
+
 def clean(dataset: Dataset, settings: EstimationSettings = DEFAULTS) -> Cleaned:
     """Return a dataset without gross errors.
 
     Raises:
+        TooManyStrayPoints: Most scans have lost their line to stray points.
         Undetermined: So much is off that nothing can be said of what is right.
     """
-    dataset, n_points, corrupted = without_outlying_points(dataset, settings.gross_errors)
+    dataset, n_points, corrupted = without_stray_points(dataset, settings.gross_errors)
     keep = ~corrupted
     keep &= coarsely_consistent(dataset, keep, settings.gross_errors)
     try:

@@ -43,6 +43,11 @@ class GrossErrorSettings:
         1.0 / 3.0, "of a scan's points", "a scan with more of its points off its line is set aside whole",
         "chosen: least absolute deviations forgive about a third of wrong points",
     )  # fmt: skip
+    line_breakdown: float = setting(
+        3.0, "1", "standard deviation of a scan's kept points about their line over that of their densest third beyond which the line has "
+        "broken down", "simulated: points of a normal law have 1.0, of Laplace's and of Student's with three degrees of freedom 1.5, and at "
+        "most one scan in eight of these has more than 3; where stray points led the line astray, it is 3 to 200",
+    )  # fmt: skip
     pose_sigmas: float = setting(
         10.0, "robust standard deviations", "a pose farther than this off the fit is set aside",
         "chosen: far beyond what effects do, since an effect must never be set aside as an outlier",

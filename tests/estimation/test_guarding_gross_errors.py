@@ -13,6 +13,7 @@ import pytest
 from scalar.errors import Undetermined
 from scalar.estimation import outlying_points, plane_labels
 from scalar.estimation.gross_errors import clean, clean_given_effects
+from scalar.estimation.line_breakdown import line_has_broken_down
 from scalar.estimation.outlying_points import without_outlying_points
 from scalar.estimation.plane_labels import other_labels
 from scalar.estimation.pose_consistency import (
@@ -77,6 +78,15 @@ def test_a_line_is_found_among_strays_by_reweighting(monkeypatch):
     assert without_outlying_points(dataset, GROSS)[1] == 6
     monkeypatch.setattr(outlying_points, "_ROUNDS", 1)
     assert without_outlying_points(dataset, GROSS)[1] != 6
+
+
+def test_a_line_breaks_down_where_stray_points_scatter_far_beyond_the_core():
+    """A third of forty points 0.7 mm off, with 0.1 mm of noise: four to five times the core's scatter, above three, below six."""
+    off = 1e-4 * np.random.default_rng(2).standard_normal(40)
+    off[::3] += 0.7 * MM * (-1) ** np.arange(14)
+    points = np.stack([np.linspace(-0.1, 0.1, 40), off], axis=1)
+    assert line_has_broken_down(points, GROSS)
+    assert not line_has_broken_down(points, replace(GROSS, line_breakdown=2 * GROSS.line_breakdown))
 
 
 def test_a_pose_far_off_the_nominal_arm_is_left_out_at_first():
