@@ -66,11 +66,11 @@ def chosen_by_lasso(before: FittedState) -> tuple[Effect, ...]:
     k = len(owner)
     given = gram_given(columns.full, columns.E, columns.E.T @ columns.E)[:k, :k]
     own = np.diag(given)
-    seen = own > LEAST_SHARE * columns.squared[:k]
+    seen = own > LEAST_SHARE * columns.squared_lengths[:k]
     scale = np.sqrt(own[seen])
     gram = given[np.ix_(seen, seen)] / np.outer(scale, scale)
     correlation = (columns.E.T @ columns.full.residual.ravel())[:k][seen] / scale
-    weights = least_bic(gram, correlation, columns.full.squared, columns.full.freedom)
+    weights = least_bic(gram, correlation, columns.full.sum_of_squares, columns.full.degrees_of_freedom)
     size = np.zeros(len(elements))
     np.maximum.at(size, owner[seen], np.abs(weights))
     chosen: tuple[Effect, ...] = ()
@@ -79,22 +79,25 @@ def chosen_by_lasso(before: FittedState) -> tuple[Effect, ...]:
     return chosen
 
 
-def least_bic(gram: Array, correlation: Array, squared: float, freedom: int) -> Array:
+def least_bic(gram: Array, correlation: Array, sum_of_squares: float, degrees_of_freedom: int) -> Array:
     """Return the lasso's coefficients ``(k,)`` of least BIC on a path of penalties.
 
     Args:
         gram: ``(k, k)`` of columns of unit length. correlation: ``(k,)``, their products with the residual.
-        squared: Sum of squares of the residual. freedom: Its degrees of freedom.
+        sum_of_squares: Of the residual.
+        degrees_of_freedom: Of the residual.
     """
     w = np.zeros(len(correlation))
     if not len(w):
         return w
     top = float(np.abs(correlation).max())
-    best, least, since = w, freedom * np.log(squared), 0
+    best, least, since = w, degrees_of_freedom * np.log(sum_of_squares), 0
     for penalty in top * np.geomspace(1.0, LEAST_PENALTY, PENALTIES):
         w = descended(gram, correlation, w, penalty, TOLERANCE * top)
-        left = squared - 2.0 * w @ correlation + w @ gram @ w
-        criterion = freedom * np.log(max(left, 1e-300)) + np.count_nonzero(w) * np.log(freedom)
+        left = sum_of_squares - 2.0 * w @ correlation + w @ gram @ w
+        criterion = degrees_of_freedom * np.log(max(left, 1e-300)) + np.count_nonzero(w) * np.log(
+            degrees_of_freedom
+        )
         best, least, since = (w, criterion, 0) if criterion < least else (best, least, since + 1)
         if since == PATIENCE:
             break

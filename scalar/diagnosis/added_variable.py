@@ -1,4 +1,4 @@
-"""An effect conditional on everything else that is free: what is left of its signal, and what is measured of that.
+"""An effect given all other free parameters: the part of its signal that they cannot fit, and what the residual shows of that part.
 
 By the theorem of Frisch, Waugh and Lovell, the coefficient of an effect in the joint fit is the slope of the residual over the effect's
 signal once the columns of everything else are projected out of both: the added-variable plot.
@@ -14,9 +14,9 @@ from scalar.geometry.se3 import Array
 
 
 def added_variable(state: FittedState, index: int, residual: Array) -> Profile:
-    """Return what is measured against what an effect predicts, without what all other parameters would take up.
+    """Return the added-variable plot of an effect: the measured shift over the predicted one, both without what other parameters can fit.
 
-    For effects that are no function of any one variable; the slope is one where the effect explains the residual.
+    It is drawn for effects that are no function of a single variable. The slope is one if the effect explains the residual.
 
     Args:
         state: With the effect.

@@ -30,12 +30,12 @@ _NORMAL_SUFFICES = 0.01  # a p-value above it is taken from the normal distribut
 
 def depends_on(state: FittedState) -> list[str]:
     """Return the columns along which the residuals are most significantly autocorrelated; an empty list if no autocorrelation is significant."""
-    found = chances(state, state.background().residual)
+    found = autocorrelation_p_values(state, state.background().residual)
     surest = min(found, key=lambda names: found[names])
     return list(surest) if found[surest] < state.settings.autocorrelation.alpha_autocorrelation else []
 
 
-def chances(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
+def autocorrelation_p_values(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
     """Return the p-value of the autocorrelation along each set of columns, corrected for the number of sets.
 
     The sets form three families: recorded quantities that vary in the course of time, single columns, and pairs of angles. Each family
@@ -48,7 +48,7 @@ def chances(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
     least = state.settings.autocorrelation.least_poses
     components = components_along(state, z)
     planes = state.residuals.measurement.target_index
-    whole = np.zeros(len(z))
+    one_group = np.zeros(len(z))
     angles, in_time = _moving_angles(state), _recorded_in_time(state)
     found: dict[str, list[tuple[tuple[str, ...], float]]] = {"in_time": [], "single": [], "pair": []}
 
@@ -57,7 +57,7 @@ def chances(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
 
     def in_order(values: Array) -> list[float]:
         by_plane = neighbour_p_value(z, _in_order(planes, values, least))
-        return [by_plane, *neighbour_p_values(components, _in_order(whole, values, least))]
+        return [by_plane, *neighbour_p_values(components, _in_order(one_group, values, least))]
 
     for name, values in in_time.items():
         judge("in_time", (name,), in_order(values))
@@ -91,15 +91,15 @@ def neighbour_p_value(z: Array, near: Array) -> float:
         near: ``(P, 2)``, pairs of neighbours.
     """
     products = np.sum(z[near[:, 0]] * z[near[:, 1]], axis=1)
-    return _chances(products[:, None], near, len(z))[0]
+    return _p_values(products[:, None], near, len(z))[0]
 
 
 def neighbour_p_values(components: Array, near: Array) -> list[float]:
     """Return the same p-value for each column of ``components`` ``(N, K)``."""
-    return _chances(components[near[:, 0]] * components[near[:, 1]], near, len(components))
+    return _p_values(components[near[:, 0]] * components[near[:, 1]], near, len(components))
 
 
-def _chances(products: Array, near: Array, n_poses: int) -> list[float]:
+def _p_values(products: Array, near: Array, n_poses: int) -> list[float]:
     """Return the p-value of each sum of products ``(P, K)`` over neighbours ``(P, 2)``, where the sign of each pose is random.
 
     A p-value that is small by the normal distribution is computed again from the distribution of the sum itself, whose tail is heavier

@@ -31,12 +31,12 @@ class Subset:
 
     Attributes:
         elements: Their indices, ascending.
-        squared: Sum of squared residuals of the fit with these elements, the penalty of the coefficients' priors included [noise variances].
+        sum_of_squares: Of the residual of the fit with these elements, the penalty of the coefficients' priors included [noise variances].
         evidence: Log evidence of the set [nats].
     """
 
     elements: tuple[int, ...]
-    squared: float
+    sum_of_squares: float
     evidence: float
 
 
@@ -51,8 +51,8 @@ class SearchElements:
         family: ``(n,)``, the family of each of the n elements; only the best element of a family extends a set.
         gram: ``(e, e)``, inner products of all e columns, conditional on the model without effects.
         projection: ``(e,)``, inner products of the columns with the residual of that model.
-        squared: Sum of squares of that residual [noise variances].
-        freedom: Degrees of freedom of that residual.
+        sum_of_squares: Of that residual [noise variances].
+        degrees_of_freedom: Of that residual.
         n_candidates: Number of candidates among which each element is chosen; its logarithm is subtracted from the evidence for each element.
         least_variance: Least variance of the residual that any set is assumed to leave [noise variances].
     """
@@ -61,8 +61,8 @@ class SearchElements:
     family: Array
     gram: Array
     projection: Array
-    squared: float
-    freedom: int
+    sum_of_squares: float
+    degrees_of_freedom: int
     n_candidates: int
     least_variance: float
 
@@ -103,9 +103,11 @@ class SearchElements:
             values, vectors = np.linalg.eigh(self.gram[columns[:, :, None], columns[:, None, :]])
             along = np.einsum("tei,te->ti", vectors, self.projection[columns])
             gains = np.sum(along**2 / (1.0 + np.maximum(values, 0.0)), axis=1)
-            squared = self.squared - gains
-            evidence = self._log_evidence(squared, np.sum(values > 1.0, axis=1))
-            for k, remaining, nats in zip(same_width, squared.tolist(), evidence.tolist(), strict=True):
+            sum_of_squares = self.sum_of_squares - gains
+            evidence = self._log_evidence(sum_of_squares, np.sum(values > 1.0, axis=1))
+            for k, remaining, nats in zip(
+                same_width, sum_of_squares.tolist(), evidence.tolist(), strict=True
+            ):
                 cost_of_choice = len(sets[k]) * float(np.log(self.n_candidates))
                 found[k] = Subset(sets[k], remaining, nats - cost_of_choice)
         return [found[k] for k in range(len(sets))]
@@ -120,7 +122,7 @@ class SearchElements:
         if not subsets:
             return []
         given = [self._given(subset) for subset in subsets]
-        squared = np.array([subset.squared for subset in subsets])[:, None]
+        sum_of_squares = np.array([subset.sum_of_squares for subset in subsets])[:, None]
         evidence = np.full((len(subsets), len(self.columns)), -np.inf)
         for k, (members, _) in enumerate(self._by_width):
             grams, projections = (
@@ -128,7 +130,9 @@ class SearchElements:
                 for of_all_sets in zip(*given, strict=True)
             )
             gains, dofs = (x.reshape(len(subsets), -1) for x in shrunk_gain(grams, projections))
-            evidence[:, members] = np.where(gains > 0.0, self._log_evidence(squared - gains, dofs), -np.inf)
+            evidence[:, members] = np.where(
+                gains > 0.0, self._log_evidence(sum_of_squares - gains, dofs), -np.inf
+            )
         return [
             self._best_of_families(of_set, subset.elements, most)
             for of_set, subset in zip(evidence, subsets, strict=True)
@@ -183,12 +187,12 @@ class SearchElements:
         """Return the indices of the columns of some elements."""
         return np.concatenate([np.zeros(0, dtype=int), *(self.columns[p] for p in elements)])
 
-    def _log_evidence(self, squared: Any, dof: Any) -> Any:
+    def _log_evidence(self, sum_of_squares: Any, dof: Any) -> Any:
         """Return the log evidence [nats] by the Bayesian information criterion, without the penalty for the number of candidates.
 
         Args:
-            squared: Sums of squared residuals [noise variances], any shape.
+            sum_of_squares: Of residuals [noise variances], any shape.
             dof: Numbers of directions that the data determine better than the priors, of the same shape.
         """
-        n = self.freedom
-        return -0.5 * n * np.log(np.maximum(squared / n, self.least_variance)) - 0.5 * dof * np.log(n)
+        n = self.degrees_of_freedom
+        return -0.5 * n * np.log(np.maximum(sum_of_squares / n, self.least_variance)) - 0.5 * dof * np.log(n)

@@ -1,6 +1,6 @@
 """The columns of all candidates at a fitted model, computed once and scored again whenever the residual changes.
 
-Several candidates share columns (an order of a joint stands alone and in the joint's whole spectrum): each column stands there once.
+Several candidates share columns (an order of a joint is a candidate itself and a part of the joint's whole spectrum): each column is kept once.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.diagnosis.candidate_set import candidates, changes, elements
-from scalar.diagnosis.change_scores import ChangeScores, Moments
+from scalar.diagnosis.change_scores import ChangeColumns, ChangeScores
 from scalar.diagnosis.effect_columns import Basis
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.score_test import Background, Projected, observable_share, shrunk_gain
@@ -36,8 +36,8 @@ class CandidateSet:
         tried: Candidates with the indices of their columns.
         elements: Effects whose columns these are.
         changes: (effect that acts always, the poses it touches) for every kind of change; their columns come last.
-        bases: What effects do at the poses, computed when it is first used.
-        elsewhere: How many more of the same kind are tried in other sets.
+        bases: The bases of effects at the poses (``effect_columns``), computed when they are first used.
+        elsewhere: Number of further candidates of the same kind that are tried in other sets.
     """
 
     tried: list[tuple[Effect, Array]]
@@ -86,7 +86,7 @@ class CandidateSet:
 
     @cached_property
     def families(self) -> dict[int, Array]:
-        """Return the logarithm of how many of its kind are tried, of each candidate of ``by_width``."""
+        """Return for each candidate of ``by_width`` the logarithm of the number of candidates of its kind that are tried."""
         count = Counter(candidate.name for candidate, _ in self.tried)
         return {
             width: np.array([log(count[candidate.name] + self.elsewhere) for candidate, _ in own])
@@ -108,12 +108,12 @@ class CandidateSet:
 
     @cached_property
     def total(self) -> int:
-        """Return how many candidates and moments are tried."""
+        """Return the number of candidates that are tried, a change counted once for each pose that it touches."""
         return len(self.tried) + self.elsewhere + sum(int(touched.sum()) for _, touched in self.changes)
 
 
 def named_candidates(dataset: Dataset) -> CandidateSet:
-    """Return everything with a name that may be tried on a dataset."""
+    """Return the candidate set of all named effects and changes of a dataset."""
     return CandidateSet.of(candidates(dataset), changes(dataset))
 
 
@@ -160,18 +160,18 @@ class CandidateColumns:
         self.change_margin = state.settings.selection.change_margin
         self.full = state.background()
         self.E = state.columns_of(candidates.effects, candidates.bases)
-        self.squared = np.einsum("ne,ne->e", self.E, self.E)
+        self.squared_lengths = np.einsum("ne,ne->e", self.E, self.E)
         self._along = (self.full.Q.T @ self.E).T
-        self.moments: dict[int, Moments] = {}
+        self._change_columns: dict[int, ChangeColumns] = {}
         self._grams: dict[int, Array] = {}
 
     def conditional(self, background: Background) -> dict[int, Conditional]:
         """Return the candidates by their number of columns, conditional on the state's background, or on it without some of its columns."""
         released = None if background.released is None else (background.released.T @ self.E).T
-        given = self.squared - np.einsum("ef,ef->e", self._along, self._along)
+        given = self.squared_lengths - np.einsum("ef,ef->e", self._along, self._along)
         if released is not None:
             given += np.einsum("ef,ef->e", released, released)
-        share, scale = observable_share(background, given, self.squared, self.candidates.prior_std)
+        share, scale = observable_share(background, given, self.squared_lengths, self.candidates.prior_std)
         projection = (self.E.T @ background.residual.ravel()) * scale / background.variance
         found = {}
         for width, groups in self.candidates.groups.items():
@@ -198,7 +198,7 @@ class CandidateColumns:
         return own @ np.swapaxes(own, 1, 2) - along @ np.swapaxes(along, 1, 2)
 
     def changes(self, background: Background) -> list[tuple[Effect, ChangeScores]]:
-        """Return the scores of every kind of change at every moment."""
+        """Return the scores of every kind of change for every pose at which it may begin."""
         N, m = background.residual.shape
         found = []
         at = self.E.shape[1] - sum(len(effect.coefficients) for effect, _ in self.candidates.changes)
@@ -206,7 +206,9 @@ class CandidateColumns:
             k = len(effect.coefficients)
             E = self.E[: N * m, at : at + k].reshape(N, m, k)
             at += k
-            if i not in self.moments:
-                self.moments[i] = Moments.of(self.full, E, np.flatnonzero(touched), self.change_margin)
-            found.append((effect, self.moments[i].score(background, E, effect.prior_std)))
+            if i not in self._change_columns:
+                self._change_columns[i] = ChangeColumns.of(
+                    self.full, E, np.flatnonzero(touched), self.change_margin
+                )
+            found.append((effect, self._change_columns[i].score(background, E, effect.prior_std)))
         return found

@@ -1,4 +1,4 @@
-"""The candidate set: what is tried on a dataset, by all kinds of effects that the registry knows."""
+"""The candidate set: the effects that every known kind proposes for a dataset."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 
 def candidates(dataset: Dataset) -> list[Effect]:
-    """Return the effects with a name that can be tried; those that may set in at any pose are tried apart (``changes``)."""
+    """Return the named effects that are tried on a dataset, without those that may begin at any pose (``changes``)."""
     return [effect for kind in registry.known().values() for effect in kind.candidates(dataset)]
 
 
 def changes(dataset: Dataset) -> list[tuple[Effect, np.ndarray]]:
-    """Return effects that may set in at any pose: each as it acts all the time, and the poses ``(N,)`` bool that it touches."""
+    """Return effects that may begin at any pose: each as if it acted all the time, and the poses ``(N,)`` bool that it touches."""
     return [change for kind in registry.known().values() for change in kind.changes(dataset)]
 
 
@@ -29,5 +29,5 @@ def flexible(dataset: Dataset) -> list[Effect]:
 
 
 def elements(effect: Effect) -> list[Effect]:
-    """Return the effects of one term each that stand, one after the other, for all columns of an effect."""
+    """Return effects of one term each, whose columns, one after the other, are those of an effect."""
     return [effect] if effect.n_terms == 1 else [effect.with_terms([i]) for i in range(effect.n_terms)]

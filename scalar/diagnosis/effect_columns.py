@@ -1,7 +1,8 @@
 """The columns of effects at a fitted model: how its whitened rows would change with effects that it has or might be given.
 
-A column is the derivative of the rows by the place where the effect acts times what the effect does there, at the poses. The first does not
-depend on the effect and is worked out once for a model; of effects on points the functions of the points are.
+A column is a product: the derivative of the rows by a motion of the place where the effect acts, times the motion that the effect makes there
+at each pose, its *basis*. The derivative does not depend on the effect and is computed once for a model. For effects on points, the rows
+compressed with the functions of the points that they need are kept instead.
 """
 
 from __future__ import annotations
@@ -25,17 +26,15 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.sensors import Measurement
 
-Basis = (
-    JointBasis | Array
-)  # of effects on joints: of the joints that they act on; of others ``(N, 6, k)``, or ``(N, 5, n, k)`` for links
+Basis = JointBasis | Array  # an array ``(N, 6, k)`` of screws for base and sensor, ``(N, 5, n, k)`` for links
 
-_MOST_KEPT = 1_000_000  # bytes of what an effect does elsewhere than on joints: for thousands of poses it is worked out anew
+_MOST_KEPT = 1_000_000  # bytes: a larger basis, as of links at thousands of poses, is computed anew each time
 
 
 class EffectColumns:
     """The columns of any effects at one model, under one whitening.
 
-    Effects that are asked for are taken with coefficients of zero, as a change of the model: what they have is not applied.
+    Each effect is taken as a change of the model that begins at coefficients of zero; coefficients that it has are not applied.
     """
 
     def __init__(
@@ -57,12 +56,14 @@ class EffectColumns:
 
         Args:
             effects: Any.
-            bases: What effects do at the poses, where it is known already; filled where it is not.
+            bases: The bases that are known already; those that are computed here are added.
         """
         bases = {} if bases is None else bases
         N, m = self._by_geometry.shape[:2]
         ends = [0, *accumulate(len(effect.coefficients) for effect in effects)]
-        found = np.empty((ends[-1], N, m))  # the rows of a column together, as sums over rows read them
+        found = np.empty(
+            (ends[-1], N, m)
+        )  # the rows of a column lie together in memory, because sums run over rows
         columns = np.moveaxis(found, 0, 2)
         on_points: list[tuple[PointEffect, slice]] = []
         for effect, start, stop in zip(effects, ends[:-1], ends[1:], strict=True):
@@ -84,7 +85,7 @@ class EffectColumns:
         return found.reshape(-1, N * m).T
 
     def _basis(self, effect: Effect) -> Basis:
-        """Return what an effect does at the poses."""
+        """Return the basis of an effect at the poses."""
         nominal, poses = self._model.nominal, self._residuals.poses
         if isinstance(effect, JointEffect):
             return JointBasis.of(effect.joint_basis(nominal, poses))
@@ -144,7 +145,7 @@ class EffectColumns:
 
     @cached_property
     def _by_base(self) -> Array:
-        """Return the derivatives ``(N, m, 6)`` by a screw of the arm on its base, which tilts as the effects of the model have it."""
+        """Return the derivatives ``(N, m, 6)`` by a screw of the arm in the frame of its base, as the effects of the model have moved it."""
         wrench = self._whitened(self._residuals.wrench(self._model))
         T = self._residuals.kinematics(self._model).T_base_tilted
         return wrench if T is None else wrench @ _adjoint(T)

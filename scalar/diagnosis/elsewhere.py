@@ -1,4 +1,4 @@
-"""Predictions of a fitted state at poses that were not measured: random ones within the joint limits, the motion of the base aside."""
+"""Predictions of a fitted state at random poses, most of them not measured; a motion of the base does not count."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SEED = 20240
 
 
 def joint_limits(state: FittedState) -> Array:
-    """Return the joints' limits ``(n, 2)`` [rad], or the range that was seen where there are none."""
+    """Return the joints' limits ``(n, 2)`` [rad], or the measured range where a joint has none."""
     return limits_or_seen(state.model.nominal.limits, state.residuals.poses.q)
 
 
@@ -29,12 +29,12 @@ def measured_ranges(state: FittedState) -> Array:
 
 
 def poses_anywhere(state: FittedState, count: int = N_POSES) -> Poses:
-    """Return random poses within the joint limits, the same for every call; other columns take values that were seen."""
+    """Return random poses within the joint limits, the same for every call; other columns take measured values."""
     return poses_within(joint_limits(state), state, count)
 
 
 def poses_within(limits: Array, state: FittedState, count: int) -> Poses:
-    """Return random poses within ranges of the joints ``(n, 2)`` [rad], the same for every call; other columns take values that were seen."""
+    """Return random poses within ranges of the joints ``(n, 2)`` [rad], the same for every call; other columns take measured values."""
     return poses_within_limits(limits, state.residuals.poses, count, _SEED)
 
 
@@ -52,9 +52,9 @@ def displacements(state: FittedState, more: Sequence[Effect], steps: Array, pose
 
     Args:
         state: Fitted.
-        more: Effects that the state has not, whose coefficients follow those of its model.
+        more: Effects that the state does not have; their k coefficients follow those of its model.
         steps: ``(P + k,)``, changes of all parameters and of those coefficients.
-        poses: Where.
+        poses: The N poses at which positions are predicted.
     """
     return np.linalg.norm((displacement_columns(state, poses, more) @ steps).reshape(-1, 3), axis=1)
 
@@ -64,7 +64,7 @@ def displacement_columns(state: FittedState, poses: Poses, more: Sequence[Effect
 
     Args:
         state: Fitted.
-        poses: Where.
-        more: Effects that the state has not, whose coefficients follow those of its model.
+        poses: The N poses at which positions are predicted.
+        more: Effects that the state does not have; their k coefficients follow those of its model.
     """
     return model_columns(replace(state.model, effects=(*state.model.effects, *more)), poses)

@@ -109,7 +109,7 @@ def _replaced(
         trial = state.refitted(merged(others, entry.effect))
         # Both fits are compared under the same whitening, because the larger variance component of a worse fit would hide that it is worse.
         left, now = trial.background_whitened_by(state.whitening), state.background()
-        lost = 0.5 * now.freedom * np.log(left.squared / now.squared)
+        lost = 0.5 * now.degrees_of_freedom * np.log(left.sum_of_squares / now.sum_of_squares)
         explains = lost <= allowance + 1e-9 or (entry is best and better and entry.dof < own.dof)
         if explains and trial.is_plausible and no_worse(held_out_errors(state), held_out_errors(trial)):
             return trial

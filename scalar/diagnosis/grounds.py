@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from scalar.diagnosis.autocorrelation import chances
+from scalar.diagnosis.autocorrelation import autocorrelation_p_values
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.ranking import Scored
 from scalar.diagnosis.variance_components import VarianceComponent
@@ -37,7 +37,7 @@ class FinalResiduals:
     def of(cls, state: FittedState) -> FinalResiduals:
         """Return these numbers for the state with all effects that were found."""
         background = state.background()
-        chance = min(chances(state, background.residual).values(), default=1.0)
+        chance = min(autocorrelation_p_values(state, background.residual).values(), default=1.0)
         return cls(
             poses=state.dataset.n_poses,
             misfit=background.variance,
@@ -98,7 +98,7 @@ def grounds_of_effect(
         kind=STRUCTURE if flexible[i] else EFFECT,
         log_odds=log_odds(own.evidence, others),
         least_log_odds=least,
-        share=own.gain / max(own.gain + state.background().squared, 1e-300),
+        share=own.gain / max(own.gain + state.background().sum_of_squares, 1e-300),
         others=len(flexible) - 1,
         beside_structure=any(flexible[:i] + flexible[i + 1 :]),
         final_residuals=final_residuals,

@@ -28,10 +28,10 @@ from scalar.geometry.se3 import Array
 BANDS = ((1, 2), (3, 6), (7, 12), (13, 20), (21, 32), (33, 48), (49, 64))
 FIRST_SIZE = 3e-5  # rad, where the search for the sizes starts; its end does not depend on the start
 LEAST_SIZE = 1e-7  # rad: 0.1 micrometres at a metre; an order of this size is left out
-ROUNDS = 60  # of that search, which ends by itself
+ROUNDS = 60  # of that search, at most; it usually converges before
 CONVERGED = 1e-3  # relative change of the sizes that ends it: far below what they are known to
-_RIDGE = 1e-8  # of a unit column, on all else: a part that is left out may take away all that is known of a parameter
-PRIOR_SHARES = (1.0, 0.5, 0.25, 0.125)  # of the sizes that the evidence finds
+_RIDGE = 1e-8  # prior weight of all other columns, of unit length: without a part of the poses, the rest may not determine a parameter
+PRIOR_SHARES = (1.0, 0.5, 0.25, 0.125)  # factors that are tried on the sizes of greatest evidence
 
 
 def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
@@ -50,7 +50,7 @@ def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
     ):
         return state
     system = _System.of(state, dense)
-    sizes, variance = system.most_evident()
+    sizes, variance = system.sizes_of_greatest_evidence()
     share = min(PRIOR_SHARES, key=lambda share: system.unseen_error(share * sizes, state, joints))
     std = dict(zip(BANDS, share * sizes, strict=True))
     kept = [effect for effect in state.effects if not _is_series_of(effect, joints)]
@@ -128,7 +128,7 @@ def has_all_orders(state: FittedState, effect: Effect) -> bool:
 
 
 def is_shrunk(effect: Effect) -> bool:
-    """Return whether an effect is all orders of a joint: its evidence, by counting columns, says nothing of what else would do as well."""
+    """Return whether an effect is all orders of a joint, each with its own prior; its evidence, which counts columns, cannot be compared."""
     return isinstance(effect, Series) and bool(effect.term_std)
 
 
@@ -169,7 +169,7 @@ class _System:
     Attributes:
         A: ``(R, F)``, the columns of everything else, of unit length.
         E: ``(R, e)``, the columns of all orders [1/rad].
-        residual: ``(R,)``, with the harmonics found one by one taken back.
+        residual: ``(R,)``, as it would be without the harmonics that were found one by one.
         band: ``(e,)``, which band a column belongs to.
     """
 
@@ -203,21 +203,21 @@ class _System:
             np.array(band),
         )
 
-    def most_evident(self) -> tuple[Array, float]:
-        """Return the size of every band [rad] of greatest evidence, with all else unknown, and the variance of the rows at these sizes."""
+    def sizes_of_greatest_evidence(self) -> tuple[Array, float]:
+        """Return the sizes of the bands [rad] that have the greatest evidence, all else being unknown, and the variance of the rows with them."""
         Q = np.linalg.qr(self.A)[0]
         E = self.E - Q @ (Q.T @ self.E)
         r = self.residual - Q @ (Q.T @ self.residual)
-        G, b, squared = E.T @ E, -(E.T @ r), float(r @ r)
+        G, b, sum_of_squares = E.T @ E, -(E.T @ r), float(r @ r)
         n = len(r) - self.A.shape[1]
-        sizes, variance = np.full(len(BANDS), FIRST_SIZE), squared / n
+        sizes, variance = np.full(len(BANDS), FIRST_SIZE), sum_of_squares / n
         for _ in range(ROUNDS):
             s = sizes[self.band]
             inverse = np.linalg.inv(s[:, None] * G * s / variance + np.eye(len(s)))
             c = s * (inverse @ (s * b)) / variance
             known = np.bincount(self.band, 1.0 - np.diag(inverse), len(BANDS))
             power = np.bincount(self.band, c * c, len(BANDS))
-            rest = squared - 2.0 * float(c @ b) + float(c @ G @ c)
+            rest = sum_of_squares - 2.0 * float(c @ b) + float(c @ G @ c)
             variance = rest / max(n - float(known.sum()), 1.0)
             new = np.maximum(np.sqrt(power / np.maximum(known, 1e-9)), LEAST_SIZE)
             done = np.max(np.abs(np.log(new / sizes))) < CONVERGED

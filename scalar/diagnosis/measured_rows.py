@@ -1,6 +1,6 @@
 """The rows to which a dataset is compressed, once for each set of functions of the points that effects need; all refits share them.
 
-The rows carry what is known of the noise within poses, so that weights, tests and standard errors follow it.
+The rows are weighted for the noise within poses as far as it is known, so that tests and standard errors agree with it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,13 @@ class MeasuredRows:
     def __init__(
         self, dataset: Dataset, noise: PoseNoise | None = None, like: Measurement | None = None
     ) -> None:
-        """Take the dataset, which must not change, the noise within its poses where it is not white and of one size, and estimated weights."""
+        """Compress nothing yet.
+
+        Args:
+            dataset: Must not change afterwards.
+            noise: The noise within its poses; None where it is white and of one size.
+            like: A measurement of the same dataset, whose weights the rows take over; None for the usual weights.
+        """
         self._dataset = dataset
         self._like = like
         self.noise = noise
@@ -37,7 +43,7 @@ class MeasuredRows:
         return self._known[names]
 
     def reweighted(self, residuals: Residuals, model: Model) -> MeasuredRows | None:
-        """Return the rows with weights estimated anew from what a model leaves; None where that changes them little or nothing is estimated.
+        """Return the rows with weights estimated anew from the residual of a model; None where no weight is estimated, or all change little.
 
         Args:
             residuals: Of the same dataset.

@@ -76,7 +76,7 @@ class OuterSplit:
         """Return the root mean square error [m] of the whole diagnosis on unseen poses.
 
         With L the mean squared distance over all poses: ``L(left out) + L(whole) - mean L(run)``, to second order in one over the number of
-        poses (Burman, 1989, eq. 2.3). It is never below that of the poses that were seen.
+        poses (Burman, 1989, eq. 2.3). It is never below the smaller one of ``seen_rms`` and the error on the parts that were left out.
 
         Args:
             which: 0 without effects, 1 as shipped.
@@ -155,18 +155,20 @@ def outer_split(
     counts = np.ones(len(kept))
     everywhere: list[tuple[float, Array]] = []
     for out, answer in zip(parts, _run_all(jobs, on_fold, cores or available_cores()), strict=True):
-        seen = np.isin(kept, out)
+        left_out = np.isin(kept, out)
         try:
             if isinstance(answer, ScalarError):
                 raise answer
-            found = [_squared(judged, model) for model in (answer.before, answer.after)]
+            found = [_squared_distances(judged, model) for model in (answer.before, answer.after)]
         except ScalarError as error:
             failed.append(str(error).splitlines()[0])
             continue
         answers.append(answer)
-        everywhere.append((float(seen.sum()), np.array([squares.sum() / n.sum() for squares, n in found])))
+        everywhere.append(
+            (float(left_out.sum()), np.array([squares.sum() / n.sum() for squares, n in found]))
+        )
         for k, (squares, n) in enumerate(found):
-            metric[k, seen], counts[seen] = (squares / n)[seen], n[seen]
+            metric[k, left_out], counts[left_out] = (squares / n)[left_out], n[left_out]
     known = np.isfinite(metric[0])
     own_block = np.unique(block[kept][known], return_inverse=True)[1]
     errors = [HeldOutErrors(m[known], m[known], counts[known], own_block, settings.hold_out) for m in metric]
@@ -189,7 +191,7 @@ def _numbered(dataset: Dataset) -> Dataset:
     return replace(dataset, poses=dataset.poses.assign(order=np.arange(dataset.n_poses, dtype=float)))
 
 
-def _squared(dataset: Dataset, model: Model) -> tuple[Array, Array]:
+def _squared_distances(dataset: Dataset, model: Model) -> tuple[Array, Array]:
     """Return per pose the sum of squared distances [m^2] that a model leaves, and their number.
 
     Raises:
@@ -232,7 +234,7 @@ def _run_all(
 
 
 def _begin_work(parent: int) -> None:
-    """Let a worker end with the process that started it, and on its demand; an interruption is that one's matter."""
+    """Let a worker end with the process that started it, or when that process terminates it; interruptions are left to that process."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with(parent)

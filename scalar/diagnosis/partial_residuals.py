@@ -1,8 +1,8 @@
-"""A fitted model as the pictures of its effects ask it: what each pose's residual asks for, and how sure that is.
+"""Partial residuals of a fitted model: what its poses show of one effect, for the picture of that effect.
 
-At the fitted model a pose's whitened rows r and their derivative g by one number of an effect (a joint's angle, the growth, a plane's
-height) give what the pose asks for beyond the model, ``-g . r / g . g``, with the standard error ``1 / |g|``. Added to what the effect says at
-that pose it is the partial residual: the error as it stands when the effect alone is taken away.
+With a pose's whitened rows r and their derivative g by a quantity that an effect changes (a joint's angle, the growth, a plane's height), the
+change of that quantity that fits the pose best is ``-g . r / g . g``, with the standard error ``1 / |g|``. Added to the change that the effect
+predicts at that pose, it is the partial residual: what the pose would show if the effect alone were missing from the model.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from scalar.sensors import Pieces
 
 @dataclass(frozen=True, eq=False)
 class FittedView:
-    """A state with what its pictures need, taken once; it is what ``scalar.effects.picture.View`` asks for.
+    """A state with what pictures of its effects need, computed once; it fulfils the protocol ``scalar.effects.picture.View``.
 
     Attributes:
         state: With all effects.
         free: Names of the parameters of the covariance.
         covariance: ``(F, F)``, of the final fit, for the error of curves.
         kinematics: At the state.
-        residual: ``(N, m)``, whitened: model less measurement.
-        wrench: ``(N, m, 6)``, its derivative by a screw of the sensor in the base frame.
+        residual: ``(N, m)``, whitened.
+        wrench: ``(N, m, 6)``, derivative of the residual by a screw of the sensor in the base frame.
     """
 
     state: FittedState
@@ -47,7 +47,7 @@ class FittedView:
 
     @classmethod
     def of(cls, state: FittedState, free: tuple[str, ...], covariance: Array) -> FittedView:
-        """Return the view of a state, with the covariance of what its final fit has free."""
+        """Return the view of a state, with the covariance of the free parameters of its final fit."""
         kinematics = state.residuals.kinematics(state.model)
         T, effects = kinematics.T_base_sensor, state.residuals.point_effects(state.model)
         rows = state.residuals.measurement.rows(T, state.model.target, effects)
@@ -75,7 +75,7 @@ class FittedView:
 
     @property
     def T_base_sensor(self) -> Array:
-        """Return where the sensor stands ``(N, 4, 4)``."""
+        """Return the fitted pose of the sensor in the base frame at every pose ``(N, 4, 4)``."""
         return self.kinematics.T_base_sensor
 
     def joint_screws(self, joint: int) -> Array:
@@ -87,15 +87,15 @@ class FittedView:
         return self._screws[:, :, : self.nominal.geometry.size]
 
     def estimated_along(self, screws: Array) -> tuple[Array, Array]:
-        """Return how far each pose's residual puts the sensor along a motion beyond the model, with standard errors, ``(N,)`` each.
+        """Return by what multiple of a motion the sensor would have to move to fit each pose best, and its standard error, ``(N,)`` each.
 
         Args:
             screws: ``(N, 6)``, a motion of size one of each pose, in the base frame.
         """
         g = np.einsum("nmi,ni->nm", self.wrench, screws)
-        squared = np.sum(g * g, axis=1)
-        seen = squared > 1e-12 * max(float(np.max(squared, initial=0.0)), 1e-300)
-        safe = np.where(seen, squared, 1.0)
+        squared_lengths = np.sum(g * g, axis=1)
+        seen = squared_lengths > 1e-12 * max(float(np.max(squared_lengths, initial=0.0)), 1e-300)
+        safe = np.where(seen, squared_lengths, 1.0)
         rest = np.where(seen, -np.sum(g * self.residual, axis=1) / safe, np.nan)
         return rest, np.where(seen, 1.0 / np.sqrt(safe), np.nan)
 
@@ -111,7 +111,7 @@ class FittedView:
         return np.sqrt(np.maximum(np.einsum("gi,ij,gj->g", basis, C, basis), 0.0))
 
     def _names_of(self, effect: Effect) -> tuple[str, ...]:
-        """Return the names of an effect's coefficients in the calibration; none for an effect that the state has not."""
+        """Return the names of an effect's coefficients in the calibration; none for an effect that the state does not have."""
         names = self.state.model.effect_names
         return next((names[i] for i, own in enumerate(self.state.effects) if own is effect), ())
 

@@ -14,7 +14,11 @@ from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.score_test import Background, evidence, p_value, remainder
 from scalar.effects import Effect
 
-REFINEMENTS = (1.0, 0.5, 0.25)  # of the steps of a first look
+REFINEMENTS = (
+    1.0,
+    0.5,
+    0.25,
+)  # sizes of the steps in which nonlinear parameters are varied, as in ``Effect.variations``
 _LEAST_P_VALUE = 1e-300  # below it the distribution's tail is no longer computed
 
 
@@ -56,11 +60,11 @@ def rank(
         kept = np.ones(len(members), dtype=bool)
         for k in candidates.of_several_terms[width]:
             candidate = effects[k]
-            rest, freedom = remainder(background, gain[k], dof[k])
+            rest, degrees_of_freedom = remainder(background, gain[k], dof[k])
             projected, terms = conditional[width].of(k), np.arange(width).reshape(candidate.n_terms, -1)
             # Each term is penalised for its columns and for the number of terms tried, as it would be alone.
-            price = np.log(background.freedom) + 2 * np.log(candidate.n_terms) / terms.shape[1]
-            chosen = projected.forward(terms, least_drop=float(price * rest / freedom))
+            price = np.log(background.degrees_of_freedom) + 2 * np.log(candidate.n_terms) / terms.shape[1]
+            chosen = projected.forward(terms, least_drop=float(price * rest / degrees_of_freedom))
             if not chosen:
                 kept[k] = False
                 continue
@@ -92,15 +96,18 @@ def _tally_changes(
 
 @dataclass
 class _Tally:
-    """Candidates whose p-values and evidence are worked out all at once."""
+    """Candidates with their gains, whose p-values and evidence are computed all at once."""
 
     effects: list[Effect] = field(default_factory=list)
     numbers: list[Any] = field(default_factory=list)
 
     def add(self, effects: Sequence[Effect], numbers: Any) -> None:
-        """Add candidates; of each ``(T, 5)``: gain, degrees of freedom, observability, log of how many of its kind were tried, and how many in all.
+        """Add T candidates.
 
-        How many may be more than a machine's integer holds, for the choices of terms multiply.
+        Args:
+            effects: The candidates.
+            numbers: ``(T, 5)``: gain, degrees of freedom, observability, logarithm of the number of candidates of its kind that were tried, and
+                the number of all that were tried. Choices of terms multiply, so these numbers may exceed any integer type.
         """
         self.effects += effects
         self.numbers.append(numbers)
@@ -147,22 +154,22 @@ def refined(state: FittedState, background: Background, entry: Scored) -> Scored
     """Return a scored effect with its nonlinear parameters fitted by a search around the coarse candidate."""
     for scale in REFINEMENTS:
         for _ in range(state.settings.selection.refinement_rounds):
-            finer = _look(state, background, entry, scale)
+            finer = _best_variation(state, background, entry, scale)
             if finer is entry:
                 break
             entry = finer
     return entry
 
 
-def _look(state: FittedState, background: Background, entry: Scored, scale: float) -> Scored:
+def _best_variation(state: FittedState, background: Background, entry: Scored, scale: float) -> Scored:
     """Return the best of an effect's variations, or the entry itself."""
     pool = CandidateSet.of(entry.effect.variations(scale))
     if len(pool.tried) == 1:
         return entry
     best = rank(state, background, CandidateColumns(state, pool), 1)[0]
     # The penalty for the number of candidates is that of the coarse search; only the fit improves.
-    was, now = (max(background.squared - e.gain, 1e-300) for e in (entry, best))
-    gained = float(0.5 * background.freedom * np.log(was / now))
+    was, now = (max(background.sum_of_squares - e.gain, 1e-300) for e in (entry, best))
+    gained = float(0.5 * background.degrees_of_freedom * np.log(was / now))
     if gained < state.settings.selection.least_refinement:
         return entry
     return replace(

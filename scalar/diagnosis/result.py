@@ -95,7 +95,7 @@ class Diagnosis:
 
     @property
     def reported_noise(self) -> tuple[VarianceComponent, ...]:
-        """Return the variance components that are reported: none if there are flexible terms, since it may be a remainder of that structure."""
+        """Return the variance components that are reported: none if there are flexible terms, since they may be a remainder of that structure."""
         return () if self.flexible_terms else self.confirmed_noise
 
     @property
@@ -196,7 +196,7 @@ class Diagnosis:
 
         A gear is tried order by order and with several orders at once, which may come to the same. What these data cannot show has no score.
         """
-        squared = self.before.background().squared
+        sum_of_squares = self.before.background().sum_of_squares
         best: dict[str, Scored] = {}
         for entry in self.ranking:
             if entry.dof:
@@ -207,7 +207,7 @@ class Diagnosis:
                 "target": entry.effect.target,
                 "title": title,
                 "evidence_nats": entry.evidence,
-                "share_of_residual": min(entry.gain / squared, 1.0),
+                "share_of_residual": min(entry.gain / sum_of_squares, 1.0),
                 "p_value": entry.p_value,
             }
             for title, entry in best.items()
@@ -229,7 +229,7 @@ class Diagnosis:
 
     @property
     def _joint_columns(self) -> list[str]:
-        """Return all joints: what is said to matter where nothing says what does."""
+        """Return the columns of all joints; they are listed if no test shows on which columns the structure depends."""
         return [f"q{i + 1}" for i in range(self.dataset.robot.n_joints)]
 
     def noise_entry(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Residuals as a person pictures them: a height over a plane, a scan's pieces; in metres, with a sign."""
+"""Residuals for pictures, in metres and with a sign: heights over planes, and scans cut in pieces."""
 
 from __future__ import annotations
 

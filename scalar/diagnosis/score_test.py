@@ -30,7 +30,7 @@ class Background:
     Attributes:
         residual: ``(N, m)``, without its components along what the model explains.
         Q: ``(N m, F)``, orthonormal together with its rows on priors.
-        freedom: Degrees of freedom of the residual.
+        degrees_of_freedom: Of the residual.
         R: ``(F, K)``: the Jacobian by the K free coordinates is ``Q R``, priors included.
         along: ``(F,)``, the rows' components along Q, priors included.
         settings: Thresholds.
@@ -39,7 +39,7 @@ class Background:
 
     residual: Array
     Q: Array
-    freedom: int
+    degrees_of_freedom: int
     R: Array
     along: Array
     settings: ScoreTestSettings
@@ -66,8 +66,8 @@ class Background:
         rest = residual - Q @ along
         measured = n_poses * rows_per_pose
         live = int(np.count_nonzero(np.any(jacobian != 0, axis=1)))
-        freedom = max(live - Q.shape[1], 1)
-        return cls(rest[:measured].reshape(n_poses, -1), Q[:measured], freedom, R, along, settings)
+        degrees_of_freedom = max(live - Q.shape[1], 1)
+        return cls(rest[:measured].reshape(n_poses, -1), Q[:measured], degrees_of_freedom, R, along, settings)
 
     def without(self, removed: Array, coefficients: Array, n_priors: int) -> Background:
         """Return the background of the model without some of its columns, in which it is linear. Q is updated and not factorised again.
@@ -87,18 +87,18 @@ class Background:
         gained = freed.T @ (self.along - self.R[:, removed] @ coefficients)
         released = self.Q @ freed
         residual = self.residual + (released @ gained).reshape(self.residual.shape)
-        freedom = max(self.freedom + freed.shape[1] - n_priors, 1)
-        return replace(self, residual=residual, freedom=freedom, released=released)
+        degrees_of_freedom = max(self.degrees_of_freedom + freed.shape[1] - n_priors, 1)
+        return replace(self, residual=residual, degrees_of_freedom=degrees_of_freedom, released=released)
 
     @cached_property
-    def squared(self) -> float:
+    def sum_of_squares(self) -> float:
         """Return the sum of squares of the residual."""
         return float(np.sum(self.residual**2))
 
     @property
     def variance(self) -> float:
         """Return the residual's mean square over its degrees of freedom: 1 where the noise explains it."""
-        return self.squared / self.freedom
+        return self.sum_of_squares / self.degrees_of_freedom
 
 
 def _triangular(columns: Array, independent: float) -> tuple[Array, Array]:
@@ -145,10 +145,10 @@ class Projected:
 
     @classmethod
     def with_gram(
-        cls, background: Background, E: Array, gram: Array, squared: Array, prior_std: Array
+        cls, background: Background, E: Array, gram: Array, squared_lengths: Array, prior_std: Array
     ) -> Projected:
         """Return the same, where ``E'^T E'`` ``(e, e)`` and the columns' squared lengths ``(e,)`` are known."""
-        share, scale = observable_share(background, np.diag(gram), squared, prior_std)
+        share, scale = observable_share(background, np.diag(gram), squared_lengths, prior_std)
         return cls(
             background.variance,
             gram * (scale[:, None] * scale[None, :]) / background.variance,
@@ -200,33 +200,37 @@ def gram_given(background: Background, E: Array, own_gram: Array) -> Array:
 
 
 def observable_share(
-    background: Background, given: Array, squared: Array, prior_std: Array
+    background: Background, given: Array, squared_lengths: Array, prior_std: Array
 ) -> tuple[Array, Array]:
     """Return ``|E'|^2 / |E|^2`` ``(e,)`` of columns, and the factor ``(e,)`` on each: zero if the column is almost unobservable.
 
     Args:
         background: Of the fitted model.
         given: ``(e,)``, squared lengths of the columns conditional on it.
-        squared: ``(e,)``, squared lengths of the columns.
+        squared_lengths: ``(e,)``, of the columns.
         prior_std: ``(e,)``, prior standard deviations of the coefficients.
     """
-    share = np.where(squared > 0, np.maximum(given, 0.0) / np.where(squared > 0, squared, 1.0), 0.0)
-    scale = in_prior_units(background, squared, prior_std)
+    share = np.where(
+        squared_lengths > 0, np.maximum(given, 0.0) / np.where(squared_lengths > 0, squared_lengths, 1.0), 0.0
+    )
+    scale = in_prior_units(background, squared_lengths, prior_std)
     scale[share <= background.settings.unobservable_share] = 0.0
     return share, scale
 
 
-def in_prior_units(background: Background, squared: Array, prior_std: Array) -> Array:
-    """Return the factor ``(e,)`` on each column: its prior standard deviation, or many standard errors where it is not bounded."""
-    unbounded = background.settings.unbounded * np.sqrt(background.variance / np.maximum(squared, 1e-300))
+def in_prior_units(background: Background, squared_lengths: Array, prior_std: Array) -> Array:
+    """Return the factor ``(e,)`` on each column: the prior standard deviation of its coefficient, or many standard errors if it has no prior."""
+    unbounded = background.settings.unbounded * np.sqrt(
+        background.variance / np.maximum(squared_lengths, 1e-300)
+    )
     return np.where(np.isfinite(prior_std), prior_std, unbounded)
 
 
 def shrunk_gain(grams: Array, projections: Array) -> tuple[Array, Array]:
-    """Return gains ``(T,)`` over the variance and degrees of freedom ``(T,)`` of grams ``(T, w, w)``, projections ``(T, w)``.
+    """Return gains ``(T,)``, divided by the residual's variance, and degrees of freedom ``(T,)`` of grams ``(T, w, w)``, projections ``(T, w)``.
 
-    In these units an eigenvalue is how much better the data determine a direction than its prior does: directions below 1 are left out, the
-    others are shrunk by that much.
+    In the units of ``Projected`` an eigenvalue says how much better the data determine a direction than its prior does: directions with less
+    than 1 are left out, the others are shrunk by that much.
     """
     values, components = _in_eigenvectors(grams, projections)
     seen = values > 1.0
@@ -237,7 +241,7 @@ def shrunk_gain(grams: Array, projections: Array) -> tuple[Array, Array]:
 def _in_eigenvectors(grams: Array, projections: Array) -> tuple[Array, Array]:
     """Return the eigenvalues ``(T, w)`` of symmetric matrices ``(T, w, w)`` and vectors ``(T, w)`` along their eigenvectors ``(T, w)``.
 
-    Most candidates have one column or two, for which one rotation of Jacobi's method is exact and takes no call a matrix.
+    Most candidates have one column or two, for which one rotation of Jacobi's method is exact and is made for all matrices at once.
     """
     width = grams.shape[1]
     if width == 1:
@@ -256,21 +260,25 @@ def _in_eigenvectors(grams: Array, projections: Array) -> tuple[Array, Array]:
 
 def remainder(background: Background, gain: Array, dof: Array) -> tuple[Array, Array]:
     """Return the squared residuals that would remain after gains, and their degrees of freedom."""
-    freedom = np.maximum(background.freedom - dof, 1)
-    least = background.settings.least_remainder * freedom * min(1.0, background.variance)
-    return np.maximum(background.squared - gain, least), freedom
+    degrees_of_freedom = np.maximum(background.degrees_of_freedom - dof, 1)
+    least = background.settings.least_remainder * degrees_of_freedom * min(1.0, background.variance)
+    return np.maximum(background.sum_of_squares - gain, least), degrees_of_freedom
 
 
 def p_value(background: Background, gain: Array, dof: Array) -> Array:
     """Return the probability of gains at least this large if no effect is present (an F test)."""
-    rest, freedom = remainder(background, gain, dof)
+    rest, degrees_of_freedom = remainder(background, gain, dof)
     each = np.maximum(dof, 1)
-    return np.where(dof > 0, fdtrc(each, freedom, np.maximum(gain, 0.0) / each / (rest / freedom)), 1.0)
+    return np.where(
+        dof > 0,
+        fdtrc(each, degrees_of_freedom, np.maximum(gain, 0.0) / each / (rest / degrees_of_freedom)),
+        1.0,
+    )
 
 
 def evidence(background: Background, gain: Array, dof: Array, log_tried: Array) -> Array:
     """Return the log evidence for candidates [nats]: the gain in fit, less penalties for coefficients and for the number of their kind."""
     rest, _ = remainder(background, gain, dof)
-    n = background.freedom
+    n = background.degrees_of_freedom
     found = 0.5 * (n * np.log((rest + gain) / rest) - dof * np.log(n)) - log_tried
     return np.where(dof > 0, found, -np.inf)

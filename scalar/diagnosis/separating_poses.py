@@ -16,7 +16,7 @@ from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 
-PARTS = 6  # that a joint's range is cut in
+PARTS = 6  # into which a joint's range is divided
 
 
 @dataclass(frozen=True)
@@ -24,10 +24,11 @@ class Separation:
     """Where two effects disagree.
 
     Attributes:
-        joint: From 1, whose angle matters most.
+        joint: Number, from 1, of the joint whose position matters most.
         low, high: The part of its range where they disagree most, in its unit.
         unit: ``rad``, or ``m`` where the joint slides.
-        there, here: Root mean square disagreement there, and at the poses that were measured [m].
+        there: Root mean square disagreement of predicted positions in that part of the range [m].
+        here: The same at the poses that were measured [m].
     """
 
     joint: int
@@ -39,8 +40,9 @@ class Separation:
 
 
 def separation(state: FittedState, index: int, other: Effect) -> Separation | None:
-    """Return where effect ``index`` of a state and another would be distinguished; None where that is no
-    matter of joint angles."""
+    """Return where effect ``index`` of a state and another would be distinguished; None if one of them depends on more than joint angles, or
+    if the difference cannot be computed.
+    """
     effect = state.effects[index]
     if not (effect.acts_by_joint_angles and other.acts_by_joint_angles):
         return None
@@ -65,8 +67,7 @@ def separation(state: FittedState, index: int, other: Effect) -> Separation | No
 
 
 def _steps(state: FittedState, index: int, other: Effect) -> Array | None:
-    """Return how much the parameters differ between the two explanations, ``(P + k,)``: the other's
-    coefficients come last."""
+    """Return by how much the parameters differ between the two explanations, ``(P + k,)``, the other effect's k coefficients last."""
     # Both whitened for the variance between poses: rows of two whitenings cannot be compared.
     J = whitened(state.whitening, state.residuals.linearise(state.model)[1])
     E = state.columns_of([other])

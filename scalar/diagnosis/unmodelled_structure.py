@@ -34,7 +34,7 @@ from scalar.effects import Effect
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-COLUMNS_AT_ONCE = 512
+COLUMNS_AT_ONCE = 512  # of flexible terms that are computed together
 
 
 def flexible_pools(dataset: Dataset) -> list[CandidateSet]:
@@ -50,7 +50,7 @@ def with_flexible_terms(
     Args:
         state: Where forward selection among the names ended.
         named: The candidate set of named effects.
-        pools: Those of the flexible terms.
+        pools: The candidate sets of the flexible terms.
     """
     if state.is_rounding:
         return state
@@ -104,7 +104,9 @@ def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -
     ranked = _ranked(state, backgrounds, pools)
     for i, background, entries in zip(named, backgrounds, ranked, strict=True):
         entries = entries + _imitating(state, background, state.effects[i])
-        price = state.settings.flexible_terms.better_than_a_name + 0.5 * float(np.log(background.freedom))
+        price = state.settings.flexible_terms.better_than_a_name + 0.5 * float(
+            np.log(background.degrees_of_freedom)
+        )
         found[i] = [refined(state, background, entry).evidence - price for entry in entries]
     return found
 
@@ -185,7 +187,9 @@ def _evidence_of(state: FittedState, named: CandidateSet, pools: Sequence[Candid
     Half the logarithm of the degrees of freedom is subtracted for the order or place of each that was refined.
     """
     n_flexible = sum(effect.flexible for effect in state.effects)
-    more = np.log(pools[0].total / named.total) + 0.5 * np.log(state.background_within_scans().freedom)
+    more = np.log(pools[0].total / named.total) + 0.5 * np.log(
+        state.background_within_scans().degrees_of_freedom
+    )
     return evidence_of(state, named) - n_flexible * float(more)
 
 
@@ -263,7 +267,7 @@ def _minor_names_dropped(state: FittedState) -> FittedState:
     unexplained = _explained(state, plain, flexible_terms) if flexible_terms else 0.0
     along = depends_on(state) if state.variance_components else []
     if along:
-        unexplained += max(plain.squared - plain.freedom, 0.0)
+        unexplained += max(plain.sum_of_squares - plain.degrees_of_freedom, 0.0)
     varies_in_time = any(not is_joint(name) for name in [*columns, *along])
     minor = [
         i
@@ -282,4 +286,4 @@ def _minor_names_dropped(state: FittedState) -> FittedState:
 def _explained(state: FittedState, plain: Background, indices: Sequence[int]) -> float:
     """Return by how much the squared residual, whitened for the noise within scans alone, would grow without some effects."""
     local, sizes = columns_of_effects(state, indices)
-    return without_columns(plain, state, local, sizes).squared - plain.squared
+    return without_columns(plain, state, local, sizes).sum_of_squares - plain.sum_of_squares

@@ -224,7 +224,7 @@ def _confounded(diagnosis: Diagnosis, index: int, finding: Finding) -> dict[str,
 
 
 def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
-    squared = max(diagnosis.before.background().squared, 1e-300)
+    sum_of_squares = max(diagnosis.before.background().sum_of_squares, 1e-300)
     taken = {f.effect.title for f in diagnosis.findings}
     top = max([entry.evidence for entry in diagnosis.ranking] + [1e-9])
     # A candidate with several sets of columns has one line, for its best.
@@ -235,7 +235,7 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
             "evidence": f"{round(entry.evidence)}".replace("-", "−"),
             "percent": _percent(max(entry.evidence, 0.0), top),
             "p_value": words.chance(entry.p_value),
-            "share": f"{100 * min(entry.gain / squared, 1.0):.1f} %",
+            "share": f"{100 * min(entry.gain / sum_of_squares, 1.0):.1f} %",
             "taken": entry.effect.title in taken,
         }
         for entry in diagnosis.ranking

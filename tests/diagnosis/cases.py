@@ -1,24 +1,21 @@
-"""Cells with one thing wrong, of the sizes that real arms have, and what a diagnosis ought to say of each."""
+"""Workcells with one named effect each, of the size that real arms have, and what a diagnosis ought to say of each."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from scalar.data.dataset import Dataset
 from tests import kinematics
-from tests.effects.injected import BETA, A, Cell, D, Flaws, Moment, make_cell, on_joint, sag
-from tests.kinematics import joint_names
-from tests.random_scene import make_scene
+from tests.effects.injected import BETA, A, Cell, D, Flaws, PoseData, make_cell, on_joint, sag
 from tests.workcell import PLANE_NAMES
 
 Case = Callable[[int], tuple[Cell, str, dict[str, Any]]]
-"""From a seed: the cell, the name of the effect, and what its target has to say."""
+"""From a seed: the workcell, the name of the effect, and what its target has to say."""
 
 WARMING = 6.0  # K over a run
+
 GROWTH = 5e-4  # of all lengths over a run
 
 
@@ -36,6 +33,12 @@ def warming(rng: np.random.Generator, n_poses: int, n_joints: int) -> dict[str, 
 def draw(seed: int) -> np.random.Generator:
     """Return the generator of a case's own choices."""
     return np.random.default_rng([seed, 4711])
+
+
+def unit(rng: np.random.Generator) -> np.ndarray:
+    """Return a random direction ``(3,)``."""
+    v = rng.standard_normal(3)
+    return v / np.linalg.norm(v)
 
 
 def compliance(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
@@ -90,7 +93,7 @@ def pedestal(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
     truth = make_cell(seed=seed, poses_per_plane=3, **settings).scene.truth
     masses = np.linspace(9.0, 1.0, truth.geometry.shape[1])
 
-    def tilt(at: Moment) -> np.ndarray:
+    def tilt(at: PoseData) -> np.ndarray:
         moment = np.zeros((len(at.q), 3))
         for i in range(1, len(masses)):
             ends = kinematics.chain(truth.geometry[:, : i + 1], at.q[:, : i + 1], truth.T_base_0)[:, :3, 3]
@@ -109,7 +112,7 @@ def drift(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
     lengths = np.zeros_like(truth.geometry)
     lengths[[A, D]] = truth.geometry[[A, D]]
 
-    def growth(at: Moment) -> np.ndarray:
+    def growth(at: PoseData) -> np.ndarray:
         return GROWTH / WARMING * (at.columns["temperature"] - 20.0)[:, None, None] * lengths
 
     return make_cell(Flaws(geometry=growth), seed=seed, columns=warming, **settings), "thermal_drift", {}
@@ -129,11 +132,6 @@ def distortion(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
     """A range that is curved by 0.01 /m, a third of a millimetre at its ends."""
     flaws = Flaws(measured=lambda r: r + 0.01 * (r - 0.25) ** 2)
     return make_cell(flaws, seed=seed, **settings), "range_distortion", {}
-
-
-def offset(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """A range that is 0.5 mm short."""
-    return make_cell(Flaws(measured=lambda r: r - 5e-4), seed=seed, **settings), "range_offset", {}
 
 
 def bow(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
@@ -166,79 +164,6 @@ def bias(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
     return make_cell(Flaws(bias=2e-4), seed=seed, **settings), "scan_bias", {}
 
 
-def unnamed(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """Joint 3 errs with the product of two other joints' angles, as no effect of the catalogue does."""
-    error = on_joint(3, lambda at: 5e-4 * np.sin(at.q[:, 1] * at.q[:, 4]))
-    return make_cell(Flaws(joints=error), seed=seed, **settings), "unattributed", {"depends_on": {"q2", "q5"}}
-
-
-def own_curve(seed: int, curve: Callable[[np.ndarray, np.random.Generator], np.ndarray]) -> Flaws:
-    """A joint that errs along its own angle by what is neither its gear's nor in proportion."""
-    rng = draw(seed)
-    j = int(rng.integers(1, 6))
-    state = rng.bit_generator.state
-
-    def error(at: Moment) -> np.ndarray:
-        again = np.random.default_rng()
-        again.bit_generator.state = state
-        return curve(at.q[:, j - 1], again)
-
-    return Flaws(joints=on_joint(j, error))
-
-
-def worn_teeth(q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """4e-4 rad over a quarter of a radian, with flanks of another quarter."""
-    return 4e-4 * np.clip(1.5 - np.abs(q - rng.uniform(-0.5, 0.5)) / 0.25, 0.0, 1.0)
-
-
-def lost_count(q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """3e-4 rad beyond one angle."""
-    return 3e-4 * (q > rng.uniform(-0.4, 0.4))
-
-
-def bent_scale(q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """6e-4 rad a radian, the sign of which turns at one angle."""
-    return 6e-4 * np.abs(q - rng.uniform(-0.4, 0.4))
-
-
-def belt(q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """A sawtooth of 6e-4 rad whose period is no whole part of a turn."""
-    period = rng.uniform(0.5, 1.0)
-    return 6e-4 * (np.mod(q, period) / period - 0.5)
-
-
-def late_jump(seed: int) -> Flaws:
-    """A joint that is 5e-4 rad off from a moment on."""
-    rng = draw(seed)
-    j, share = int(rng.integers(2, 6)), rng.uniform(0.3, 0.7)
-    return Flaws(
-        joints=on_joint(j, lambda at: 5e-4 * (at.columns["time"] > share * at.columns["time"].max()))
-    )
-
-
-def swaying_floor(seed: int) -> Flaws:
-    """A base that sways by 0.3 mm some times in a run."""
-    rng = draw(seed)
-    way, periods = 3e-4 * unit(rng), rng.uniform(2.0, 6.0)
-
-    def sway(at: Moment) -> np.ndarray:
-        T = np.tile(np.eye(4), (len(at.q), 1, 1))
-        share = at.columns["time"] / at.columns["time"].max()
-        T[:, :3, 3] = np.sin(2 * np.pi * periods * share + 1.0)[:, None] * way
-        return T
-
-    return Flaws(base=sway)
-
-
-UNNAMED: dict[str, Callable[[int], Flaws]] = {
-    "worn teeth": lambda seed: own_curve(seed, worn_teeth),
-    "lost count": lambda seed: own_curve(seed, lost_count),
-    "bent scale": lambda seed: own_curve(seed, bent_scale),
-    "belt": lambda seed: own_curve(seed, belt),
-    "late jump": late_jump,
-    "swaying floor": swaying_floor,
-}
-
 NAMED: dict[str, Case] = {
     "compliance": compliance,
     "harmonic": harmonic,
@@ -257,57 +182,8 @@ NAMED: dict[str, Case] = {
 }
 
 
-def unit(rng: np.random.Generator) -> np.ndarray:
-    """Return a random direction ``(3,)``."""
-    v = rng.standard_normal(3)
-    return v / np.linalg.norm(v)
-
-
-def spoiled(
-    dataset: Dataset,
-    rng: np.random.Generator,
-    *,
-    points: float = 0.0,
-    poses: float = 0.0,
-    labels: float = 0.0,
-) -> tuple[Dataset, dict[str, Any]]:
-    """Return a dataset with gross errors, and what they are.
-
-    Args:
-        dataset: Without.
-        rng: Chooses.
-        points: Share of the points that are off by 2 to 30 mm along their rays.
-        poses: Share of the poses whose joint angles belong to no scan of theirs.
-        labels: Share of the poses that name another target plane.
-    """
-    cloud, frame = dataset.points.copy(), dataset.poses.copy()
-    N = dataset.n_poses
-    corrupted = rng.choice(N, round((poses + labels) * N), replace=False)
-    wrong_poses, wrong_labels = np.split(corrupted, [round(poses * N)])
-    stray = np.flatnonzero(rng.random(len(cloud)) < points)
-    r = np.linalg.norm(cloud[stray], axis=1, keepdims=True)
-    away = rng.uniform(2e-3, 3e-2, (len(stray), 1)) * rng.choice([-1.0, 1.0], (len(stray), 1))
-    cloud[stray] *= 1 + away / r
-    joints = joint_names(dataset.q.shape[1])
-    angles = frame[joints].to_numpy(copy=True)
-    angles[wrong_poses] += rng.uniform(0.05, 0.5, (len(wrong_poses), angles.shape[1]))
-    frame[joints] = angles
-    names = [plane.name for plane in dataset.planes]
-    plane = frame["plane"].to_numpy(dtype=object).copy()
-    for i in wrong_labels:
-        plane[i] = rng.choice([name for name in names if name != plane[i]])
-    frame["plane"] = plane
-    ids = dataset.pose_ids
-    injected = {
-        "poses": set(ids[wrong_poses].tolist()),
-        "labels": set(ids[wrong_labels].tolist()),
-        "points": stray,
-    }
-    return replace(dataset, points=cloud, poses=frame), injected
-
-
 def judged(effects: list[dict[str, Any]], name: str, target: dict[str, Any], slack: int = 6) -> bool:
-    """Return whether the first effect is the right one: joint, order, target plane, and the moment nearly."""
+    """Return whether the first effect is the right one: joint, order and target plane, and the beginning to within ``slack`` poses."""
     if not effects or effects[0]["name"] != name:
         return False
     found = effects[0]["target"]
@@ -324,37 +200,3 @@ def judged(effects: list[dict[str, Any]], name: str, target: dict[str, Any], sla
         elif found.get(key) != value:
             return False
     return True
-
-
-TRACKER_NOISE = 2e-5  # m
-BUMP_WIDTH = 0.12  # rad
-BUMP_SIZE = 4e-4  # rad
-BUMPY_JOINTS = (2, 3)  # joints, from 1
-
-
-def bumps(seed):
-    """Return the error [rad] of a joint at angles [rad]: a landscape of bumps, periodic in nothing."""
-    rng = np.random.default_rng(seed)
-    centres = np.arange(-7.0, 7.0, BUMP_WIDTH)
-    heights = BUMP_SIZE * rng.standard_normal(len(centres))
-    return lambda x: np.exp(-(((x[:, None] - centres) / BUMP_WIDTH) ** 2)) @ heights
-
-
-def bumpy(seed, poses_per_plane=700, erring=BUMPY_JOINTS, landscape=None):
-    """Return a tracked arm of which some joints err: it stood at q, its encoders read e with ``e + error(e) = q``.
-
-    Args:
-        seed: Of the cell. poses_per_plane: A third of the poses.
-        erring: Joints, from 1. landscape: Seed of the errors, that of the cell by default.
-    """
-    scene = make_scene(kind="tracker", seed=seed, poses_per_plane=poses_per_plane, noise=TRACKER_NOISE)
-    read = scene.dataset.q.copy()
-    for joint in erring:
-        error, stood = (
-            bumps(100 * (seed if landscape is None else landscape) + joint),
-            read[:, joint - 1].copy(),
-        )
-        for _ in range(20):
-            read[:, joint - 1] = stood - error(read[:, joint - 1])
-    columns = {f"q{j}": read[:, j - 1] for j in erring}
-    return replace(scene.dataset, poses=scene.dataset.poses.assign(**columns))

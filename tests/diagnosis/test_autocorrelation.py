@@ -7,34 +7,34 @@ from scalar.diagnosis.autocorrelation import _in_order, _near, neighbour_p_value
 from scalar.diagnosis.settings import DEFAULTS
 
 
-def chances(course, seeds=400, n=150):
-    """Return the chances over many seeds, of draws that are added to a course of the order."""
+def p_values(profile, seeds=400, n=150):
+    """Return the p-values of many draws of noise, each added to a profile over the order."""
     found = []
     for seed in range(seeds):
         rng = np.random.default_rng([seed, 5])
         order, groups = rng.permutation(n).astype(float), rng.integers(0, 3, n)
-        z = rng.standard_normal((n, 3)) * rng.uniform(0.5, 2.0, (n, 1)) + course(order / n)[:, None]
+        z = rng.standard_normal((n, 3)) * rng.uniform(0.5, 2.0, (n, 1)) + profile(order / n)[:, None]
         found.append(neighbour_p_value(z, _in_order(groups, order)))
     return np.array(found)
 
 
 def test_where_the_order_means_nothing_the_chance_is_what_it_says():
-    """Of draws with unlike spreads, a share p has a chance below p, up to what 400 draws can show."""
-    found = chances(lambda x: np.zeros_like(x))
+    """Of draws whose poses scatter unequally, a share p has a p-value below p, up to what 400 draws can show."""
+    found = p_values(lambda x: np.zeros_like(x))
     for p in (0.5, 0.1, 0.02):
         share = np.mean(found < p)
         assert abs(share - p) < 4 * np.sqrt(p * (1 - p) / len(found)) + 0.25 * p
     assert found.min() > 1e-6
 
 
-@pytest.mark.parametrize("course", [lambda x: np.sin(15 * x), lambda x: np.where(x > 0.6, 1.5, 0.0)])
-def test_a_course_of_the_size_of_the_noise_is_seen(course):
-    """In at least 95 of 100, where a dozen orders are tried."""
-    assert np.mean(chances(course, seeds=100) < DEFAULTS.autocorrelation.alpha_autocorrelation / 12) >= 0.95
+@pytest.mark.parametrize("profile", [lambda x: np.sin(15 * x), lambda x: np.where(x > 0.6, 1.5, 0.0)])
+def test_a_profile_of_the_size_of_the_noise_is_seen(profile):
+    """A profile as large as the noise has a significant p-value in at least 95 of 100 draws, a dozen orders being tried."""
+    assert np.mean(p_values(profile, seeds=100) < DEFAULTS.autocorrelation.alpha_autocorrelation / 12) >= 0.95
 
 
 def test_few_poses_say_nothing():
-    """With fewer poses a target plane than neighbours need, the chance is one."""
+    """With fewer poses on a target plane than neighbours need, the p-value is one."""
     z = np.ones((9, 3))
     assert neighbour_p_value(z, _in_order(np.arange(9) // 3, np.arange(9.0))) == 1.0
 

@@ -10,11 +10,11 @@ from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
-from tests.effects.injected import Flaws, Moment, make_cell, sag
+from tests.effects.injected import Flaws, PoseData, make_cell, sag
 from tests.random_scene import make_scene
 
 
-def gear(at: Moment) -> np.ndarray:
+def gear(at: PoseData) -> np.ndarray:
     """Return two orders of joint 2."""
     error = np.zeros_like(at.q)
     error[:, 1] = 6e-4 * np.sin(2 * at.q[:, 1] + 0.3) + 6e-4 * np.sin(7 * at.q[:, 1] + 1.0)
@@ -22,7 +22,7 @@ def gear(at: Moment) -> np.ndarray:
 
 
 def state_with(effects: list[Effect], flaws: Flaws, seed: int) -> FittedState:
-    """Return a cell fitted with effects."""
+    """Return a workcell fitted with effects."""
     dataset = make_cell(flaws, seed=seed, poses_per_plane=25).dataset
     model, prepared = geometry_fit(dataset, effects_follow=True)
     return refit(dataset, model, prepared.free, effects)

@@ -1,4 +1,4 @@
-"""The whole diagnosis on cells that this repository's simulator has not made: rates, not anecdotes.
+"""The whole diagnosis on workcells that this repository's simulator has not made: rates, not anecdotes.
 
 60 poses a target plane, 32 points a scan, 0.1 mm of noise; effects of the sizes that real arms have.
 """
@@ -11,20 +11,9 @@ import pytest
 from scalar.diagnosis import diagnose
 from scalar.estimation.calibrate import calibrate
 from scalar.evaluate import evaluate
-from tests.diagnosis.cases import (
-    NAMED,
-    UNNAMED,
-    approaches,
-    drift,
-    harmonic,
-    judged,
-    knock,
-    scale,
-    slip,
-    spoiled,
-    unnamed,
-    warming,
-)
+from tests.diagnosis.cases import NAMED, approaches, drift, harmonic, judged, knock, scale, slip, warming
+from tests.diagnosis.gross_errors import spoiled
+from tests.diagnosis.unnamed_causes import UNNAMED, unnamed
 from tests.effects.injected import Flaws, make_cell, on_joint
 
 pytestmark = pytest.mark.slow
@@ -35,7 +24,7 @@ SEEDS = (100, 101)
 
 @pytest.fixture(scope="module")
 def named():
-    """Return the diagnoses of two cells of every named effect."""
+    """Return the diagnoses of two workcells of every named effect."""
     found = {}
     for label, case in NAMED.items():
         for seed in SEEDS:
@@ -80,7 +69,7 @@ def test_held_out_errors_fall(named):
 
 
 def test_predictions_come_near_the_floor(named):
-    """Over 1,000 poses the error after is within 1.25 times that of the same cell without the effect, in the
+    """Over 1,000 poses the error after is within 1.25 times that of the same workcell without the effect, in the
     median over the sets of effects that act on the arm; and better than before.
     """
     ratios, gains = [], []
@@ -111,7 +100,7 @@ def error(calibration, table):
 
 
 def test_clean_cells_are_clean():
-    """Of 12 cells with nothing injected, none is given an effect."""
+    """Of 12 workcells with nothing injected, none is given an effect."""
     found = [diagnose(make_cell(seed=200 + k).dataset).to_mapping() for k in range(12)]
     assert [m["verdict"] for m in found] == ["no_effect"] * 12
     assert not any(m["effects"] for m in found)
@@ -130,7 +119,7 @@ def test_gross_errors_are_no_effect(share):
         assert mapping["outliers"]["points"] >= 0.95 * len(injected["points"]) * (1 - 0.3 * bool(wrong))
 
 
-def test_an_effect_is_found_beneath_dirt():
+def test_an_effect_is_found_among_gross_errors():
     """With stray points, wrong poses and wrong labels together the gear error is named all the same."""
     right = 0
     for seed in range(400, 404):
@@ -159,7 +148,7 @@ def test_what_has_no_name_is_given_none():
 
 
 def test_what_imitates_a_name_is_not_given_it():
-    """Of 18 cells with structure of six kinds that sums of named effects, or a noise, imitate, at least 17 are unattributed, and
+    """Of 18 workcells with structure of six kinds that sums of named effects, or a noise, imitate, at least 17 are unattributed, and
     no more than one is given a name.
     """
     verdicts, names = [], []
@@ -174,7 +163,7 @@ def test_what_imitates_a_name_is_not_given_it():
 
 
 def test_a_creep_is_found_with_the_moment_from_which_it_goes_on():
-    """A target plane that creeps by 0.6 mm from some pose to the end: its name, and the moment within a tenth of the run; in 4 of 4 cells."""
+    """A target plane that creeps by 0.6 mm from some pose to the end: its name, and the moment within a tenth of the run; in 4 of 4 workcells."""
     for seed in range(540, 544):
         first = float(np.random.default_rng([seed, 1]).integers(60, 180))
         cell = make_cell(Flaws(creep={"floor": (first, 6e-4)}), seed=seed, poses_per_plane=100)
@@ -210,7 +199,7 @@ def side(at, joint):
 @pytest.mark.parametrize("pair", PAIRS)
 def test_two_at_once_are_found_one_after_another(pair):
     """Two effects together are both named, and the order in which they are found does not matter; in both of two
-    cells, with nothing besides.
+    workcells, with nothing besides.
     """
     settings, wanted = PAIRS[pair]
     for seed in (600, 601):
@@ -256,7 +245,7 @@ def test_several_orders_of_one_joint_are_one_entry():
 
 @pytest.mark.parametrize("robot", ["ur10e", "puma560"])
 def test_other_arms(robot):
-    """Parallel axes and offset wrists: clean cells stay clean and a gear error is named."""
+    """Parallel axes and offset wrists: clean workcells stay clean and a gear error is named."""
     assert diagnose(make_cell(seed=900, robot=robot).dataset).verdict == "no_effect"
     cell, name, target = harmonic(901, robot=robot)
     assert judged(diagnose(cell.dataset).to_mapping()["effects"], name, target)

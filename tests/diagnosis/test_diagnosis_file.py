@@ -16,7 +16,9 @@ from scalar.data.dataset_writer import write_dataset
 from scalar.diagnosis import diagnose
 from scalar.estimation.result import load_calibration
 from scalar.report.output import write_diagnosis
-from tests.diagnosis.cases import bow, compliance, drift, harmonic, jitter, knock, spoiled, unnamed
+from tests.diagnosis.cases import bow, compliance, drift, harmonic, jitter, knock
+from tests.diagnosis.gross_errors import spoiled
+from tests.diagnosis.unnamed_causes import unnamed
 from tests.effects.injected import make_cell
 
 SCHEMA = json.loads((Path(__file__).parent / "diagnosis.schema.json").read_text(encoding="utf-8"))
@@ -24,7 +26,7 @@ FILES = ("after.json", "before.json", "diagnosis.json", "report.html")
 
 
 def written(cell, folder, dataset=None, *, order=None, table_format="csv"):
-    """Write a cell as a dataset folder, its rows in any order, and return the folder."""
+    """Write a workcell as a dataset folder, its rows in any order, and return the folder."""
     data = cell.dataset if dataset is None else dataset
     ids = np.repeat(data.pose_ids, np.diff(data.starts))
     scans = pd.DataFrame({"pose": ids, "x": data.points[:, 0], "z": data.points[:, 1]})

@@ -35,6 +35,7 @@ def scattered() -> Diagnosis:
 
 
 def test_a_doubtful_effect_is_unattributed_and_says_what_it_is_like(scaled):
+    """The entry has no name or coefficients; ``most_like`` names the joint's scale, and the two confidences add up to one."""
     (entry,) = scaled.to_mapping()["effects"]
     assert scaled.verdict == entry["name"] == "unattributed"
     assert entry["depends_on"] == [f"q{SCALED}"] and entry["target"] == entry["coefficients"] == {}
@@ -45,6 +46,7 @@ def test_a_doubtful_effect_is_unattributed_and_says_what_it_is_like(scaled):
 
 
 def test_the_correction_keeps_the_shape_of_a_doubtful_effect(scaled):
+    """The shipped calibration has the scale with its true size, and held-out poses are predicted at least twice as well."""
     (effect,) = scaled.calibration_after.model.effects
     assert effect.name == "joint_scale"
     assert abs(effect.coefficients[0]) == pytest.approx(0.002, rel=0.1)
@@ -52,6 +54,7 @@ def test_the_correction_keeps_the_shape_of_a_doubtful_effect(scaled):
 
 
 def test_report_and_terminal_send_nobody_to_a_repair(scaled):
+    """Both say what the structure looks like, and give none of the advice that belongs to the name."""
     page, said = render_report(scaled), describe_diagnosis(scaled)
     assert "Structure most like “joint 3: " in page
     assert "Look for the cause before anything is repaired" in page
@@ -61,6 +64,7 @@ def test_report_and_terminal_send_nobody_to_a_repair(scaled):
 
 @pytest.mark.slow
 def test_a_doubtful_scatter_is_unattributed(scattered):
+    """The entry has no name, is most like a jitter, depends on all joints, and the report does not state a cause."""
     (entry,) = scattered.to_mapping()["effects"]
     assert scattered.verdict == entry["name"] == "unattributed"
     assert [like["name"] for like in entry["most_like"]] == ["pose_jitter"]

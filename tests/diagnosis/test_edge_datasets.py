@@ -8,7 +8,8 @@ import pytest
 from scalar.data.declared import PlaneGuess
 from scalar.diagnosis import diagnose
 from scalar.errors import ScalarError, Undetermined
-from tests.diagnosis.cases import scale, spoiled
+from tests.diagnosis.cases import scale
+from tests.diagnosis.gross_errors import spoiled
 from tests.effects.injected import Flaws, make_cell, on_joint
 from tests.random_scene import make_scene
 

@@ -18,7 +18,7 @@ def wavy_lens(r: np.ndarray) -> np.ndarray:
 
 
 def state_with(kinds: list[type[Effect]], flaws: Flaws) -> FittedState:
-    """Return a cell fitted with some effects."""
+    """Return a workcell fitted with some effects."""
     dataset = make_cell(flaws, seed=81, poses_per_plane=30, points_per_scan=80, noise=3e-5).dataset
     model, prepared = geometry_fit(dataset, effects_follow=True)
     effects = [kind.parsed(dataset, ["2"] if kind is JointScale else [])[0] for kind in kinds]

@@ -24,7 +24,7 @@ def fitted(dataset, *effects: Effect) -> FittedState:
 
 @pytest.fixture(scope="module")
 def scaled():
-    """Return a state of a cell whose joint 3 is 1e-3 too long, with that effect and one that is not there."""
+    """Return a state of a workcell whose joint 3 is 1e-3 too long, with that effect and one that is not there."""
     flaws = Flaws(joints=on_joint(3, lambda at: 1e-3 * at.q[:, 2]))
     return fitted(
         make_cell(flaws, seed=81, poses_per_plane=30).dataset, JointScale(3), JointHarmonic(5, (7,))

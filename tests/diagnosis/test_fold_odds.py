@@ -10,10 +10,10 @@ from scalar.effects import Effect
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
-from tests.effects.injected import Flaws, Moment, make_cell
+from tests.effects.injected import Flaws, PoseData, make_cell
 
 
-def gear(at: Moment) -> np.ndarray:
+def gear(at: PoseData) -> np.ndarray:
     """Return the second order of joint 2."""
     error = np.zeros_like(at.q)
     error[:, 1] = 6e-4 * np.sin(2 * at.q[:, 1] + 0.3)
@@ -21,7 +21,7 @@ def gear(at: Moment) -> np.ndarray:
 
 
 def state_with(effect: Effect, joints=gear) -> FittedState:
-    """Return a cell of 60 poses fitted with an effect."""
+    """Return a workcell of 60 poses fitted with an effect."""
     dataset = make_cell(Flaws(joints=joints), seed=91, poses_per_plane=20).dataset
     model, prepared = geometry_fit(dataset, effects_follow=True)
     return refit(dataset, model, prepared.free, [effect])
@@ -45,7 +45,7 @@ def test_an_effect_that_hangs_on_the_poses_of_one_fold_has_no_odds_without_them(
     cell = make_cell(seed=91, poses_per_plane=20)
     fold = blocks(cell.dataset.q)[1]
 
-    def in_one_fold(at: Moment) -> np.ndarray:
+    def in_one_fold(at: PoseData) -> np.ndarray:
         return gear(at) * (fold == 0)[:, None]
 
     state = state_with(JointHarmonic(2, (2,)), in_one_fold)

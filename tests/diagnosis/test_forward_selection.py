@@ -27,7 +27,9 @@ def test_a_rival_is_not_excused_by_the_scatter_that_it_leaves(seed, monkeypatch)
     right, wrong = (parse_effects(name, dataset) for name in ("joint_harmonic:2:2", "joint_harmonic:4:7"))
     state = refit(dataset, model, prepared.free, right)
     rival = state.refitted(wrong)
-    assert rival.background_whitened_by(state.whitening).squared > 1.1 * state.background().squared
+    assert (
+        rival.background_whitened_by(state.whitening).sum_of_squares > 1.1 * state.background().sum_of_squares
+    )
     honest = forward_selection.rivals
 
     def overstated(state, i, columns):

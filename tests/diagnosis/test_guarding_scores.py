@@ -39,8 +39,8 @@ def test_a_column_of_rounding_adds_no_direction():
     """A second column that leaves the first by 1.5e-10 of its length: a direction of its own above 1e-10, none below 2e-10."""
     first, other = np.linalg.qr(np.random.default_rng(1).standard_normal((120, 2)))[0].T
     columns = np.column_stack([first, first + 1.5e-10 * other])
-    assert background(SCORE, columns).freedom == 118
-    assert background(doubled(SCORE, "independent"), columns).freedom == 119
+    assert background(SCORE, columns).degrees_of_freedom == 118
+    assert background(doubled(SCORE, "independent"), columns).degrees_of_freedom == 119
 
 
 def test_a_coefficient_without_a_prior_is_given_a_wide_one():
@@ -58,11 +58,11 @@ def test_no_gain_leaves_less_than_a_share_of_the_noise():
     """Nine tenths explained: a fifth of the noise is taken to remain, or two fifths."""
     given = background()
     left = [
-        remainder(replace(given, settings=s), 0.9 * given.squared, 1)
+        remainder(replace(given, settings=s), 0.9 * given.sum_of_squares, 1)
         for s in (SCORE, doubled(SCORE, "least_remainder"))
     ]
     assert left[1][0] == pytest.approx(2 * left[0][0])
-    assert left[0][0] > 0.1 * given.squared
+    assert left[0][0] > 0.1 * given.sum_of_squares
 
 
 def test_poses_within_reach_of_one_another_are_repetitions():

@@ -44,15 +44,17 @@ def test_another_effect_takes_a_place_only_with_clearly_more_evidence():
 @pytest.mark.parametrize(("gained", "goes_on"), [(0.035, False), (0.07, True)])
 def test_a_finer_look_has_to_gain(gained, goes_on, monkeypatch):
     """A gain of 0.07 nats is worth another look, one of 0.035 is not."""
-    background: Any = SimpleNamespace(squared=200.0, freedom=100)
+    background: Any = SimpleNamespace(sum_of_squares=200.0, degrees_of_freedom=100)
     entry = scored(JointHarmonic(4, (7,)))
-    left = (background.squared - entry.gain) * np.exp(-2 * gained / background.freedom)
-    better = replace(entry, gain=background.squared - left)
+    left = (background.sum_of_squares - entry.gain) * np.exp(-2 * gained / background.degrees_of_freedom)
+    better = replace(entry, gain=background.sum_of_squares - left)
     monkeypatch.setattr(ranking, "rank", lambda *_: [better])
     monkeypatch.setattr(ranking, "CandidateColumns", lambda *_: None)
     monkeypatch.setattr(ranking.CandidateSet, "of", lambda _: SimpleNamespace(tried=[1, 2]))
     monkeypatch.setattr(JointHarmonic, "at_a_pose", lambda self, *_: self)
-    found = ranking._look(state(dataset=None, residuals=SimpleNamespace(poses=None)), background, entry, 1.0)
+    found = ranking._best_variation(
+        state(dataset=None, residuals=SimpleNamespace(poses=None)), background, entry, 1.0
+    )
     assert (found is not entry) == goes_on
 
 
@@ -64,7 +66,7 @@ def test_a_look_that_always_gains_is_not_repeated_for_ever(monkeypatch):
         looks.append(scale)
         return replace(entry, evidence=entry.evidence + 1.0)
 
-    monkeypatch.setattr(ranking, "_look", always_better)
+    monkeypatch.setattr(ranking, "_best_variation", always_better)
     ranking.refined(state(), None, scored(JointHarmonic(4, (7,))))  # type: ignore[arg-type]
     assert looks == [1.0] * 3 + [0.5] * 3 + [0.25] * 3
 

@@ -48,20 +48,20 @@ def system() -> _System:
 
 def test_the_sizes_of_greatest_evidence_do_not_depend_on_where_the_search_starts(monkeypatch):
     """From a half, twice and a hundred times the first size the search ends at the same; cut short, a band that is not there keeps a size."""
-    usual = system().most_evident()[0]
+    usual = system().sizes_of_greatest_evidence()[0]
     for factor in (0.5, 2.0, 100.0):
         with monkeypatch.context() as patch:
             patch.setattr(harmonic_spectrum, "FIRST_SIZE", factor * harmonic_spectrum.FIRST_SIZE)
-            np.testing.assert_allclose(system().most_evident()[0][:2], usual[:2], rtol=0.01)
+            np.testing.assert_allclose(system().sizes_of_greatest_evidence()[0][:2], usual[:2], rtol=0.01)
     for name, value in (("ROUNDS", 1), ("CONVERGED", 3.0)):
         with monkeypatch.context() as patch:
             patch.setattr(harmonic_spectrum, name, value)
-            assert system().most_evident()[0][2] > 1.5 * usual[2]
+            assert system().sizes_of_greatest_evidence()[0][2] > 1.5 * usual[2]
 
 
 def test_an_order_that_is_not_there_has_the_least_size():
     """Bands without any column are as small as the search allows."""
-    assert system().most_evident()[0][-1] == harmonic_spectrum.LEAST_SIZE
+    assert system().sizes_of_greatest_evidence()[0][-1] == harmonic_spectrum.LEAST_SIZE
 
 
 def test_a_parameter_that_only_one_part_shows_is_held_by_the_ridge(monkeypatch):
@@ -74,7 +74,7 @@ def test_a_parameter_that_only_one_part_shows_is_held_by_the_ridge(monkeypatch):
         residuals=SimpleNamespace(measurement=SimpleNamespace(rows_per_pose=1)),
         settings=DEFAULTS,
     )
-    sizes = given.most_evident()[0]
+    sizes = given.sizes_of_greatest_evidence()[0]
     found = []
     for factor in (1.0, 2.0):
         monkeypatch.setattr(harmonic_spectrum, "_RIDGE", factor * harmonic_spectrum._RIDGE)
@@ -212,5 +212,7 @@ def test_a_variance_component_has_to_be_beyond_chance():
 def test_residuals_are_autocorrelated_only_beyond_chance(chance, is_pattern, monkeypatch):
     """Chances of seven and of fifteen in ten thousand: one in a thousand lies between them."""
     state: Any = SimpleNamespace(settings=DEFAULTS, background=lambda: SimpleNamespace(residual=None))
-    monkeypatch.setattr(autocorrelation, "chances", lambda *_: {("q1",): 0.5, ("time",): chance})
+    monkeypatch.setattr(
+        autocorrelation, "autocorrelation_p_values", lambda *_: {("q1",): 0.5, ("time",): chance}
+    )
     assert autocorrelation.depends_on(state) == (["time"] if is_pattern else [])

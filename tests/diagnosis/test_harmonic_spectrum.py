@@ -17,7 +17,7 @@ from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.gross_errors import clean
 from scalar.estimation.residuals import Residuals
-from tests.diagnosis.cases import BUMPY_JOINTS, TRACKER_NOISE, bumps, bumpy
+from tests.diagnosis.bumpy_joints import BUMPY_JOINTS, TRACKER_NOISE, bumps, bumpy
 from tests.random_scene import make_scene
 
 
@@ -103,8 +103,8 @@ def test_a_single_order_stays_one():
     assert as_whitened(state) is state
 
 
-def test_beliefs_are_tempered_and_nothing_else():
-    """A factor on the weight of rows is one on beliefs; effects without a belief of their own are the same objects."""
+def test_own_priors_are_tempered_and_nothing_else():
+    """Prior standard deviations of an effect's own are multiplied by the factor; effects without such priors are the same objects."""
     own = JointHarmonic(2, (3, 4), term_std=(1e-4, 2e-5))
     common, scale = JointHarmonic(3, (1,)), JointScale(1)
     wide, *rest = tempered([own, common, scale], 3.0)

@@ -25,7 +25,7 @@ from tests.effects.injected import make_cell
 FOLDS, BLOCKS_PER_FOLD = DEFAULTS.hold_out.folds, DEFAULTS.hold_out.blocks_per_fold
 
 
-def settled(dataset, effects=""):
+def fitted(dataset, effects=""):
     model, prepared = geometry_fit(dataset)
     return refit(dataset, model, prepared.free, parse_effects(effects, dataset))
 
@@ -61,7 +61,7 @@ def test_a_pose_commanded_again_is_held_out_with_its_first_time(times):
 def test_the_step_is_a_refit_without_the_fold():
     """Each fold's errors are those of a model refitted on the other poses alone, within 2 %."""
     dataset = make_cell(seed=2, poses_per_plane=40, points_per_scan=20).dataset
-    state = settled(dataset)
+    state = fitted(dataset)
     found = held_out_errors(state)
     _, fold = blocks(dataset.q)
     for f in range(2):
@@ -80,7 +80,7 @@ def test_held_out_errors_exceed_the_fitted_ones_by_the_price_of_the_fit():
     (n + p) / (n - p) in squares.
     """
     dataset = make_cell(seed=3, poses_per_plane=40, points_per_scan=20).dataset
-    state = settled(dataset)
+    state = fitted(dataset)
     rows, J = state.linearised()
     p, n = J.shape[1], int(np.count_nonzero(np.any(J != 0, axis=1)))
     ratio = held_out_errors(state).whitened.sum() / np.sum(rows**2)
@@ -91,7 +91,7 @@ def test_held_out_errors_exceed_the_fitted_ones_by_the_price_of_the_fit():
 def test_each_region_is_predicted_by_a_fit_without_it():
     """Regions are of similar poses, and each is predicted by least squares on the others."""
     dataset = make_cell(seed=5, poses_per_plane=30, points_per_scan=20).dataset
-    state = settled(dataset)
+    state = fitted(dataset)
     found = held_out_regions(state)
     assert found is not None and len(np.unique(found.block)) == REGIONS
     widest = int(np.argmax(np.ptp(dataset.q, axis=0)))
@@ -109,9 +109,9 @@ def test_each_region_is_predicted_by_a_fit_without_it():
 def test_what_is_there_lowers_the_error_of_poses_never_seen():
     """The injected effect lowers the held-out error by many standard errors; one that is not there does not."""
     cell, name, target = scale(4)
-    without = held_out_errors(settled(cell.dataset))
-    right = held_out_errors(settled(cell.dataset, f"{name}:{target['joint']}"))
-    other = held_out_errors(settled(cell.dataset, "joint_harmonic:4:19:23:29"))
+    without = held_out_errors(fitted(cell.dataset))
+    right = held_out_errors(fitted(cell.dataset, f"{name}:{target['joint']}"))
+    other = held_out_errors(fitted(cell.dataset, "joint_harmonic:4:19:23:29"))
     assert improvement(without, right) > 3
     assert improvement(without, other) < 2
     assert right.rms < without.rms

@@ -12,10 +12,10 @@ from scalar.diagnosis.joint_selection import evidence_of, select_jointly
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
-from tests.effects.injected import Flaws, Moment, make_cell
+from tests.effects.injected import Flaws, PoseData, make_cell
 
 
-def several(at: Moment) -> np.ndarray:
+def several(at: PoseData) -> np.ndarray:
     """Return the errors of five joints' angles ``(N, n)`` [rad], of about equal consequence."""
     q, error = at.q, np.zeros_like(at.q)
     error[:, 0] = 1.2e-3 * np.sin(3 * q[:, 0] + 0.4)

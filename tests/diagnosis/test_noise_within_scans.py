@@ -15,14 +15,14 @@ from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS
 from scalar.report.own_noise import own_noise
 from tests.diagnosis import cases
-from tests.effects.injected import Flaws, Moment, make_cell, true_frames
+from tests.effects.injected import Flaws, PoseData, make_cell, true_frames
 
 SIGMA = 1e-4  # m
 SMALL = {"poses_per_plane": 22, "points_per_scan": 60}
 
 
 def scanned(cell, errors):
-    """Return a cell's dataset whose points err along their rays by ``errors(rng, angles)`` of each scan, in the order of the angles."""
+    """Return a workcell's dataset whose points err along their rays by ``errors(rng, angles)`` of each scan, in the order of the angles."""
     data = cell.dataset
     points = data.points.copy()
     rng = np.random.default_rng(len(points))
@@ -53,11 +53,11 @@ def speckle(rng, angles):
 
 
 def wavy(cell):
-    """Return a cell's dataset on planes with waves of 0.04 mm, 50 mm long, whose points err independently by 0.07 mm."""
+    """Return a workcell's dataset on planes with waves of 0.04 mm, 50 mm long, whose points err independently by 0.07 mm."""
     data = cell.dataset
     N = data.n_poses
     T = true_frames(
-        cell.scene.truth, cell.flaws, Moment(data.q, np.arange(float(N)), {}), np.zeros_like(data.q)
+        cell.scene.truth, cell.flaws, PoseData(data.q, np.arange(float(N)), {}), np.zeros_like(data.q)
     )
     owner = np.repeat(np.arange(N), np.diff(data.starts))
     rays = data.points / np.linalg.norm(data.points, axis=1)[:, None]
@@ -74,7 +74,7 @@ def wavy(cell):
 
 
 def quiet(case=None, seed=0, **settings):
-    """Return a cell with hardly any noise of its own."""
+    """Return a workcell with hardly any noise of its own."""
     settings = SMALL | {"noise": 1e-9} | settings
     return make_cell(Flaws(), seed=seed, **settings) if case is None else case(seed, **settings)[0]
 
@@ -90,7 +90,7 @@ def before(dataset, noise=True):
 
 @pytest.mark.parametrize("errors", [autoregressive, speckle], ids=["autoregressive", "speckle"])
 def test_rows_of_correlated_scans_are_white_again(errors):
-    """Over four cells the rows' mean square is about one with the noise of the points, and several times that without."""
+    """Over four workcells the rows' mean square is about one with the noise of the points, and several times that without."""
     ratios = {True: [], False: []}
     for seed in range(4):
         dataset = scanned(quiet(seed=seed), errors)

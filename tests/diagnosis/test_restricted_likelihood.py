@@ -79,7 +79,7 @@ def test_estimates_scatter_as_they_say():
     "name, flaws", [("pose_jitter", Flaws(jitter=2e-4)), ("scan_bias", Flaws(bias=2e-4))]
 )
 def test_what_repeats_badly_is_identified_given_the_sensors_own_noise(name, flaws):
-    """In cells of natural size the component is identified first, whatever the sensor's own noise could add."""
+    """In workcells of natural size the component is identified first, whatever the sensor's own noise could add."""
     for seed in range(SEEDS // 4):
         found = identified_components(before(make_cell(flaws, seed=seed).dataset))
         assert found and found[0].name == name and found[0].p_value < 1e-6

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import kstest
 
-from scalar.diagnosis.change_scores import Moments
+from scalar.diagnosis.change_scores import ChangeColumns
 from scalar.diagnosis.ranking import score_of
 from scalar.diagnosis.score_test import Background, Projected, evidence, p_value
 from scalar.effects.joint_scale import JointScale
@@ -36,10 +36,10 @@ def squared_after(r, *columns):
 
 def score_changes(background, E, touched, sizes, margin):
     """Return the scores of columns ``(N, m, e)`` that act on the touched poses from each on."""
-    return Moments.of(background, E, np.flatnonzero(touched), margin).score(background, E, sizes)
+    return ChangeColumns.of(background, E, np.flatnonzero(touched), margin).score(background, E, sizes)
 
 
-def beside(background, E, sizes=HUGE):
+def conditional_on(background, E, sizes=HUGE):
     return Projected.of(background, E, E.T @ E, np.full(E.shape[1], sizes))
 
 
@@ -50,10 +50,10 @@ def test_the_gain_is_what_a_refit_would_gain(seed):
     """
     r, J, E, _ = problem(seed)
     background = Background.of(r, J, 40, 3)
-    assert background.squared == pytest.approx(squared_after(r, J), rel=1e-9)
-    assert background.freedom == len(r) - J.shape[1]
+    assert background.sum_of_squares == pytest.approx(squared_after(r, J), rel=1e-9)
+    assert background.degrees_of_freedom == len(r) - J.shape[1]
     for groups in (np.arange(8)[:, None], np.arange(8).reshape(4, 2), np.arange(8).reshape(1, 8)):
-        gain, dof, observability = beside(background, E).score(groups)
+        gain, dof, observability = conditional_on(background, E).score(groups)
         assert np.all(dof == groups.shape[1])
         assert np.all((observability > 0) & (observability <= 1))
         for k, group in enumerate(groups):
@@ -81,7 +81,7 @@ def test_forward_selection_is_stepwise_refitting(seed):
         if now - left[best] < worth * 2:
             break
         taken, now = [*taken, best], left[best]
-    assert beside(background, E).forward(groups, worth) == taken
+    assert conditional_on(background, E).forward(groups, worth) == taken
 
 
 @given(seed=st.integers(0, 10**6), margin=st.integers(1, 10))
@@ -125,7 +125,7 @@ def test_what_the_model_already_explains_is_never_scored(seed, size):
     E[:, 0] = J @ (rng.standard_normal(J.shape[1]) / np.linalg.norm(J, axis=0))
     E[:, 1] = 0.0
     background = Background.of(100 * r, J, 40, 3)
-    gain, dof, observability = beside(background, E, size).score(np.arange(3)[:, None])
+    gain, dof, observability = conditional_on(background, E, size).score(np.arange(3)[:, None])
     assert not gain[:2].any() and not dof[:2].any()
     assert np.all(observability[:2] < 1e-5)
     assert p_value(background, float(gain[0]), int(dof[0])) == 1.0
@@ -133,12 +133,12 @@ def test_what_the_model_already_explains_is_never_scored(seed, size):
 
 
 def test_an_effect_of_implausible_size_is_none():
-    """A direction that the data know less well than common sense does is left out."""
+    """A direction that the data determine less well than its prior does is left out."""
     r, J, E, _ = problem(5, tried=1)
     faint = E / np.linalg.norm(E) * 1e-3  # one unit of the coefficient makes a thousandth of a sigma
     background = Background.of(r, J, 40, 3)
-    assert beside(background, faint, 1.0).score(np.zeros((1, 1), dtype=int))[1][0] == 0
-    assert beside(background, faint, 1e5).score(np.zeros((1, 1), dtype=int))[1][0] == 1
+    assert conditional_on(background, faint, 1.0).score(np.zeros((1, 1), dtype=int))[1][0] == 0
+    assert conditional_on(background, faint, 1e5).score(np.zeros((1, 1), dtype=int))[1][0] == 1
 
 
 @pytest.mark.parametrize("scale", [1.0, 4.0])
@@ -151,7 +151,7 @@ def test_p_values_are_uniform_where_nothing_is_there(scale):
     found = []
     for _ in range(1500):
         background = Background.of(scale * rng.standard_normal(120), J, 40, 3)
-        gain, dof, _ = beside(background, E).score(np.arange(3)[None])
+        gain, dof, _ = conditional_on(background, E).score(np.arange(3)[None])
         found.append(p_value(background, float(gain[0]), int(dof[0])))
     assert kstest(found, "uniform").pvalue > 1e-3
 
@@ -180,7 +180,7 @@ def test_rows_without_content_are_no_degrees_of_freedom():
     r, J, _, _ = problem(8)
     dead = np.arange(120) % 3 == 2
     r[dead], J[dead] = 0.0, 0.0
-    assert Background.of(r, J, 40, 3).freedom == 80 - 12
+    assert Background.of(r, J, 40, 3).degrees_of_freedom == 80 - 12
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -198,7 +198,7 @@ def test_leaving_columns_out_by_update_is_leaving_them_out(seed):
     updated = Background.of(r, J, N, m).without(mine, c, priors)
     direct = Background.of(r - J[:, mine] @ c, J[:, ~mine], N, m)
     np.testing.assert_allclose(updated.residual, direct.residual, atol=1e-10)
-    assert updated.freedom == direct.freedom
+    assert updated.degrees_of_freedom == direct.degrees_of_freedom
     E = rng.standard_normal((N * m, 5))
     sizes, groups = np.full(5, 1.0), np.array([[0, 1], [2, 3], [3, 4]])
     ours, theirs = (Projected.of(b, E, E.T @ E, sizes).score(groups) for b in (updated, direct))
@@ -210,7 +210,7 @@ def test_leaving_columns_out_by_update_is_leaving_them_out(seed):
 
 
 def test_a_column_that_adds_nothing_hides_no_other():
-    """CandidateColumns that are zero or copies explain nothing more, wherever they stand, and what the others explain stays explained."""
+    """Columns that are zero or copies explain nothing more, wherever they stand, and what the others explain stays explained."""
     rng = np.random.default_rng(7)
     N, m = 30, 3
     plain = rng.standard_normal((N * m, 5))
@@ -218,13 +218,13 @@ def test_a_column_that_adds_nothing_hides_no_other():
     r = rng.standard_normal(N * m)
     ours, theirs = Background.of(r, padded, N, m), Background.of(r, plain, N, m)
     np.testing.assert_allclose(ours.residual, theirs.residual, atol=1e-12)
-    assert ours.freedom == theirs.freedom
+    assert ours.degrees_of_freedom == theirs.degrees_of_freedom
     np.testing.assert_allclose(ours.Q @ ours.R, padded, atol=1e-12)
     mine, c = np.arange(7) == 5, rng.standard_normal(1)
     left_out = ours.without(mine, c, 0)
     direct = Background.of(r - padded[:, mine] @ c, padded[:, ~mine], N, m)
     np.testing.assert_allclose(left_out.residual, direct.residual, atol=1e-12)
-    assert left_out.freedom == direct.freedom
+    assert left_out.degrees_of_freedom == direct.degrees_of_freedom
 
 
 def test_an_effect_without_columns_earns_nothing():

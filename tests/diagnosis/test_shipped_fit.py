@@ -24,7 +24,7 @@ from tests.effects.injected import Flaws, make_cell, on_joint
 
 
 def fitted(seed: int, flaws: Flaws | None = None, **settings) -> FittedState:
-    """Return a cell's fit without effects."""
+    """Return a workcell's fit without effects."""
     dataset = make_cell(flaws or Flaws(), seed=seed, points_per_scan=20, **settings).dataset
     model, prepared = geometry_fit(dataset)
     return refit(dataset, model, prepared.free, ())

@@ -45,11 +45,13 @@ def _tail_at(products, near, n, value):
     return upper_tail(products * drawn[at], near, n)
 
 
-def test_nothing_asked_for_says_nothing():
+def test_a_sum_of_nothing_has_probability_one():
+    """Products that are all zero give a sum of zero for all signs."""
     near = pairs_in_order(10, (1,))
     assert upper_tail(np.zeros(len(near)), near, 10) == 1.0
 
 
-def test_many_poses_that_ask_alike_have_no_chance():
+def test_a_sum_of_equal_products_is_very_improbable():
+    """Nearly all signs would have to be equal."""
     near = pairs_in_order(300, (1, 3, 5))
     assert upper_tail(np.ones(len(near)), near, 300) < 1e-12

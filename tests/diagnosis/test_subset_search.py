@@ -46,7 +46,7 @@ def test_the_squared_residual_of_a_set_is_that_of_the_penalised_fit(seed):
     where = np.concatenate([elements.columns[p] for p in (0, 2, 6)])
     rows = np.vstack([E[:, where], np.eye(len(where))])
     wanted = np.linalg.lstsq(rows, np.r_[r, np.zeros(len(where))])[1][0]
-    assert subset(elements, (0, 2, 6)).squared == pytest.approx(wanted, rel=1e-9)
+    assert subset(elements, (0, 2, 6)).sum_of_squares == pytest.approx(wanted, rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -91,7 +91,7 @@ def test_an_exchange_leaves_a_set_that_imitates():
 
 
 def state_of(flaws: Flaws, seed: int, **options: object) -> FittedState:
-    """Return a cell fitted without effects."""
+    """Return a workcell fitted without effects."""
     dataset = make_cell(flaws, seed=seed, **options).dataset
     model, prepared = geometry_fit(dataset, effects_follow=True)
     return refit(dataset, model, prepared.free, ())

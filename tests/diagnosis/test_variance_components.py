@@ -20,7 +20,7 @@ def found_in(flaws, seed, **settings):
 
 @pytest.mark.parametrize("name", NOISES)
 def test_noise_is_named_and_measured(name):
-    """Over 16 cells the right one of jitter and bias is the likeliest each time; its standard deviation lies within
+    """Over 16 workcells the right one of jitter and bias is the likeliest each time; its standard deviation lies within
     its standard error, neither better nor worse: (hat - true) / std has about unit spread and no offset.
     """
     flaws, truth = NOISES[name]
@@ -35,7 +35,7 @@ def test_noise_is_named_and_measured(name):
 
 
 def test_clean_data_have_no_noise_effect():
-    """Over 16 cells nothing is found where scans differ by their points' noise alone."""
+    """Over 16 workcells nothing is found where scans differ by their points' noise alone."""
     assert not any(found_in(Flaws(), seed) for seed in range(SEEDS))
 
 

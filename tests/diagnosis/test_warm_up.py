@@ -9,7 +9,7 @@ from scalar.diagnosis.fitted_state import refit
 from scalar.effects.saving import effect_from_mapping, effect_to_mapping
 from scalar.effects.thermal_drift import ThermalDrift
 from scalar.estimation.geometry_fit import geometry_fit
-from tests.effects.injected import A, D, Flaws, Moment, make_cell
+from tests.effects.injected import A, D, Flaws, PoseData, make_cell
 
 GROWTH, CONSTANT = 5e-4, 350.0  # m/m, s
 
@@ -25,7 +25,7 @@ def warming_up(seed: int):
     lengths = np.zeros_like(truth.geometry)
     lengths[[A, D]] = truth.geometry[[A, D]]
 
-    def growth(at: Moment) -> np.ndarray:
+    def growth(at: PoseData) -> np.ndarray:
         return GROWTH * (1 - np.exp(-at.columns["time"] / CONSTANT))[:, None, None] * lengths
 
     return make_cell(

@@ -1,9 +1,9 @@
-"""Cells with something wrong that nobody declared: injected by this file's own kinematics and rays, sharing
+"""Workcells with something wrong that nobody declared: injected by this file's own kinematics and rays, sharing
 nothing with ``scalar.effects``.
 
 ``tests.random_scene`` gives poses, the nominal robot and where each ray points; the rays are cut
 again here with an arm whose joints err, whose lengths grow, whose base tilts or whose target planes are bent. What
-is injected is a function of a ``Moment``: the joint angles as the encoders read them and everything else that
+is injected is a function of a ``PoseData``: the joint angles as the encoders read them and everything else that
 is known of the poses.
 """
 
@@ -25,15 +25,15 @@ A, ALPHA, D, THETA, BETA = range(5)
 
 
 @dataclass(frozen=True)
-class Moment:
-    """N poses: encoder angles ``(N, n)`` [rad], order ``(N,)`` and other columns by name, ``(N,)`` each."""
+class PoseData:
+    """What is known of N poses: encoder angles ``(N, n)`` [rad], order ``(N,)`` and other columns by name, ``(N,)`` each."""
 
     q: np.ndarray
     order: np.ndarray
     columns: dict[str, np.ndarray]
 
 
-Function = Callable[[Moment], np.ndarray]
+Function = Callable[[PoseData], np.ndarray]
 
 
 def _nothing(size: tuple[int, ...]) -> Function:
@@ -42,7 +42,7 @@ def _nothing(size: tuple[int, ...]) -> Function:
 
 @dataclass(frozen=True)
 class Flaws:
-    """What is wrong with a cell.
+    """What is wrong with a workcell.
 
     Attributes:
         joints: Errors of the joint angles ``(N, n)`` [rad]; the arm stands at q + dq.
@@ -71,28 +71,28 @@ class Flaws:
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """A dataset of a flawed cell, with its truth."""
+    """A dataset of a flawed workcell, with its truth."""
 
     scene: Scene
     dataset: Dataset
     flaws: Flaws
 
-    def sensor(self, at: Moment) -> np.ndarray:
+    def sensor(self, at: PoseData) -> np.ndarray:
         """Return where the sensor truly stands ``(N, 4, 4)``."""
         return true_frames(self.scene.truth, self.flaws, at, np.zeros_like(at.q))
 
-    def truth_poses(self, count: int, rng: np.random.Generator) -> tuple[pd.DataFrame, Moment]:
+    def truth_poses(self, count: int, rng: np.random.Generator) -> tuple[pd.DataFrame, PoseData]:
         """Return random poses within the limits with their true frames, in the state at the end."""
         limits = self.scene.truth.limits
         q = limits[:, 0] + rng.random((count, len(limits))) * np.ptp(limits, axis=1)
-        at = Moment(q, np.full(count, float(self.dataset.n_poses - 1)), {})
+        at = PoseData(q, np.full(count, float(self.dataset.n_poses - 1)), {})
         T = self.sensor(at)
         names = ["pose", *joint_names(q.shape[1]), "x", "y", "z", "rx", "ry", "rz"]
         values = np.column_stack([np.arange(count), q, T[:, :3, 3], rotation_vector(T[:, :3, :3])])
         return pd.DataFrame(values, columns=names).astype({"pose": int}), at
 
 
-def true_frames(truth: Truth, flaws: Flaws, at: Moment, jitter: np.ndarray) -> np.ndarray:
+def true_frames(truth: Truth, flaws: Flaws, at: PoseData, jitter: np.ndarray) -> np.ndarray:
     """Return the true frames of the sensor ``(N, 4, 4)`` in the base frame, joint after joint."""
     N, n = at.q.shape
     q = at.q + jitter + (flaws.joints or _nothing((n,)))(at)
@@ -170,7 +170,7 @@ def make_cell(
     columns: Callable[[np.random.Generator, int, int], dict[str, np.ndarray]] | None = None,
     **scene: Any,
 ) -> Cell:
-    """Return a cell with flaws, as a line laser sees it.
+    """Return a workcell with flaws, as a line laser sees it.
 
     Args:
         flaws: What is wrong.
@@ -184,7 +184,7 @@ def make_cell(
     data = base.dataset
     N = data.n_poses
     extra = columns(rng, N, data.q.shape[1]) if columns else {}
-    at = Moment(data.q, np.arange(N, dtype=float), extra)
+    at = PoseData(data.q, np.arange(N, dtype=float), extra)
     T = true_frames(base.truth, flaws, at, flaws.jitter * rng.standard_normal(data.q.shape))
     owner = np.repeat(np.arange(N), np.diff(data.starts))
     angles = np.arctan2(base.clean[:, 0], base.clean[:, 1])
@@ -194,10 +194,10 @@ def make_cell(
     return Cell(base, replace(data, points=points, poses=data.poses.assign(**extra)), flaws)
 
 
-def on_joint(joint: int, function: Callable[[Moment], np.ndarray]) -> Function:
-    """Return an error of one joint (from 1) by a function of the moment giving ``(N,)`` [rad]."""
+def on_joint(joint: int, function: Callable[[PoseData], np.ndarray]) -> Function:
+    """Return an error of one joint (from 1), given by a function of the poses' data that returns ``(N,)`` [rad]."""
 
-    def errors(at: Moment) -> np.ndarray:
+    def errors(at: PoseData) -> np.ndarray:
         dq = np.zeros_like(at.q)
         dq[:, joint - 1] = function(at)
         return dq

@@ -1,4 +1,4 @@
-"""Gravity moments: they span the statics of every arm with these axes, whatever its masses."""
+"""Unit gravity torques: they span the statics of every arm with these axes, whatever its masses."""
 
 import numpy as np
 import pytest

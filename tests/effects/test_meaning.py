@@ -1,4 +1,4 @@
-"""What the coefficients mean: cells flawed by this test's own physics are explained to the last digit.
+"""What the coefficients mean: workcells flawed by this test's own physics are explained to the last digit.
 
 Data without noise from ``injected``: freeing the right effect leaves no residual, gives the injected
 coefficients back where they have a name in the plant, and predicts the true frames of poses never seen.
@@ -14,7 +14,7 @@ from scalar.effects.acquisition import range_middle
 from scalar.effects.command_line import parse_effects
 from scalar.estimation.calibrate import calibrate
 from tests import kinematics
-from tests.effects.injected import BETA, Flaws, Moment, make_cell, on_joint, sag
+from tests.effects.injected import BETA, Flaws, PoseData, make_cell, on_joint, sag
 from tests.kinematics import joint_names
 
 STATED = 1e-7  # m: so small that no prior of an effect's size matters
@@ -32,7 +32,7 @@ def warming(rng, n_poses, n_joints):
 
 
 def explained(flaws, effects, **settings):
-    """Return the calibration of a noise-free flawed cell with effects freed, and the cell."""
+    """Return the calibration of a noise-free flawed workcell with effects freed, and the workcell."""
     cell = make_cell(
         flaws, noise=0.0, stated_noise=STATED, poses_per_plane=40, points_per_scan=12, **settings
     )
@@ -43,7 +43,7 @@ def somewhere(cell, count):
     """Return random poses within the limits, at the end."""
     limits = cell.scene.truth.limits
     q = limits[:, 0] + np.random.default_rng(1).random((count, len(limits))) * np.ptp(limits, axis=1)
-    return Moment(q, np.full(count, float(cell.dataset.n_poses - 1)), {})
+    return PoseData(q, np.full(count, float(cell.dataset.n_poses - 1)), {})
 
 
 def apart(result, q, T, **columns):
@@ -104,7 +104,7 @@ def test_backlash_by_approach():
     assert value(result, "joint_backlash_3.half_width_rad") == pytest.approx(2e-4, abs=1e-9)
     at = somewhere(cell, 50)
     side = {"approach3": np.ones(50)}
-    T = cell.sensor(Moment(at.q, at.order, side))
+    T = cell.sensor(PoseData(at.q, at.order, side))
     assert apart(result, at.q, T, **side) < PREDICTION
 
 
@@ -177,7 +177,7 @@ def test_growing_lengths(by):
     assert result.residual_rms < RESIDUAL
     at = somewhere(cell, 100)
     warm = {"temperature": np.full(100, 26.5)} if by == "temperature" else {}
-    T = cell.sensor(Moment(at.q, at.order, warm))
+    T = cell.sensor(PoseData(at.q, at.order, warm))
     assert apart(result, at.q, T, **warm) < PREDICTION
 
 
@@ -191,7 +191,7 @@ def test_slipped_sensor():
     for axis, truth in zip("xyz", motion[:3, 3], strict=True):
         assert value(result, f"sensor_slip_61.{axis}_m") == pytest.approx(truth, abs=1e-7)
     at = somewhere(cell, 50)
-    before = cell.sensor(Moment(at.q, np.zeros(50), {}))
+    before = cell.sensor(PoseData(at.q, np.zeros(50), {}))
     assert apart(result, at.q, before, order=np.zeros(50)) < PREDICTION
 
 
@@ -227,7 +227,7 @@ def test_range_errors(axis):
     dataset = replace(cell.dataset, points=points)
     result = calibrate(dataset, effects=parse_effects("range_distortion", dataset))
     assert result.residual_rms < RESIDUAL
-    # A gain along the ray cannot be seen, and is taken to be right at the middle: the whole cell shrinks by what it is there.
+    # A gain along the ray cannot be seen, and is taken to be right at the middle: the whole workcell shrinks by what it is there.
     expected = 0.02 / (1.0 + 0.04 * range_middle(dataset)) if axis == "ray" else 0.02
     assert value(result, "range_distortion.curvature_per_m") == pytest.approx(expected, abs=1e-5)
 

@@ -1,4 +1,4 @@
-"""What goes with an arm to its next campaign: its joints and links do, what happened on one day in one cell does not."""
+"""What goes with an arm to its next campaign: its joints and links do, what happened on one day in one workcell does not."""
 
 from dataclasses import replace
 

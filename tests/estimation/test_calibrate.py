@@ -23,7 +23,7 @@ HEADLINE_SEEDS = 30
 
 
 def random_start(seed: int, robot: str = "vs060", **settings):
-    """Return a noise-free cell whose nominal arm is off by up to 2 mm and 1 degree, its target planes by 30
+    """Return a noise-free workcell whose nominal arm is off by up to 2 mm and 1 degree, its target planes by 30
     degrees and 100 mm.
     """
     return make_scene(
@@ -101,7 +101,7 @@ def test_other_sensors_give_the_truth_back(robot, kind):
 
 
 def test_headline_accuracy_over_seeds():
-    """3N = 120, M = 100, 0.1 mm, held parameters at their truth: over 30 cells at most 0.03 mm and
+    """3N = 120, M = 100, 0.1 mm, held parameters at their truth: over 30 workcells at most 0.03 mm and
     0.005 degrees, raw.
     """
     position, orientation = [], []

@@ -167,7 +167,7 @@ def test_where_effects_follow_the_misfit_tightens_no_priors():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_fifteen_poses_with_gears_predict_no_worse_than_base_and_tool(seed):
-    """Few poses of an arm whose gears err, nothing stated of its data sheet: learned spreads keep the fit from following the gears."""
+    """Few poses of an arm whose gears err, nothing stated of its data sheet: learned priors keep the fit from following the gears."""
     rng = np.random.default_rng([seed, 3])
     dataset, truth = workcell(60 + seed, elsewhere(rng, 15), gear=2 * GEAR)
     q = elsewhere(rng, 200)

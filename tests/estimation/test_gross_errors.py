@@ -8,7 +8,8 @@ import pytest
 from scalar.errors import Undetermined
 from scalar.estimation.gross_errors import Cleaned, clean, clean_given_effects
 from scalar.estimation.outlying_points import without_outlying_points
-from tests.diagnosis.cases import knock, slip, spoiled
+from tests.diagnosis.cases import knock, slip
+from tests.diagnosis.gross_errors import spoiled
 from tests.effects.injected import Flaws, make_cell, on_joint
 from tests.random_scene import make_scene
 
@@ -17,7 +18,7 @@ FOUND_POINTS = 0.95  # share of points off by 2 mm and more that are set aside
 
 
 def test_clean_data_stay_as_they_are():
-    """Over 12 cells, 2,160 scans and 69,120 points, no pose is set aside and no more than a point in 10,000."""
+    """Over 12 workcells, 2,160 scans and 69,120 points, no pose is set aside and no more than a point in 10,000."""
     points = flagged = 0
     for seed in range(12):
         dataset = make_cell(seed=seed).dataset
@@ -50,7 +51,7 @@ def test_the_right_points_are_set_aside():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_wrong_poses_and_wrong_labels_are_told_apart(seed):
+def test_wrong_poses_and_wrong_labels_are_distinguished(seed):
     """Poses whose angles belong to no scan are outliers; poses that name another target plane are listed with the target plane
     that they lie on. Every one of them, and no other.
     """

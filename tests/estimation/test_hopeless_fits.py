@@ -48,7 +48,7 @@ def test_numbers_that_overflow_give_no_covariance_and_no_convergence(value: floa
 
 
 def few_poses() -> Dataset:
-    """Return a tracked cell with few poses."""
+    """Return a tracked workcell with few poses."""
     return make_scene(kind="tracker", poses_per_plane=14, seed=4).dataset
 
 

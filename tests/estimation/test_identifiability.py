@@ -43,7 +43,7 @@ def test_the_papers_setup_has_39_columns_and_7_zero_singular_values(upright, see
 
 
 def test_a_null_direction_leaves_a_perfect_measurement_alone():
-    """A step along each null direction, scanned anew by an independent cell, gives the very same points."""
+    """A step along each null direction, scanned anew by an independent workcell, gives the very same points."""
     scene = make_scene(
         noise=0.0, stated_noise=1e-4, length_error=0.0, angle_error=0.0, pose_offset=(0.0, 0.0)
     )
@@ -100,7 +100,7 @@ def test_a_seven_joint_arm_without_parallel_axes_has_six():
 @pytest.mark.parametrize("robot", ["vs060", "ur10e", "panda"])
 def test_a_probe_sees_neither_its_rotation_nor_the_scale(robot):
     """Four more directions than with a laser: three of the sensor by themselves, and the scale of the
-    whole cell.
+    whole workcell.
     """
     found = identify(make_scene(robot, "probe", poses_per_plane=60))
     assert {"sensor_rx", "sensor_ry", "sensor_rz"} < set(found.fixed_names)

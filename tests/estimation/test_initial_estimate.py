@@ -47,7 +47,7 @@ def test_the_linear_guess_is_a_rotation_whatever_the_data():
 
 @pytest.mark.parametrize("robot", ["vs060", "ur10e"])
 def test_no_nominal_pose_and_a_floor_that_is_30_degrees_off(robot):
-    """30 cells of 30: the scanner is found within the arm's own error, and the calibration lands at the
+    """30 workcells of 30: the scanner is found within the arm's own error, and the calibration lands at the
     truth's optimum.
     """
     for seed in range(CELLS):
@@ -108,7 +108,7 @@ def test_a_probe_needs_its_nominal_pose():
 @pytest.mark.parametrize("robot", ["vs060", "ur10e"])
 @pytest.mark.parametrize("times", [5, pytest.param(10, marks=pytest.mark.slow)])
 def test_an_arm_that_is_ten_times_as_wrong_gets_there_as_well(robot, times):
-    """Errors of 20 mm and 10 degrees: noise-free, nine cells of ten and more end with no residual at all, and the
+    """Errors of 20 mm and 10 degrees: noise-free, nine workcells of ten and more end with no residual at all, and the
     others are refused. Axes that start far from parallel and end parallel are among them.
     """
     refused = 0

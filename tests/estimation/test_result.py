@@ -22,7 +22,7 @@ SETTINGS = {"poses_per_plane": 30, "points_per_scan": 20, "seed": 12}
 
 @pytest.fixture(scope="module", params=["line-laser", "probe", "tracker"])
 def scene(request) -> Scene:
-    """A cell for each kind of sensor."""
+    """A workcell for each kind of sensor."""
     return make_scene("panda", request.param, **SETTINGS)
 
 

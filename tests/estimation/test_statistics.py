@@ -1,7 +1,7 @@
 """Over many draws of the noise on one scene: the spread is the bound, the claimed errors are true, nothing is
 biased.
 
-One cell, 3N = 120, M = 100, 0.1 mm along the rays; 400 draws. The Cramer-Rao bound is computed here from all
+One workcell, 3N = 120, M = 100, 0.1 mm along the rays; 400 draws. The Cramer-Rao bound is computed here from all
 points one by
 one and by central differences of the tests' own kinematics, so that it shares nothing with the covariance it
 judges. What is allowed

@@ -17,9 +17,9 @@ from scalar.evaluate.workspace_errors import aligned_errors
 from scalar.report.fleet_row import row_of
 from scalar.report.lacking import lacking_after
 from scalar.report.page import page
-from tests.diagnosis.cases import unnamed
 from tests.diagnosis.test_patterns_are_no_noise import loose_mount
-from tests.effects.injected import Flaws, Moment, make_cell
+from tests.diagnosis.unnamed_causes import unnamed
+from tests.effects.injected import Flaws, PoseData, make_cell
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def test_a_pattern_without_a_name_is_counted_in_the_error(seed: int) -> None:
     q = np.random.default_rng(9).uniform(low, high, (3000, 6))
     order = np.random.default_rng(8).uniform(0, cell.dataset.n_poses - 1, len(q))
     errors = aligned_errors(
-        found.calibration_after.predict(q, order=order), cell.sensor(Moment(q, order, {}))
+        found.calibration_after.predict(q, order=order), cell.sensor(PoseData(q, order, {}))
     )
     errs = float(np.mean(np.linalg.norm(errors, axis=1))) * 1e3
     stated = float(page(found)["workspace"]["rows"][-1]["mean"]["value"].removesuffix(" mm"))

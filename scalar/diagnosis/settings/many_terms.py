@@ -9,7 +9,7 @@ from scalar.estimation.settings import setting
 
 @dataclass(frozen=True)
 class FlexibleTermSettings:
-    """When structure that no name explains is taken for such."""
+    """When structure is described by flexible terms, because no named effect explains it."""
 
     better_than_a_name: float = setting(
         7.0,
@@ -39,7 +39,9 @@ class FlexibleTermSettings:
         "a named effect that explains a smaller share of it is dropped",
         "chosen: it is as likely a part of that structure",
     )
-    max_terms: int = setting(3, "terms", "of unmodelled structure", "chosen: more is no description")
+    max_terms: int = setting(
+        3, "terms", "at most, that describe unmodelled structure", "chosen: more is no description"
+    )
     looked_at: int = setting(
         4,
         "terms",

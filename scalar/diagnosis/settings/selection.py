@@ -28,7 +28,7 @@ class ScoreTestSettings:
         "chosen: so wide that it shrinks nothing",
     )
     least_remainder: float = setting(
-        0.2, "of the noise's variance", "that a residual is taken to keep after any gain",
+        0.2, "of the noise's variance", "least variance that a residual is taken to have after any gain",
         "chosen: so that no gain looks infinite where the data are nearly free of noise",
     )  # fmt: skip
 
@@ -106,12 +106,15 @@ class SelectionSettings:
         "chosen: the second seldom gains",
     )  # fmt: skip
     least_refinement: float = setting(
-        0.05, "nats", "that a finer look has to gain for another", "chosen: far below what decides anything"
+        0.05,
+        "nats",
+        "gain of a finer look below which no further one follows",
+        "chosen: far below what decides anything",
     )
     tried: int = setting(
         8,
         "candidates",
-        "that are added, best first, to see whether poses held out bear them out",
+        "that are added, best first, to see whether poses held out confirm them",
         "chosen: the confounded ones of a place",
     )
     rounding: float = setting(
@@ -143,6 +146,6 @@ class SubsetSearchSettings:
         "chosen: with more, every effect stands out alone",
     )
     stable: float = setting(
-        0.6, "of the parts", "of the poses without which a piece has to be needed as well",
+        0.6, "of the folds", "share of the folds, left out one at a time, without which an element still has to be needed",
         "the usual threshold of stability selection",
     )  # fmt: skip

@@ -14,7 +14,7 @@ from study.plots.measured import draw_errors, draw_gears
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation.calibrate import calibrate
 from scalar.units import MM
-from tests.diagnosis.cases import TRACKER_NOISE, bumps, bumpy
+from tests.diagnosis.bumpy_joints import TRACKER_NOISE, bumps, bumpy
 
 ORDERS = tuple(range(1, 33))
 ERRING = 3

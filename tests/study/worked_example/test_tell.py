@@ -11,7 +11,8 @@ from scalar.diagnosis import diagnose, forward_selection
 from scalar.diagnosis.scan_residuals import signed_residual
 from scalar.report.output import write_diagnosis
 from scalar.units import MM
-from tests.diagnosis.cases import harmonic, spoiled
+from tests.diagnosis.cases import harmonic
+from tests.diagnosis.gross_errors import spoiled
 
 
 @pytest.fixture(scope="module")
