@@ -101,7 +101,7 @@ def test_other_sensors_give_the_truth_back(robot, kind):
 
 
 def test_headline_accuracy_over_seeds():
-    """3N = 120, M = 100, 0.1 mm, held parameters at their truth: over 30 workcells at most 0.03 mm and
+    """3N = 120, M = 100, 0.1 mm, fixed parameters at their truth: over 30 workcells at most 0.03 mm and
     0.005 degrees, raw.
     """
     position, orientation = [], []
@@ -166,7 +166,7 @@ def test_the_order_of_the_poses_does_not_matter():
 
 
 def test_held_parameters_keep_their_nominal_values():
-    """What is held, derived or asked for, stands where the dataset has it; the rest has a standard error."""
+    """What is fixed, derived or asked for, stands where the dataset has it; the rest has a standard error."""
     scene = make_scene(exact=(*PUBLISHED_FIXED, "a_4"))
     calibration = calibrate(scene.dataset, fix=["a_4"])
     parameters = calibration.parameters()

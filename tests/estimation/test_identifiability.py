@@ -83,7 +83,7 @@ def test_a_null_direction_leaves_a_perfect_measurement_alone():
 
 
 def test_three_parallel_axes_add_one_direction():
-    """UR10e: eight, d_2 and d_3 both among what is held."""
+    """UR10e: eight, d_2 and d_3 both among what is fixed."""
     found = identify(make_scene("ur10e"))
     assert found.n_null == 8
     assert set(found.fixed_names) == set(FIXED_WITH_PLANES["ur10e"])
@@ -115,7 +115,7 @@ def test_a_probe_sees_neither_its_rotation_nor_the_scale(robot):
 
 @pytest.mark.parametrize("robot", ["vs060", "panda"])
 def test_planes_of_known_distance_give_a_probe_the_scale_back(robot):
-    """With two reference planes the metric is theirs: no length of the arm is held for the scale."""
+    """With two reference planes the metric is theirs: no length of the arm is fixed for the scale."""
     scene = make_scene(robot, "probe", poses_per_plane=60)
     planes = tuple(replace(p, distance_std=1e-5, normal_std=1e-4) for p in scene.dataset.planes)
     known = replace(scene, dataset=replace(scene.dataset, planes=planes))
@@ -132,7 +132,7 @@ def test_a_tracker_sees_no_rotation_of_its_target():
 
 @pytest.mark.parametrize("joint", [2, 3, 5])
 def test_a_joint_that_never_moves_is_held_and_named(joint):
-    """A locked joint hides more: what is held because of it says so, with the joint's number."""
+    """A locked joint hides more: what is fixed because of it says so, with the joint's number."""
     found = identify(make_scene(still_joint=joint, poses_per_plane=50, seed=1))
     because = [held for held in found.fixed if held.cause == "still"]
     assert because
@@ -162,7 +162,7 @@ def test_sixteen_poses_are_not_refused():
 
 
 def test_every_sentence_names_its_parameter():
-    """A sentence for each held parameter, complete and without a number out of place."""
+    """A sentence for each fixed parameter, complete and without a number out of place."""
     found = identify(make_scene())
     assert [s.split(" is fixed: ")[0] for s in found.sentences()] == list(found.fixed_names)
     assert all(s.endswith(".") and "nan" not in s for s in found.sentences())

@@ -15,9 +15,9 @@ from scalar.estimation.gross_errors import TooManyStrayPoints, clean, without_st
 from scalar.estimation.line_breakdown import line_has_broken_down, share_of_broken_lines
 from scalar.estimation.settings import DEFAULTS
 from scalar.units import MM
-from tests import helpers
-from tests.diagnosis.cases import spoiled
+from tests.diagnosis.gross_errors import spoiled
 from tests.effects.injected import make_cell
+from tests.random_scene import make_scene
 
 GROSS = DEFAULTS.gross_errors
 LAWS = {
@@ -104,7 +104,7 @@ def test_strays_that_are_found_break_nothing():
         with_stray_points(data, 0.1, 2 * MM, 30 * MM, "one", "anywhere"),
         make_cell(seed=6, poses_per_plane=20, points_per_scan=2).dataset,
         make_cell(seed=6, poses_per_plane=20, points_per_scan=11, noise=1e-3).dataset,
-        helpers.make_scene(kind="probe", seed=1, poses_per_plane=20).dataset,
+        make_scene(kind="probe", seed=1, poses_per_plane=20).dataset,
     ):
         kept, _, corrupted = without_stray_points(dataset)
         assert share_of_broken_lines(kept, corrupted) < GROSS.most_set_aside / 4
@@ -113,7 +113,7 @@ def test_strays_that_are_found_break_nothing():
 @pytest.mark.parametrize(("farthest", "refused"), [(9 * MM, False), (11 * MM, True)])
 def test_a_pose_that_stays_far_off_is_refused_whatever_most_have(monkeypatch, farthest, refused):
     """The limit of what is off grows with gross errors that drag the fit; a pose that is a centimetre off with everything in the model is refused."""
-    dataset = helpers.make_scene(kind="probe", seed=1, poses_per_plane=20).dataset
+    dataset = make_scene(kind="probe", seed=1, poses_per_plane=20).dataset
     distances = np.r_[np.full(dataset.n_poses - 1, 0.1 * MM), farthest]
     state: Any = SimpleNamespace(
         dataset=dataset,

@@ -106,7 +106,7 @@ def test_predict_std_is_the_propagated_covariance():
 
 
 def test_the_nominal_model_is_what_the_dataset_says():
-    """Nothing estimated: every parameter held at its nominal value; without a sensor's pose it cannot
+    """Nothing estimated: every parameter fixed at its nominal value; without a sensor's pose it cannot
     be had.
     """
     scene = make_scene(poses_per_plane=3, points_per_scan=5)
