@@ -1,4 +1,4 @@
-"""The compiled inner loops against their twins in NumPy: the same numbers, and the same refusal to use what is out of date."""
+"""The compiled inner loops give the same numbers as their counterparts in NumPy, and an outdated library is not used."""
 
 import shutil
 from dataclasses import replace
@@ -31,8 +31,8 @@ def scans(seed, noise):
     return points, starts, rng.normal(size=(4, 3))
 
 
-def without(monkeypatch):
-    """Let NumPy serve alone."""
+def without_library(monkeypatch):
+    """Switch the compiled library off, so that NumPy computes everything."""
     for module in (kernels, residuals):
         monkeypatch.setattr(module, "LIBRARY", None)
 
@@ -41,7 +41,7 @@ def without(monkeypatch):
 @given(st.integers(1, 8), st.integers(1, 5), st.integers(0, 2**32 - 1))
 @settings(max_examples=20)
 def test_frames_are_the_products_of_link_transforms(n, N, seed):
-    """For any chain: ``T_base_i`` is the product of the links before, to rounding."""
+    """For any chain: ``T_base_i`` is the product of the transforms of the links up to i, to rounding."""
     rng = np.random.default_rng(seed)
     geometry, q, T = rng.normal(size=(5, n)), rng.normal(size=(N, n)), np.eye(4)
     T[:3, 3] = rng.normal(size=3)
@@ -94,7 +94,7 @@ def test_rows_and_jacobian_are_those_of_numpy(kind, monkeypatch):
     assert of.plane_problem(model) is not None
     compiled = of.linearise(model)
     assert np.array_equal(of.residual(model), compiled[0])
-    without(monkeypatch)
+    without_library(monkeypatch)
     expected = of.linearise(model)
     for one, other in zip(compiled, expected, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12 * np.abs(other).max())
@@ -109,7 +109,7 @@ def test_fits_end_at_the_optimum_of_minpack(kind, monkeypatch):
         ours = fit(prepared.residuals, start, prepared.free)
         assert ours.message == "compiled" and ours.converged
         with monkeypatch.context() as patch:
-            without(patch)
+            without_library(patch)
             theirs = fit(prepared.residuals, start, prepared.free)
         assert theirs.message != "compiled"
         assert ours.chi_squared == pytest.approx(theirs.chi_squared, rel=1e-10)
@@ -127,8 +127,8 @@ def with_priors(prepared):
 
 
 @needs_library
-def test_what_the_normal_equations_cannot_carry_goes_to_minpack():
-    """Two columns that differ in the ninth digit: the library gives up, and SciPy's orthogonal factors end the fit."""
+def test_ill_conditioned_normal_equations_are_left_to_minpack():
+    """With the gauge free, columns are all but dependent: the library gives up, and SciPy's orthogonal factors end the fit."""
     prepared = prepare(make_scene(seed=2, poses_per_plane=20).dataset)
     everything = np.ones(len(prepared.free), dtype=bool)  # the gauge as well
     found = fit(prepared.residuals, prepared.initial.model, everything)
@@ -141,10 +141,10 @@ def test_what_the_normal_equations_cannot_carry_goes_to_minpack():
 
 @needs_library
 def test_a_calibration_without_the_library_is_the_same(monkeypatch):
-    """All of ``calibrate``: what is free, values within 1e-4 standard errors (coarse fits end within their tolerance), and their errors."""
+    """``calibrate`` frees the same parameters. Values differ by less than 1e-4 standard errors, which themselves agree to 1e-6."""
     dataset = make_scene(seed=4, poses_per_plane=30).dataset
     ours = calibrate(dataset)
-    without(monkeypatch)
+    without_library(monkeypatch)
     theirs = calibrate(dataset)
     assert ours.free == theirs.free and ours.fixed == theirs.fixed
     std = np.sqrt(np.diag(theirs.covariance))
@@ -155,7 +155,7 @@ def test_a_calibration_without_the_library_is_the_same(monkeypatch):
 
 @needs_library
 def test_a_library_of_another_source_is_not_used(tmp_path, monkeypatch):
-    """After an update of the source alone, NumPy serves until the set-up has built anew; so it does where SCALAR_KERNELS is off."""
+    """After a change of the sources NumPy computes until the library is built again, and always while SCALAR_KERNELS is off."""
     folder = Path(kernels.__file__).parent
     library = shutil.copy(folder / "kernels.so", tmp_path / "kernels.so")
     assert kernels.load(library, folder) is not None

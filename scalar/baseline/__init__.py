@@ -1,1 +1,1 @@
-"""The calibration as the original paper prints it: to be compared with, not to be used."""
+"""The calibration exactly as the original paper prints it, for comparison; use ``scalar.estimation`` to calibrate."""

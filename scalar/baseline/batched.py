@@ -1,10 +1,10 @@
-"""The baseline again, faster, for sweeps: the same finite differences, all of their columns at once.
+"""The baseline computed faster, for sweeps: the same finite differences, all columns at once.
 
-``calibrate_baseline`` leaves the derivatives to lmfit, which asks for the residual of all scans once for each
-parameter. Here the same forward differences, with the step that lmfit asks of MINPACK, are asked for together: a plane
-is carried forward through the joints as a row ``(n, -d) T``, the scanner's axes backward, and a parameter's
-column needs its own link only. MINPACK then takes the steps it would have taken, and every column counts as an
-evaluation, as it does there. No covariance.
+``calibrate_baseline`` leaves the derivatives to lmfit, which computes the residual of all scans once for each
+parameter. Here the same forward differences, with the same step, are computed together: a plane is carried forward
+through the joints as a row ``(n, -d) T``, the scanner's axes backward, so that the column of a parameter
+needs its own link alone. MINPACK then takes the steps that it takes for lmfit, and every column counts as an
+evaluation, as it does there. No covariance is computed.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ from scalar.kernels.published_problem import PublishedProblem
 from scalar.sensors import Scans, as_scans, measure
 
 NAN_POLICIES = ("raise", "propagate")
-"""What is done with a residual or a derivative that is no number. ``raise``, which lmfit does where nothing is said, ends the fit;
-``propagate`` hands it to MINPACK, which rejects a trial that is no number, and stops where a derivative is none."""
+"""What happens if a residual or a derivative is not a number. ``raise``, lmfit's default, ends the fit; ``propagate`` passes it to MINPACK,
+which rejects a trial with such a residual, and stops at such a derivative."""
 
-_CONTACT = [3, 0, 2]  # columns of a frame that meet a plane's row: the origin, the axes X and Z
+_CONTACT = [3, 0, 2]  # columns of a frame that a plane's row is multiplied with: the origin, the axes X and Z
 
 
 @dataclass(frozen=True, eq=False)
-class Ended:
+class BaselineEnd:
     """How a fit of the baseline ended.
 
     Attributes:
-        model: In reporting coordinates: at the optimum; at the last trial that has residuals if capped; at the start if raised.
+        model: The model in reporting coordinates: at the optimum; at the last trial that has residuals if capped; at the start if raised.
         status: ``converged``, ``capped``, ``raised`` or ``stopped``, as ``calibrate_baseline`` has them.
-        evaluations: Of the residual, a column of the derivatives counted as one.
-        rms: Root mean square distance of points and planes [m].
+        evaluations: Number of evaluations of the residual; each column of the derivatives counts as one.
+        rms: Root mean square distance of the points from their planes [m].
     """
 
     model: Model
@@ -65,22 +65,23 @@ def fit_baseline(
     max_nfev: int,
     defaults: str = "now",
     nan_policy: str = "raise",
-) -> Ended:
-    """Return where the baseline ends on a dataset of line scans, from its own start.
+) -> BaselineEnd:
+    """Return where the baseline ends on a dataset of line scans, starting from its own initial estimate.
 
     Args:
         dataset: What was measured.
-        reading: Of the constraints' root, a key of ``scalar.baseline.parameterisation.READINGS``.
+        reading: How the constraints' root is read, a key of ``scalar.baseline.parameterisation.READINGS``.
         fixed: Names of parameters that stay at their nominal values.
-        max_nfev: Most evaluations of the residual.
-        defaults: Of lmfit, a key of ``scalar.baseline.fit.DEFAULTS``.
-        nan_policy: Of lmfit, one of ``NAN_POLICIES``.
+        max_nfev: The fit is capped after so many evaluations of the residual.
+        defaults: Version of lmfit's defaults, a key of ``scalar.baseline.fit.DEFAULTS``.
+        nan_policy: That of lmfit, one of ``NAN_POLICIES``.
 
     Raises:
         Undetermined: The data determine no first guess.
+        ValueError: The reading or the policy is unknown, or the dataset holds no line scans.
     """
     if nan_policy not in NAN_POLICIES:
-        raise ValueError(f"nan_policy is one of {', '.join(NAN_POLICIES)}")
+        raise ValueError(f"nan_policy must be one of {', '.join(NAN_POLICIES)}")
     measurement = as_scans(measure(dataset))
     how = Parameterisation(dataset.robot, measurement.initial_target(dataset))
     start = how.values(first_guess(dataset, measurement, how.planes)[0])
@@ -110,11 +111,11 @@ def fit_baseline(
     scale = np.linalg.norm(how.unpack(values)[2], axis=1)[distances.index]
     squares = np.sum(distances.rows(values).reshape(len(scale), -1) ** 2, axis=1) / scale**2
     rms = float(np.sqrt(squares.sum() / len(dataset.points)))
-    return Ended(how.model(values), status, distances.evaluations, rms)
+    return BaselineEnd(how.model(values), status, distances.evaluations, rms)
 
 
 class Distances:
-    """``n . p - d`` [m], compressed, and its forward differences as functions of the varying parameters ``(V,)``."""
+    """Compressed distances ``n . p - d`` [m] and their forward differences, as functions of the varying parameters ``(V,)``."""
 
     def __init__(
         self,
@@ -165,7 +166,7 @@ class Distances:
         return self.constrained(values)
 
     def constrained(self, values: Array) -> Array:
-        """Return parameters ``(..., P)`` with third components ``sqrt(1 - n_x^2 - n_y^2)``, read as asked."""
+        """Return parameters ``(..., P)`` with third components ``sqrt(1 - n_x^2 - n_y^2)``, by the reading chosen."""
         values = values.copy()
         rest = 1.0 - values[..., self.thirds - 2] ** 2 - values[..., self.thirds - 1] ** 2
         if self.reading != "raise":
@@ -174,7 +175,7 @@ class Distances:
         return values
 
     def residual(self, x: Array) -> Array:
-        """Return the compressed distances ``(3 N,)`` [m] and count."""
+        """Return the compressed distances ``(3 N,)`` [m], counted as one evaluation."""
         if self._found is not None and np.array_equal(self.latest, x):
             return self._found  # SciPy asks three times at the start
         self._count(1)
@@ -222,7 +223,7 @@ class Distances:
         n_geometry, n_sensor = len(DH_KINDS) * n, len(SENSOR)
         robot, T_flange_sensor, normals, distances = how.unpack(values)
         found = np.zeros((len(values), N, 3))
-        # Backward: what a link, the flange's transform or the scanner's frame is followed by.
+        # Backward: the scanner's axes in the frame after each link.
         links = link_transforms(robot.geometry, self.q)
         after = np.empty((N, n, 4, 3))
         after[:, -1] = (robot.T_n_flange @ T_flange_sensor)[:, _CONTACT]

@@ -1,4 +1,4 @@
-"""The calibration as the paper prints it, literally: to be compared with, not to be used.
+"""The calibration exactly as the original paper prints it, for comparison.
 
 The parameters are those of ``scalar.baseline.parameterisation``, the residuals are ``n . p - d`` of all points with one weight, and the
 derivatives are lmfit's finite differences. The initial estimate is the paper's: nominal DH parameters, initial guesses of the planes,
@@ -33,14 +33,15 @@ DEFAULTS: dict[str, dict[str, Any]] = {
     "now": {"xtol": 1.5e-8, "ftol": 1.5e-8, "gtol": 0.0, "epsfcn": 1e-10},
     "2018": {"xtol": 1e-7, "ftol": 1e-7, "gtol": 1e-7, "epsfcn": float(np.finfo(float).eps)},
 }
-"""How lmfit calls MINPACK where nothing is said: version 1.3, and 0.9 of the paper's year. `epsfcn` is the square of the
-relative step of the finite differences, which decides what they make of a root whose slope is infinite."""
-MAX_EVALUATIONS = 5000  # beyond it a fit is reported as capped; one that ends takes some hundreds
-_STEP = 1e-6  # of the central differences that carry lmfit's covariance to the coordinates that are reported
+"""The arguments with which lmfit calls MINPACK by default, in version 1.3, and in version 0.9, of the paper's year. `epsfcn` is the square of the
+relative step of the finite differences, on which their values depend near a root whose slope is infinite."""
+MAX_EVALUATIONS = 5000  # after these a fit is reported as capped; fits that converge take some hundreds
+_STEP = 1e-6
+"""Step of the central differences by which lmfit's covariance is transformed to the reported coordinates."""
 
 
 class _Distances:
-    """``n . p - d`` [m] of all points, or of the rows that they are compressed to, at lmfit parameters."""
+    """``n . p - d`` [m] of all points, or compressed to three rows a scan, as a function of lmfit's parameters."""
 
     def __init__(self, how: Parameterisation, q: Array, measurement: Scans, points: str) -> None:
         self.how, self.q, self.points = how, q, points
@@ -71,23 +72,25 @@ def calibrate_baseline(
 ) -> Calibration:
     """Return the calibration of a dataset of line scans by the method of the original paper.
 
-    ``summary["status"]`` says how it ended: ``converged``; ``capped``, stopped at ``max_nfev``, the
-    parameters being the last tried; ``raised``, stopped by lmfit at a NaN, the parameters being those of the
-    start; ``stopped``, MINPACK gave up.
+    ``summary["status"]`` says how the fit ended: ``converged``; ``capped``, at ``max_nfev``, with the parameters
+    that were tried last; ``raised``, by lmfit at a NaN, with the parameters of the start; ``stopped``, when MINPACK gave up.
 
     Args:
         dataset: What was measured.
-        reading: Of the constraints' root, a key of ``READINGS``.
+        reading: How the constraints' root is read, a key of ``READINGS``.
         points: ``all`` points, or the ``compressed`` rows that have the same sum of squares.
-        max_nfev: Most evaluations of the residual, those for derivatives included.
-        fixed: Names of parameters to fix at their nominal values; None: those that ``scalar.estimation.identifiability`` fixes.
-        defaults: Of lmfit, a key of ``DEFAULTS``.
+        max_nfev: The fit is capped after so many evaluations of the residual, those for derivatives included.
+        fixed: Names of parameters to fix at their nominal values; if None, those that ``scalar.estimation.identifiability`` fixes.
+        defaults: Version of lmfit's defaults, a key of ``DEFAULTS``.
 
     Raises:
-        Undetermined: The data determine no first guess; or, with ``fixed`` None, not the model.
+        Undetermined: The data determine no first guess; or, with ``fixed`` None, they do not determine the model.
+        ValueError: ``reading`` or ``points`` is unknown, or the dataset holds no line scans.
     """
     if reading not in READINGS or points not in POINTS:
-        raise ValueError(f"reading is one of {', '.join(READINGS)}, points one of {', '.join(POINTS)}")
+        raise ValueError(
+            f"reading must be one of {', '.join(READINGS)}, and points one of {', '.join(POINTS)}"
+        )
     measurement = as_scans(measure(dataset))
     how = Parameterisation(dataset.robot, measurement.initial_target(dataset))
     gauge: tuple[dict[str, Any], ...] = ()
@@ -134,7 +137,7 @@ def calibrate_baseline(
 
 @dataclass(frozen=True, eq=False)
 class _End:
-    """How lmfit ended, with its covariance ``(V, V)`` of the varying parameters where it has one."""
+    """How lmfit ended, with the covariance ``(V, V)`` of the V varying parameters; None where lmfit computed none."""
 
     status: str
     message: str
@@ -152,7 +155,9 @@ def _run(
 
     minimiser = lmfit.Minimizer(distances, parameters, max_nfev=max_nfev, nan_policy="raise")
     varying = sum(parameter.vary for parameter in parameters.values())
-    with np.errstate(all="ignore"):  # lmfit sets this for itself, and leaves it so when it raises
+    with np.errstate(
+        all="ignore"
+    ):  # lmfit changes NumPy's error state, and does not restore it when it raises
         try:
             result: Any = minimiser.leastsq(**defaults)
         except ValueError as error:
@@ -175,7 +180,11 @@ def _values(parameters: lmfit.Parameters) -> Array:
 
 
 def first_guess(dataset: Dataset, measurement: Scans, planes: Planes) -> tuple[Array, str]:
-    """Return the scanner's linear first guess ``(4, 4)`` from the most level plane; else its nominal pose."""
+    """Return the scanner's linear first guess ``T_flange_sensor`` ``(4, 4)`` from the most level plane, or its nominal pose; and which of them it is.
+
+    Raises:
+        Undetermined: The scans of that plane do not determine the guess, and the dataset states no nominal pose.
+    """
     level = int(np.argmax(np.abs(planes.normals @ dataset.robot.gravity)))
     T_base_flange = dataset.robot.flange(dataset.q)
     try:
@@ -197,7 +206,7 @@ def _check_fixed(how: Parameterisation, fixed: Sequence[str]) -> None:
 
 
 def _reported(how: Parameterisation, parameters: lmfit.Parameters, free: Array, covariance: Array) -> Array:
-    """Return lmfit's covariance carried to the free coordinates that are reported, ``(F, F)``."""
+    """Return lmfit's covariance ``(V, V)`` transformed to the F free coordinates that are reported, ``(F, F)``."""
     columns = []
     for parameter in parameters.values():
         if not parameter.vary:

@@ -1,8 +1,9 @@
-"""The parameters of the paper's model as it prints them: every unit vector three numbers, the third a square root of the others.
+"""The parameters of the original paper's model as printed: every unit vector is three numbers, the third a square root of the others.
 
-For six joints and three planes that is 43 parameters, four of them constrained by ``n_z = sqrt(1 - n_x^2 - n_y^2)``. Beside an upright
-wall the root is undefined and its slope infinite. The paper does not say how it treated that, so the possible treatments have names:
-``raise`` leaves lmfit alone, which stops at the first NaN; ``clip`` takes max(0, .); ``abs`` takes the absolute value.
+For six joints and three planes that is 43 parameters, four of them constrained by ``n_z = sqrt(1 - n_x^2 - n_y^2)``. The normal of an
+upright wall has n_z = 0, where the slope of the root is infinite and next to which the root is undefined. The paper does not say how it
+treated that. The possible readings of the root's argument have names: ``raise`` leaves it as it is, so that lmfit stops at the first NaN;
+``clip`` takes max(0, .); ``abs`` takes the absolute value.
 """
 
 from __future__ import annotations
@@ -24,18 +25,18 @@ if TYPE_CHECKING:
     import lmfit
 
 READINGS = {"raise": "sqrt({})", "clip": "sqrt(max(0, {}))", "abs": "sqrt(abs({}))"}
-"""How the square root of the constraints is read, as an lmfit expression."""
+"""The square root of the constraints in each reading, as an lmfit expression of its argument."""
 DH_KINDS = GEOMETRY[:4]  # the published model has no beta
 SENSOR = ("r_x", "r_y", "r_z", "r_theta", "sensor_x", "sensor_y", "sensor_z")
 
 
 @dataclass(frozen=True, eq=False)
 class Parameterisation:
-    """The published parameters of a robot and its planes, and back.
+    """The published parameters of a robot, its scanner and its planes: from a model to their values, and back.
 
     Attributes:
-        nominal: The arm as the data sheet has it; its beta is kept.
-        planes: Names, guessed normals (which give the sign that is reported) and distances.
+        nominal: The arm of the data sheet; its beta is kept.
+        planes: The initial guesses; a plane is reported with the sign of its guess.
     """
 
     nominal: Robot
@@ -53,10 +54,10 @@ class Parameterisation:
         return [*geometry, *SENSOR, *planes]
 
     def values(self, T_flange_sensor: Array) -> Array:
-        """Return the parameters of the nominal arm, the guessed planes and a scanner at ``(4, 4)``.
+        """Return the parameters ``(P,)`` of the nominal arm, the guessed planes and a scanner at ``T_flange_sensor`` ``(4, 4)``.
 
-        A normal or an axis that points down, which the root cannot hold, is turned round with its distance or
-        its angle, which so comes to lie in -pi to pi; no bound is set on it.
+        The root is never negative, so a normal or a rotation axis with a negative third component is reversed, together with its
+        distance or angle. The angle then lies between -pi and pi; the fit sets no bound on it.
         """
         rotation_vector = Model.at(self.nominal, T_flange_sensor, self.planes).sensor_rotation_vector()
         angle = float(np.linalg.norm(rotation_vector))
@@ -68,7 +69,7 @@ class Parameterisation:
         return np.concatenate([geometry, turn * axis, [turn * angle], T_flange_sensor[:3, 3], planes.ravel()])
 
     def lmfit_parameters(self, values: Array, fixed: Sequence[str], reading: str) -> lmfit.Parameters:
-        """Return lmfit parameters at values ``(P,)``, the last component of every unit vector constrained.
+        """Return lmfit parameters at values ``(P,)``, with the third component of every unit vector constrained.
 
         Args:
             values: In the order of ``names``.
@@ -87,7 +88,7 @@ class Parameterisation:
         return parameters
 
     def unpack(self, values: Array) -> tuple[Robot, Array, Array, Array]:
-        """Return the arm, ``T_flange_sensor`` ``(4, 4)``, normals ``(K, 3)``, almost unit, and distances."""
+        """Return the arm, ``T_flange_sensor`` ``(4, 4)``, almost unit normals ``(K, 3)``, and distances ``(K,)`` [m], of values ``(P,)``."""
         n = self.nominal.n_joints
         geometry, sensor, planes = np.split(values, [len(DH_KINDS) * n, len(DH_KINDS) * n + len(SENSOR)])
         beta = self.nominal.geometry[len(DH_KINDS) :]
@@ -97,7 +98,7 @@ class Parameterisation:
         return robot, transform(exp_so3(axis * sensor[3]), sensor[4:]), table[:, :3], table[:, 3]
 
     def model(self, values: Array) -> Model:
-        """Return the model in reporting coordinates; a plane's sign is that of its initial guess."""
+        """Return the model of values ``(P,)`` in reporting coordinates; a plane's sign is that of its initial guess."""
         robot, T_flange_sensor, normals, distances = self.unpack(values)
         sign = np.where(np.sum(normals * self.planes.normals, axis=1) < 0, -1.0, 1.0)
         scale = sign / np.linalg.norm(normals, axis=1)

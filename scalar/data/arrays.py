@@ -1,6 +1,6 @@
-"""A dataset from arrays in memory: put into the tables that a folder would hold, and checked by the same rules.
+"""A dataset from arrays in memory: they are put into the tables that a folder would hold, and checked by the same rules.
 
-What a folder may not hold, arrays may not hold either; a fault names the table, the row (counted from 1) and the column.
+A fault names the table, the row (counted from 1) and the column.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ def content_of_arrays(
     """Return the content of the folder that would hold these arrays.
 
     Args:
-        mapping: the plain data of dataset.yaml.
-        q: ``(N, n)`` [rad], joint angles as the encoders read them.
+        mapping: the content of dataset.yaml.
+        q: ``(N, n)`` [rad; m for a prismatic joint], joint angles as the encoders read them.
         points: ``(N, k)``, ``(N, M, k)`` or N arrays ``(M_i, k)`` [m]; None for a sensor without a table of points.
-        plane: ``(N,)`` names of planes; None for a sensor that measures none.
+        plane: ``(N,)`` names of planes; None for a sensor that measures no planes.
         pose_ids: ``(N,)`` integers; 1 to N if None.
         columns: further columns of poses.csv by name, ``(N,)`` each; ``approach`` may be ``(N, n)``.
         point_columns: further columns of the points by name, ``(P,)`` each.
@@ -48,7 +48,7 @@ def content_of_arrays(
     faults = description.faults
     angles = np.asarray(q, dtype=float)
     if angles.ndim != 2 or angles.shape[1] != description.n_joints:
-        shape = f"of shape {angles.shape}; the robot asks for (poses, {description.n_joints})"
+        shape = f"of shape {angles.shape}; the robot needs (poses, {description.n_joints})"
         raise InvalidInput([*faults, Fault("poses", shape, None, "q")])
     ids = np.arange(1, len(angles) + 1) if pose_ids is None else np.asarray(pose_ids)
     layout = poses_layout(description)
@@ -80,7 +80,7 @@ def _poses(
     layout: Layout,
     faults: list[Fault],
 ) -> Table | None:
-    """Return the table of poses, None where a column is not a row a pose."""
+    """Return the table of poses; None if a column does not have one value for each pose, or may not be there."""
     given: dict[str, Any] = {"pose": ids}
     if plane is not None:
         given["plane"] = plane
@@ -119,7 +119,7 @@ def _points(
     further: Mapping[str, Any],
     faults: list[Fault],
 ) -> Table | None:
-    """Return the table of points, None for a sensor that has none or where the arrays do not fit it."""
+    """Return the table of points; None if the sensor has none, or if the arrays do not fit its layout."""
     format = description.format
     assert format is not None
     kind = format.kind

@@ -1,7 +1,7 @@
-"""A dataset folder that is ready to be filled: dataset.yaml with comments, tables with their headers, and README.txt.
+"""A dataset folder to fill in: dataset.yaml with comments, tables with their headers, and README.txt.
 
-What only its user knows is left empty, so that reading the folder names it as missing: guesses of the planes, the sensor's nominal
-pose where the sensor needs one, and every row of the tables.
+What only the user knows is left empty, so that `scalar validate` names it as missing: guesses of the planes, the sensor's nominal
+pose if the sensor needs one, and every row of the tables.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ def write_blank_dataset(
     """Write the folder, whole or not at all.
 
     Args:
-        folder: That is to appear; an empty folder is filled.
+        folder: The folder to write; it must be missing or empty.
         robot: The ``robot:`` block of dataset.yaml.
-        format: Of the sensor.
-        about_robot: Lines that stand as comments over the robot; the first is the dataset's ``source`` as well.
+        format: What a dataset with this kind of sensor holds.
+        about_robot: Lines that are written as comments above the robot; the first is the dataset's ``source`` as well.
 
     Raises:
         InvalidInput: The folder holds something already, or cannot be written.
@@ -57,7 +57,7 @@ def _pose_columns(n: int, format: SensorFormat) -> list[str]:
 def _description(
     name: str, robot: Mapping[str, Any], format: SensorFormat, about_robot: Sequence[str]
 ) -> str:
-    """Return dataset.yaml."""
+    """Return the text of dataset.yaml."""
     lines = [
         "# What was measured, and on what. Lengths in metres, angles in radians; a line that begins with # is a comment.",
         "# README.txt says what belongs into the tables. `scalar validate` on this folder says what is still missing.",
@@ -118,7 +118,7 @@ def _description(
 
 
 def _quoted(text: str) -> str:
-    """Return text in quotes, as YAML and JSON read it; what cannot be printed becomes an escape that is text."""
+    """Return text in quotes for YAML; characters that cannot be printed become escapes."""
     return json.dumps(printable(text), ensure_ascii=False)
 
 
@@ -135,7 +135,7 @@ def _flow(value: Any) -> str:
 
 
 def _readme(n: int, format: SensorFormat) -> str:
-    """Return README.txt: what belongs into which file, with an example row of each table."""
+    """Return the text of README.txt: what belongs into which file, with an example row of each table."""
     angles = [f"{0.1 * (-1) ** i * (i + 1):.4f}" for i in range(n)]
     example = ["0", *(["floor"] if format.on_planes else []), *angles]
     lines = [

@@ -1,4 +1,4 @@
-"""Datasets: everything that calibration and diagnosis read, from a folder of the format ``scalar-dataset/2`` or 1, or from arrays.
+"""Datasets: everything that calibration and diagnosis read, from a folder of format ``scalar-dataset/1`` or 2, or from arrays.
 
 Poses are in acquisition order. The points of one pose are consecutive, in the order of the file. A reader that finds faults reports all of them.
 """
@@ -91,7 +91,7 @@ class Dataset:
         Args:
             robot: the nominal robot.
             sensor: the nominal sensor; its kind says what `points`, `planes` and `plane` have to be.
-            q: ``(N, n)`` [rad], joint angles as the encoders read them, a row a pose.
+            q: ``(N, n)`` [rad; m for a prismatic joint], joint angles as the encoders read them, one row for each pose.
             points: line-laser: N arrays ``(M_i, 2)``, or one ``(N, M, 2)`` [m], x and z in the sensor frame; tracker:
                 ``(N, 3)`` [m], in the tracker's frame; probe: None.
             planes: the initial guesses of the planes; none for a tracker.
@@ -102,14 +102,14 @@ class Dataset:
                 (names; a pose may then have several points, ``(K, 3)``), ``noise`` [m], ``rx``, ``ry``, ``rz`` [rad], ``rotation_noise`` [rad].
             nests: places of points fixed to the base at every pose, ``(N, 3)`` [m] by name; NaN where one was not measured.
             pose_ids: ``(N,)`` integers, which results use to name a pose; 1 to N if None.
-            name: of the dataset.
+            name: name of the dataset.
             source: free text.
 
         Raises:
             InvalidInput: with all the faults found, each with its array, its row (counted from 1) and its column.
 
         Example:
-            A tracker that sees two poses of an arm of one joint, whose flange is 0.5 m from its axis:
+            A tracker measures two poses of an arm of one joint, whose flange is 0.5 m from the joint's axis:
 
             >>> import numpy as np
             >>> from scalar import Dataset, Robot, Sensor
@@ -136,9 +136,9 @@ class Dataset:
         """Write the dataset as a folder, which appears whole or not at all.
 
         Args:
-            path: of the folder; replaced if it is a dataset that SCALAR wrote and nobody changed since.
-            table_format: ``csv`` or ``parquet``, for the points.
-            force: whether any other dataset is replaced as well.
+            path: the folder; a dataset there is replaced if SCALAR wrote it and nobody changed it since.
+            table_format: ``csv`` or ``parquet``, for all tables but poses.csv.
+            force: whether a dataset there is replaced in any case.
 
         Raises:
             InvalidInput: the folder cannot be written, or holds something else.
@@ -167,12 +167,12 @@ class Dataset:
 
     @cached_property
     def q(self) -> np.ndarray:
-        """Return the joint angles as the encoders read them, ``(N, n)`` [rad]."""
+        """Return the joint angles as the encoders read them, ``(N, n)`` [rad; m for a prismatic joint]."""
         return _values(self.poses, [f"q{i + 1}" for i in range(self.robot.n_joints)], np.float64)
 
     @cached_property
     def known_poses(self) -> Poses:
-        """Return what is known of each pose, the moves that led to it included."""
+        """Return what is recorded of each pose, with the move that led to it."""
         return Poses.from_frame(self.poses, self.robot.n_joints, order_is_row=True)
 
     @cached_property
@@ -196,14 +196,14 @@ class Dataset:
         import pandas as pd
 
         labels = cast(Any, self.poses["session"])
-        try:  # 1 and 1.0 are one session, where all are numbers
+        try:  # where all are numbers, 1 and 1.0 are one session
             return pd.factorize(labels.astype(float))[0].astype(np.int64)
         except ValueError:
             return pd.factorize(labels)[0].astype(np.int64)
 
     @property
     def covariates(self) -> tuple[str, ...]:
-        """Return the names of the numeric columns that the format does not define, as in the file."""
+        """Return the names of the numeric columns of poses.csv to which the format gives no meaning of its own, in their order."""
         return covariate_names(list(self.poses.columns), self.robot.n_joints)
 
     def commanded(self) -> Dataset:
@@ -232,8 +232,8 @@ class Dataset:
         rows = np.flatnonzero(rows) if rows.dtype == bool else np.sort(rows.astype(np.int64))
         counts = np.diff(self.starts)[rows]
         starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-        moved = cast(Any, self.starts[rows] - starts[:-1])
-        taken = np.arange(int(starts[-1])) + np.repeat(moved, counts)
+        offsets = cast(Any, self.starts[rows] - starts[:-1])
+        taken = np.arange(int(starts[-1])) + np.repeat(offsets, counts)
         poses = self.poses.assign(**moves(self.poses, self.robot.n_joints))
         return replace(
             self,

@@ -1,4 +1,4 @@
-"""The one writer of datasets: a folder that appears whole or not at all, with numbers that read back exactly."""
+"""Write datasets: folders that appear whole or not at all, with numbers that read back exactly."""
 
 from __future__ import annotations
 
@@ -34,21 +34,21 @@ def write_dataset(
     """Write a dataset folder, which appears whole or not at all; numbers read back exactly as they were.
 
     Args:
-        dataset_dir: replaced if it is a dataset that this function wrote and nobody has changed since.
+        dataset_dir: the folder; a dataset there is replaced if this function wrote it and nobody has changed it since.
         mapping: the content of dataset.yaml.
         poses: the rows of poses.csv.
-        table_format: ``csv`` or ``parquet``, for the measurements.
-        force: whether any other dataset is replaced as well.
-        measured: the rows of the measurements, by the name of their file, as in ``scans=`` or ``points=``.
+        table_format: ``csv`` or ``parquet``, for all tables but poses.csv.
+        force: whether a dataset there is replaced in any case.
+        measured: the tables of the measurements by the stem of their file's name, as in ``scans=`` or ``points=``.
 
     Raises:
         InvalidInput: the folder cannot be written, or holds something else.
-        ValueError: a number is not finite.
+        ValueError: a number is not finite, or the table format is unknown.
     """
     if table_format not in ("csv", "parquet"):
-        raise ValueError(f"table_format is csv or parquet, not {table_format!r}")
-    own = _is_dataset if force else _is_unchanged
-    with atomic_directory(dataset_dir, may_replace=own, remedy=_REMEDY) as folder:
+        raise ValueError(f"table_format must be csv or parquet, not {table_format!r}")
+    may_replace = _is_dataset if force else _is_unchanged
+    with atomic_directory(dataset_dir, may_replace=may_replace, remedy=_REMEDY) as folder:
         dump_yaml(mapping, folder / DESCRIPTION)
         _write_table(poses, folder / POSES)
         for name, table in measured.items():
@@ -79,7 +79,7 @@ def _is_dataset(path: Path) -> bool:
 
 
 def _is_unchanged(path: Path) -> bool:
-    """Return whether a folder is a dataset as ``write_dataset`` wrote it."""
+    """Return whether a folder is a dataset that ``write_dataset`` wrote and nobody has changed since."""
     if not _is_dataset(path):
         return False
     *_, last = (path / DESCRIPTION).read_text(encoding="utf-8").splitlines()

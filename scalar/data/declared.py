@@ -19,11 +19,11 @@ class PlaneGuess:
     """A plane as the user guesses it, ``normal . p = distance`` in the base frame.
 
     Attributes:
-        name: as in poses.csv.
+        name: name of the plane, as in poses.csv.
         normal: ``(3,)``, unit; a normal of another length is scaled together with its distance.
-        distance: [m].
-        distance_std: [m], given for a plane that is a known reference, else None.
-        normal_std: [rad], as `distance_std`.
+        distance: distance from the base's origin along the normal [m].
+        distance_std: standard deviation [m], for a plane that is a known reference; else None.
+        normal_std: standard deviation of the normal's direction [rad], for the same planes.
     """
 
     name: str
@@ -66,9 +66,9 @@ class Sensor:
     Attributes:
         kind: The name of one of the kinds in ``scalar.sensors``.
         T_flange_sensor: ``(4, 4)``, its initial guess; None if it is not given.
-        noise: one standard deviation along the error axis [m], or None.
+        noise: one standard deviation along the error axis [m]; None if it is to be estimated.
         error_axis: ``ray`` (from the sensor's origin through the point) or ``z``.
-        options: what the kind asks for beyond these, by the key in dataset.yaml.
+        options: further settings that the kind defines, by their keys in dataset.yaml.
     """
 
     kind: str
@@ -104,7 +104,7 @@ def declared_parts(mapping: Mapping[str, Any]) -> tuple[Robot, Sensor, tuple[Pla
     """Return the robot, the sensor and the planes that a dataset.yaml without fault declares.
 
     Args:
-        mapping: its plain data.
+        mapping: the content of dataset.yaml.
     """
     sensor = mapping["sensor"]
     pose = sensor.get("nominal_pose")
@@ -126,7 +126,7 @@ def declared_parts(mapping: Mapping[str, Any]) -> tuple[Robot, Sensor, tuple[Pla
 
 
 def unit_plane(plane: PlaneGuess) -> PlaneGuess:
-    """Return the plane with a normal of length one, which is kept to the last digit where it has that length."""
+    """Return the plane with a normal of length one; if it has that length already, it is kept to the last digit."""
     if abs(np.linalg.norm(plane.normal) - 1.0) < 1e-12:
         return plane
     return PlaneGuess.from_mapping(plane.to_mapping())

@@ -1,7 +1,7 @@
-"""The content of dataset.yaml, and what may be wrong with it: against the schema and against sense.
+"""The content of dataset.yaml, checked against its schema and for contradictions.
 
-Schema errors are turned into one line each, in the words of the one who wrote the file. Whether the numbers
-have the right units is asked in `scalar.data.unit_suspicions`.
+Each schema error becomes one line that the author of the file understands. `scalar.data.unit_suspicions` checks
+whether the numbers have the right units.
 """
 
 import json
@@ -15,7 +15,7 @@ from jsonschema import Draft202012Validator
 from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.plain_yaml import LARGEST, Lines, join_path
 from scalar.data.located_table import shorten
-from scalar.data.schema_words import Path, in_our_words
+from scalar.data.schema_words import Path, in_plain_words
 from scalar.data.sensor_formats import SensorFormat, sensor_formats
 from scalar.data.strict_schema import strict_validator
 from scalar.errors import Fault
@@ -23,7 +23,7 @@ from scalar.errors import Fault
 DESCRIPTION = "dataset.yaml"
 MIN_PLANES = 3
 MAX_JOINTS = 100
-"""As the schema has it: longer chains are not described by mistake alone."""
+"""The schema's limit. A longer chain is a fault, and the tables are then not checked for its joints' columns."""
 
 
 class Description:
@@ -59,7 +59,7 @@ class Description:
         return value if isinstance(value, list) else []
 
     def number(self, *path: str | int) -> float | None:
-        """Return the finite number at `path`, or None."""
+        """Return the number at `path`, or None if there is none or its size is above ``LARGEST``."""
         value = self.get(*path)
         if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST:
             return None
@@ -71,7 +71,7 @@ class Description:
         return np.array(numbers, dtype=float) if len(numbers) == size and None not in numbers else None
 
     def fault(self, path: Path, message: str) -> None:
-        """Add a fault at `path`, with the line of the nearest key that is there."""
+        """Add a fault at `path`, with the line of the innermost key on the path that exists."""
         there = path
         while there and there not in self.lines:
             there = there[:-1]
@@ -85,7 +85,7 @@ class Description:
 
     @property
     def format(self) -> SensorFormat | None:
-        """Return what the folder holds of this kind of sensor, or None if the kind is not one of those known."""
+        """Return what the folder of a sensor of this kind holds, or None if the kind is not one of those known."""
         return None if self.kind is None else sensor_formats()[self.kind]
 
     @property
@@ -111,7 +111,7 @@ def _schema_text() -> str:
 
 
 def _validator(format: SensorFormat | None) -> Draft202012Validator:
-    """Return the schema of dataset.yaml for a sensor of this format: the kinds that there are, and the keys of this one."""
+    """Return the validator of dataset.yaml for a sensor of this format: it allows all registered kinds, and this format's options."""
     schema = json.loads(_schema_text())
     sensor = schema["properties"]["sensor"]["properties"]
     sensor["kind"]["enum"] = list(sensor_formats())
@@ -137,7 +137,7 @@ def check_schema(description: Description, validator: Draft202012Validator) -> N
     """Add every difference from a schema to ``description.faults``."""
     errors = validator.iter_errors(description.mapping)
     for error in sorted(errors, key=lambda e: [str(k) for k in e.absolute_path]):
-        for path, message in in_our_words(error):
+        for path, message in in_plain_words(error):
             description.fault(path, message)
 
 

@@ -1,4 +1,4 @@
-"""A dataset folder and everything that is wrong with it: which files it has, and what stands in them."""
+"""Read a dataset folder and find all its faults, in the list of its files and in their content."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,7 +39,7 @@ class Content:
     """What a dataset folder without a fault holds.
 
     Attributes:
-        mapping: the plain data of dataset.yaml, as its schema says.
+        mapping: the content of dataset.yaml.
         poses: the table of poses, rows as in the file.
         points: the table of the measurements; None for a sensor that has none.
         references: the table of points fixed to the base; None where there is none.
@@ -77,8 +77,8 @@ def examine_folder(path: Path, faults: list[Fault]) -> Content | None:
         suspect_joint_angles(poses, description, faults)
     kind = description.kind
     if kind is not None:
-        second = description.get("format") == DATASET_FORMAT
-        faults += unknown_data_files(kind, names, second=second)
+        version_2 = description.get("format") == DATASET_FORMAT
+        faults += unknown_data_files(kind, names, version_2=version_2)
     table = None if description.format is None else description.format.table
     if kind is not None and table is not None:
         points = _read_points(path, description, table, names, faults)
@@ -105,7 +105,7 @@ def read_folder(path: Path) -> Content:
 
 
 def _list_folder(path: Path, faults: list[Fault]) -> list[str] | None:
-    """Return the names of the files in a folder, None if there is none to look at."""
+    """Return the names of the files in a folder; None, with a fault, if there are none."""
     example = f"give the folder that holds {DESCRIPTION} and {POSES}"
     try:
         if path.is_file():
@@ -137,7 +137,7 @@ def _missing(file: str, names: list[str]) -> Fault:
 def _read_references(
     path: Path, description: Description, poses: Table | None, names: list[str], faults: list[Fault]
 ) -> Table | None:
-    """Return the table of points fixed to the base, None where version 2 has none of this sensor or there is none to use."""
+    """Return the table of points fixed to the base, None if this sensor or version of the format has none, or the file is missing or unreadable."""
     layout = None if description.format is None else description.format.references
     if layout is None or description.get("format") != DATASET_FORMAT:
         return None
@@ -157,7 +157,7 @@ def _read_references(
 def _read_points(
     path: Path, description: Description, layout: MeasuredTable, names: list[str], faults: list[Fault]
 ) -> Table | None:
-    """Return the table of the measurements, None if there is none to use."""
+    """Return the table of the measurements; None, with a fault, if there is not one that can be read."""
     files = [name for name in layout.files if name in names]
     if len(files) > 1:
         faults.append(
@@ -175,7 +175,7 @@ def _read_points(
     read = read_parquet if files[0].endswith(".parquet") else read_csv
     allowed = points_layout(layout, description)
     table = read(path / files[0], allowed, faults)
-    if table is not None:  # a column that is refused says nothing more
+    if table is not None:  # an unknown column is a fault already, and gives no others
         known = {*allowed.required, *allowed.optional}
         table.columns = {name: values for name, values in table.columns.items() if name in known}
     return table

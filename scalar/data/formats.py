@@ -1,8 +1,8 @@
 """Versions of the dataset's format: which are read, which is written, and what the newest adds.
 
 Version 1 keeps every numeric column that it does not know, as a covariate. Version 2 gives some of these names a meaning: commanded
-joint positions (``qc1..qcn``), which may be used in place of those logged; joint torques and the payload, which are covariates. What
-version 2 defines and this release does not act upon is refused, since to ignore it would give a wrong answer.
+joint positions (``qc1..qcn``), which may be used in place of those logged; joint torques and the payload, which are covariates. Whatever
+version 2 defines and this release does not use is refused, since ignoring it would give a wrong answer.
 """
 
 from __future__ import annotations
@@ -17,4 +17,5 @@ COMMANDED, TORQUE = "qc", "tau"
 PAYLOAD = ("payload", "payload_x", "payload_y", "payload_z")
 """Columns of poses.csv: the payload's mass [kg], and where it sits in the flange's frame [m]."""
 TARGET_MOTION = tuple(f"target_motion_{axis}" for axis in ("rx", "ry", "rz", "x", "y", "z"))
-"""Columns that references on the base give each pose: the motion of the base as what measures sees it, a screw in the base frame [rad, m]."""
+"""Columns that measurements of reference nests add to each pose: the motion of the base relative to the tracker, a screw in the base
+frame [rad, m]."""

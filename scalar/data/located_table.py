@@ -1,4 +1,4 @@
-"""A table of numbers and text that names the row and column of every fault in it.
+"""A table of numbers and text whose faults are reported with their row and column.
 
 A row is the line that a text editor shows, the header being line 1; rows of a Parquet file count from 1.
 Files are read in `scalar.data.io.csv_reader` and `scalar.data.io.parquet_reader`.
@@ -15,9 +15,9 @@ import numpy as np
 from scalar.errors import Fault
 
 MAX_SHOWN = 100
-"""Faults of one kind in one column that are written out; a last line counts the others."""
+"""Most faults of one kind in one column that are listed; one more line counts the rest."""
 MAX_COLUMNS = 2000
-"""Columns of a table that are read: a robot's log has hundreds."""
+"""Most columns of a table that is read; the log of a robot has hundreds."""
 MAX_INTEGER = 2.0**53  # the largest up to which float64 holds every integer
 
 NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
@@ -31,8 +31,8 @@ class Layout:
     Attributes:
         required: columns that have to be there.
         optional: columns that are known and may be there.
-        text: those of them that hold text; all others hold numbers.
-        integers: those that hold integers.
+        text: columns that hold text; all others hold numbers.
+        integers: columns that hold integers.
         extras: whether further numeric columns are kept.
         refuse: returns what is wrong with a column of that name, or None.
     """
@@ -51,7 +51,8 @@ class Table:
 
     Attributes:
         file: name of the file.
-        columns: by name, in the order of the file; float64 ``(N,)``, or text as objects.
+        columns: the columns by name, in the order of the file; float64 ``(N,)``, or text as objects.
+        line_numbers: returns the row of each entry in the file, ``(N,)``, counted as the module says.
         bad: for each column the cells that have been reported already, ``(N,)`` bool.
         whole: False where rows had to be left out, so that nothing may be concluded from what is missing.
     """
@@ -95,18 +96,18 @@ def did_you_mean(name: str, known: list[str]) -> str:
 
 
 def shorten(value: object, width: int = 40) -> str:
-    """Return how `value` is written, cut to `width` characters."""
+    """Return the representation of `value`, cut to `width` characters."""
     text = repr(value)
     return text if len(text) <= width else text[: width - 4] + "..." + text[-1]
 
 
 def too_many_columns(count: int) -> str:
-    """Return what to say of a table with more columns than are read."""
+    """Return the message about a table with more columns than are read."""
     return f"{count} columns, and at most {MAX_COLUMNS} are read; keep those that are needed"
 
 
 def header_faults(file: str, names: list[str], layout: Layout, row: int | None = 1) -> list[Fault]:
-    """Return what is wrong with the names of the columns, contents aside."""
+    """Return the faults of the names of the columns."""
     wanted = ",".join(layout.required or layout.optional)
     if len(names) > MAX_COLUMNS:
         return [Fault(file, too_many_columns(len(names)), row)]

@@ -1,6 +1,6 @@
-"""What the order of poses tells of the moves: by how much each joint moved to a pose, and from which side it came.
+"""The moves between poses, from the order of acquisition: by how much each joint moved to a pose, and in which direction.
 
-Moves are taken to be direct. A joint that stands still keeps the side from which it came before. After a gap in the order, and at the
+Each move is assumed to be direct. A joint that stands still keeps the direction of its last move. After a gap in the order, and at the
 first pose of a session, the move is not known.
 """
 
@@ -18,16 +18,16 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     import pandas as pd
 
-STILL = 2e-3  # rad, a tenth of a degree: a joint that moves less than this does not move (a loaded brake gives a little)
+STILL = 2e-3  # rad, a tenth of a degree: a joint that moves by less counts as standing still (a loaded brake yields a little)
 
 
 def step_column(joint: int) -> str:
-    """Return the name of the column with the last step [rad] of a joint, from 1; 0 where it is not known."""
+    """Return the name of the column with the last step [rad, m] of a joint, counted from 1; the step is 0 where it is not known."""
     return f"step_q{joint}"
 
 
 def side_column(joint: int) -> str:
-    """Return the name of the column with the sign of the last move of a joint, from 1; 0 where it is not known."""
+    """Return the name of the column with the sign of the last move of a joint, counted from 1; the sign is 0 where it is not known."""
     return f"side_q{joint}"
 
 
@@ -38,7 +38,7 @@ def move_columns(n_joints: int) -> list[str]:
 
 
 def joint_angles(frame: pd.DataFrame, n_joints: int) -> Array:
-    """Return the joint angles q1..qn of a table ``(N, n)`` [rad]."""
+    """Return the joint angles and travels q1..qn of a table, ``(N, n)`` [rad, m]."""
     table = cast(Any, frame)
     q = np.empty((len(table), n_joints))
     for i in range(n_joints):
@@ -49,10 +49,10 @@ def joint_angles(frame: pd.DataFrame, n_joints: int) -> Array:
 def moves(frame: pd.DataFrame, n_joints: int) -> dict[str, Array]:
     """Return the columns of the moves to the poses of a table, ``(N,)`` each.
 
-    A table that has such columns states them: it is a part of another, which knew the poses between.
+    If the table has these columns already, they are returned as they are: they were computed before poses were taken out of it.
 
     Args:
-        frame: Columns q1..qn [rad], ``order`` (without it: the order of the rows), ``session``.
+        frame: Columns q1..qn [rad, m], ``order`` (without it: the order of the rows), ``session`` (optional).
         n_joints: n.
     """
     names = move_columns(n_joints)
@@ -74,7 +74,7 @@ def moves(frame: pd.DataFrame, n_joints: int) -> dict[str, Array]:
 
 
 def _gaps(order: Array) -> Array:
-    """Return which poses ``(N,)`` bool have no pose just before them: the first, and those after a jump of numbers that count poses."""
+    """Return which poses ``(N,)`` bool have no pose just before them: the first and, if the order counts poses, those after a jump."""
     gap = np.zeros(len(order), dtype=bool)
     gap[:1] = True
     steps = np.diff(order)
@@ -87,6 +87,6 @@ def _gaps(order: Array) -> Array:
 def _last_sides(step: Array, known: Array) -> Array:
     """Return the sign of each joint's last move ``(N, n)`` in order of acquisition, 0 before it first moves and after a gap."""
     sign = np.where(np.abs(step) > STILL, np.sign(step), 0.0)
-    told = (sign != 0.0) | ~known[:, None]
-    last = np.maximum.accumulate(np.where(told, np.arange(len(step))[:, None], 0), axis=0)
+    decides = (sign != 0.0) | ~known[:, None]
+    last = np.maximum.accumulate(np.where(decides, np.arange(len(step))[:, None], 0), axis=0)
     return np.take_along_axis(sign, last, axis=0)

@@ -20,7 +20,17 @@ if TYPE_CHECKING:
 def group_points(
     pose_ids: np.ndarray, format: SensorFormat, points: Table | None
 ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray], tuple[str, ...]]:
-    """Return the points in the order of the pose rows, the index at which those of each pose begin, further columns, and the names of targets."""
+    """Return the points of a table, ordered by the row of their pose.
+
+    Args:
+        pose_ids: ``(N,)``, ids of the poses in the order of their rows.
+        format: What a dataset with this kind of sensor holds.
+        points: The table; None if the sensor has none.
+
+    Returns:
+        The points ``(P, k)`` [m], the index ``(N + 1,)`` at which those of each pose begin, the optional columns by name, ``(P,)`` each,
+        and the names of the targets: `points`, `starts`, `point_columns` and `targets` of ``Dataset``.
+    """
     if points is None or format.table is None:
         return np.empty((0, 2)), np.zeros(len(pose_ids) + 1, dtype=np.int64), {}, ()
     by_id = np.argsort(pose_ids, kind="stable")

@@ -1,6 +1,6 @@
-"""Tables of poses that stand alone, without a dataset around them: poses to predict for, and true poses.
+"""Tables of poses outside a dataset: poses to predict for, and true poses.
 
-They have the columns of poses.csv, without its plane, and are checked as strictly.
+They have the columns of poses.csv except ``plane``, and are checked as strictly.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ def read_pose_table(
     """Return the poses of a CSV file with the columns ``pose, q1..qn``; rows and columns as in the file.
 
     Args:
-        path: of the file.
+        path: the file.
         n_joints: how many joints the robot has.
-        required: further numeric columns that have to be there; any others are kept.
-        limits: ``(n_joints, 2)`` [rad, m] of the robot, where known; angles within them are never suspect.
-        units: of joint angles, places and rotation vectors whose columns do not state their own.
+        required: further numeric columns that have to be there; all others are kept.
+        limits: ``(n_joints, 2)`` [rad, m], the robot's, if known; angles within them are never suspected to be degrees.
+        units: units of joint angles, positions and rotation vectors whose columns do not state their own.
         joints_needed: whether the columns q1..qn have to be there.
-        prismatic: the joints that slide, from 0.
-        columns: of the file, where they were read before.
+        prismatic: indices, from 0, of the prismatic joints.
+        columns: the names in the file's first line, if they were read before.
 
     Returns:
         `pose` int64, `plane` and `session` text, all others float64; in SI, under the names without units.
@@ -71,7 +71,9 @@ def read_pose_table(
     table = read_csv(path, layout, faults)
     if table is not None:
         own.to_si(table)
-        check_poses(table, description, faults, unique=("pose",))  # many poses may be asked for at one order
+        check_poses(
+            table, description, faults, unique=("pose",)
+        )  # several poses to predict for may have the same order
         suspect_joint_angles(table, description, faults)
     if faults or table is None:
         raise InvalidInput(faults)

@@ -1,4 +1,4 @@
-"""What is recorded of each pose besides the measurement: joint angles, time, temperature, direction of approach."""
+"""What is recorded of each pose besides the measurement, such as joint angles, time, temperature and direction of approach."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _numbers(name: str, values: ArrayLike) -> Array:
 
 
 def is_joint(column: str) -> bool:
-    """Return whether a column is a joint's angle, q1, q2 and so on."""
+    """Return whether a column holds a joint's angle or travel: q1, q2 and so on."""
     return column.startswith("q") and column[1:].isdigit()
 
 
@@ -37,10 +37,10 @@ class Poses:
     """N poses as the encoders read them, with what else was recorded.
 
     Attributes:
-        q: ``(N, n)`` [rad].
-        order: ``(N,)``, order of acquisition.
-        columns: Every other numeric column of the table by name, ``(N,)`` each (time [s], temperature [deg C], approach1 ...); with the
-            moves to each pose (``scalar.data.moves``), where an order is known.
+        q: ``(N, n)`` [rad; m for a prismatic joint].
+        order: ``(N,)``, order of acquisition; infinite for poses after all that were measured.
+        columns: Every other numeric column of the table by name, ``(N,)`` each (time [s], temperature [deg C], approach1 ...);
+            and the moves to each pose (``scalar.data.moves``), if an order is known.
     """
 
     q: Array
@@ -54,7 +54,7 @@ class Poses:
         Args:
             frame: The table.
             n_joints: How many columns q1.. it has.
-            order_is_row: Whether a missing ``order`` means the row number (a dataset), or the state at the end (a prediction).
+            order_is_row: Whether ``order``, if missing, is the row number (for a dataset) or infinite (for a prediction of the state at the end).
         """
         if "order" in frame:
             order = frame["order"].to_numpy(dtype=float)
@@ -70,19 +70,19 @@ class Poses:
 
     @classmethod
     def from_arrays(cls, q: ArrayLike, columns: Mapping[str, ArrayLike], n_joints: int) -> Poses:
-        """Return the poses to predict for, from arrays; without ``order``, the state at the end.
+        """Return poses to predict for, from arrays; without ``order`` they come after all poses that were measured.
 
         Args:
-            q: ``(N, n)`` [rad].
-            columns: Of poses.csv by name, ``(N,)`` each, or one number for all poses; ``approach`` may be ``(N, n)``.
+            q: ``(N, n)`` [rad; m for a prismatic joint].
+            columns: Columns of poses.csv by name, ``(N,)`` each, or one number for all poses; ``approach`` may be ``(N, n)``.
             n_joints: How many joints the robot has, n.
 
         Raises:
-            InvalidInput: An array has another shape, or holds what is not a finite number.
+            InvalidInput: An array has another shape, or a value is not a finite number.
         """
         angles = _numbers("q", q)
         if angles.ndim != 2 or angles.shape[1] != n_joints:
-            message = f"an array of shape {angles.shape}; the robot asks for (poses, {n_joints})"
+            message = f"an array of shape {angles.shape}; the robot needs (poses, {n_joints})"
             raise InvalidInput(Fault("poses", message, None, "q"))
         given: dict[str, Array] = {}
         for name, values in columns.items():

@@ -1,4 +1,4 @@
-"""Reference nests, points fixed to the robot's base that were measured at the poses as well: they show whether tracker or base moved."""
+"""Reference nests: points fixed to the robot's base that were measured at the poses too, and show whether tracker or base moved."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from scalar.errors import Fault
 
 @dataclass(frozen=True, eq=False)
 class References:
-    """Measurements of K points that are fixed to the base, in the frame of what measures.
+    """Measurements of K points that are fixed to the base, in the frame of the measuring device.
 
     Attributes:
-        names: K names.
-        pose: ``(Q,)`` int, the row of the pose at which each was measured.
-        item: ``(Q,)`` int, which of the points.
-        points: ``(Q, 3)`` [m].
+        names: Names of the K points.
+        pose: ``(Q,)`` int, the row of the pose at which each measurement was made.
+        item: ``(Q,)`` int, index of the measured point in `names`.
+        points: ``(Q, 3)`` [m], the measurements.
         noise: ``(Q,)`` [m], standard deviations, or None where they are not stated.
     """
 
@@ -45,8 +45,8 @@ class References:
         """Return the references of a table without fault.
 
         Args:
-            table: Of the file.
-            layout: Of that table.
+            table: The table of references.
+            layout: Its layout.
             pose_ids: ``(N,)``, ids of the poses in the order of their rows.
         """
         assert layout.item is not None
@@ -66,7 +66,12 @@ class References:
         return columns if self.noise is None else {**columns, "noise": self.noise}
 
     def subset(self, rows: np.ndarray, n_poses: int) -> References:
-        """Return the measurements at some of the poses, whose rows ``rows`` are counted anew; a row that is given twice counts once."""
+        """Return the measurements at some of the poses, with the rows of these poses renumbered.
+
+        Args:
+            rows: Rows of the poses that are kept, ascending; of a row that is given twice, the measurements are kept once.
+            n_poses: Number of all poses.
+        """
         new = np.full(n_poses, -1)
         new[rows] = np.arange(len(rows))
         kept = new[self.pose] >= 0
@@ -81,7 +86,7 @@ def references_layout(table: MeasuredTable) -> Layout:
 
 
 def check_references(table: Table, poses: Table | None, faults: list[Fault]) -> None:
-    """Add the references of poses that there are not; a pose without references is none of the faults."""
+    """Add a fault for each reference of an unknown pose; a pose without references is no fault."""
     if poses is None or not poses.whole or "pose" not in poses.columns or "pose" not in table.columns:
         return
     ids = table.columns["pose"]

@@ -1,4 +1,4 @@
-"""What a schema refuses, in the words of the one who wrote the file: which key, what was found there, and what is wanted."""
+"""Plain messages for the errors of a JSON schema: which key is at fault, what was found there, and what to write."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ _KINDS = {
 _FEW = 3  # up to this length a list is a vector or a pair, whose length is fixed
 
 
-def in_our_words(error: ValidationError) -> list[tuple[Path, str]]:
-    """Return what a schema error means: for each fault the place, and a message that says what to write instead."""
+def in_plain_words(error: ValidationError) -> list[tuple[Path, str]]:
+    """Return the faults that a schema error stands for: the place of each, and a message that says what to write instead."""
     path: Path = tuple(error.absolute_path)
     value: Any = error.instance
     expected: Any = error.validator_value
@@ -56,7 +56,7 @@ def in_our_words(error: ValidationError) -> list[tuple[Path, str]]:
 
 
 def wanted(schema: Mapping[str, Any]) -> str:
-    """Return what a schema asks for: a number with its limits and meaning, of all else the description or the kind."""
+    """Return what a schema asks for: a number with its limits and meaning; of anything else the description, or else the type."""
     description = str(schema.get("description", ""))
     is_number = schema.get("type") in ("number", "integer")
     if description and not is_number:
@@ -95,7 +95,7 @@ def _unknown_key(key: str, known: Sequence[str], given: Mapping[str, Any]) -> st
 
 
 def _found(error: ValidationError) -> str:
-    """Return what stands there, and why it is refused."""
+    """Return the value that was found, and why it is refused."""
     value: Any = error.instance
     expected: Any = error.validator_value
     match error.validator:
@@ -124,12 +124,12 @@ def _found(error: ValidationError) -> str:
 def _of_alternatives(
     errors: Sequence[ValidationError], path: Path, value: Any, schema: Mapping[str, Any]
 ) -> list[tuple[Path, str]]:
-    """Return what is wrong with a value that none of several schemas takes: with the one of its kind, where there is one."""
+    """Return the faults of a value that none of several alternative schemas accepts: those against the schema of its type, if there is one."""
     of_its_kind = [
         error for error in errors if error.validator != "type" or len(error.absolute_path) > len(path)
     ]
     if of_its_kind:
-        return [said for error in of_its_kind for said in in_our_words(error)]
+        return [said for error in of_its_kind for said in in_plain_words(error)]
     kinds = _kinds(list(dict.fromkeys(kind for error in errors for kind in _kinds(error.validator_value))))
     return [(path, f"{_not_of_kind(value, kinds)}; write {wanted(schema)}")]
 

@@ -1,7 +1,7 @@
-"""What a dataset folder holds of each kind of sensor: what dataset.yaml has to say, and which table has the measurements.
+"""What a dataset folder holds for each kind of sensor: what dataset.yaml has to state, and which table has the measurements.
 
-The reader knows no kind by name. Every kind (``scalar.sensors``) states its format here when it is registered. Where formats are asked
-for first, the suppliers that ``supply_from`` was given are called, once each; the package names its own in ``scalar/__init__.py``.
+The reader knows no kind by name. Every kind (``scalar.sensors``) adds its format here when it is registered. When formats are first
+asked for, each function that was given to ``supply_from`` is called once; ``scalar/__init__.py`` gives it the one that registers the kinds.
 """
 
 from __future__ import annotations
@@ -16,15 +16,16 @@ class MeasuredTable:
     """The table of what a sensor measured, ``<stem>.csv`` or ``<stem>.parquet``.
 
     Attributes:
-        stem: Of the name of the file.
+        stem: Name of the file without its ending.
         units: ``{column: unit}`` of every column besides ``pose``, in the order of ``Dataset.points``; a unit is ``m`` or ``rad``.
-        several_rows: Whether a pose has one row or more; else it has exactly one, or one for each item.
-        row: What a row is, in messages.
-        largest: No real length is beyond this [m]; a number that is must be in other units.
-        optional: ``{column: unit}`` of columns that version 2 of the format may have beside them.
-        together: Groups of optional columns that come together or not at all.
+        several_rows: Whether a pose may have any number of rows, at least one; else it has exactly one, or one for each item.
+        row: What messages call the thing that a row describes.
+        largest: Largest length that can be meant [m]; a larger number is taken for one in other units.
+        optional: ``{column: unit}`` of further columns that version 2 of the format may have.
+        together: Groups of optional columns that are given together or not at all.
         noises: Those of the optional columns that are standard deviations.
-        item: Text column that names which of several things a row measures, one row for each that a pose shows; None where there is none.
+        item: Text column that names which of several items (targets, nests) a row measures; a pose then has a row for each item that was
+            measured. None if the table has no such column.
     """
 
     stem: str
@@ -44,7 +45,7 @@ class MeasuredTable:
 
     @property
     def further(self) -> tuple[str, ...]:
-        """Return the names of the columns that version 2 may have beside them."""
+        """Return the names of the further columns that version 2 of the format may have."""
         return (*([] if self.item is None else [self.item]), *self.optional)
 
     @property
@@ -55,15 +56,15 @@ class MeasuredTable:
 
 @dataclass(frozen=True)
 class SensorFormat:
-    """What a dataset folder holds of one kind of sensor.
+    """What a dataset folder holds for one kind of sensor.
 
     Attributes:
-        kind: As in ``sensor.kind`` of dataset.yaml.
+        kind: Name of the kind, as in ``sensor.kind`` of dataset.yaml.
         on_planes: Whether every pose measures one of the planes that dataset.yaml lists and poses.csv names.
         needs_nominal_pose: Whether ``sensor.nominal_pose`` has to be stated.
-        table: The table of the measurements; None where the joint angles and the plane say it all.
-        references: The table of points fixed to the base that version 2 may have beside the measurements; None where there is none.
-        options: Further keys under ``sensor`` in dataset.yaml, each with its JSON schema; a ``description`` there serves in messages.
+        table: The table of the measurements; None if joint angles and plane are the whole measurement.
+        references: The table of points fixed to the base, which version 2 of the format may have; None if the kind has no such table.
+        options: Further keys under ``sensor`` in dataset.yaml, each with its JSON schema; its ``description`` is used in messages.
     """
 
     kind: str
@@ -79,12 +80,12 @@ _suppliers: list[Callable[[], object]] = []
 
 
 def supply_from(supplier: Callable[[], object]) -> None:
-    """Have ``supplier`` called, once, when formats are first asked for; it adds them by ``add_format``."""
+    """Have ``supplier`` called once, when formats are first asked for; it adds formats by ``add_format``."""
     _suppliers.append(supplier)
 
 
 def add_format(format: SensorFormat) -> None:
-    """Add the format of a kind of sensor, in the place of an earlier one of the same kind."""
+    """Add the format of a kind of sensor, replacing an earlier one of the same kind."""
     _formats[format.kind] = format
 
 

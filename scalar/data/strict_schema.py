@@ -1,4 +1,4 @@
-"""JSON schemas in which an integer is an integer: 1.0 is refused where one is asked for."""
+"""JSON schemas in which ``integer`` excludes 1.0."""
 
 from typing import Any
 
@@ -16,9 +16,9 @@ _Strict: Any = extend(
 
 
 def strict_validator(schema: Any) -> Draft202012Validator:
-    """Return a validator of a schema in which ``integer`` means what is written without a point.
+    """Return a validator of a schema in which ``integer`` means a number without a decimal point.
 
-    The JSON schema standard counts 1.0 as an integer. Indexing a list or counting with it fails, so that it is
-    refused where it is read.
+    The JSON schema standard counts 1.0 as an integer. Indexing a list with it or counting with it fails, so it is
+    refused when it is read.
     """
     return _Strict(schema)

@@ -1,8 +1,8 @@
-"""What may be wrong with the tables of a dataset, each by itself and one against another.
+"""Check the tables of a dataset, each by itself and against the others.
 
 Every check adds the faults it finds to a list and goes on, so that a user repairs a folder in one round. A
-check that makes no sense because of an earlier fault is left out, so that one mistake is not reported as ten.
-`scalar.data.unit_suspicions` asks whether the numbers have the right units, and the estimator whether they determine a model.
+check that makes no sense because of an earlier fault is skipped, so that one mistake is not reported as ten.
+`scalar.data.unit_suspicions` checks whether the numbers have the right units, and the estimator whether they determine a model.
 """
 
 import re
@@ -21,19 +21,19 @@ _JOINT_COLUMN = re.compile(r"(q|approach|qc|tau)([0-9]+)")
 
 
 def poses_layout(description: Description) -> Layout:
-    """Return the columns of poses.csv that this description asks for."""
+    """Return which columns poses.csv has to have and may have by this description."""
     n = description.n_joints
     joints = tuple(f"q{i + 1}" for i in range(n))
     plane = ("plane",) if _on_planes(description) else ()
 
     def refuse(name: str) -> str | None:
         match = _JOINT_COLUMN.fullmatch(name)
-        if not match or not n or (match[1] in (COMMANDED, TORQUE) and not second):
+        if not match or not n or (match[1] in (COMMANDED, TORQUE) and not version_2):
             return None
         return f"the robot has joints 1 to {n}; remove the column, or complete robot.joints in {DESCRIPTION}"
 
-    second = description.get("format") == DATASET_FORMAT
-    stems = ("approach", COMMANDED, TORQUE) if second else ("approach",)
+    version_2 = description.get("format") == DATASET_FORMAT
+    stems = ("approach", COMMANDED, TORQUE) if version_2 else ("approach",)
     by_joint = tuple(f"{stem}{i + 1}" for stem in stems for i in range(n))
     return Layout(
         required=("pose", *plane, *joints),
@@ -47,9 +47,9 @@ def poses_layout(description: Description) -> Layout:
 def check_poses(
     poses: Table, description: Description, faults: list[Fault], unique: tuple[str, ...] = ("pose", "order")
 ) -> None:
-    """Add what is wrong with the contents of poses.csv, units aside; `unique` columns repeat no value."""
+    """Add the faults in the cells of poses.csv, units aside; no value may stand twice in a column of `unique`."""
     if poses.whole and poses.n_rows == 0:
-        faults.append(Fault(poses.file, "there is no pose; write a row a pose"))
+        faults.append(Fault(poses.file, "there is no pose; write one row for each pose"))
     for name in unique:
         _check_unique(poses, name, faults)
     approach = [f"approach{i + 1}" for i in range(description.n_joints)]
@@ -63,14 +63,14 @@ def check_poses(
             wrong,
             lambda i, v=values: f"neither -1 nor 1 ({v[i]:g}); write the sign of the arrival",
         )
-    second = description.get("format") == DATASET_FORMAT
-    for stem in ("approach", COMMANDED, TORQUE) if second else ("approach",):
+    version_2 = description.get("format") == DATASET_FORMAT
+    for stem in ("approach", COMMANDED, TORQUE) if version_2 else ("approach",):
         names = [f"{stem}{i + 1}" for i in range(description.n_joints)]
         for name in names if any(name in poses.columns for name in names) else ():
             if name not in poses.columns:
                 message = f"the column is missing; the {stem} columns come for all joints or for none"
                 faults.append(Fault(poses.file, message, 1, name))
-    if second and PAYLOAD[0] in poses.columns:
+    if version_2 and PAYLOAD[0] in poses.columns:
         mass = poses.columns[PAYLOAD[0]]
         poses.report(faults, PAYLOAD[0], mass < 0, lambda i: f"a mass of {mass[i]:g} kg; write 0 or more")
     if _on_planes(description) and description.plane_names:
@@ -82,14 +82,14 @@ def _on_planes(description: Description) -> bool:
 
 
 def _several_items(layout: MeasuredTable) -> str:
-    """Return what to say of a pose with several rows, where a column could name what each of them measures."""
+    """Return the end of the message about a pose with several rows: how a column could name what each of them measures."""
     if layout.item is None:
         return ""
     return f", or name in a column '{layout.item}' which of several each row measures ({DATASET_FORMAT})"
 
 
 def check_items(points: Table, item: str, faults: list[Fault]) -> None:
-    """Add rows that measure the same thing at the same pose, and names that parameters cannot have."""
+    """Add the rows that repeat an item at the same pose, and the items' names that no parameter may contain."""
     if "pose" not in points.columns:
         return
     ids, names = points.columns["pose"], points.columns[item].astype(str)
@@ -114,7 +114,7 @@ def check_items(points: Table, item: str, faults: list[Fault]) -> None:
 
 
 def check_further(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
-    """Add optional columns that lack those they come with, and noises that are not positive."""
+    """Add missing columns of groups that are only given together, and noises that are not positive."""
     for group in layout.together:
         there = [name for name in group if name in points.columns]
         for name in group if there else ():
@@ -135,7 +135,7 @@ def check_further(points: Table, layout: MeasuredTable, faults: list[Fault]) -> 
             )
 
 
-def _check_unique(table: Table, column: str, faults: list[Fault], or_else: str = "") -> None:
+def _check_unique(table: Table, column: str, faults: list[Fault], advice: str = "") -> None:
     if column not in table.columns:
         return
     values = table.columns[column]
@@ -148,7 +148,7 @@ def _check_unique(table: Table, column: str, faults: list[Fault], or_else: str =
 
     def message(i: int) -> str:
         row = lines[first[i]]
-        return f"{column} {values[i]:.15g} stands already in row {row}; correct or remove one{or_else}"
+        return f"{column} {values[i]:.15g} stands already in row {row}; correct or remove one{advice}"
 
     table.report(faults, column, repeated, message)
 
@@ -174,16 +174,16 @@ def _check_plane_names(poses: Table, description: Description, faults: list[Faul
 
 
 def points_layout(table: MeasuredTable, description: Description) -> Layout:
-    """Return the columns of the table of the measurements that this description allows."""
+    """Return which columns the table of the measurements has to have and may have by this description."""
     further = table.further if description.get("format") == DATASET_FORMAT else ()
     text = frozenset() if table.item is None else frozenset({table.item})
     return Layout(table.columns, further, text & frozenset(further))
 
 
 def check_points(points: Table, poses: Table | None, layout: MeasuredTable, faults: list[Fault]) -> None:
-    """Add the points of unknown poses, and the poses without a point, or with more than one where one is due."""
+    """Add the points of unknown poses, the poses without a point, and those with several where only one is allowed."""
     if points.whole and points.n_rows == 0:
-        faults.append(Fault(points.file, "there is no point; write a row a point"))
+        faults.append(Fault(points.file, "there is no point; write one row for each point"))
         return
     if layout.item is not None and layout.item in points.columns:
         check_items(points, layout.item, faults)
@@ -214,12 +214,12 @@ def check_points(points: Table, poses: Table | None, layout: MeasuredTable, faul
         poses.report(faults, "pose", missing, missing_message)
 
 
-def unknown_data_files(kind: str, names: Sequence[str], *, second: bool = True) -> list[Fault]:
-    """Return a fault for every data file that a sensor of this kind does not have; ``second``: in version 2 of the format."""
+def unknown_data_files(kind: str, names: Sequence[str], *, version_2: bool = True) -> list[Fault]:
+    """Return a fault for every data file that a sensor of this kind does not have, in version 2 of the format or in version 1."""
     files = {
         name: {
             file
-            for table in (format.table, format.references if second else None)
+            for table in (format.table, format.references if version_2 else None)
             if table is not None
             for file in table.files
         }

@@ -1,6 +1,6 @@
-"""Degrees and millimetres in tables of poses: on request, or where a column's name says so (``q1_deg``, ``x_mm``).
+"""Degrees and millimetres in tables of poses: by an option, or by a column's name (``q1_deg``, ``x_mm``).
 
-The joint of a column ``q1`` may slide; its travel is then a length.
+A column such as ``q1`` holds a length if its joint is prismatic.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class TableUnits:
     Attributes:
         length: ``m`` or ``mm``.
         angle: ``rad`` or ``deg``.
-        travels: Columns of joints that slide.
+        travels: Columns of prismatic joints, which hold lengths.
     """
 
     length: str = "m"
@@ -37,11 +37,11 @@ class TableUnits:
     travels: frozenset[str] = frozenset()
 
     def sliding(self, prismatic: Sequence[int]) -> TableUnits:
-        """Return the same units for a robot whose joints ``prismatic``, from 0, slide."""
+        """Return the same units for a robot with prismatic joints, given by their indices from 0."""
         return replace(self, travels=frozenset(f"q{i + 1}" for i in prismatic))
 
     def of(self, column: str) -> tuple[str, float]:
-        """Return the unit of a column and its size in SI; an empty word and one for a column of another kind."""
+        """Return the unit of a column and its size in SI; an empty string and 1 for a column that is neither angle nor length."""
         known = self.known(column)
         if not known:
             return "", 1.0
@@ -49,13 +49,13 @@ class TableUnits:
         return unit, known[unit]
 
     def known(self, column: str) -> dict[str, float]:
-        """Return the units that a column may be in, with their sizes in SI; none for a column of another kind."""
+        """Return the units that a column may be in, with their sizes in SI; none if it is neither angle nor length."""
         if column in self.travels or _LENGTH.fullmatch(column):
             return _LENGTHS
         return _ANGLES if _ANGLE.fullmatch(column) else {}
 
     def named(self, column: str) -> str:
-        """Return what a column is called in a table that is written: with its unit where that is not SI."""
+        """Return the name of a column in a written table: with its unit at the end, unless that is SI."""
         unit, size = self.of(column)
         return f"{column}_{unit}" if size != 1.0 else column
 
@@ -83,7 +83,7 @@ def units_named(text: str | None) -> TableUnits:
 
 
 def columns_of(path: Path) -> list[str]:
-    """Return the names in the first line of a CSV file, without a check; none where it is no text.
+    """Return the names in the first line of a CSV file, unchecked.
 
     Raises:
         InvalidInput: The file cannot be read.
@@ -93,12 +93,12 @@ def columns_of(path: Path) -> list[str]:
 
 
 def units_to_write(text: str | None, columns: Sequence[str]) -> TableUnits:
-    """Return the units of a table that is written: those of an option such as ``deg,mm``, else those that the columns read state.
+    """Return the units of a table that is written: those of an option such as ``deg,mm``, else those that the names of the columns read state.
 
-    Where there are joint angles, their columns decide; a frame beside them may be in other units.
+    If there are joint angles, the names of their columns decide; other columns may be in other units.
 
     Raises:
-        InvalidInput: As ``units_named`` does.
+        InvalidInput: As for ``units_named``.
     """
     if text is not None:
         return units_named(text)
@@ -121,7 +121,7 @@ class FileUnits:
 
     Attributes:
         units: Those of columns whose names state none.
-        spelt: What columns that state a unit are called in the file, by their names without it.
+        spelt: ``{name without unit: name in the file}`` of the columns whose names state a unit.
     """
 
     units: TableUnits
@@ -129,7 +129,7 @@ class FileUnits:
 
     @classmethod
     def of(cls, columns: Sequence[str], units: TableUnits) -> FileUnits:
-        """Return the units of a file with these columns; a name that stands there without a unit too is left alone."""
+        """Return the units of a file with these columns; a name with a unit is left alone if the file has the name without a unit too."""
         spelt = {}
         for column in columns:
             name, _, unit = column.rpartition("_")
@@ -138,11 +138,11 @@ class FileUnits:
         return cls(units, spelt)
 
     def layout(self, layout: Layout) -> Layout:
-        """Return a layout with the names that the file has."""
+        """Return a layout whose required columns have their names in the file."""
         return replace(layout, required=tuple(self.spelt.get(name, name) for name in layout.required))
 
     def to_si(self, table: Table) -> None:
-        """Rename and convert the columns of a table, in place."""
+        """Convert the columns of a table to SI and rename them without units, in place."""
         plain = {spelt: name for name, spelt in self.spelt.items()}
         converted = {}
         for column, values in table.columns.items():

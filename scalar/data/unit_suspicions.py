@@ -19,15 +19,15 @@ MAX_ANGLE_PARAMETER = TURN + 0.01  # rad; alpha, theta, beta and rotation vector
 MANY_TURNS = 4.0 * TURN  # rad; one joint on its own, where its limits do not say that it turns further
 SEVERAL_TURNS = 1.5 * TURN  # rad; several joints at once; real wrists reach 1.25 turns (450 degrees)
 MAX_TRAVEL = 100.0  # m; a prismatic joint, where its limits do not say that it goes farther
-TIMES_LIMITS = 20.0  # a travel so many times beyond the limits is one in millimetres
+TRAVEL_OVER_LIMIT = 20.0  # a travel more than this many times the largest limit is taken for millimetres
 MAX_LINK = 8.0  # m; a single a or d
 MIN_CHAIN = 0.05  # m; all a and d together, of an arm whose joints all turn
 MAX_CHAIN = 20.0  # m; all a and d together
-MAX_BASE = 200.0  # m; the robot in the coordinates of its hall
-MAX_TOOL = 5.0  # m; the flange's transform, the sensor on the flange
-MAX_PLANE = 50.0  # m; a plane from the robot
-MAX_NOISE = 0.05  # m; one standard deviation
-MAX_NORMAL_STD = 0.5  # rad
+MAX_BASE = 200.0  # m; the base's transform, in the coordinates of a factory hall
+MAX_TOOL = 5.0  # m; the flange's transform, and that of the sensor on the flange
+MAX_PLANE = 50.0  # m; distance of a plane from the robot
+MAX_NOISE = 0.05  # m; one standard deviation of a measurement
+MAX_NORMAL_STD = 0.5  # rad; one standard deviation of a direction
 GRAVITY = (1.0, 20.0)  # m/s^2
 
 _AS_METRES = "are these millimetres? write metres"
@@ -91,9 +91,8 @@ def _suspect_joints(description: Description) -> None:
                 ("robot", "joints", i, "limits"), f"suspect: a travel of {size:g} m; {_AS_METRES}"
             )
     wide = {i for i, angle in largest.items() if angle > SEVERAL_TURNS}
-    if not _several(
-        len(wide), len(joints)
-    ):  # one axis without end is real, unless it is written in whole degrees
+    # A single axis may turn without end; its limits are suspect if they look like whole degrees.
+    if not _several(len(wide), len(joints)):
         wide = {i for i in wide if largest[i] > MANY_TURNS and largest[i] == round(largest[i])}
     for i in sorted(wide):
         message = f"suspect: limits of {largest[i]:g} rad are {largest[i] / TURN:.1f} turns; {_AS_RADIANS}"
@@ -101,7 +100,10 @@ def _suspect_joints(description: Description) -> None:
 
 
 def _suspect_short(description: Description, chain: float) -> None:
-    """Add an arm too short to be meant: metres that were taken for millimetres. A slide reaches by its travel, a flange may be long."""
+    """Add a fault if the arm is too short, as when metres were taken for millimetres.
+
+    The flange's transform counts as reach. An arm with a prismatic joint is not checked, since its travel is reach as well.
+    """
     flange = description.vector("robot", "flange", "translation")
     reach = chain + (0.0 if flange is None else float(np.linalg.norm(flange)))
     if 0.0 < chain and reach < MIN_CHAIN and not any(map(description.slides, range(description.n_joints))):
@@ -123,14 +125,14 @@ def _suspect_transform(description: Description, path: Path, limit: float) -> No
 
 
 def _several(n: int, n_joints: int) -> bool:
-    """Return whether n joints are too many to be external axes or wrists that turn far."""
+    """Return whether n joints are too many for all of them to be external axes or wrists that turn several times."""
     return n >= 2 and 3 * n >= n_joints
 
 
 def suspect_joint_angles(poses: Table, description: Description, faults: list[Fault]) -> None:
-    """Add joint angles that look like degrees: any far beyond its limits, or several joints beyond 1.5 turns; and travels in millimetres.
+    """Add joint angles that look like degrees: one joint far beyond its limits, or several beyond 1.5 turns; and travels in millimetres.
 
-    One fault a joint: its largest angle, and how many of its angles are out of bounds.
+    Each such joint gives one fault, with its largest angle and the number of its angles out of bounds.
     """
     bounds, wide = {}, []
     for i in range(description.n_joints):
@@ -159,8 +161,8 @@ def suspect_joint_angles(poses: Table, description: Description, faults: list[Fa
 
 
 def _suspect_travel(poses: Table, name: str, limits: np.ndarray | None, faults: list[Fault]) -> None:
-    """Add the travels of a prismatic joint that look like millimetres: one fault, with the largest of them."""
-    bound = MAX_TRAVEL if limits is None else TIMES_LIMITS * float(np.abs(limits).max())
+    """Add the travels of a prismatic joint that look like millimetres: one fault, with the largest travel."""
+    bound = MAX_TRAVEL if limits is None else TRAVEL_OVER_LIMIT * float(np.abs(limits).max())
     beyond, worst, value = _beyond(poses.columns[name], bound)
     if beyond:
         message = (
@@ -171,7 +173,7 @@ def _suspect_travel(poses: Table, name: str, limits: np.ndarray | None, faults: 
 
 
 def suspect_points(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
-    """Add columns of points that look like millimetres or degrees: one fault a column, with its largest number."""
+    """Add columns of points that look like millimetres or degrees: one fault for each column, with its largest number."""
     for name, unit in (*layout.units.items(), *layout.optional.items()):
         if name not in points.columns or not points.n_rows:
             continue

@@ -150,7 +150,7 @@ def components_along(state: FittedState, z: Array) -> Array:
     geometry = jacobian[:, model.blocks["geometry"]].reshape(N, m, len(GEOMETRY), n)
     lengths = [k for k, kind in enumerate(GEOMETRY) if kind in LENGTHS]
     growth = np.sum(geometry[:, :, lengths] * model.nominal.geometry[lengths], axis=(2, 3))
-    by_joint = geometry.reshape(N, m, -1)[:, :, model.robot.by_joint]
+    by_joint = geometry.reshape(N, m, -1)[:, :, model.robot.joint_columns]
     sensor = jacobian[:, model.blocks["sensor"]].reshape(N, m, -1)
     base = state.residuals.wrench(model)
     by_place = np.concatenate([by_joint, growth[:, :, None], sensor, base], axis=2)

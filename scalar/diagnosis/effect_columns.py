@@ -141,7 +141,7 @@ class EffectColumns:
     @cached_property
     def _by_joint(self) -> Array:
         """Return the derivatives ``(n, N, m)`` by the joints' angles and travels."""
-        return np.moveaxis(self._by_geometry[:, :, self._model.robot.by_joint], 2, 0).copy()
+        return np.moveaxis(self._by_geometry[:, :, self._model.robot.joint_columns], 2, 0).copy()
 
     @cached_property
     def _by_base(self) -> Array:

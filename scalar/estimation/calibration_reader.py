@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from scalar.data.io.json_reader import read_json
-from scalar.data.io.run_id import OF_A_DIAGNOSIS, check_run
+from scalar.data.io.run_id import DIAGNOSIS_FILES, check_run
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.calibration_file import check_calibration
 
@@ -36,7 +36,7 @@ def read_calibration(path: Path, build: Callable[[Mapping[str, Any]], _Built]) -
             module is absent.
     """
     if not path.exists():
-        command = "diagnose" if path.name in OF_A_DIAGNOSIS else "calibrate"
+        command = "diagnose" if path.name in DIAGNOSIS_FILES else "calibrate"
         raise InvalidInput(Fault(str(path), f"no such file; 'scalar {command} DATASET -o DIR' writes one"))
     check_run(path)
     content: Any = read_json(path)

@@ -82,7 +82,7 @@ class Kinematics:
         turns = flange_R @ left_jacobian_so3(model.sensor[3:])
         screws[:, :, at + 3 : at + 6] = rotations_about(turns, self.T_base_mount[:, :3, 3])
         start = blocks["effects"].start
-        by_joint = geometry[:, :, model.robot.by_joint]
+        by_joint = geometry[:, :, model.robot.joint_columns]
         for basis, where in self.bases.joints if joint_effects else []:
             screws[:, :, start + where.start : start + where.stop] = basis.columns(by_joint)
         for basis, where in self.bases.links:

@@ -169,7 +169,7 @@ def _compiled(objective: Objective, tolerance: float) -> Array | None:
         weight[objective.free],
         tolerance=tolerance,
         first_step=FIRST_STEP,
-        most=MAX_EVALUATIONS,
+        max_evaluations=MAX_EVALUATIONS,
     )
     if found is None:
         return None

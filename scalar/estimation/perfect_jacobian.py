@@ -66,7 +66,7 @@ def _of_any_kind(measurement: Measurement, model: Model, q: Array, index: Array)
     at = kinematics(q)
     moving = np.ptp(q, axis=0) > 0
     for _ in range(measurement.contact_iterations):
-        by_joint = at.screws()[:, :, model.robot.by_joint]
+        by_joint = at.screws()[:, :, model.robot.joint_columns]
         q = q + measurement.contact_step(at.T_base_sensor, model.target, index, by_joint * moving)
         at = kinematics(q)
     wrench, by_target, usable = measurement.perfect_rows(at.T_base_sensor, model.target, index)

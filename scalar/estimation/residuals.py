@@ -142,7 +142,7 @@ class Residuals:
         if rows.target.shape[2]:  # a target that is known has no coordinates
             jacobian[:, :, at] = by_coordinates(model.target, rows.target, self.measurement.target_index)
         start = blocks["effects"].start
-        by_joint = jacobian[:, :, model.robot.by_joint]
+        by_joint = jacobian[:, :, model.robot.joint_columns]
         for basis, where in self.bases.joints:
             jacobian[:, :, start + where.start : start + where.stop] = basis.columns(by_joint)
         done = 0

@@ -8,7 +8,7 @@ from scalar.estimation.result import Calibration
 from scalar.export.rigid_part import RigidPart, random_joints
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.geometry.se3 import Array, log_so3
-from scalar.geometry.standard_dh import shifted, standard_table, without_beta
+from scalar.geometry.standard_dh import standard_rows, standard_table, without_beta
 from scalar.units import DEG, MM
 
 CONVENTIONS = ("modified-dh", "standard-dh")
@@ -131,7 +131,7 @@ def _table(calibration: Calibration, rigid: RigidPart, state: str, standard: boo
     """Return the calibrated parameters, the nominal ones or the standard deviations ``(5, n)`` [m, rad], as ``state`` asks (``_STATES``)."""
     if state == "_std":
         std = standard_deviations(calibration, rigid.robot)
-        return shifted(std, (np.nan, np.nan, np.nan)) if standard else std
+        return standard_rows(std, (np.nan, np.nan, np.nan)) if standard else std
     robot = calibration.model.nominal if state else rigid.robot
     return standard_table(robot).rows if standard else robot.geometry
 

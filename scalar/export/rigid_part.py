@@ -132,7 +132,7 @@ def _with_constant_effect(
         step = basis.added(np.zeros((SAMPLES, robot.n_joints)), c[where])
         if np.max(np.ptp(step, axis=0)) > _SAME:
             return None
-        geometry.ravel()[robot.by_joint] += step[0]
+        geometry.ravel()[robot.joint_columns] += step[0]
     for basis, where in bases.links:
         step = basis @ c[where]
         if np.max(np.ptp(step, axis=0)) > _SAME:

@@ -1,9 +1,9 @@
 """Modified Denavit-Hartenberg parameters of a chain whose joint axes are given as lines in space.
 
 Between two axes that are far from parallel, the x axis of a frame lies along their common normal. Between near-parallel axes the
-common normal is badly determined; there the next axis is met in the plane through the frame's origin, and Hayati's beta takes up
-the tilt (Hayati and Mirmirani, 1985). Of the two directions that x may have, the one with the smaller theta is taken, which gives
-the tables that makers print.
+common normal is badly determined. There d is zero, x points from the frame's origin to where the next axis crosses the frame's xy
+plane, and Hayati's beta describes the tilt (Hayati and Mirmirani, 1985). Of the two directions that x may have, the one with the smaller
+absolute theta is taken, which gives the tables that makers print.
 """
 
 from __future__ import annotations
@@ -15,29 +15,33 @@ from scalar.geometry.robot import GEOMETRY, STANDARD_GRAVITY, Robot, link_transf
 from scalar.geometry.se3 import Array, inverse, transform
 
 ROUNDING = 1e-12
-"""[m, rad] What differs less than this from zero, or from a multiple of a right angle, is rounding."""
+"""[m, rad, or a component of a unit vector] A number that is closer than this to zero, or an angle that is closer to a multiple of a right
+angle, differs from it by rounding alone."""
 
 
 def robot_from_axes(
     name: str, frames: Array, T_base_flange: Array, limits: Array, prismatic: tuple[int, ...] = ()
 ) -> Robot:
-    """Return the robot with joint axes along the z axes of frames, all at joint angles and travels of zero.
+    """Return the robot whose joint axes are the z axes of given frames when all its joint angles and travels are zero.
 
     Args:
-        name: Of the arm.
-        frames: ``(n, 4, 4)``, in the base frame; the z axis of each is the axis of a joint, its origin any point on it; for a
+        name: Name of the arm.
+        frames: ``(n, 4, 4)``, in the base frame. The z axis of each is the axis of a joint; the origin is any point on that axis, and for a
             prismatic joint any point at all.
-        T_base_flange: ``(4, 4)``.
-        limits: ``(n, 2)`` [rad, m].
-        prismatic: Joints that slide, from 0.
+        T_base_flange: ``(4, 4)``, where the flange is at joint angles and travels of zero.
+        limits: ``(n, 2)`` [rad; m for a prismatic joint], lowest and highest joint angle or travel.
+        prismatic: Indices, from 0, of the joints that slide.
 
     Returns:
-        A robot whose ``flange(q)`` is ``T_base_flange`` at zero and turns about these axes, or slides along them.
+        A robot whose ``flange(q)`` is ``T_base_flange`` at ``q = 0`` and turns about these axes, or slides along them.
+
+    Raises:
+        IndexError: There are no frames.
     """
     n = len(frames)
     geometry = np.zeros((len(GEOMETRY), n))
     T_base_0 = np.eye(4) if _on_axis(frames[0]) else frames[0].copy()
-    before = T_base_0  # the frame of a joint before theta and d, which the next axis decides
+    before = T_base_0  # the frame of joint i before its theta and d, which the next axis determines
     for i in range(n):
         a, alpha, beta = 0.0, 0.0, 0.0
         if i + 1 < n:
@@ -67,9 +71,11 @@ def robot_from_axes(
 
 
 def frame_on_axis(T: Array, axis: Array) -> Array:
-    """Return the frame ``(4, 4)`` with the origin of T whose z lies along an axis ``(3,)`` that is given in T, turned as little as may be.
+    """Return the frame ``(4, 4)`` with the origin of T ``(4, 4)`` and with z along an axis ``(3,)``, given in T, of any length.
 
-    Where the axis is a coordinate axis of T, the frame's axes are those of T, perhaps in another order.
+    Its x axis is that of T made perpendicular to z. If z is within 60 degrees of T's x axis or its opposite, the coordinate axis of T that
+    is the most nearly perpendicular to z is taken instead. For an axis along a coordinate axis of T, all axes of the frame are coordinate
+    axes of T or their opposites.
     """
     axis = np.where(np.abs(axis) < ROUNDING, 0.0, axis)
     axis = axis / np.linalg.norm(axis)
@@ -81,48 +87,55 @@ def frame_on_axis(T: Array, axis: Array) -> Array:
 
 
 def _on_axis(T: Array) -> bool:
-    """Return whether the z axis of a frame is that of its reference, in the same direction."""
+    """Return whether a frame ``(4, 4)``, given in a reference frame, has its z axis on that of the reference, in the same direction."""
     return bool(np.max(np.abs(T[:2, 3])) < ROUNDING and T[2, 2] > 0 and np.max(np.abs(T[:2, 2])) < ROUNDING)
 
 
 def _to_next_axis(T: Array) -> tuple[float, float, float, float, float]:
-    """Return theta, d, and a, alpha, beta of the next joint, whose axis is the z axis of a frame ``(4, 4)`` given in that before theta."""
+    """Return theta and d of a joint, and a, alpha and beta of the next one, whose axis is the z axis of T.
+
+    T ``(4, 4)`` is given in the frame that the joint has before its theta and d.
+    """
     z, p = T[:3, 2], T[:3, 3]
     across = float(np.hypot(z[0], z[1]))  # sine of the angle between the axes
     near = across < NEAR_PARALLEL
     if near:
         d = 0.0
-        x = (p - z * (p[2] / z[2]))[:2]  # where the next axis meets the plane through the origin
+        x = (p - z * (p[2] / z[2]))[:2]  # where the next axis crosses the xy plane
         if np.linalg.norm(x) < ROUNDING:
             x = np.array([1.0, 0.0])
     else:
         x = np.array([-z[1], z[0]])  # e_z x z
         along = float(z[:2] @ p[:2]) / across**2
-        d = _clean(float(p[2] - z[2] * along))
+        d = _zero_if_rounding(float(p[2] - z[2] * along))
     x = x / np.linalg.norm(x)
     if x[0] < -ROUNDING or (abs(x[0]) <= ROUNDING and x[1] < 0):
         x = -x
-    theta = _clean_angle(float(np.arctan2(x[1], x[0])))
+    theta = _right_angle_if_rounding(float(np.arctan2(x[1], x[0])))
     c, s = np.cos(theta), np.sin(theta)
-    turned = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    z, p = turned @ z, turned @ (p - [0.0, 0.0, d])
-    beta = _clean_angle(float(np.arcsin(np.clip(z[0], -1.0, 1.0)))) if near else 0.0
-    alpha = _clean_angle(float(np.arctan2(-z[1], z[2])))
-    met = p - z * (p[2] / z[2]) if near else p
-    return theta, d, _clean(float(met[0])), alpha, beta
+    R = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    z, p = R @ z, R @ (p - [0.0, 0.0, d])  # in the joint's frame after theta and d
+    beta = _right_angle_if_rounding(float(np.arcsin(np.clip(z[0], -1.0, 1.0)))) if near else 0.0
+    alpha = _right_angle_if_rounding(float(np.arctan2(-z[1], z[2])))
+    # Far from parallel, x is the same at every point of the next axis.
+    crossing = p - z * (p[2] / z[2]) if near else p
+    return theta, d, _zero_if_rounding(float(crossing[0])), alpha, beta
 
 
 def _to_flange(T: Array) -> tuple[float, float]:
-    """Return theta and d of the last joint: those of a flange ``(4, 4)`` on its axis, else zero."""
+    """Return theta and d of the last joint, so that its frame is the flange's, if the flange's z axis lies on the joint's; else zeros.
+
+    T ``(4, 4)`` is the flange in the frame that the joint has before its theta and d.
+    """
     if not _on_axis(T):
         return 0.0, 0.0
-    return _clean_angle(float(np.arctan2(T[1, 0], T[0, 0]))), _clean(float(T[2, 3]))
+    return _right_angle_if_rounding(float(np.arctan2(T[1, 0], T[0, 0]))), _zero_if_rounding(float(T[2, 3]))
 
 
-def _clean(value: float) -> float:
+def _zero_if_rounding(value: float) -> float:
     return 0.0 if abs(value) < ROUNDING else value
 
 
-def _clean_angle(angle: float) -> float:
+def _right_angle_if_rounding(angle: float) -> float:
     steps = np.round(angle / (np.pi / 2))
     return float(steps * np.pi / 2) + 0.0 if abs(angle - steps * np.pi / 2) < ROUNDING else angle

@@ -1,7 +1,7 @@
 """Which successive joint axes of a chain are nearly parallel, where four Denavit-Hartenberg parameters are badly conditioned.
 
-Between parallel axes, d of one joint can be exchanged for d of the next, and a small tilt about y has no parameter: that is where
-Hayati's beta belongs (Hayati and Mirmirani, 1985).
+Between parallel axes, d of one joint can be exchanged for d of the next, and no parameter describes a small tilt about y. Hayati's beta
+is that parameter (Hayati and Mirmirani, 1985).
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ import numpy as np
 from scalar.geometry.robot import GEOMETRY, Robot
 from scalar.geometry.se3 import Array
 
-NEAR_PARALLEL = 0.1  # rad, 6 degrees: closer than that two axes are taken as parallel
+NEAR_PARALLEL = 0.1
+"""Sine of the angle between two axes, here of about 6 degrees, below which they count as nearly parallel."""
 _ALPHA, _BETA = GEOMETRY.index("alpha"), GEOMETRY.index("beta")
 
 

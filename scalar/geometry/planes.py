@@ -1,7 +1,8 @@
 """Planes as points of S^2 x R: ``normal . p = distance`` in the base frame, moved by two tangent coordinates and a distance.
 
-About a reference normal n0 with tangents e1, e2 the plane is ``n = (n0 + u e1 + v e2) / |.|``: no square root whose slope
-is infinite at an upright wall, and no fourth parameter. ``(-n, -d)`` is the same plane; the sign is that of the initial guess.
+About a reference normal n0 with tangents e1, e2 the plane's normal is ``n = (n0 + u e1 + v e2) / |n0 + u e1 + v e2|``. This needs
+neither a fourth parameter nor a square root, whose slope would be infinite at an upright wall. ``(-n, -d)`` is the same plane; the sign is
+that of the initial guess.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ import numpy as np
 from scalar.geometry.se3 import Array, cross
 
 PARAMETERS_PER_PLANE = 3
-_STEEP = 0.9  # |n_x|: a plane that faces the base's x axis more than this has its first axis along y
+_FACES_X = 0.9
+"""|n_x| above which a plane's first axis is the base's y axis, projected, instead of its x axis."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +53,7 @@ class Planes:
 
     @cached_property
     def normals(self) -> Array:
-        """Return the unit normals ``(K, 3)``; computed once, and read-only therefore."""
+        """Return the unit normals ``(K, 3)``; computed once and therefore read-only."""
         n = self.reference_normals + np.einsum("kt,ktx->kx", self.tangent_coordinates, self.tangents)
         n /= np.linalg.norm(n, axis=1, keepdims=True)
         n.setflags(write=False)
@@ -59,9 +61,12 @@ class Planes:
 
     @cached_property
     def axes(self) -> Array:
-        """Return two axes u and v in each plane ``(K, 2, 3)``: u is the base's x axis, or y on a plane that faces x, turned into the plane."""
+        """Return two orthonormal axes in each plane, ``(K, 2, 3)``.
+
+        The first is the base's x axis, or its y axis for a plane that faces x, projected into the plane; the second is ``normal x first``.
+        """
         n = self.normals
-        axes = np.where(np.abs(n[:, :1]) > _STEEP, np.eye(3)[1], np.eye(3)[0])
+        axes = np.where(np.abs(n[:, :1]) > _FACES_X, np.eye(3)[1], np.eye(3)[0])
         u = axes - n * np.sum(axes * n, axis=1, keepdims=True)
         u /= np.linalg.norm(u, axis=1, keepdims=True)
         found = np.stack([u, cross(n, u)], axis=1)
@@ -105,7 +110,7 @@ class Planes:
         return Planes.at(self.names, self.normals, self.distances)
 
     def expressed_about(self, guess: Planes) -> Planes:
-        """Return the same planes, their normals counted from those of ``guess`` with the same names.
+        """Return the same planes with those of ``guess``, which has the same names, as references.
 
         Raises:
             ValueError: A normal is a right angle or more away from its guess.
@@ -115,12 +120,12 @@ class Planes:
         along = np.sum(normals * reference.reference_normals, axis=1)
         if np.any(along <= 0):
             raise ValueError("a plane's normal is a right angle or more away from its guess")
-        across = np.einsum("kx,ktx->kt", normals, reference.tangents) / along[:, None]
-        return replace(reference, tangent_coordinates=across, distances=self.distances.copy())
+        coordinates = np.einsum("kx,ktx->kt", normals, reference.tangents) / along[:, None]
+        return replace(reference, tangent_coordinates=coordinates, distances=self.distances.copy())
 
 
 def tangent_basis(normals: Array) -> Array:
-    """Return two unit vectors ``(K, 2, 3)`` that span the plane across each normal ``(K, 3)``; deterministic."""
+    """Return two unit vectors ``(K, 2, 3)`` perpendicular to each normal ``(K, 3)`` and to each other; the same for the same normal."""
     least = np.argmin(np.abs(normals), axis=1)
     axis = np.eye(3)[least]
     first = cross(normals, axis)

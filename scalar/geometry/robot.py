@@ -25,20 +25,20 @@ GEOMETRY = ("a", "alpha", "d", "theta", "beta")
 """Kinds of geometric parameter, in the order of the rows of ``Robot.geometry``."""
 LENGTHS = frozenset({"a", "d"})
 _A, _D, _THETA = GEOMETRY.index("a"), GEOMETRY.index("d"), GEOMETRY.index("theta")
-_TURNING = [GEOMETRY.index(kind) for kind in ("alpha", "theta", "beta")]
+_ANGLES = [GEOMETRY.index(kind) for kind in ("alpha", "theta", "beta")]
 
-STANDARD_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, base frame, where a dataset does not say
-DEFAULT_LIMIT = np.pi  # rad, where a dataset does not say
-DEFAULT_TRAVEL = 1.0  # m, likewise for a prismatic joint
+STANDARD_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, base frame; for a dataset that states none
+DEFAULT_LIMIT = np.pi  # rad, on either side of zero, for a revolute joint without stated limits
+DEFAULT_TRAVEL = 1.0  # m, the same for a prismatic joint
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How far an arm may be from its data sheet by its maker's word, one standard deviation.
+    """By how much an arm may differ from its data sheet according to its maker, as standard deviations.
 
     Attributes:
-        length: Of every length [m].
-        angle: Of every angle and joint zero [rad].
+        length: Standard deviation of every length [m].
+        angle: Standard deviation of every angle and joint zero [rad].
     """
 
     length: float
@@ -50,16 +50,16 @@ class Robot:
     """A chain of n revolute or prismatic joints: what a maker's data sheet says, or what a calibration found.
 
     Attributes:
-        name: Of the arm.
+        name: Name of the arm.
         geometry: ``(5, n)``, rows as in ``GEOMETRY``: a [m], alpha [rad], d [m], theta [rad], beta [rad].
         limits: ``(n, 2)`` [rad; m for a prismatic joint], lowest and highest joint angle or travel.
         T_base_0: ``(4, 4)``, fixed transform before the first joint.
         T_n_flange: ``(4, 4)``, fixed transform after the last joint.
         gravity: ``(3,)`` [m/s^2] in the base frame.
         tolerance: The maker's, where it is stated.
-        standard_end: a [m] and alpha [rad] of the last link of the standard-DH table that it was read from, which are part of ``T_n_flange``;
-            None where that table is modified DH. ``geometry`` is modified DH all the same.
-        prismatic: Joints that slide instead of turning, from 0, ascending.
+        standard_end: a [m] and alpha [rad] of the last link, which are part of ``T_n_flange``, if the arm was read from a standard-DH table;
+            None if it was read from modified DH. ``geometry`` is modified DH in both cases.
+        prismatic: Indices, from 0 and ascending, of the joints that slide instead of turning.
 
     Example:
         An arm of two links, stretched out:
@@ -85,7 +85,7 @@ class Robot:
 
     @property
     def standard_dh(self) -> bool:
-        """Return whether the table that it was read from is standard DH."""
+        """Return whether the arm was read from a standard-DH table."""
         return self.standard_end is not None
 
     @property
@@ -94,8 +94,8 @@ class Robot:
         return np.isin(np.arange(self.n_joints), self.prismatic)
 
     @property
-    def by_joint(self) -> slice | IntArray:
-        """Return where, among the parameters of ``geometry.ravel()``, those stand that move the arm as q does: theta, or d of a prismatic joint."""
+    def joint_columns(self) -> slice | IntArray:
+        """Return the indices, in ``geometry.ravel()``, of the n parameters that move the arm as q does: theta, or d of a prismatic joint."""
         n = self.n_joints
         if not self.prismatic:
             return slice(_THETA * n, (_THETA + 1) * n)
@@ -126,6 +126,9 @@ class Robot:
 
         Standard DH, ``Rz(q + theta) Tz(d) Tx(a) Rx(alpha)``, becomes modified DH by shifting every link's a and alpha
         to the next joint; the last pair goes into the flange's transform.
+
+        Raises:
+            ValueError: A standard-DH table has a beta.
         """
         joints = mapping["joints"]
         n = len(joints)
@@ -140,9 +143,9 @@ class Robot:
             end = float(a[-1]), float(alpha[-1])
             flange = link_end(*end) @ flange
         prismatic = tuple(i for i, joint in enumerate(joints) if joint.get("type") == "prismatic")
-        most = [DEFAULT_TRAVEL if i in prismatic else DEFAULT_LIMIT for i in range(n)]
+        largest = [DEFAULT_TRAVEL if i in prismatic else DEFAULT_LIMIT for i in range(n)]
         limits = np.array(
-            [joint.get("limits", [-most[i], most[i]]) for i, joint in enumerate(joints)], dtype=float
+            [joint.get("limits", [-largest[i], largest[i]]) for i, joint in enumerate(joints)], dtype=float
         )
         return cls(
             name=str(mapping["name"]),
@@ -157,7 +160,7 @@ class Robot:
         )
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return the ``robot:`` block of a dataset, modified DH (``standard_dh.stated_mapping`` keeps to the table that was read)."""
+        """Return the ``robot:`` block of a dataset, in modified DH (``standard_dh.stated_mapping`` writes it in the convention that was read)."""
         joints: list[dict[str, Any]] = []
         for i in range(self.n_joints):
             joint: dict[str, Any] = {kind: float(self.geometry[k, i]) for k, kind in enumerate(GEOMETRY)}
@@ -213,9 +216,9 @@ class Robot:
     def screws(self, frames: Array, geometry_offsets: Array | None = None) -> Array:
         """Return the screw of every geometric parameter in the base frame, ``(N, 6, 5 n)``.
 
-        Columns in the order of ``parameter_names``. a and d translate along a frame's axis; alpha, beta and theta
-        rotate about one through a frame's origin. The screw of a joint angle q_i is that of theta_i, that of a travel the one of
-        d_i (see ``by_joint``).
+        The columns are in the order of ``parameter_names``. a and d translate along an axis of a frame; alpha, beta and theta
+        rotate about an axis of a frame. A joint angle q_i has the screw of theta_i, and the travel of a prismatic joint that of d_i
+        (see ``joint_columns``).
 
         Args:
             frames: ``(N, n + 1, 4, 4)`` from ``frames``, with the same offsets.
@@ -233,7 +236,7 @@ class Robot:
         screws = np.zeros((frames.shape[0], 6, 5, n))
         screws[:, 3:, _A], screws[:, 3:, _D] = x_before, z_after
         points = o_before, after[:, 3, :3], o_before + a * x_before
-        for k, axis, point in zip(_TURNING, (x_before, z_after, y_tilted), points, strict=True):
+        for k, axis, point in zip(_ANGLES, (x_before, z_after, y_tilted), points, strict=True):
             screws[:, :3, k] = axis
             for row, i, j in ((3, 1, 2), (4, 2, 0), (5, 0, 1)):  # the cross product
                 screws[:, row, k] = point[:, i] * axis[:, j] - point[:, j] * axis[:, i]
@@ -241,7 +244,7 @@ class Robot:
 
 
 def link_end(a: float, alpha: float) -> Array:
-    """Return ``Tx(a) Rx(alpha)`` ``(4, 4)``, the end of a link in standard DH; a [m], alpha [rad]."""
+    """Return ``Tx(a) Rx(alpha)`` ``(4, 4)``, with which a link ends in standard DH; a [m], alpha [rad]."""
     return transform_from_rotation_vector([a, 0.0, 0.0], [alpha, 0.0, 0.0])
 
 

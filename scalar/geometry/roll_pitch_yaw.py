@@ -22,11 +22,10 @@ def rotation_from_rpy(rpy: Array) -> Array:
 def rpy_from_rotation(R: Array) -> Array:
     """Return roll, pitch and yaw ``(3,)`` [rad] of a rotation ``(3, 3)``, exact near a pitch of 90 degrees too.
 
-    Where the pitch is 90 degrees, only the sum or the difference of roll and yaw is determined: whatever yaw is taken, roll follows
-    from the rotation with that yaw undone.
+    Where the pitch is 90 or -90 degrees, only the sum or the difference of roll and yaw is determined; there roll is zero.
     """
-    upright = np.hypot(R[0, 0], R[1, 0]) < 1e-9
-    yaw = np.arctan2(-R[0, 1], R[1, 1]) if upright else np.arctan2(R[1, 0], R[0, 0])
+    vertical = np.hypot(R[0, 0], R[1, 0]) < 1e-9
+    yaw = np.arctan2(-R[0, 1], R[1, 1]) if vertical else np.arctan2(R[1, 0], R[0, 0])
     c, s = np.cos(yaw), np.sin(yaw)
     rest = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) @ R
     return np.array([np.arctan2(-rest[1, 2], rest[1, 1]), np.arctan2(-rest[2, 0], rest[0, 0]), yaw]) + 0.0

@@ -12,10 +12,10 @@ from scalar.geometry.se3 import Array, exp_so3, left_jacobian_so3, skew, transfo
 
 
 def exp_screw(screw: Array) -> Array:
-    """Return the transform ``(..., 4, 4)`` that a small screw ``(..., 6)``, (w [rad], v [m]), moves points by.
+    """Return the transform ``(..., 4, 4)`` by which a small screw ``(..., 6)``, (w [rad], v [m]), moves points.
 
-    The rotation is exact and ``v`` is applied as a translation: the same derivative at zero as the exponential of se(3), and
-    a rigid motion for every argument, which is all that a correction of some milliradians asks for.
+    The rotation is ``exp(w)``, and ``v`` is applied as a translation. At zero this has the same derivative as the exponential of se(3),
+    and it is a rigid motion for every argument. Corrections of some milliradians need no more.
     """
     return transform(exp_so3(screw[..., :3]), screw[..., 3:])
 

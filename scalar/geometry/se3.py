@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[Any]
-"""An array; float64 where nothing else is said, integers and booleans where a docstring says index, count or mask."""
+"""An array; float64 unless something else is said: integers and booleans where a docstring says index, count or mask."""
 
-_SMALL_ANGLE = 1e-4  # rad; below it the series of the left Jacobian is exact to 1e-17
+_SMALL_ANGLE = 1e-4  # rad; below it the first terms of the left Jacobian's series are exact to 1e-13
 
 
 def transform(rotation: ArrayLike, translation: ArrayLike) -> Array:
@@ -90,7 +90,7 @@ def left_jacobian_so3(rotation_vector: ArrayLike) -> Array:
 def rotation_angle(R: Array) -> Array:
     """Return the angle ``(...)`` [rad], 0 to pi, of rotations ``(..., 3, 3)``, accurate near zero.
 
-    ``R - R'`` holds twice the sine times the axis, and the trace is 1 and twice the cosine.
+    ``R - R^T`` is ``2 sin(angle) [axis]x``, and the trace of R is ``1 + 2 cos(angle)``.
     """
     sine = np.stack([R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]])
     trace = R[..., 0, 0] + R[..., 1, 1] + R[..., 2, 2]

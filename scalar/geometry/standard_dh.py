@@ -1,8 +1,8 @@
-"""An arm of modified DH as the rows of a standard-DH table, exactly.
+"""An arm in modified DH, written exactly as the rows of a standard-DH table.
 
 ``Rz(q + theta) Tz(d) Tx(a) Rx(alpha)`` ends a link where modified DH begins the next one, so that a and alpha of row i are those of joint
-i + 1 in modified DH. Those of joint 1 stand before the first row and go into the base's transform; those of the last row are a part of
-the flange's. Hayati's beta stands at the same place as in modified DH, after alpha: ``Rz(q + theta) Tz(d) Tx(a) Rx(alpha) Ry(beta)``.
+i + 1 in modified DH. Those of joint 1 go into the base's transform, before the first row; those of the last row are part of
+the flange's transform. Hayati's beta follows alpha, as in modified DH: ``Rz(q + theta) Tz(d) Tx(a) Rx(alpha) Ry(beta)``.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from scalar.geometry.robot import GEOMETRY, Robot, fixed_transform_mapping, link
 from scalar.geometry.se3 import Array, transform_from_rotation_vector
 
 AFTER_THE_JOINT = ("a", "alpha", "beta")
-"""Kinds of parameter that stand in the row before that of modified DH."""
+"""Parameters of joint i + 1 in modified DH that stand in row i of a standard-DH table."""
 _NAME = re.compile(rf"\b({'|'.join(GEOMETRY)})_(\d+)\b")
 
 
 @dataclass(frozen=True, eq=False)
 class StandardTable:
-    """The same arm in standard DH.
+    """An arm in standard DH.
 
     Attributes:
-        rows: ``(5, n)``, rows as in ``GEOMETRY``; a, alpha and beta are those after the joint.
+        rows: ``(5, n)``, rows as in ``GEOMETRY``; a [m], alpha and beta [rad] of a row act after the joint.
         T_base_0: ``(4, 4)``, fixed transform before the first row.
         T_n_flange: ``(4, 4)``, fixed transform after the last row.
     """
@@ -36,12 +36,12 @@ class StandardTable:
     T_n_flange: Array
 
 
-def shifted(values: Array, end: tuple[float, float, float]) -> Array:
-    """Return values ``(5, n)`` of modified DH in the rows of a standard-DH table.
+def standard_rows(values: Array, end: tuple[float, float, float]) -> Array:
+    """Return values ``(5, n)``, one for each parameter of modified DH, in the rows of a standard-DH table.
 
     Args:
-        values: Of any kind, as standard deviations.
-        end: Of a, alpha and beta in the last row.
+        values: ``(5, n)``, the parameters or, for example, their standard deviations.
+        end: Values of a, alpha and beta in the last row.
     """
     rows = values.copy()
     for kind, last in zip(AFTER_THE_JOINT, end, strict=True):
@@ -51,11 +51,11 @@ def shifted(values: Array, end: tuple[float, float, float]) -> Array:
 
 
 def standard_table(robot: Robot) -> StandardTable:
-    """Return an arm in standard DH; the end of its last link is that of the table that it was read from, or none."""
+    """Return an arm in standard DH; a and alpha of its last row are those of the table that it was read from, else zero."""
     a, alpha, beta = (float(robot.geometry[GEOMETRY.index(kind), 0]) for kind in AFTER_THE_JOINT)
     end = robot.standard_end or (0.0, 0.0)
     return StandardTable(
-        shifted(robot.geometry, (*end, 0.0)),
+        standard_rows(robot.geometry, (*end, 0.0)),
         robot.T_base_0 @ link_end(a, alpha) @ transform_from_rotation_vector([0.0] * 3, [0.0, beta, 0.0]),
         np.linalg.inv(link_end(*end)) @ robot.T_n_flange,
     )
@@ -64,7 +64,7 @@ def standard_table(robot: Robot) -> StandardTable:
 def stated_mapping(robot: Robot) -> dict[str, Any]:
     """Return the ``robot:`` block of a dataset in the convention of the table that the arm was read from.
 
-    Standard DH holds no beta between joints, and a nominal arm that was read from such a table has none.
+    A standard-DH table has no beta, and neither has a nominal arm that was read from one, so nothing is lost.
     """
     mapping = robot.to_mapping()
     if not robot.standard_dh:
@@ -84,16 +84,17 @@ def stated_mapping(robot: Robot) -> dict[str, Any]:
 
 
 def without_beta(robot: Robot) -> Robot:
-    """Return the arm that plain standard DH holds: without the betas between its joints (that of joint 1 is in the base's transform)."""
+    """Return the arm that a standard-DH table can describe: without beta, except that of joint 1, which goes into the base's transform."""
     geometry = robot.geometry.copy()
     geometry[GEOMETRY.index("beta"), 1:] = 0.0
     return replace(robot, geometry=geometry)
 
 
 def in_rows(text: str, robot: Robot) -> str:
-    """Return a text in which parameters are named by the rows of the table that the arm was read from: ``a 1`` where modified DH has a_2.
+    """Return a text in which parameters are named by the rows of the table that the arm was read from: ``a 1`` instead of ``a_2`` for standard DH.
 
-    The name has a space, as nothing else has, so that it is not taken for the model's. Row 0 stands before the table's first.
+    These names are written with a space, the model's own with an underscore, so that neither is taken for the other. Row 0 stands for
+    what precedes the table's first row.
     """
 
     def row(found: re.Match[str]) -> str:

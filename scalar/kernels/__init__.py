@@ -1,6 +1,6 @@
-"""The compiled inner loops, ``kernels.c``, where the set-up had a C compiler to build them; everything runs without them, several times slower.
+"""The inner loops compiled from ``kernels.c``, if a C compiler was there at set-up. Without them NumPy computes the same, several times slower.
 
-``hatch_build.py`` builds ``kernels.so`` beside this file. A library that was built from another source than the one that stands here is not
+``hatch_build.py`` builds ``kernels.so`` next to this file. A library that was built from other sources than those in this folder is not
 used. ``SCALAR_KERNELS=off`` in the environment switches to NumPy.
 """
 
@@ -21,7 +21,7 @@ _int, _at, _float = ctypes.c_int64, ctypes.c_void_p, ctypes.c_double
 
 
 class ProblemStruct(ctypes.Structure):
-    """``Problem`` of ``kernels.c``: a model of arm, sensor and planes."""
+    """``Problem`` of ``plane_model.h``: a model of arm, sensor and planes."""
 
     _fields_ = (
         *((name, _int) for name in ("N", "n", "K", "m")),
@@ -40,7 +40,7 @@ class PublishedStruct(ctypes.Structure):
 
 
 class FreeStruct(ctypes.Structure):
-    """``Free`` of ``kernels.c``: which coordinates are free, with their priors."""
+    """``Free`` of ``normal_equations.h``: which coordinates are free, with their priors."""
 
     _fields_ = (("F", _int), *((name, _at) for name in ("free", "mean", "weight")))
 
@@ -59,7 +59,7 @@ _ARGUMENTS = {
 
 
 def checksum(folder: Path = _FOLDER) -> int:
-    """Return a number that changes with the C source in a folder; ``hatch_build.py`` builds it into the library."""
+    """Return a checksum of the C sources in a folder; ``hatch_build.py`` compiles it into the library."""
     found = 0
     for path in sorted([*folder.glob("*.h"), *folder.glob("*.c")]):
         found = zlib.crc32(path.read_bytes(), found)
@@ -67,7 +67,7 @@ def checksum(folder: Path = _FOLDER) -> int:
 
 
 def load(library: Path = _FOLDER / "kernels.so", source: Path = _FOLDER) -> ctypes.CDLL | None:
-    """Return a library, or None where there is none, or one that was built from another source than stands in a folder."""
+    """Return a library; None if there is none, if it was built from other sources than those in a folder, or if ``SCALAR_KERNELS`` is ``off``."""
     if os.environ.get("SCALAR_KERNELS") == "off":
         return None
     try:
@@ -91,10 +91,10 @@ def contiguous(values: NDArray[np.generic]) -> Array:
 
 
 def checked(status: int) -> None:
-    """Raise what a function of the library reports.
+    """Check the status that a function of the library returned.
 
     Raises:
-        MemoryError: It got no memory.
+        MemoryError: The function could not allocate memory.
     """
     if status < 0:
         raise MemoryError
@@ -127,14 +127,15 @@ def compress(
     along_z: bool = False,
     sigma: float = 1.0,
 ) -> Array | None:
-    """Return the triangular factors ``(N, 3, 3)`` of ``[1, x, z]``, each point with its weight; None without the library, or for an empty scan.
+    """Return the triangular factors ``(N, 3, 3)`` of the weighted points ``w [1, x, z]`` of N scans; None without the library.
 
     Args:
-        points: ``(P, 2)`` [m].
-        starts: ``(N + 1,)``.
-        contact: ``(N, 3)``, or None for weights of 1. The weight is ``1 / (sigma |n . e|)``, e the direction in which a point errs.
-        along_z: Whether that is z instead of the ray.
-        sigma: [m].
+        points: ``(P, 2)`` [m], x and z of the points of all scans.
+        starts: ``(N + 1,)``, index of the first point of each scan, and P.
+        contact: ``(N, 3)``, the contact vector of each scan, ``(n.o - d, n.X, n.Z)`` with its plane's normal n and distance d, and the sensor's
+            origin o and axes X and Z; None for weights of 1. Else ``w = 1 / (sigma |n . e|)``, e the direction in which a point errs.
+        along_z: Whether points err along z instead of along their rays.
+        sigma: Standard deviation of a point along e [m].
     """
     if LIBRARY is None:
         return None
@@ -159,16 +160,17 @@ def profiles(
     along_z: bool,
     sigma: float,
 ) -> Array | None:
-    """Return the components ``(N, 3, k)`` of functions of the points along 1, t and t^2 of every scan, all weighted; None without the library.
+    """Return the weighted components ``(N, 3, k)`` of k functions of the points of each scan along 1, t and t^2; None without the library.
 
     Args:
-        points: ``(P, 2)`` [m].
-        starts: ``(N + 1,)``, no scan being empty.
-        contact: ``(N, 3)``; t is along the line in which it vanishes, and a point has the weight that it has for ``compress``.
-        codes: ``(k, 4)``, (along, r, i, j) of the functions ``u reach^r x^i z^j``; u is 1, or by ``along`` the x or z of the direction in which
-            a point errs.
-        along_z: Whether that is z instead of the ray; z is the reach then.
-        sigma: [m].
+        points: ``(P, 2)`` [m], x and z of the points of all scans.
+        starts: ``(N + 1,)``, as for ``compress``; no scan is empty.
+        contact: ``(N, 3)``, as for ``compress``, whose weights are used; 1, t and t^2 are
+            orthonormalised, t being the coordinate along the line in which the plane cuts the scan.
+        codes: ``(k, 4)``, (along, r, i, j) of the functions ``u reach^r x^i z^j``. u is 1 where ``along`` is 0, and the x or z component
+            of the direction in which a point errs where it is 1 or 2.
+        along_z: Whether points err along z instead of along their rays; the reach is then z instead of the ray's length.
+        sigma: Standard deviation of a point along that direction [m].
     """
     if LIBRARY is None:
         return None

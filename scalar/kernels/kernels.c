@@ -1,8 +1,8 @@
 /* The inner loops of a calibration on planes: frames of a chain, compression of scans, and a Levenberg-Marquardt fit.
 
-Each function has a twin in NumPy, which serves where no C compiler was at hand when the package was built. `scalar/kernels/__init__.py` loads
-the functions; tests/test_kernels.py compares the twins. All numbers are double precision, all arrays are row-major and contiguous.
-The sums are written in a fixed order, and no flag lets the compiler change it: the same data give the same bytes on any processor of a kind.
+Each function has a counterpart in NumPy, which is used where no C compiler was at hand when the package was built. `scalar/kernels/__init__.py` loads
+the functions; tests/test_kernels.py compares the two. All numbers are double precision, all arrays are row-major and contiguous.
+The sums are written in a fixed order, and no flag lets the compiler change it: the same data give the same bytes on all processors of one architecture.
 */
 
 #include "levenberg_marquardt.h"

@@ -23,7 +23,7 @@ typedef struct {
     double R[9], t[3];               /* of the sensor on the flange */
     double turns[9];                 /* left Jacobian of its rotation vector */
     double *planes;                  /* (K, 10): n, d, dn/du, dn/dv */
-    double *turned;                  /* (N, n, 2): cosine and sine of q, which stay as they are */
+    double *turned;                  /* (N, n, 2): cosine and sine of q, which no coordinate changes */
 } State;
 
 static void rotation(const double *r, double *R, double *left) {

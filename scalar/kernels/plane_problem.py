@@ -1,4 +1,4 @@
-"""Measurements of planes by rows that are linear in the contact vector: residual, Jacobian and fit in the compiled library."""
+"""Residual, Jacobian and fit of measurements of planes, in the compiled library; their rows are linear in the contact vector."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ ILL_CONDITIONED = -1
 
 
 @dataclass(frozen=True, eq=False)
-class Ended:
+class FitEnd:
     """Where a fit ended.
 
     Attributes:
-        info: MINPACK's number for why.
+        info: MINPACK's number for the reason.
         vector: ``(P,)``, all coordinates.
-        evaluations: Of the residual.
+        evaluations: How often the residual was computed.
     """
 
     info: int
@@ -31,7 +31,9 @@ class Ended:
 class PlaneProblem:
     """N poses that measure K planes with m rows each: ``factors @ c``, c the contact vector ``(n.o - d, n.X, n.Z)``.
 
-    Coordinates ``(P,)`` are the geometry ``(5, n)``, the sensor's translation and rotation vector, and (u, v, d) of every plane.
+    n and d are the plane's normal and distance, o, X and Z the sensor's origin and axes.
+
+    The coordinates ``(P,)`` are the geometry ``(5, n)``, the sensor's translation and rotation vector, and (u, v, d) of every plane.
     """
 
     def __init__(
@@ -97,18 +99,18 @@ class PlaneProblem:
         *,
         tolerance: float,
         first_step: float,
-        most: int,
-    ) -> Ended | None:
-        """Return the least-squares optimum by the steps of MINPACK on the normal equations; None where these have too few digits.
+        max_evaluations: int,
+    ) -> FitEnd | None:
+        """Return the least-squares optimum by the steps of MINPACK on the normal equations; None where these are too ill-conditioned.
 
         Args:
             start: ``(P,)``.
             free: ``(F,)``, indices of the free coordinates.
-            mean: ``(F,)``, of priors on them.
+            mean: ``(F,)``, means of the priors on them.
             weight: ``(F,)``, one over the standard deviation of the prior; 0 where there is none.
-            tolerance: Relative, on cost and coordinates.
-            first_step: Of the coordinates' own size: the ``factor`` of MINPACK.
-            most: Evaluations.
+            tolerance: Relative change of the cost, and of the coordinates, below which the fit has converged.
+            first_step: Longest first step relative to the scaled norm of the coordinates: the ``factor`` of MINPACK.
+            max_evaluations: The fit ends after so many evaluations of the residual.
         """
         assert LIBRARY is not None
         free = np.ascontiguousarray(free, dtype=np.int64)
@@ -116,7 +118,7 @@ class PlaneProblem:
         chosen = FreeStruct(len(free), free.ctypes.data, mean.ctypes.data, weight.ctypes.data)
         cost, evaluations = ctypes.c_double(), ctypes.c_int64()
         info = LIBRARY.fit(
-            ctypes.byref(self._struct), ctypes.byref(chosen), tolerance, first_step, most, vector.ctypes.data,
+            ctypes.byref(self._struct), ctypes.byref(chosen), tolerance, first_step, max_evaluations, vector.ctypes.data,
             ctypes.byref(cost), ctypes.byref(evaluations),
         )  # fmt: skip
-        return None if info == ILL_CONDITIONED else Ended(info, vector, evaluations.value)
+        return None if info == ILL_CONDITIONED else FitEnd(info, vector, evaluations.value)

@@ -23,7 +23,7 @@ static double third(const Published *p, const double *two) {
     return sqrt(rest);
 }
 
-/* The columns origin, X and Z (3 rows) of the sensor's pose on the flange. */
+/* The sensor's pose on the flange as three columns (3 x 3): origin, X and Z. */
 static void sensor_columns(const double *sensor, double *S) {
     double length = sqrt(dot3(sensor, sensor)), turn[3], R[9], left[9];
     for (int r = 0; r < 3; r++) turn[r] = sensor[r] / length * sensor[3];
@@ -46,7 +46,7 @@ static ALWAYS void carry(const double *L, const double *from, double *to) {
             to[3 * r + j] = L[4 * r] * from[j] + L[4 * r + 1] * from[3 + j] + L[4 * r + 2] * from[6 + j] + (j ? 0.0 : L[4 * r + 3]);
 }
 
-/* A plane's row (4,) times the columns origin, X and Z (3 x 3); the origin is a place, or a move of one. */
+/* A plane's row (4,) times the columns origin, X and Z (3 x 3). place: whether the origin is a point (1) or the change of one (0). */
 static ALWAYS void meet(const double *row, const double *columns, double *c, int place) {
     for (int j = 0; j < 3; j++) c[j] = row[0] * columns[j] + row[1] * columns[3 + j] + row[2] * columns[6 + j] + (j || !place ? 0.0 : row[3]);
 }
@@ -86,7 +86,7 @@ static void steps_of(const Published *p, const double *x, const double *steps, S
         sensor_columns(own, s->sensor[k]);
         for (int r = 0; r < 9; r++) s->sensor[k][r] -= S[r];
     }
-    for (int64_t k = 0; k < 4 * p->K; k++) { /* (n, -d) is the row that meets a point */
+    for (int64_t k = 0; k < 4 * p->K; k++) { /* row (n, -d): times (p, 1), it is the distance of p from the plane */
         const double *plane = planes + 4 * (k / 4);
         double *change = s->planes + 4 * k;
         memcpy(own, plane, 4 * sizeof(double));

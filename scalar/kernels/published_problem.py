@@ -1,4 +1,4 @@
-"""The original paper's model on planes: rows, and their changes by steps of its parameters, in the compiled library."""
+"""The original paper's model of scans on planes, in the compiled library: its rows, and how a step of each parameter changes them."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from scalar.kernels import LIBRARY, Array, PublishedStruct, checked, contiguous
 
 READINGS = ("raise", "abs", "clip")
-"""Of the root of a negative number, in the order in which ``published_model.h`` counts them."""
+"""How the root of a negative number is read, in the order in which ``published_model.h`` counts the readings."""
 
 
 class PublishedProblem:
     """N poses that measure K planes with three rows each: ``factors @ c``, c the contact vector ``(n.o - d, n.X, n.Z)``.
 
-    Parameters ``(P,)`` are a, alpha, d, theta ``(4, n)``, the sensor's axis, angle and place, and normal and distance of every plane.
+    n and d are the plane's normal and distance, o, X and Z the sensor's origin and axes.
+    The parameters ``(P,)`` are a, alpha, d, theta ``(4, n)``, the sensor's axis, angle and place, and normal and distance of every plane.
     """
 
     def __init__(
@@ -57,7 +58,7 @@ class PublishedProblem:
         return self._found(values, None)[0]
 
     def changes(self, values: Array, steps: Array) -> Array:
-        """Return by how much the rows change when each parameter is stepped, the roots with it, ``(3 N, P)``.
+        """Return the change of the rows, ``(3 N, P)``, when one parameter at a time is stepped and the roots are recomputed.
 
         Args:
             values: ``(P,)``.

@@ -14,7 +14,7 @@
 #define WIDE
 #endif
 
-/* So that what a WIDE function calls is compiled as it is. */
+/* A function that a WIDE one calls is inlined, and so compiled for the same registers. */
 #if defined(__GNUC__)
 #define ALWAYS inline __attribute__((always_inline))
 #else

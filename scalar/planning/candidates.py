@@ -119,7 +119,7 @@ def _measurable(cell: Workcell, q: Array, k: int) -> Array:
     for _ in range(kind.contact_iterations):
         frames = robot.frames(q)
         T = frames[:, -1] @ robot.T_n_flange @ cell.model.T_flange_sensor
-        q = q + measurement.contact_step(T, target, which, robot.screws(frames)[:, :, robot.by_joint])
+        q = q + measurement.contact_step(T, target, which, robot.screws(frames)[:, :, robot.joint_columns])
     return q[measurement.perfect_rows(cell.sensor_frames(q), target, which)[2]]
 
 

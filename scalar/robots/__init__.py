@@ -1,4 +1,4 @@
-"""Arms that people own: a file each, with the sources of its numbers."""
+"""The library of arms that are sold, one file for each, with the sources of its numbers."""
 
 from scalar.robots.library import LibraryArm, arm_names, read_arm
 

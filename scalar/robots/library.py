@@ -1,8 +1,8 @@
 """The library of arms: ``arms/<name>.yaml``, each with Denavit-Hartenberg parameters, joint limits and the sources of its numbers.
 
 An arm is *verified* where two published sources, of different authors or in different documents of the maker, give the same position
-of the flange in random postures, to the length that its file states. Otherwise it is *unverified*, and its note says what they disagree on.
-Left out: masses, and the deviation of the single arm from its data sheet, which is what a calibration finds.
+of the flange in random postures, to the length that its file states. Otherwise it is *unverified*, and its note says why.
+The files hold no masses, and no deviations of single arms from their data sheets, which are what a calibration finds.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from scalar.data.io.plain_yaml import load_yaml
 from scalar.errors import Fault, InvalidInput
 
 VERIFIED, UNVERIFIED = "verified", "unverified"
-_SUGGESTED = 5
-"""Names in a suggestion, at most. Chosen: what fits in a line."""
-_ALIKE = 0.5
-"""Least similarity (``difflib`` ratio, 0 to 1) of a name that is suggested. Chosen: 'kuka kr6' finds the KR 6 arms, 'toaster' finds none."""
+_MOST_SUGGESTIONS = 5
+"""Most names in a suggestion, so that they fit in a line."""
+_LEAST_SIMILARITY = 0.5
+"""Least similarity (``difflib`` ratio, 0 to 1) of a name that is suggested. With it, 'kuka kr6' finds the KR 6 arms, and 'toaster' finds none."""
 
 
 @dataclass(frozen=True)
@@ -30,16 +30,16 @@ class LibraryArm:
     """An arm of the library.
 
     Attributes:
-        name: In the library.
-        maker: Of the arm.
-        model: As the maker calls it.
+        name: Name in the library.
+        maker: Name of the maker.
+        model: The maker's name of the arm.
         verified: Whether two sources agree.
-        agreement: How far the sources differ at the flange, at most [m]; None for an arm that is unverified.
-        sources: Of the geometry, the first of them the one that the numbers were taken from.
-        limits_source: Of the joint limits.
-        reach: Distance from axis 1 that the maker states [m].
-        reach_at: What that reach is of: ``wrist centre`` (the origin of the last frame but one) or ``flange``.
-        reach_tolerance: How far the numbers may be from it [m].
+        agreement: Most by which the flange's position differs between the sources [m]; None for an unverified arm.
+        sources: Sources of the geometry; the numbers were taken from the first.
+        limits_source: Source of the joint limits.
+        reach: Largest distance of ``reach_at`` from axis 1, as the maker states it [m].
+        reach_at: The point whose reach that is: ``wrist centre`` (the origin of the last frame but one) or ``flange``.
+        reach_tolerance: Most by which the reach of this geometry may differ from the stated one [m].
         note: What a user of the arm should know; empty where there is nothing.
         mapping: The ``robot:`` block of a dataset.
     """
@@ -67,10 +67,10 @@ def arm_names() -> list[str]:
 
 
 def read_arm(name: str) -> LibraryArm:
-    """Return the arm of a name, or of a maker's model; letters' case, blanks and punctuation do not matter.
+    """Return the arm of a name, of a model, or of a maker and model; case, blanks and punctuation do not matter.
 
     Raises:
-        InvalidInput: The library has none of this name; the message suggests names that are alike.
+        InvalidInput: The library has no arm of this name; the message suggests similar names.
     """
     known = {_plain(key): own for own, keys in _keys().items() for key in keys}
     own = known.get(_plain(name))
@@ -112,16 +112,16 @@ def _plain(name: str) -> str:
 
 
 def _unknown(name: str) -> str:
-    """Return what to say of a name that the library does not have."""
+    """Return the message for a name that the library does not have."""
     wanted = _plain(name)
     plain = {own: [_plain(key) for key in keys] for own, keys in _keys().items()}
-    alike = {
+    similarity = {
         own: max(difflib.SequenceMatcher(None, wanted, key).ratio() for key in keys)
         for own, keys in plain.items()
     }
     close = [own for own, keys in plain.items() if any(wanted in key for key in keys)] if wanted else []
-    close = close or [own for own, ratio in alike.items() if ratio >= _ALIKE]
-    close.sort(key=lambda own: (-alike[own], own))
-    listed = ", ".join(close[:_SUGGESTED])
-    meant = f"did you mean {listed}? " if listed else ""
-    return f"{name!r} is no arm of the library; {meant}`scalar init --list` shows all; describe another arm by --urdf or --dh"
+    close = close or [own for own, ratio in similarity.items() if ratio >= _LEAST_SIMILARITY]
+    close.sort(key=lambda own: (-similarity[own], own))
+    listed = ", ".join(close[:_MOST_SUGGESTIONS])
+    suggestion = f"did you mean {listed}? " if listed else ""
+    return f"{name!r} is no arm of the library; {suggestion}`scalar init --list` lists all arms; describe any other by --urdf or --dh"

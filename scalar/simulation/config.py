@@ -17,7 +17,7 @@ from typing import Any
 import jsonschema
 
 from scalar.data.io.plain_yaml import LARGEST, join_path, load_yaml
-from scalar.data.schema_words import in_our_words
+from scalar.data.schema_words import in_plain_words
 from scalar.data.strict_schema import strict_validator
 from scalar.errors import Fault, InvalidInput
 from scalar.simulation.injected_checks import injected_faults
@@ -159,7 +159,7 @@ def _faults(error: Any, file: str) -> list[Fault]:
         unknown = [key for key in error.instance if key not in known]
         prefix = f"{place}." if place else ""
         return [Fault(file, _unknown(key, known), column=prefix + key) for key in unknown]
-    said = in_our_words(error)
+    said = in_plain_words(error)
     return [Fault(file, message, column=join_path(path) or None) for path, message in said]
 
 

@@ -1,5 +1,5 @@
-"""The baseline with all columns at once is the baseline: same derivatives and same steps; same end and same count where
-these do not depend on the last bit of the arithmetic, and so on the processor.
+"""The batched baseline equals the baseline: same derivatives and same steps; and the same end and the same number of evaluations
+where these do not depend on the last bit of the arithmetic, and so on the processor.
 """
 
 import functools
@@ -11,7 +11,7 @@ import pytest
 
 from scalar import kernels
 from scalar.baseline import batched
-from scalar.baseline.batched import Distances, Ended, fit_baseline
+from scalar.baseline.batched import BaselineEnd, Distances, fit_baseline
 from scalar.baseline.fit import DEFAULTS, calibrate_baseline, first_guess
 from scalar.baseline.parameterisation import READINGS, Parameterisation
 from scalar.sensors import measure
@@ -23,7 +23,7 @@ STEP = 1e-5
 
 @functools.cache
 def dataset(upright=False):
-    """Return a cell whose walls stand upright, where the root is undefined beside the solution, or lean."""
+    """Return a dataset whose walls stand upright, where the root is undefined next to the solution, or lean."""
     return scene_with_guesses("vs060", upright, poses_per_plane=20).dataset
 
 
@@ -40,7 +40,7 @@ def distances_of(data, reading):
 @pytest.mark.parametrize("reading", ["clip", "abs"])
 @pytest.mark.parametrize("upright", [False, True])
 def test_the_columns_are_forward_differences_of_the_residual(reading, upright):
-    """A parameter at a time, stepped as MINPACK steps it, constraint included."""
+    """Each column is the change of the rows by a step of one parameter, as MINPACK steps it, with the constraint applied."""
     distances, x = distances_of(dataset(upright), reading)
     base, J = distances.rows(distances.values(x)), distances.jacobian(x)
     assert J.shape == (len(base), 32)
@@ -57,7 +57,7 @@ def test_the_columns_are_forward_differences_of_the_residual(reading, upright):
 @pytest.mark.parametrize("reading", READINGS)
 @pytest.mark.parametrize("upright", [False, True])
 def test_rows_and_columns_of_the_compiled_library_are_those_of_numpy(reading, upright, monkeypatch):
-    """For every reading of the root, where its argument is negative as well: the same rows and changes to rounding, or none in both."""
+    """In every reading, also where the root's argument is negative, rows and changes agree to rounding, or are NaN in both."""
     compiled, x = distances_of(dataset(upright), reading)
     monkeypatch.setattr(batched, "LIBRARY", None)
     by_numpy, _ = distances_of(dataset(upright), reading)
@@ -73,7 +73,7 @@ def test_rows_and_columns_of_the_compiled_library_are_those_of_numpy(reading, up
 
 @functools.cache
 def ends(upright, reading, defaults, nudge=0):
-    """Return where the batched way and lmfit's end; each `nudge` but zero moves the data in their last bit."""
+    """Return where the batched baseline and lmfit's end; each `nudge` but zero changes the data in their last bit."""
     data = dataset(upright)
     if nudge:
         rng = np.random.default_rng(nudge)
@@ -102,7 +102,7 @@ CHAOTIC = (True, "abs", "2018")
 @pytest.mark.parametrize("nudge", [0, 1])
 @pytest.mark.parametrize(("upright", "reading", "defaults"), REPRODUCIBLE)
 def test_it_takes_the_steps_of_lmfit(upright, reading, defaults, nudge):
-    """Where rounding does not lead the path: same status, same number of evaluations, same end, in both ways of computing."""
+    """Where the path does not depend on rounding, both computations have the same status, number of evaluations and end."""
     ours, theirs = ends(upright, reading, defaults, nudge)
     assert (
         ours.status
@@ -116,7 +116,7 @@ def test_it_takes_the_steps_of_lmfit(upright, reading, defaults, nudge):
 
 @pytest.mark.parametrize(("upright", "reading", "defaults"), REPRODUCIBLE)
 def test_the_last_bit_leaves_a_reproducible_run_alone(upright, reading, defaults):
-    """Moving the data by rounding changes neither the number of evaluations nor the end: what "reproducible" means here."""
+    """Changing the data in the last bit changes neither the number of evaluations nor the end."""
     for first, second in zip(
         ends(upright, reading, defaults), ends(upright, reading, defaults, 1), strict=True
     ):
@@ -127,7 +127,7 @@ def test_the_last_bit_leaves_a_reproducible_run_alone(upright, reading, defaults
 @pytest.mark.parametrize("nudge", [0, 1])
 @pytest.mark.parametrize(("upright", "reading", "defaults"), SAME_END)
 def test_another_path_has_the_same_end(upright, reading, defaults, nudge):
-    """With the differences of 2018 either way ends at the optimum that today's lmfit finds, after some number of evaluations."""
+    """With the differences of 2018 both computations end at the optimum that today's lmfit finds, after differing numbers of evaluations."""
     optimum = ends(upright, reading, "now")[1]
     for found in ends(upright, reading, defaults, nudge):
         assert status(found) == "converged"
@@ -139,7 +139,7 @@ def test_another_path_has_the_same_end(upright, reading, defaults, nudge):
 @pytest.mark.parametrize("nudge", range(4))
 def test_a_chaotic_run_ends_between_the_optimum_and_the_start(nudge):
     """`abs` on upright walls with the differences of 2018: every run ends by MINPACK's own rule, better than it began by a
-    factor of ten, and worse than the optimum of the same cell, whatever its last bits made of it.
+    factor of ten, and worse than the optimum of the same dataset, whatever its path.
     """
     upright, reading, defaults = CHAOTIC
     optimum = ends(upright, "clip", "now")[1].residual_rms
@@ -154,8 +154,10 @@ def test_a_chaotic_run_ends_between_the_optimum_and_the_start(nudge):
 @pytest.mark.parametrize("upright", [False, True])
 @pytest.mark.parametrize(("defaults", "agreement"), [("now", 1e-8), ("2018", 1e-6)])
 def test_one_step_from_the_same_state_is_the_same(upright, reading, defaults, agreement):
-    """Stopped at the first trial, the chaotic run's included, both stand at the same place, to rounding over the step of the differences."""
-    first_trial = 1 + 32 + 1  # the residual at the start, a column a parameter, the residual at the trial
+    """Stopped at the first trial, both computations are at the same parameters, to rounding divided by the step of the differences."""
+    first_trial = (
+        1 + 32 + 1
+    )  # the residual at the start, a column for each parameter, the residual at the trial
     held = PUBLISHED_FIXED
     data = dataset(upright)
     ours = fit_baseline(data, reading, held, first_trial, defaults)
@@ -169,22 +171,22 @@ def test_one_step_from_the_same_state_is_the_same(upright, reading, defaults, ag
 
 
 def status(found):
-    """Return how a run of either way ended."""
-    return found.status if isinstance(found, Ended) else found.summary["status"]
+    """Return the status of a run of either computation."""
+    return found.status if isinstance(found, BaselineEnd) else found.summary["status"]
 
 
 def evaluations(found):
-    """Return how often a run of either way asked for the residual."""
-    return found.evaluations if isinstance(found, Ended) else found.summary["evaluations"]
+    """Return the number of evaluations of a run of either computation."""
+    return found.evaluations if isinstance(found, BaselineEnd) else found.summary["evaluations"]
 
 
 def rms(found):
-    """Return the root mean square distance at which a run of either way ended [m]."""
-    return found.rms if isinstance(found, Ended) else found.residual_rms
+    """Return the root mean square distance [m] at which a run of either computation ended."""
+    return found.rms if isinstance(found, BaselineEnd) else found.residual_rms
 
 
 def test_the_defaults_of_now_are_those_of_the_lmfit_that_is_installed():
-    """Written down, they change nothing; another lmfit would show here."""
+    """The written defaults give as many evaluations as lmfit called without any; a release of lmfit with others would fail here."""
     held = PUBLISHED_FIXED
     data = dataset()
     ours = fit_baseline(data, "clip", held, 5000)
@@ -202,7 +204,7 @@ def test_the_defaults_of_now_are_those_of_the_lmfit_that_is_installed():
 
 
 def test_a_fit_that_runs_on_is_capped_and_keeps_its_last_trial():
-    """No more evaluations than allowed, columns counted one by one."""
+    """It makes no more evaluations than allowed, each column counted as one."""
     ended = fit_baseline(dataset(), "clip", PUBLISHED_FIXED, 40)
     assert ended.status == "capped"
     assert ended.evaluations <= 40

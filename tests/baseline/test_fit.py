@@ -1,5 +1,5 @@
-"""The paper's own way: its 43 parameters, three readings of a root that upright walls defeat, and the
-optimum that it shares with ours where the root holds. All points against compressed ones, for both.
+"""The baseline: its 43 parameters, the three readings of its root, which fails at upright walls, and the optimum that it shares
+with the proposed method elsewhere; and that compressed rows give both methods the optimum of all points.
 """
 
 import functools
@@ -40,9 +40,7 @@ def published(reading="clip", points="all", upright=False, max_nfev=5000):
 
 @functools.cache
 def unweighted_fit():
-    """Return our fit with one weight for all points, which is what the baseline minimises, its free
-    mask and the scene.
-    """
+    """Return the proposed method's fit with one weight for all points, which is what the baseline minimises."""
     dataset = scene().dataset
     prepared = prepare(dataset)
     residuals = Residuals.of(dataset, prepared.initial.model)
@@ -67,8 +65,8 @@ def test_a_unit_vector_is_three_parameters_one_of_them_constrained(robot, count)
     assert sum(parameter.vary for parameter in parameters.values()) == count - 4 - len(held)
 
 
-def test_the_held_set_is_derived_and_is_the_papers():
-    """Without being told, the same parameters are fixed on the VS060 as in the paper."""
+def test_the_fixed_parameters_are_derived_and_are_the_papers():
+    """If none are given, the parameters that are fixed on the VS060 are those that the paper fixes."""
     found = calibrate_baseline(scene().dataset, max_nfev=40)
     assert {entry["held"] for entry in found.gauge} == set(PUBLISHED_FIXED)
     assert found.summary["varying"] == 32
@@ -76,7 +74,7 @@ def test_the_held_set_is_derived_and_is_the_papers():
 
 @pytest.mark.parametrize("seed", range(10))
 def test_published_parameters_hold_every_pose_and_plane(seed):
-    """There and back is the identity, with the third component of every unit vector not negative."""
+    """From a model to the published parameters and back is the identity; no third component of a unit vector is negative."""
     rng = np.random.default_rng(seed)
     robot = scene().dataset.robot
     T = np.eye(4)
@@ -95,7 +93,7 @@ def test_published_parameters_hold_every_pose_and_plane(seed):
 
 @pytest.mark.parametrize("reading", READINGS)
 def test_leaning_walls_give_our_optimum_in_every_reading(reading):
-    """Where no root comes near zero the parameterisation does not matter, downward normals included."""
+    """Where no root comes near zero, all readings give the proposed method's optimum, for downward normals too."""
     true_lean = lean(scene().truth.normals)
     assert np.abs(true_lean).min() > np.sin(np.deg2rad(1.0)), "choose a seed with leaning walls"
     assert true_lean.min() < 0, "choose a seed with a wall that leans the other way"
@@ -111,7 +109,7 @@ def test_leaning_walls_give_our_optimum_in_every_reading(reading):
 
 
 def test_its_standard_errors_are_those_of_unweighted_points():
-    """lmfit's covariance, carried to the reported coordinates, is ``(J' J)^-1`` times the residual's
+    """lmfit's covariance, transformed to the reported coordinates, is ``(J' J)^-1`` times the residual's
     variance.
     """
     ours, theirs = unweighted_fit(), published("clip")
@@ -123,11 +121,11 @@ def test_its_standard_errors_are_those_of_unweighted_points():
     np.testing.assert_allclose(std[: robot + 3], expected[: robot + 3], rtol=0.02)
 
 
-def test_compressed_rows_give_the_published_way_its_own_optimum():
-    """Rows with the same sum of squares: the same end, to the solver's tolerance, and standard errors that agree in the middle.
+def test_compressed_rows_give_the_baseline_its_own_optimum():
+    """Compressed rows give the end of all points, to the solver's tolerance, and standard errors whose median agrees.
 
-    Those of single parameters do not: lmfit's come from forward differences whose step, for a parameter near zero, leaves few digits, and the
-    processor decides which (alpha_3 by a factor of three with OpenBLAS's kernels for Zen, within 2 % with those for SkylakeX).
+    Those of single parameters may differ: lmfit's come from forward differences whose step, for a parameter near zero, leaves few digits,
+    and the processor decides which (alpha_3 by a factor of three with OpenBLAS's kernels for Zen, within 2 % with those for SkylakeX).
     """
     everything, compressed = published("clip", "all"), published("clip", "compressed")
     assert compressed.summary["status"] == everything.summary["status"] == "converged"
@@ -140,7 +138,7 @@ def test_compressed_rows_give_the_published_way_its_own_optimum():
 
 
 def test_left_alone_lmfit_stops_at_an_upright_wall_and_that_is_reported():
-    """``raise``: a NaN ends the fit at once; it is a status, the robot stays nominal, nothing is claimed."""
+    """``raise``: a NaN ends the fit at once; the status says so, the robot stays nominal, and no standard errors are given."""
     before = np.geterr()
     found = published("raise", upright=True)
     assert found.summary["status"] == "raised"
@@ -152,7 +150,7 @@ def test_left_alone_lmfit_stops_at_an_upright_wall_and_that_is_reported():
 
 @pytest.mark.parametrize("reading", ["clip", "abs"])
 def test_the_other_readings_get_past_an_upright_wall(reading):
-    """``clip`` and ``abs`` end by themselves, at finite parameters that fit better than the start."""
+    """``clip`` and ``abs`` converge, at finite parameters that fit better than the start."""
     found, start = published(reading, upright=True), published("raise", upright=True)
     assert found.summary["status"] == "converged"
     assert np.isfinite(found.model.vector).all()
@@ -160,7 +158,7 @@ def test_the_other_readings_get_past_an_upright_wall(reading):
 
 
 def test_a_fit_that_hits_the_cap_says_so_and_is_still_reported(tmp_path):
-    """``capped``: no more evaluations than allowed, finite parameters, and a file that can be read again."""
+    """``capped``: no more evaluations than allowed, finite parameters, and a calibration that can be saved."""
     found = published("clip", max_nfev=60)
     assert found.summary["status"] == "capped"
     assert found.summary["evaluations"] <= 60
@@ -169,7 +167,7 @@ def test_a_fit_that_hits_the_cap_says_so_and_is_still_reported(tmp_path):
 
 
 def test_what_it_cannot_do_is_refused():
-    """Another sensor, an unknown reading or choice of points: an error, not a guess."""
+    """Another sensor, an unknown reading or an unknown choice of points is refused."""
     dataset = scene().dataset
     with pytest.raises(ValueError, match="scans of planes"):
         calibrate_baseline(make_scene(kind="tracker", poses_per_plane=5).dataset)

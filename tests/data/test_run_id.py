@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 
 from scalar.data.io.atomic import write_json
-from scalar.data.io.run_id import INDEX, OF_A_DIAGNOSIS, check_run, run_of, with_run
+from scalar.data.io.run_id import DIAGNOSIS_FILES, INDEX, check_run, run_of, with_run
 from scalar.errors import InvalidInput
 
-RESULTS = {name: {"format": "scalar-something/2", "value": k} for k, name in enumerate(OF_A_DIAGNOSIS)}
+RESULTS = {name: {"format": "scalar-something/2", "value": k} for k, name in enumerate(DIAGNOSIS_FILES)}
 
 
-def write(folder: Path, run: str, names: tuple[str, ...] = OF_A_DIAGNOSIS) -> None:
+def write(folder: Path, run: str, names: tuple[str, ...] = DIAGNOSIS_FILES) -> None:
     """Write files of one run."""
     for name in names:
         write_json(folder / name, with_run(RESULTS[name], run))
@@ -23,13 +23,13 @@ def test_the_same_findings_are_the_same_run() -> None:
     assert len({run_of({"a": 1}), run_of({"a": 2}), run_of({"a": 1}, {}), run_of({"b": 1})}) == 4
 
 
-@pytest.mark.parametrize("written", range(len(OF_A_DIAGNOSIS) + 1))
+@pytest.mark.parametrize("written", range(len(DIAGNOSIS_FILES) + 1))
 def test_a_run_killed_after_any_file_is_noticed_by_whoever_reads_one(tmp_path: Path, written: int) -> None:
     """A second run that replaced only the first files: each file that contradicts the index is refused, and so is the index."""
     write(tmp_path, "0" * 16)
-    write(tmp_path, "1" * 16, OF_A_DIAGNOSIS[:written])
-    for k, name in enumerate(OF_A_DIAGNOSIS):
-        mixed = 0 < written < len(OF_A_DIAGNOSIS)
+    write(tmp_path, "1" * 16, DIAGNOSIS_FILES[:written])
+    for k, name in enumerate(DIAGNOSIS_FILES):
+        mixed = 0 < written < len(DIAGNOSIS_FILES)
         if mixed and (name == INDEX or k < written):
             with pytest.raises(InvalidInput, match=r"of run 1.* of run 0|of run 0.* of run 1"):
                 check_run(tmp_path / name)

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from scalar.data.schema_words import in_our_words
+from scalar.data.schema_words import in_plain_words
 from scalar.data.strict_schema import strict_validator
 
 SCHEMA = {
@@ -32,7 +32,9 @@ def said(**changes: Any) -> list[str]:
     """Return what is said of a mapping that is sound but for the changes."""
     errors = strict_validator(SCHEMA).iter_errors({"poses": 5} | changes)
     return [
-        f"{'.'.join(map(str, path))}: {message}" for error in errors for path, message in in_our_words(error)
+        f"{'.'.join(map(str, path))}: {message}"
+        for error in errors
+        for path, message in in_plain_words(error)
     ]
 
 
@@ -65,6 +67,6 @@ def test_a_fault_is_said_in_plain_words(change, message):
 def test_a_key_that_is_missing_or_misspelt_is_named():
     """A missing key is asked for; of a misspelt one the nearest is offered."""
     errors = strict_validator(SCHEMA).iter_errors({"pose": 1})
-    lines = [f"{path[-1]}: {message}" for error in errors for path, message in in_our_words(error)]
+    lines = [f"{path[-1]}: {message}" for error in errors for path, message in in_plain_words(error)]
     assert any(line.startswith("poses: missing; add it") for line in lines)
     assert any(line.startswith("pose: unknown key; did you mean 'poses'?") for line in lines)

@@ -1,4 +1,4 @@
-"""Near-parallel axes: which joints have one, for robots whose makers say so, and what making them parallel changes."""
+"""Near-parallel axes: which joints of known robots have one, and what making them parallel changes."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def robot_of(name):
 
 @pytest.mark.parametrize(("name", "joints"), [("vs060", [3]), ("ur10e", [3, 4]), ("panda", [])])
 def test_joints_whose_axes_run_parallel_to_the_one_before(name, joints):
-    """The VS060 has one such joint, the UR10e two in a row, the Panda none: as their data sheets draw them."""
+    """The VS060 has one such joint, the UR10e two in a row, the Panda none, as the drawings in their data sheets show."""
     assert near_parallel_joints(robot_of(name)) == joints
 
 

@@ -1,4 +1,4 @@
-"""Planes on S^2 x R: the tangent is orthonormal, the derivative true, and the coordinates come back."""
+"""Planes on S^2 x R: tangents are orthonormal, derivatives agree with differences, and coordinates survive a change of reference."""
 
 import numpy as np
 import pytest
@@ -20,16 +20,14 @@ coordinates = st.tuples(st.floats(-2, 2), st.floats(-2, 2), st.floats(-3, 3)).ma
 
 @given(st.one_of(normals, axes))
 def test_tangents_are_orthonormal_with_the_normal(normal):
-    """Two unit vectors across the normal and each other, walls and floors included."""
+    """The tangents are unit vectors perpendicular to the normal and to each other, for walls and floors too."""
     frame = np.vstack([normal, tangent_basis(normal[None])[0]])
     np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-14)
 
 
 @given(st.one_of(normals, axes), coordinates)
 def test_derivative_of_the_normal(normal, vector):
-    """``dn/d(u, v)`` against central differences, also far from the reference; it is tangent to the
-    sphere.
-    """
+    """``dn/d(u, v)`` agrees with central differences, also far from the reference, and is tangent to the sphere."""
     planes = Planes.at(["k"], normal[None], np.zeros(1)).with_vector(vector)
     derivative, h = planes.normal_derivatives[0], 1e-6
     for t in range(2):
@@ -56,21 +54,21 @@ def test_rebasing_changes_the_coordinates_and_not_the_planes(normal, vector):
 
 @given(normals)
 def test_a_small_coordinate_is_the_angle_of_tilt(normal):
-    """For small values (u, v) is the tilt in radians: so its standard error can be read as an angle."""
+    """For small values (u, v) is the tilt in radians, so that its standard error can be read as an angle."""
     planes = Planes.at(["k"], normal[None], np.zeros(1)).with_vector(np.array([3e-4, -4e-4, 0.0]))
     angle = np.linalg.norm(np.cross(planes.normals[0], normal))
     assert angle == pytest.approx(5e-4, rel=1e-6)
 
 
 def test_a_normal_that_turned_over_is_not_expressed_about_its_guess():
-    """Across a right angle the chart ends: an error, not a number."""
+    """A normal more than 90 degrees from its guess has no tangent coordinates about it: an error is raised."""
     guess = Planes.at(["k"], np.array([[0.0, 0.0, 1.0]]), np.zeros(1))
     with pytest.raises(ValueError, match="right angle"):
         Planes.at(["k"], np.array([[1.0, 0.0, -0.1]]), np.zeros(1)).expressed_about(guess)
 
 
 def test_names_units_and_vector_go_together():
-    """Three coordinates a plane, in one order everywhere."""
+    """Each plane has three coordinates; names, units and vector list them in the same order."""
     planes = Planes.at(["floor", "wall"], np.eye(3)[[2, 0]], np.array([0.1, 0.7]))
     floor, wall = planes.parameter_names[:3], planes.parameter_names[3:]
     assert floor == ["normal_floor_u", "normal_floor_v", "distance_floor"]

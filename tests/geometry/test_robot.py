@@ -1,6 +1,4 @@
-"""The chain of joints: frames against products of elementary matrices, standard DH, and the screw of every
-parameter.
-"""
+"""The chain of joints: frames are products of elementary matrices, standard DH is converted, and every parameter has its screw."""
 
 import numpy as np
 import pytest
@@ -14,7 +12,7 @@ ROBOTS = sorted(path.stem for path in ROBOT_CONFIGS.glob("*.yaml"))
 
 
 def random_robot(rng: np.random.Generator, n: int) -> Robot:
-    """Return a chain of n joints with every parameter, beta included, and both fixed transforms in play."""
+    """Return a chain of n joints with random values of every parameter, beta included, and of both fixed transforms."""
     geometry = rng.uniform(-0.5, 0.5, size=(5, n))
     geometry[1] += rng.choice([0.0, np.pi / 2, -np.pi / 2, np.pi], size=n)
     ends = [kinematics.random_transform(rng, 0.4, 0.9) for _ in range(2)]
@@ -37,7 +35,7 @@ def test_frames_agree_with_elementary_matrices(name):
 
 @pytest.mark.parametrize("n", [1, 3, 6, 7, 9])
 def test_frames_with_all_parameters_and_fixed_transforms(n):
-    """The same for random chains with beta and with transforms before the first joint and after the last."""
+    """The flange is that product for random chains with beta and with transforms before the first joint and after the last."""
     rng = np.random.default_rng(n)
     robot = random_robot(rng, n)
     q = rng.uniform(-3, 3, size=(20, n))
@@ -60,9 +58,7 @@ def test_offsets_of_the_geometry_act_pose_by_pose():
 
 @pytest.mark.parametrize("n", [2, 6, 7])
 def test_standard_dh_is_converted_to_the_same_arm(n):
-    """Rz Tz Tx Rx of a standard-DH table, last row included, and the converted chain reach the same
-    flange.
-    """
+    """The product of Rz Tz Tx Rx over a standard-DH table, last row included, and the converted chain give the same flange."""
     rng = np.random.default_rng(n)
     rows = [tuple(rng.uniform(-1, 1, size=4)) for _ in range(n)]
     flange = {"translation": [0.1, -0.2, 0.05], "rotation_vector": [0.3, 0.1, -0.7]}
@@ -73,7 +69,7 @@ def test_standard_dh_is_converted_to_the_same_arm(n):
     q = rng.uniform(-3, 3, size=(30, n))
     expected = kinematics.transform(base) @ kinematics.standard_chain(rows, q) @ kinematics.transform(flange)
     np.testing.assert_allclose(robot.flange(q), expected, atol=1e-14)
-    # ... and it stays that arm when it is written and read as what it has become.
+    # Written as modified DH and read again, it is still the same arm.
     again = Robot.from_mapping(robot.to_mapping())
     np.testing.assert_allclose(again.flange(q), expected, atol=1e-14)
 
@@ -148,7 +144,7 @@ def test_screw_of_every_parameter(n, with_offsets):
 
 
 def test_screw_of_a_joint_angle_is_that_of_theta():
-    """q and theta enter as a sum, so their screws are one."""
+    """q and theta enter as a sum, so they have the same screw."""
     rng = np.random.default_rng(9)
     robot = random_robot(rng, 6)
     q = rng.uniform(-3, 3, size=(4, 6))

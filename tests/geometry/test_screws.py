@@ -1,4 +1,4 @@
-"""Screws: they move points as they say, change frames as the adjoint action does, and follow the motions that they belong to."""
+"""Screws: they are the velocities of points, change frames by the adjoint action, and are the derivatives of rigid motions."""
 
 import numpy as np
 from hypothesis import given
@@ -20,7 +20,7 @@ def velocity(screw, p):
 
 
 @given(vectors, rotation_vectors, vectors)
-def test_a_small_screw_moves_points_as_it_says(v, w, p):
+def test_a_small_screw_moves_points_by_its_velocity(v, w, p):
     """``dp = w x p + v`` to first order; and ``exp_screw`` is a rigid motion for every argument."""
     T = screws.exp_screw(np.r_[w, v])
     np.testing.assert_allclose(T[:3, :3] @ T[:3, :3].T, np.eye(3), atol=1e-14)
@@ -31,7 +31,7 @@ def test_a_small_screw_moves_points_as_it_says(v, w, p):
 
 @given(frames, vectors, vectors, vectors)
 def test_a_change_of_frame_leaves_the_velocity_of_a_point_alone(T_a_b, w, v, p_b):
-    """A point has the same velocity whether the screw is expressed in b and its velocity rotated to a, or the other way round."""
+    """A point's velocity from the screw in frame a is that from the screw in frame b, rotated to a."""
     screw_b = np.r_[w, v]
     screw_a = screws.change_frame(T_a_b[None], screw_b[None, :, None])[0, :, 0]
     p_a = (T_a_b @ np.r_[p_b, 1.0])[:3]
@@ -61,7 +61,7 @@ def test_the_derivative_of_a_screw_motion_is_that_of_central_differences(v, w, d
 
 @given(directions, vectors, component)
 def test_a_rotation_about_a_line_leaves_its_points_alone(axis, through, along):
-    """Points on the axis have no velocity, and all others move across it."""
+    """Points on the axis have no velocity, and another point's velocity is perpendicular to the axis."""
     screw = screws.rotations_about(axis[None, :, None], through[None])[0, :, 0]
     np.testing.assert_allclose(velocity(screw, through + along * axis), 0.0, atol=1e-12)
     off = velocity(screw, through + np.cross(axis, [0.3, -0.7, 0.2]))

@@ -1,6 +1,4 @@
-"""Rotations and transforms: the laws of the group, exponential and logarithm near zero and near half a
-turn.
-"""
+"""Rotations and transforms: the laws of the group, and exponential and logarithm near zero and near half a turn."""
 
 import numpy as np
 import pytest
@@ -36,13 +34,13 @@ def test_transforms_form_a_group(A, B, C):
 
 @given(rotation_vectors)
 def test_exponential_is_the_matrix_exponential(r):
-    """``exp(r)`` is the exponential of ``[r]x``: the matrix series is a second opinion."""
+    """``exp(r)`` is the exponential of the matrix ``[r]x``, as SciPy computes it."""
     np.testing.assert_allclose(se3.exp_so3(r), expm(se3.skew(r)), atol=1e-13)
 
 
 @given(directions, st.one_of(small_angles, st.floats(0.0, 3.1)))
 def test_logarithm_undoes_exponential(direction, angle):
-    """``log(exp(r)) = r`` to rounding, relative to |r| however small, short of half a turn."""
+    """``log(exp(r)) = r`` to rounding, for angles from zero to just below half a turn."""
     r = direction * angle
     np.testing.assert_allclose(se3.log_so3(se3.exp_so3(r)), r, rtol=0, atol=2e-14 + 1e-14 * angle)
 
@@ -63,8 +61,8 @@ def test_logarithm_near_half_a_turn(direction, short):
 
 
 @given(rotation_vectors)
-def test_logarithm_agrees_with_another_way(r):
-    """A logarithm by way of the best of four quaternion rows gives the same rotation."""
+def test_logarithm_agrees_with_that_by_quaternions(r):
+    """The logarithm and one that is computed by a quaternion stand for the same rotation."""
     R = kinematics.rotate_about(r, float(np.linalg.norm(r))) if np.linalg.norm(r) > 0 else np.eye(3)
     np.testing.assert_allclose(
         se3.exp_so3(se3.log_so3(R)), se3.exp_so3(kinematics.rotation_vector(R)), atol=1e-13
@@ -81,7 +79,7 @@ def test_left_jacobian_turns_a_step_of_the_vector_into_a_rotation(direction, ang
 
 
 def test_left_jacobian_is_continuous_where_the_series_takes_over():
-    """The closed form and the series agree beside the switch, to the rounding of the closed form."""
+    """The closed form and the series agree on either side of the switch, to the rounding of the closed form."""
     direction = np.array([1.0, -2.0, 0.5]) / np.sqrt(5.25)
     below, above = (se3.left_jacobian_so3(direction * angle) for angle in (0.99999e-4, 1.00001e-4))
     np.testing.assert_allclose(below, above, atol=1e-8)
@@ -89,7 +87,7 @@ def test_left_jacobian_is_continuous_where_the_series_takes_over():
 
 @given(vectors, vectors)
 def test_cross_and_skew_are_the_cross_product(u, v):
-    """Both spellings of ``u x v`` agree with NumPy's."""
+    """``cross(u, v)`` and ``skew(u) @ v`` agree with NumPy's cross product."""
     np.testing.assert_array_equal(se3.cross(u, v), np.cross(u, v))
     np.testing.assert_allclose(se3.skew(u) @ v, np.cross(u, v), atol=1e-15)
 

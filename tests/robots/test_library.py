@@ -1,4 +1,4 @@
-"""The library of arms: every file is sound, agrees with what was published about the arm, and has the maker's reach."""
+"""The library of arms: every file is complete, agrees with what was published about the arm, and has the maker's reach."""
 
 from math import pi
 from pathlib import Path
@@ -27,7 +27,7 @@ def turn(axis, angle):
 
 
 def moved(T, R=None, p=None):
-    """Return frames ``(N, 4, 4)`` after a rotation ``(N, 3, 3)`` and a shift ``(3,)`` in their own axes."""
+    """Return frames ``(N, 4, 4)`` rotated by ``(N, 3, 3)`` and shifted by ``(3,)`` [m] in their own axes."""
     step = np.tile(np.eye(4), (len(T), 1, 1))
     if R is not None:
         step[:, :3, :3] = R
@@ -68,16 +68,16 @@ def published_flange(entry, q):
 
 
 def test_the_library_has_arms_and_each_was_compared():
-    """At least 25 arms are verified, and what was published stands beside every arm of the library and no other."""
+    """At least 25 arms are verified, and ``published.yaml`` has entries for every arm of the library and for no other."""
     assert sum(read_arm(name).verified for name in NAMES) >= 25
     assert set(PUBLISHED) == set(NAMES)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_verified_arm_agrees_with_two_sources(name):
-    """In 200 random postures the flange is where each source has it, and turned against it by one fixed rotation.
+    """In 200 random postures the flange's origin is where each source has it, and its axes differ from the source's by one fixed rotation.
 
-    Sources differ in how they turn the flange's axes, so that rotation may be any, but the same in all postures.
+    Sources differ in how they turn the flange's axes, so any rotation is allowed, but it must be the same in all postures.
     An arm that is unverified agrees with its first source.
     """
     arm, entries = read_arm(name), PUBLISHED[name]
@@ -96,7 +96,7 @@ def test_a_verified_arm_agrees_with_two_sources(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_an_arm_is_described_whole(name):
+def test_an_arm_is_described_completely(name):
     """Maker, model, sources and their status stand in the file; an unverified arm says why."""
     arm = read_arm(name)
     assert arm.mapping["name"] == name and arm.maker and arm.model and arm.limits_source
@@ -106,7 +106,7 @@ def test_an_arm_is_described_whole(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_limits_are_sane(name):
+def test_limits_are_plausible(name):
     """Every joint has limits, at least 60 degrees apart and within two turns of zero."""
     limits = np.array([joint["limits"] for joint in read_arm(name).mapping["joints"]])
     assert np.all(np.diff(limits) > np.deg2rad(60)) and np.max(np.abs(limits)) < 4.001 * pi
@@ -114,7 +114,7 @@ def test_limits_are_sane(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_reach_is_the_makers(name):
-    """The farthest that the wrist centre or the flange comes from axis 1 is the stated reach, to the tolerance in the file."""
+    """The largest distance of the wrist centre or the flange from axis 1 is the stated reach, to the tolerance in the file."""
     arm = read_arm(name)
     robot = Robot.from_mapping(arm.mapping)
     low, high = robot.limits.T
@@ -137,7 +137,7 @@ def test_the_reach_is_the_makers(name):
     ("config", "name"), [("ur10e", "ur10e"), ("panda", "franka_panda"), ("vs060", "denso_vs060")]
 )
 def test_the_arms_of_the_scenes_are_those_of_the_library(config, name):
-    """The robot of a scene has its flange where the library has it."""
+    """The robot of a scene and the library's arm of that model have the same flange."""
     ours, library = (Robot.from_mapping(m) for m in (robot_mapping(config), read_arm(name).mapping))
     q = np.random.default_rng(3).uniform(-pi, pi, (50, ours.n_joints))
     assert np.max(np.abs(ours.flange(q)[:, :3, 3] - library.flange(q)[:, :3, 3])) < 1e-9
@@ -157,8 +157,8 @@ def test_a_name_is_found_however_it_is_written(written, name):
     assert read_arm(written).name == name
 
 
-def test_a_wrong_name_suggests_those_alike():
-    """A shortened model suggests the arms that have it in their names; what is like no arm suggests none."""
+def test_a_wrong_name_suggests_similar_ones():
+    """A shortened model suggests the arms whose names contain it; a name unlike any arm's suggests none."""
     with pytest.raises(InvalidInput, match=r"did you mean .*kuka_kr6_r900_2") as error:
         read_arm("kr6 r900")
     assert "kuka_kr6_r900_sixx" in str(error.value)
@@ -175,7 +175,7 @@ def test_a_wrong_name_suggests_those_alike():
     ],
 )
 def test_an_arm_agrees_with_the_urdf_that_pybullet_ships(name, file, base, tip):
-    """The flange is where that description has it, to its rounding of right angles, joint directions included."""
+    """The flange is where that description has it, joint directions included, to the rounding of right angles in the description."""
     data = pytest.importorskip("pybullet_data")
     shipped, _ = robot_from_urdf(Path(data.getDataPath()) / file, base, tip)
     ours = Robot.from_mapping(read_arm(name).mapping)

@@ -1,6 +1,6 @@
 """Files and folders that appear whole or not at all.
 
-Everything is written under a temporary name beside its destination, on the same file system, and renamed when
+Everything is written under a temporary name in the folder of its destination and renamed when
 it is complete. A run that dies half-way leaves at most a hidden temporary file, never half an output; the next one that
 writes to the same folder removes it.
 Left out: protection against power failure (no fsync).
@@ -26,7 +26,7 @@ _BROKEN = (*_NO_ROOM, errno.EROFS, errno.EIO, errno.ESTALE)
 
 
 def cannot_write(path: Path, error: OSError | ValueError) -> InvalidInput:
-    """Return the refusal for a place that the system does not let be written."""
+    """Return the error for a place where the system does not allow writing."""
     number = getattr(error, "errno", None)
     reason = getattr(error, "strerror", None) or str(error)
     room = "make room, or " if number in _NO_ROOM else ""
@@ -79,7 +79,7 @@ def atomic_directory(
     Args:
         path: the folder that is to appear. Missing parents are made.
         may_replace: asked about a folder that is already there and not empty; True lets it be replaced.
-        remedy: what is said of one that may not.
+        remedy: end of the message about a folder that may not be replaced.
 
     Raises:
         InvalidInput: the place cannot be written, or holds something that may not be replaced.
@@ -113,7 +113,7 @@ def check_replaceable(path: Path, may_replace: Callable[[Path], bool], remedy: s
 
 
 def _swap_in(new: Path, path: Path) -> None:
-    """Rename the folder `new` to `path`; what was at `path` goes, or comes back if that fails."""
+    """Rename the folder `new` to `path`; what was at `path` is removed, or restored if the renaming fails."""
     if not path.exists():
         new.rename(path)
         return
@@ -160,7 +160,7 @@ def _finite(value: Any) -> Any:
 
 
 def write_json(path: str | os.PathLike[str], obj: Any) -> None:
-    """Write `obj` to `path` as JSON, atomically: keys in the given order, indent 1, a last line end.
+    """Write `obj` to `path` as JSON, atomically: keys in the given order, indent 1, and a line end at the end.
 
     Numbers that are not finite become null, since JSON has no others; floats read back exactly.
     """

@@ -1,7 +1,7 @@
-"""Read CSV files: with a fast parser if they are sound, else cell by cell to find every fault.
+"""Read CSV files: by a fast parser, or cell by cell.
 
-The fast way parses a whole file at once. Only where that fails is the file read again cell by cell, to find
-every fault and its row, or to accept what the fast way is too strict for (``+1.5``).
+The fast parser takes a whole file at once. Only if it fails is the file read again cell by cell, to find
+every fault and its row, or to accept what the fast parser does not (``+1.5``).
 """
 
 import csv
@@ -16,8 +16,6 @@ from scalar.errors import Fault, InvalidInput
 
 _LINE_END = re.compile(r"\r\n|\r|\n")
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
-
-
 _DIGIT_AT_THE_START = re.compile(r"[-+.,]*[0-9]")
 
 
@@ -40,7 +38,7 @@ def read_csv(path: Path, layout: Layout, faults: list[Fault]) -> Table | None:
 
 
 def _plain_header(raw: bytes) -> list[str] | None:
-    """Return the names in the first line, None if it is not plain enough for the fast way."""
+    """Return the names in the first line, None if the fast parser cannot be used."""
     line = raw.split(b"\n", 1)[0].removesuffix(b"\r")
     if not line.strip() or b"\r" in line:
         return None
@@ -126,7 +124,7 @@ def _read_by_cell(file: str, raw: bytes, layout: Layout, faults: list[Fault]) ->
         if name and names.count(name) == 1:
             cells = [row[j] for row in rows]
             table.columns[name] = _text(cells) if name in layout.text else _numbers(cells)
-            _check_text_cells(table, name, cells, layout, faults)
+            _check_numeric_cells(table, name, cells, layout, faults)
     check_cells(table, layout, faults)
     return table
 
@@ -145,8 +143,10 @@ def _numbers(cells: list[str]) -> np.ndarray:
     )
 
 
-def _check_text_cells(table: Table, name: str, cells: list[str], layout: Layout, faults: list[Fault]) -> None:
-    """Report cells of a numeric column that are no numbers at all."""
+def _check_numeric_cells(
+    table: Table, name: str, cells: list[str], layout: Layout, faults: list[Fault]
+) -> None:
+    """Report the cells of a numeric column that are not numbers; nothing for a column of text."""
     if name in layout.text:
         return
     wrong = np.array([not (NUMBER.fullmatch(c) or _NOT_FINITE.fullmatch(c)) for c in cells], dtype=bool)
@@ -176,6 +176,7 @@ def _check_text_cells(table: Table, name: str, cells: list[str], layout: Layout,
 
 
 def _labels(cell: str) -> str:
+    """Return the message about a column of whole numbers that holds names instead."""
     return (
         f"names such as {shorten(cell)}, and whole numbers are needed; number the rows that belong together 1, 2, 3 ..., "
         "alike in all tables"

@@ -1,4 +1,4 @@
-"""Read JSON files of ours, damaged ones included: plain data with finite numbers, text that can be written, and bounded depth."""
+"""Read SCALAR's JSON files, and refuse damaged ones: plain data with finite numbers, text that can be written, and bounded depth."""
 
 import json
 import math
@@ -55,7 +55,7 @@ def read_json(path: Path) -> Any:
 
 
 def _check(value: Any, path: tuple[str | int, ...], file: str, faults: list[Fault]) -> None:
-    """Add what no file of ours may hold to `faults`, each with its key."""
+    """Add every value that such a file may not hold to `faults`, with its key."""
 
     def fault(message: str) -> None:
         faults.append(Fault(file, message, column=join_path(path) or None))

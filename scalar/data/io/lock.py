@@ -1,8 +1,8 @@
 """One writer for a folder of results at a time.
 
-The lock is a record lock on a hidden file of the folder, which holds the number of its owner. The system releases such a lock when its
-owner ends, however it ends, so a dead owner's is simply taken. Left out: writers on machines whose common file system
-has no locks; there, the owner's number counts on its own machine alone.
+The lock is a record lock on a hidden file of the folder; the file holds the number of the process that owns it. The system releases such a
+lock when its owner ends, however it ends, so that the next process gets it. On a shared file system without locks, the process number
+in the file is checked instead, which keeps out other processes of the same machine only.
 """
 
 from __future__ import annotations
@@ -21,16 +21,15 @@ from scalar.data.io.temporary import sweep
 from scalar.errors import Fault, InvalidInput
 
 LOCK = ".scalar.lock"
-_TAKEN = (errno.EACCES, errno.EAGAIN)
+_HELD_BY_ANOTHER = (errno.EACCES, errno.EAGAIN)
 _NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL)
-_held: set[tuple[int, int]] = (
-    set()
-)  # a process does not lock itself out: (device, inode) of each that it holds
+_held: set[tuple[int, int]] = set()
+"""(device, inode) of each lock that this process holds, since record locks do not keep a process from locking twice."""
 
 
 @contextmanager
 def locked(folder: Path) -> Iterator[Path]:
-    """Hold a folder of results for this process while the block runs; made if missing, and removed again if it stays empty.
+    """Lock a folder of results for this process while the block runs; the folder is made if missing, and removed if it stays empty.
 
     What killed runs have left in it is removed first.
 
@@ -63,14 +62,14 @@ def _missing(folder: Path) -> list[Path]:
 
 
 def _remove(folders: list[Path]) -> None:
-    """Remove folders that were made, as far as they are empty."""
+    """Remove folders, in order, up to the first that is not empty."""
     with suppress(OSError, ValueError):
         for folder in folders:
             folder.rmdir()
 
 
 def _acquire(folder: Path) -> tuple[int, tuple[int, int]]:
-    """Return the open lock file and its place on the disk; it holds the number of this process."""
+    """Lock the folder, and return the descriptor of the lock file and its (device, inode)."""
     path = folder / LOCK
     while True:
         with suppress(FileNotFoundError):
@@ -104,7 +103,7 @@ def _lock(descriptor: int, folder: Path, path: Path) -> None:
     try:
         fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
-        if error.errno in _TAKEN:
+        if error.errno in _HELD_BY_ANOTHER:
             raise _taken(folder, path) from None
         if error.errno not in _NO_LOCKS:
             raise
@@ -114,7 +113,7 @@ def _lock(descriptor: int, folder: Path, path: Path) -> None:
 
 
 def _owner(path: Path) -> tuple[int | None, str]:
-    """Return the number of the process that a lock names, and its machine; None where it names none."""
+    """Return the number of the process that a lock file names, None if it names none, and its machine."""
     with suppress(OSError, ValueError):
         pid, _, machine = path.read_text(errors="replace").strip().partition(" ")
         return int(pid), machine

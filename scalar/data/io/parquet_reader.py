@@ -1,4 +1,4 @@
-"""Read Parquet files, damaged ones included, as tables of numbers, and of text where the layout says so."""
+"""Read Parquet files as tables of numbers and, in the columns that the layout says, text; damaged files are refused."""
 
 from pathlib import Path
 

@@ -36,9 +36,8 @@ _INT = re.compile(r"[-+]?[0-9]+")
 _BASED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
-_TEXT_KEYS = frozenset(
-    {"name", "source"}
-)  # text in every file of ours, even where it reads like a number (7113e31)
+_TEXT_KEYS = frozenset({"name", "source"})
+"""Keys whose values are text in every file that SCALAR reads, even if YAML would read a number: 7113e31 may be a commit."""
 _CHARACTER = re.compile(r"\\U([0-9a-fA-F]{8})")
 _MAX_DIGITS = 400  # no number needs more, and Python refuses to convert integers of several thousand digits
 
@@ -63,7 +62,7 @@ def resolve(text: str) -> bool | int | float | str | None:
 
 
 def has_half_character(text: str) -> bool:
-    r"""Return whether a text holds a lone surrogate (``"\ud800"``), which no file can be written with."""
+    r"""Return whether a text holds a lone surrogate (``"\ud800"``), which cannot be written to a file."""
     return any("\ud800" <= character <= "\udfff" for character in text)
 
 

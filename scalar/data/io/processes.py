@@ -1,4 +1,4 @@
-"""Whether a process lives, and processes that end with the one that they work for."""
+"""Check whether a process lives, and end a process when the one that it works for has ended."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 import threading
 import time
 
-_LOOKS = 0.5  # s between looks
+_CHECK_INTERVAL = 0.5  # s
 
 
 def lives(pid: int) -> bool:
@@ -15,24 +15,24 @@ def lives(pid: int) -> bool:
         os.kill(pid, 0)
     except (ProcessLookupError, OverflowError):
         return False
-    except OSError:  # of another user
+    except OSError:  # it belongs to another user
         return True
     return True
 
 
 def end_with(owner: int) -> None:
-    """End this process, whatever it does, when the process `owner` has gone: nothing computes on for nobody.
+    """End this process, whatever it does, when the process `owner` has ended, so that it does not compute on for nothing.
 
     Args:
-        owner: Number of a process that lives, in general the one that started this one. One that is not there now is not watched: it
-            belongs to another machine, or to the outside of a container.
+        owner: Number of a process that lives, in general the one that started this one. A number of no process is not watched: it
+            belongs to another machine, or to a process outside this container.
     """
     if lives(owner):
         threading.Thread(target=_watch, args=(owner, os.getppid() == owner), daemon=True).start()
 
 
 def _watch(owner: int, is_parent: bool) -> None:
-    """End this process when the owner has gone; a parent that ended is told at once, though its number may be taken for a while."""
+    """End this process when the owner has gone; the end of a parent is noticed even if its number stays in use for a while."""
     while os.getppid() == owner if is_parent else lives(owner):
-        time.sleep(_LOOKS)
+        time.sleep(_CHECK_INTERVAL)
     os._exit(1)

@@ -1,6 +1,6 @@
-"""Read regular files of a limited size, and nothing else that a path may lead to.
+"""Read regular files of limited size; whatever else a path may lead to is refused.
 
-A pipe in the place of a file would wait for ever, and a device may never end. Every reader of this package gets its bytes here,
+Reading a pipe could wait for ever, and a device may never end. Every reader of this package gets its bytes here,
 or has the file checked here before a library opens it. A file longer than its limit is refused before it is read.
 """
 
@@ -11,41 +11,41 @@ from pathlib import Path
 from scalar.errors import Fault, InvalidInput
 
 MAX_TABLE_BYTES = 1_000_000_000
-"""Length of a table [bytes], some 20 million points: a longer one would not fit into the memory of a common computer."""
+"""Largest size of a table [bytes], some 20 million points: a larger one would not fit into the memory of a common computer."""
 MAX_JSON_BYTES = 100_000_000
-"""Length of a JSON file [bytes]: the covariance of two thousand parameters."""
+"""Largest size of a JSON file [bytes], enough for the covariance of two thousand parameters."""
 
 
-def check_regular_file(path: Path, most: int, file: str | None = None) -> None:
-    """Refuse a path that leads to no regular file, or to one longer than `most` bytes.
+def check_regular_file(path: Path, max_bytes: int, file: str | None = None) -> None:
+    """Refuse a path that leads to no regular file, or to one longer than `max_bytes`.
 
     Args:
-        path: of the file; links are followed.
-        most: its greatest length [bytes].
-        file: what messages call it; None: its name.
+        path: path of the file; links are followed.
+        max_bytes: the largest size that is accepted [bytes].
+        file: what messages call the file; if None, its name.
 
     Raises:
         InvalidInput: the file is missing, cannot be read, is a pipe, a device, a socket or a folder, or is too long.
     """
-    _read(path, most, file, content=False)
+    _read(path, max_bytes, file, content=False)
 
 
-def read_regular_file(path: Path, most: int, file: str | None = None) -> bytes:
+def read_regular_file(path: Path, max_bytes: int, file: str | None = None) -> bytes:
     """Return the bytes of a regular file; arguments and refusals as for `check_regular_file`."""
-    return _read(path, most, file, content=True)
+    return _read(path, max_bytes, file, content=True)
 
 
 def path_inside(folder: Path, name: str, file: str, key: str) -> Path:
-    """Return the path of a file that a file of a folder names, and refuse one that leads out of the folder, by its parts or by a link.
+    """Return the path of a file that another file in a folder names; refuse a path that leads out of the folder, by ``..`` or by a link.
 
     Args:
-        folder: In which both lie.
-        name: As the file has it, relative to the folder.
-        file: The file that names it, in messages.
-        key: Where it does.
+        folder: The folder that has to contain both.
+        name: The path as it is written, relative to the folder.
+        file: What messages call the file in which it is written.
+        key: The key or column there.
 
     Raises:
-        InvalidInput: The path leads elsewhere, or is none.
+        InvalidInput: The path leads elsewhere, or is not a path.
     """
     try:
         path = folder / name
@@ -57,26 +57,26 @@ def path_inside(folder: Path, name: str, file: str, key: str) -> Path:
     raise InvalidInput(Fault(file, message, column=key))
 
 
-def _read(path: Path, most: int, file: str | None, *, content: bool) -> bytes:
+def _read(path: Path, max_bytes: int, file: str | None, *, content: bool) -> bytes:
     file = file or path.name or str(path)
     try:
-        _check(os.stat(path), most, file)  # a device is not even opened: that may already have an effect
+        _check(os.stat(path), max_bytes, file)  # a device is not even opened: that may already have an effect
         descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
         with os.fdopen(descriptor, "rb") as stream:
-            _check(os.fstat(descriptor), most, file)
-            raw = stream.read(most + 1) if content else b""
+            _check(os.fstat(descriptor), max_bytes, file)
+            raw = stream.read(max_bytes + 1) if content else b""
     except OSError as error:
         reason = "no such file" if isinstance(error, FileNotFoundError) else error.strerror or str(error)
         message = f"cannot be read ({reason}); check the path {str(path)!r} and its permissions"
         raise InvalidInput(Fault(file, message)) from error
     except ValueError as error:  # a null character in the path
         raise InvalidInput(Fault(file, f"not a path ({error}); correct it")) from error
-    if len(raw) > most:
-        raise InvalidInput(_too_long(file, most))
+    if len(raw) > max_bytes:
+        raise InvalidInput(_too_long(file, max_bytes))
     return raw
 
 
-def _check(status: os.stat_result, most: int, file: str) -> None:
+def _check(status: os.stat_result, max_bytes: int, file: str) -> None:
     if stat.S_ISDIR(status.st_mode):
         raise InvalidInput(Fault(file, "cannot be read (Is a directory); give a file"))
     if not stat.S_ISREG(status.st_mode):
@@ -84,11 +84,12 @@ def _check(status: os.stat_result, most: int, file: str) -> None:
             "not a regular file but a pipe, a device or a socket; save its content as a file, and give that"
         )
         raise InvalidInput(Fault(file, message))
-    if status.st_size > most:
-        raise InvalidInput(_too_long(file, most))
+    if status.st_size > max_bytes:
+        raise InvalidInput(_too_long(file, max_bytes))
 
 
-def _too_long(file: str, most: int) -> Fault:
+def _too_long(file: str, max_bytes: int) -> Fault:
     return Fault(
-        file, f"longer than {most // 1_000_000} MB, the most that is read of such a file; make it shorter"
+        file,
+        f"longer than {max_bytes // 1_000_000} MB, the most that is read of such a file; make it shorter",
     )

@@ -1,8 +1,8 @@
-"""The run that each file of one result carries, so that files of two runs are not taken for one result.
+"""The run that each file of a result names, so that files of two runs are not taken for one result.
 
 A result of several files is written file by file, its index last. A run that is killed between two of them leaves files of two runs in
 one folder, each whole. Every file of a result therefore names its run, and a reader of one compares it with the index beside it.
-The name is a checksum of what was found, not of the moment: the same input gives the same bytes.
+A run is named by a checksum of its results, not by its time, so that the same input gives the same bytes.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from scalar.errors import Fault, InvalidInput
 RUN = "run"
 """The key of a run in a JSON file of a result, right after ``format``."""
 INDEX = "diagnosis.json"
-"""Of the files of a diagnosis: written last."""
-OF_A_DIAGNOSIS = ("before.json", "after.json", INDEX)
-_HEAD = 400  # bytes of a file in which its run stands
+"""The file of a diagnosis that is written last."""
+DIAGNOSIS_FILES = ("before.json", "after.json", INDEX)
+_HEAD = 400  # bytes at the start of a file that contain the name of its run
 _SOURCE = re.compile(rb"^source: .*, run ([0-9a-f]{16})\"?\s*$", re.MULTILINE)
 _NAMED = re.compile(rb'\A\{\s*"format": "[^"]*",\s*"run": "([0-9a-f]{16})"')
 
 
 def run_of(*contents: Any) -> str:
-    """Return the name of the run that found these: plain data, in the order of the files."""
+    """Return the name of the run whose files have these contents: plain data, in the order of the files."""
     total = hashlib.sha256()
     for content in contents:
         total.update(json.dumps(content, allow_nan=True, sort_keys=False, default=list).encode())
@@ -41,20 +41,20 @@ def with_run(content: Mapping[str, Any], run: str) -> dict[str, Any]:
 
 
 def check_run(path: Path) -> None:
-    """Refuse a file of a diagnosis if a file beside it, that belongs to it by its name, is of another run.
+    """Refuse a file of a diagnosis if another file of the diagnosis, in the same folder, is of another run.
 
     Files that name no run, as earlier releases wrote them, are not compared.
 
     Args:
-        path: Of the file that is being read.
+        path: The file that is being read.
 
     Raises:
         InvalidInput: The runs differ.
     """
-    if path.name not in OF_A_DIAGNOSIS:
+    if path.name not in DIAGNOSIS_FILES:
         return
     run = _run_named_in(path)
-    others = [name for name in OF_A_DIAGNOSIS if name != path.name] if path.name == INDEX else [INDEX]
+    others = [name for name in DIAGNOSIS_FILES if name != path.name] if path.name == INDEX else [INDEX]
     for other in others:
         found = _run_named_in(path.with_name(other))
         if run is not None and found is not None and found != run:
@@ -71,11 +71,11 @@ def source_with_run(source: str, run: str) -> str:
 
 
 def check_truth_run(truth: Path, run: object) -> None:
-    """Refuse a truth whose dataset lies beside it and is of another run.
+    """Refuse a truth if the dataset in the folder ``dataset`` next to it is of another run.
 
     Args:
-        truth: The folder.
-        run: That its ``truth.json`` names; None if it names none.
+        truth: The folder of the truth.
+        run: The run that its ``truth.json`` names; None if it names none.
 
     Raises:
         InvalidInput: The runs differ.

@@ -1,8 +1,8 @@
-"""Hidden names beside an output, and what runs that were killed have left under such names.
+"""Hidden names for unfinished outputs, and the removal of what killed runs have left under such names.
 
-A name holds the machine and the process that gave it: ``.calibration.json.1f0c3a.4711.9be0c2d1.tmp``. What a process of this machine has
-left that no longer lives is removed when a folder is next written to. A folder that was moved aside (``.old``), so that a
-new one could take its place, comes back if none has.
+A name holds the machine and the process that gave it: ``.calibration.json.1f0c3a.4711.9be0c2d1.tmp``. If that process belongs to this
+machine and no longer lives, the file is removed when its folder is next written to. A folder that was moved aside (``.old``), so that a
+new one could take its place, gets its name back if no new one has it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def temporary_beside(path: Path, use: str = "tmp") -> Path:
     """Return a hidden name in the folder of `path` that nobody else uses.
 
     Args:
-        path: Of the output.
+        path: Path of the output.
         use: ``tmp`` for what becomes the output, ``old`` for an output that was moved aside.
 
     Raises:
@@ -50,13 +50,13 @@ def sweep_once(folder: Path) -> None:
 
 
 def sweep(folder: Path) -> None:
-    """Remove the temporary files and folders that processes of this machine have left in a folder and that no longer live.
+    """Remove the temporary files and folders in a folder whose processes, of this machine, no longer live.
 
     A folder that was moved aside is given its name back if nothing has that name. What cannot be removed stays.
     """
     try:
         names = os.listdir(folder)
-    except OSError:  # not there, or not ours to look at: whoever writes there says so
+    except OSError:  # missing or not readable: writing there will report it
         return
     for name in names:
         found = _NAME.fullmatch(name)

@@ -22,7 +22,7 @@ from typing import Any
 from scalar.data.io.plain_yaml import resolve
 from scalar.data.io.regular_file import read_regular_file
 from scalar.data.located_table import did_you_mean
-from scalar.data.schema_words import in_our_words
+from scalar.data.schema_words import in_plain_words
 from scalar.data.strict_schema import strict_validator
 from scalar.errors import Fault, InvalidInput
 
@@ -148,6 +148,6 @@ def _case(file: str, line: int, row: Mapping[str, Any], names: set[str], faults:
         value = resolve(cell.strip())
         schema = {"$defs": _schema()["$defs"], **_schema_of(column)}  # type: ignore[dict-item]
         for error in strict_validator(schema).iter_errors(value):
-            faults += [Fault(file, message, line, column) for _, message in in_our_words(error)]
+            faults += [Fault(file, message, line, column) for _, message in in_plain_words(error)]
         overrides[column] = value
     return Case(name, (row.get(SCENE) or "").strip() or None, overrides)

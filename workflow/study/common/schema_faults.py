@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from scalar.data.io.plain_yaml import join_path
-from scalar.data.schema_words import in_our_words
+from scalar.data.schema_words import in_plain_words
 from scalar.data.strict_schema import strict_validator
 from scalar.errors import Fault, InvalidInput
 
@@ -32,4 +32,4 @@ def _faults(content: Any, schema: Path) -> list[tuple[str, str]]:
     """Return the place and the message of every fault."""
     validator = strict_validator(json.loads(schema.read_text(encoding="utf-8")))
     errors = validator.iter_errors(content)
-    return [(join_path(path), message) for error in errors for path, message in in_our_words(error)]
+    return [(join_path(path), message) for error in errors for path, message in in_plain_words(error)]
