@@ -13,10 +13,10 @@ from scalar.cli.outputs import FORCE
 from scalar.cli.terminal import say
 from scalar.cli.validate import describe_content
 from scalar.errors import Fault, InvalidInput
-from scalar.ingest.bag import LEAST, SETTLED, STILL
+from scalar.ingest.bag import LEAST_TIME, SETTLED, STILL
 
 if TYPE_CHECKING:
-    from scalar.ingest.bag.losses import Cut
+    from scalar.ingest.bag.losses import StopCounts
 
 
 @cli.command("import-bag")
@@ -57,7 +57,7 @@ if TYPE_CHECKING:
 @click.option(
     "--least",
     type=float,
-    default=LEAST,
+    default=LEAST_TIME,
     show_default=True,
     help="Least time for which the arm then has to stand still [s].",
 )
@@ -102,26 +102,26 @@ def import_bag(
     from scalar.data.dataset_writer import refuse_dataset
     from scalar.data.folder import read_folder
     from scalar.ingest.bag.messages import read_bag
-    from scalar.ingest.bag.to_dataset import BagSettings, dataset_of, load_workcell
+    from scalar.ingest.bag.to_dataset import BagSettings, load_workcell, write_recorded_dataset
 
     refuse_dataset(output, force)
     content = load_workcell(workcell)
     recording = read_bag(bag, joint_topic, scan_topic)
-    cut = dataset_of(
+    counts = write_recorded_dataset(
         recording,
         content,
         BagSettings(tuple(listed(joint_names)), still, settled, least, accept_losses, force),
         output,
     )
-    say(f"  joints q1..qn: {', '.join(cut.joint_names)}")
-    for line in _left_out(cut):
+    say(f"  joints q1..qn: {', '.join(counts.joint_names)}")
+    for line in _left_out(counts):
         say(line)
     say(describe_content(read_folder(output)))
     say(f"written: {output}")
 
 
-def _left_out(cut: Cut) -> list[str]:
-    """Return the number of stops, and how many of them were left out for which reason, a line each."""
-    lines = [f"  {cut.still} stops"]
-    lines += [f"  left out: {count}, {why}" for why, count in cut.reasons.items()]
+def _left_out(counts: StopCounts) -> list[str]:
+    """Return the number of stops, and how many were left out for each reason, one line each."""
+    lines = [f"  {counts.still} stops"]
+    lines += [f"  left out: {count}, {why}" for why, count in counts.reasons.items()]
     return lines

@@ -1,1 +1,1 @@
-"""Foreign files into a dataset."""
+"""Import foreign files into a dataset."""

@@ -1,7 +1,7 @@
-"""Import foreign tables into a dataset of our format: ``scalar import``.
+"""Import foreign tables as a dataset: ``scalar import``.
 
-A mapping file says which column is which (`scalar.ingest.mapping`), the tables are read as they stand (`scalar.ingest.foreign_tables`),
-and the result passes the checks of a dataset folder before anything is written. Faults name the foreign file, its row and its column.
+A mapping file says which column is which (`scalar.ingest.mapping`), the tables are read (`scalar.ingest.foreign_tables`),
+and the result is checked as a dataset folder is before anything is written. Faults name the foreign file, its row and its column.
 """
 
 import os
@@ -39,9 +39,9 @@ def import_dataset(
     Args:
         mapping_path: the mapping file.
         sources: files, or folders that hold the files that the mapping names.
-        dataset_dir: the folder to write; replaced if it is a dataset that SCALAR wrote and nobody changed.
-        robot: the ``robot:`` block of the dataset, where the mapping states none.
-        force: whether any other dataset is replaced as well.
+        dataset_dir: the folder to write; a dataset there is replaced if SCALAR wrote it and nobody changed it since.
+        robot: the ``robot:`` block of the dataset, if the mapping states none.
+        force: whether a dataset there is replaced in any case.
 
     Raises:
         InvalidInput: mapping or tables are at fault; every fault that was found, by file, row and column.
@@ -52,7 +52,7 @@ def import_dataset(
     chosen = choose_files(mapping, paths, Path(mapping_path).name)
     faults: list[Fault] = []
     several = mapping.several_points
-    poses, points = read_block(mapping, mapping.poses, chosen[0], faults, spread=several)
+    poses, points = read_block(mapping, mapping.poses, chosen[0], faults, rows_are_points=several)
     if mapping.points is not None:
         points, _ = read_block(mapping, mapping.points, chosen[1], faults)
     nests = None
@@ -82,7 +82,7 @@ def import_dataset(
 def _check(
     mapping: MappingFile, poses: ImportedTable, points: ImportedTable | None, faults: list[Fault]
 ) -> None:
-    """Add what the checks of a dataset folder find in the tables that would be written."""
+    """Add the faults that a dataset folder with these tables would have."""
     description, layout = mapping.description, mapping.table
     check_cells(poses, poses_layout(description), faults)
     check_poses(poses, description, faults)
@@ -94,8 +94,7 @@ def _check(
         ]
     if points is not None and layout is not None:
         check_cells(points, points_layout(layout, description), faults)
-        own = [] if points.good("pose") else ["pose"]  # reported with the poses already
-        if not own:
+        if points.good("pose"):  # else its faults were reported with the poses
             check_points(points, poses, layout, faults)
             for part in by_file(points):
                 suspect_points(part, layout, faults)
@@ -121,22 +120,22 @@ def _write(
         measured[mapping.table.stem] = _frame(points, names, mapping.measured_columns)
     if nests is not None and mapping.references is not None and mapping.nests is not None:
         table = mapping.references
-        own = [
+        names = [
             name
             for name in ("pose", *table.further[:1], *table.units, *table.optional)
             if name in nests.columns
         ]
-        measured[table.stem] = _frame(nests, own, (*table.units, *table.optional))
+        measured[table.stem] = _frame(nests, names, (*table.units, *table.optional))
     content = mapping.description.mapping
     write_dataset(dataset_dir, mapping=content, poses=frame, force=force, **measured)
 
 
-def _frame(table: ImportedTable, names: Sequence[str], real: Collection[str]) -> pd.DataFrame:
-    """Return columns as they are written: text, numbers, and integers where all are and the column is not ``real``."""
+def _frame(table: ImportedTable, names: Sequence[str], always_float: Collection[str]) -> pd.DataFrame:
+    """Return the table to write; columns of whole numbers become integers, except those in `always_float`."""
     frame = pd.DataFrame({name: table.columns[name] for name in names})
     for name in names:
         values = table.columns[name]
-        whole = values.dtype != object and name not in real
+        whole = values.dtype != object and name not in always_float
         if whole and np.all(values == np.round(values)) and np.all(np.abs(values) < 2.0**53):
             frame[name] = values.astype(np.int64)
     return frame

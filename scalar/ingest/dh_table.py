@@ -1,4 +1,4 @@
-"""A table of Denavit-Hartenberg parameters as the ``robot:`` block of a dataset: a row a joint, units in the names of the columns."""
+"""A table of Denavit-Hartenberg parameters as the ``robot:`` block of a dataset: one row for each joint, units in the names of the columns."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
 
     Args:
         path: CSV file with a row for each joint, base to flange. Columns: ``a_mm`` or ``a_m``, ``alpha_deg`` or ``alpha_rad``, and so
-            on for d and theta; optional ``lower_deg`` and ``upper_deg`` (or ``_rad``), the limits of the joint, for joints that
-            slide ``lower_mm`` and ``upper_mm`` (or ``_m``); optional ``type``, ``revolute`` or ``prismatic``, and ``joint``: 1, 2, ...
+            on for d and theta; optional ``lower_deg`` and ``upper_deg`` (or ``_rad``), the limits of the joint, for prismatic
+            joints ``lower_mm`` and ``upper_mm`` (or ``_m``); optional ``type``, ``revolute`` or ``prismatic``, and ``joint``: 1, 2, ...
         convention: One of ``CONVENTIONS``.
-        name: Of the robot.
+        name: Name of the robot.
 
     Raises:
-        InvalidInput: With every fault of the table; a column may be missing, be there in two units, or have an unknown name.
+        InvalidInput: With every fault of the table: columns that are missing, given in two units or unknown, and values that cannot be.
     """
     columns = {f"{key}_{unit}" for key, units in _PARAMETERS.items() for unit in units}
     columns |= {f"{key}_{unit}" for key in _LIMITS for unit in _ANGLES | _LENGTHS}
@@ -71,7 +71,7 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
 def _check_reach(
     path: Path, table: Table, values: dict[str, list[float] | None], faults: list[Fault]
 ) -> None:
-    """Add an arm that is too short or too long to be meant, with the unit in which it would be right."""
+    """Add a fault if the arm is too short or too long to be meant; the message names the unit in which it would be right."""
     chain = sum(abs(length) for key in ("a", "d") for length in values[key] or ())
     if not chain or MIN_CHAIN <= chain <= MAX_CHAIN:
         return
@@ -85,7 +85,7 @@ def _check_reach(
 
 
 def _types(path: Path, table: Table, faults: list[Fault]) -> list[str]:
-    """Return what each joint is; revolute where the table has no such column."""
+    """Return the type of each joint; all are revolute if the table has no such column."""
     types = [str(cell) for cell in table.columns.get(_TYPE, [_TYPES[0]] * table.n_rows)]
     for i, kind in enumerate(types):
         if kind not in _TYPES:
@@ -97,7 +97,7 @@ def _types(path: Path, table: Table, faults: list[Fault]) -> list[str]:
 def _limits(
     path: Path, table: Table, types: Sequence[str], faults: list[Fault]
 ) -> Sequence[list[float] | None]:
-    """Return the limits of each joint [rad; m where it slides], None where none are stated for its kind."""
+    """Return the limits of each joint [rad; m for a prismatic joint], None where none are stated for its type."""
     found: list[list[float] | None] = [None] * table.n_rows
     for kind, units in (("revolute", _ANGLES), ("prismatic", _LENGTHS)):
         low, high = (_column(path, table.columns, key, units, False, faults) for key in _LIMITS)
@@ -111,7 +111,7 @@ def _limits(
             )
         if low is None or high is None:
             continue
-        for i in (i for i, own in enumerate(types) if own == kind):
+        for i in (i for i, type_ in enumerate(types) if type_ == kind):
             if low[i] < high[i]:
                 found[i] = [low[i], high[i]]
             else:

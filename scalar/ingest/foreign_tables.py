@@ -1,7 +1,7 @@
-"""Foreign tables as they stand: text with any separator and decimal sign, a spreadsheet, a matrix in a MATLAB file, a scanner's profile.
+"""Read foreign tables: text with any separator and decimal sign, a spreadsheet, a matrix in a MATLAB file, a scanner's profile.
 
-Every row remembers the line of the file that it comes from, so that whatever is wrong with it later can be found with an editor; rows of
-a matrix count from 1. Left out: MATLAB's newer HDF5 files (save with -v7) and spreadsheets older than .xlsx.
+Every row keeps the number of its line in the file, so that a fault found later can be found with an editor; the rows of a matrix are numbered
+from 1. MATLAB's newer HDF5 files (save with -v7 instead) and spreadsheets older than .xlsx are not read.
 """
 
 import csv
@@ -23,19 +23,19 @@ from scalar.ingest.raw_table import RawTable, table_of_rows
 from scalar.ingest.spreadsheet import read_spreadsheet
 
 _SEPARATORS = {"tab": "\t", "space": " "}
-_LATEST_HDF5 = "a MATLAB 7.3 file, which is HDF5; save it with '-v7'"
+_IS_HDF5 = "a MATLAB 7.3 file, which is HDF5; save it with '-v7'"
 
 
 def read_raw(path: Path, text: Mapping[str, Any], variable: str | None) -> RawTable:
     """Return the table in a file: a matrix from ``.mat``, a sheet from ``.xlsx``, a profile from ``.yml`` or Gocator's CSV, else text.
 
     Args:
-        path: of the file.
-        text: the mapping's block of that name: separator, decimal, header, skip_lines, encoding, missing, sheet.
-        variable: which matrix of a ``.mat`` file; None: the only one.
+        path: the file.
+        text: the block ``text`` of the mapping: separator, decimal, header, skip_lines, encoding, missing, sheet.
+        variable: name of the matrix in a ``.mat`` file; None for the only one.
 
     Raises:
-        InvalidInput: the file cannot be read, or is not such a table; with every row at fault.
+        InvalidInput: the file cannot be read, or is not such a table; every faulty row is named.
     """
     numbers = re.findall("[0-9]+", path.stem)
     return replace(_read(path, text, variable), number=int(numbers[-1]) if numbers else None)
@@ -94,10 +94,10 @@ def _read_matrix(path: Path, variable: str | None) -> RawTable:
     file = path.name
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of oddities in parts of the file that are not asked for
+            warnings.simplefilter("ignore")  # about parts of the file that are not read
             content = loadmat(path, appendmat=False, variable_names=None if variable is None else [variable])
     except NotImplementedError as error:
-        raise InvalidInput(Fault(file, _LATEST_HDF5)) from error
+        raise InvalidInput(Fault(file, _IS_HDF5)) from error
     except MemoryError as error:
         raise InvalidInput(Fault(file, "claims to be larger than memory; is it damaged?")) from error
     except Exception as error:  # SciPy's reader lets through whatever a damaged file makes of it

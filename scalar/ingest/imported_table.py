@@ -1,4 +1,4 @@
-"""A table of ours whose rows come from foreign files: its faults name the file, the row and the column that the user knows."""
+"""A table for a dataset whose rows come from foreign files: its faults name the foreign file, its row and its column."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -8,16 +8,14 @@ import numpy as np
 from scalar.data.located_table import Table
 from scalar.errors import Fault, InvalidInput
 
-_UNLIKE = "in all files or in none; name it for each, or for none"
-
 
 @dataclass
 class ImportedTable(Table):
-    """A table of ours whose rows come from foreign files, in which its faults are named.
+    """A table for a dataset whose rows come from foreign files.
 
     Attributes:
-        files: ``(N,)`` the name of the file that each row comes from.
-        labels: by our column, what the files call it.
+        files: ``(N,)``, the name of the file from which each row comes.
+        labels: ``{column of the dataset: its name in the files}``.
     """
 
     files: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=object))
@@ -26,7 +24,7 @@ class ImportedTable(Table):
     def report(
         self, faults: list[Fault], column: str, mask: np.ndarray, message: Callable[[int], str]
     ) -> None:
-        """Add a fault for every row of `mask`, in the words of the file it comes from."""
+        """Add a fault for every row of `mask`, which names the file, row and column from which the cell comes."""
         found: list[Fault] = []
         super().report(found, column, mask, message)
         rows = iter(np.flatnonzero(mask))
@@ -43,11 +41,18 @@ def select_rows(table: ImportedTable, keep: np.ndarray) -> ImportedTable:
 
 
 def joined(tables: Sequence[ImportedTable]) -> ImportedTable:
-    """Return tables below one another; all have the same columns."""
+    """Return the rows of several tables as one.
+
+    Raises:
+        InvalidInput: The tables do not have the same columns.
+    """
     lines = np.concatenate([table.line_numbers() for table in tables])
     first = tables[0]
     faults = [
-        Fault(table.file, f"{name} is known of this file or of {first.file} only, and has to be {_UNLIKE}")
+        Fault(
+            table.file,
+            f"{name} is given for this file or for {first.file} only; give it for all files, or for none",
+        )
         for table in tables
         for name in sorted(table.columns.keys() ^ first.columns.keys())
     ]
@@ -59,6 +64,6 @@ def joined(tables: Sequence[ImportedTable]) -> ImportedTable:
 
 
 def by_file(table: ImportedTable) -> list[ImportedTable]:
-    """Return the rows of each file as a table of that file's name."""
+    """Return the rows of each file as a table that is named after the file."""
     names = dict.fromkeys(table.files)
     return [replace(select_rows(table, np.flatnonzero(table.files == name)), file=name) for name in names]

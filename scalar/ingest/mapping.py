@@ -1,4 +1,4 @@
-"""What a mapping file says: which column of a foreign table becomes which of ours, in which unit, for which robot."""
+"""What a mapping file says: which column of a foreign table becomes which column of the dataset, in which unit, for which robot."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -18,14 +18,14 @@ _BY_JOINT = re.compile(rf"(q|{COMMANDED}|{TORQUE})([1-9][0-9]*)")
 
 @dataclass(frozen=True)
 class Column:
-    """Where one of our columns comes from: ``ours = sign * theirs + offset``, in their unit, then in SI.
+    """How a column of the dataset is made: ``sign * value + offset`` of the value in the file, in the file's unit, converted to SI.
 
     Attributes:
         reference: the column of the file.
-        to_si: from the file's unit to SI.
+        to_si: converts from the file's unit to SI.
         sign: 1 or -1.
         offset: in the file's unit.
-        names: for text: what the file's values are called here; None where they stay.
+        names: for text, ``{value in the file: value in the dataset}``; None if all values are kept.
     """
 
     reference: Reference
@@ -40,10 +40,10 @@ class FileRule:
     """A file, or files by a pattern, and what holds for all their rows.
 
     Attributes:
-        name: of the file, or a pattern of names.
-        text: plane and session, where they are the same in the whole file.
-        covariates: numbers that are the same in the whole file.
-        first_pose: the id of its first pose where ids are counted; None: they go on from the file before.
+        name: name of the file, or a pattern of names.
+        text: columns of text, such as ``plane`` and ``session``, that have one value in the whole file.
+        covariates: columns of numbers that have one value in the whole file.
+        first_pose: the id of its first pose, if ids are counted; None if they continue those of the file before.
     """
 
     name: str
@@ -54,14 +54,14 @@ class FileRule:
 
 @dataclass(frozen=True)
 class Block:
-    """A table to be made: of poses or of points.
+    """How one table of the dataset is made: poses, points or nests.
 
     Attributes:
-        columns: by our name, covariates among them.
-        files: empty where every file given is meant.
-        drop_without: our columns without which a row is left out.
-        first_of_each: the file's column that tells the poses apart where a pose has several rows.
-        euler_axes: about which the columns e1,e2,e3 turn; None where there are none.
+        columns: the columns by their names in the dataset, covariates among them.
+        files: the files to read; empty if all files given are read.
+        drop_without: columns of the dataset; a row in which one of them is empty is left out.
+        first_of_each: the file's column whose value identifies the pose, if a pose has several rows.
+        euler_axes: the axes about which the columns e1,e2,e3 turn; None if there are no such columns.
     """
 
     columns: Mapping[str, Column]
@@ -73,15 +73,15 @@ class Block:
 
 @dataclass(frozen=True)
 class MappingFile:
-    """A mapping without a fault.
+    """The content of a mapping file that has no fault.
 
     Attributes:
-        description: the content of dataset.yaml to be, in SI, checked.
-        text: how text files are written.
-        variable: of a .mat file.
-        poses: the table of poses.
-        points: the table of points, where it is in files of its own.
-        nests: the table of points fixed to the base, or None.
+        description: the content of the dataset.yaml to be written, in SI, checked.
+        text: how text files are written, as its block ``text`` says.
+        variable: name of the matrix in a .mat file, or None.
+        poses: how the table of poses is made.
+        points: how the table of points is made; None if they are in the files of the poses.
+        nests: how the table of points fixed to the base is made, or None.
     """
 
     description: Description
@@ -98,12 +98,12 @@ class MappingFile:
 
     @property
     def further_points(self) -> tuple[str, ...]:
-        """Return the columns that the sensor's table may have beside these."""
+        """Return the further columns that the sensor's table may have."""
         return () if self.table is None else self.table.further
 
     @property
     def foreign_points(self) -> tuple[str, ...]:
-        """Return the columns that stand for some of these in foreign tables: Euler angles and quaternions."""
+        """Return the columns that a foreign table may have instead of a rotation vector: Euler angles and quaternions."""
         return (*EULER, *QUATERNION) if VECTOR[0] in self.further_points else ()
 
     @property
@@ -113,7 +113,7 @@ class MappingFile:
 
     @property
     def measured_columns(self) -> tuple[str, ...]:
-        """Return the columns of the sensor's table that this mapping gives: the coordinates, and those of the further ones that it names."""
+        """Return the columns of the sensor's table that this mapping gives: the coordinates, and the further columns that it names."""
         columns = set((self.poses if self.points is None else self.points).columns)
         if columns & {*EULER, *QUATERNION}:
             columns |= set(VECTOR)
@@ -126,19 +126,19 @@ class MappingFile:
 
     @property
     def several_points(self) -> bool:
-        """Return whether the rows of the poses are points, several a pose."""
+        """Return whether each row of the block ``poses`` is a point, of which a pose has several."""
         if self.table is None or self.points is not None:
             return False
         return self.table.several_rows or self.table.item in self.poses.columns
 
 
 def quantity_of(name: str, table: MeasuredTable | None, description: Description) -> str | None:
-    """Return the quantity in a column of ours that has a unit, or None.
+    """Return the quantity that a column of the dataset holds, such as ``length``, or None if it has no unit.
 
     Args:
-        name: Of the column.
-        table: Of the kind of sensor, which says the units of what it measures; None where it measures nothing of its own.
-        description: Says which joints slide.
+        name: Name of the column.
+        table: The table of the sensor's measurements, which states their units; None if the sensor has no such table.
+        description: The description of the dataset, which says which joints are prismatic.
     """
     found = _BY_JOINT.fullmatch(name)
     if found:

@@ -1,4 +1,4 @@
-"""Whether the columns that a mapping names are those that the robot and the sensor need."""
+"""Check that the columns that a mapping names are those that the robot and the sensor need."""
 
 import re
 
@@ -43,14 +43,14 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
     if mapping.several_points and mapping.poses.first_of_each is None:
         given.fault(
             ("poses", "first_of_each"),
-            "missing; add it: the column that tells the scans apart, a point being a row",
+            "missing; add it: the column that says to which pose a row belongs, since each row is a point",
         )
     _check_block(given, "poses", required, known, mapping)
     for key in ("poses",) if mapping.points is None else ("poses", "points"):
         check_orientation(given, key)
     if mapping.nests is not None:
         _check_nests(given, mapping, sensor)
-    own = {*known, *TEXT_COLUMNS, *measured, "x", "y", "z"}
+    of_format = {*known, *TEXT_COLUMNS, *measured, "x", "y", "z"}
     covariates = [(("poses", "covariates", name), name) for name in given.get("poses", "covariates") or {}]
     for i, rule in enumerate(mapping.poses.files):
         covariates += [(("poses", "files", i, "covariates", name), name) for name in rule.covariates]
@@ -64,7 +64,7 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
         if "plane" in rule.text and not plane:
             given.fault(("poses", "files", i, "plane"), f"a {sensor} has no planes; remove this key")
     for path, name in covariates:
-        if name in own or re.fullmatch(r"(q|approach|qc|tau)[0-9]+", name):
+        if name in of_format or re.fullmatch(r"(q|approach|qc|tau)[0-9]+", name):
             given.fault(
                 path, "not a covariate but a column of the format; put it under columns, or rename it"
             )
@@ -73,7 +73,7 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
 
 
 def _check_nests(given: Description, mapping: MappingFile, sensor: str | None) -> None:
-    """Add what is wrong with the columns of points fixed to the base."""
+    """Add the faults of the block ``nests``, points fixed to the base, to ``given.faults``."""
     table = mapping.references
     if table is None:
         given.fault(("nests",), f"a {sensor} has no nests, only a tracker has; remove this key")
@@ -95,6 +95,7 @@ def _check_nests(given: Description, mapping: MappingFile, sensor: str | None) -
 def _check_block(
     given: Description, key: str, required: list[str], known: list[str], mapping: MappingFile
 ) -> None:
+    """Add the unknown and the missing columns of the block ``key`` to ``given.faults``."""
     columns = given.get(key, "columns")
     for name in columns:
         if name not in known:

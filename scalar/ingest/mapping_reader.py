@@ -42,8 +42,8 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
     """Return the mapping in a YAML file.
 
     Args:
-        path: of the file.
-        robot: the ``robot:`` block of the dataset in SI, where the file states none.
+        path: the mapping file.
+        robot: the ``robot:`` block of the dataset in SI, if the file states none.
 
     Raises:
         InvalidInput: with every fault found; a misspelt key, column or unit is named.
@@ -82,7 +82,7 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
 
 
 def _description(given: Description, path: Path, robot: Mapping[str, Any] | None) -> Description:
-    """Return the content of dataset.yaml to be; what is wrong is in its faults, named as in its file."""
+    """Return the description of the dataset to be written; its faults name the file and key in which it is stated."""
     inner, inline = given.mapping["dataset"], True
     units = given.mapping.get("dataset_units", {})
     lines = {key[1:]: line for key, line in given.lines.items() if key[:1] == ("dataset",)}
@@ -99,7 +99,7 @@ def _description(given: Description, path: Path, robot: Mapping[str, Any] | None
         inner = {"format": inner["format"], **inner}
         inner, wrong = description_to_si(inner, units.get("length", "m"), units.get("angle", "rad"))
     if robot is not None and "robot" in inner:
-        wrong.append((("robot",), "a robot is given beside this one; remove this key, or leave out --urdf"))
+        wrong.append((("robot",), "another robot is given by --urdf; remove this key, or leave out --urdf"))
     elif robot is not None:
         inner = {**inner, "robot": robot}
     description = Description(inner, lines, file)

@@ -1,7 +1,7 @@
-"""Named units of foreign files into SI, for columns and for the numbers of a dataset's description.
+"""Convert the units of foreign files to SI, for columns and for the numbers of a dataset's description.
 
-Lengths in millimetres are rounded to the 15 digits that a float64 surely holds, so that 383.97123 mm become
-0.38397123 m and not a neighbour of it.
+Lengths in millimetres are rounded to the 15 digits that every float64 holds, so that 383.97123 mm become
+0.38397123 m and not a float next to it.
 """
 
 import copy
@@ -31,7 +31,7 @@ UNITS: dict[str, dict[str, Callable[[Any], Any]]] = {
     "time": {"s": lambda value: value},
     "temperature": {"degC": lambda value: value},
 }
-"""By quantity and name of the unit: from that unit to SI (temperature: degrees Celsius, as in poses.csv)."""
+"""``{quantity: {unit: conversion to SI}}``; temperatures stay in degrees Celsius, as in poses.csv."""
 
 _EULER = "rotation_euler"
 
@@ -39,13 +39,13 @@ _EULER = "rotation_euler"
 def description_to_si(
     mapping: Any, length: str, angle: str
 ) -> tuple[Any, list[tuple[tuple[str | int, ...], str]]]:
-    """Return a copy of a description in metres, radians and rotation vectors, and what is wrong with it.
+    """Return a copy of a description in metres, radians and rotation vectors, and its faults, each as place and message.
 
     ``rotation_euler: {axes: XYZ, angles: [a, b, c]}`` may stand in place of ``rotation_vector``: capitals
     turn about the moving axes (intrinsic), small letters about the fixed axes (extrinsic), in that order.
 
     Args:
-        mapping: the content of dataset.yaml, not yet checked: what is not a number stays as it is.
+        mapping: the content of dataset.yaml, not yet checked; what is not a number stays as it is.
         length: ``m`` or ``mm``.
         angle: ``rad`` or ``deg``.
     """
@@ -74,7 +74,7 @@ def description_to_si(
 
 
 def _euler_to_vector(transform: dict[str, Any], to_rad: Callable[[Any], Any]) -> str | None:
-    """Replace Euler angles by the rotation vector; return what is wrong with them, or None."""
+    """Replace Euler angles by the rotation vector; return the message about a fault, or None."""
     given = transform.pop(_EULER)
     if "rotation_vector" in transform:
         return "rotation_vector is there too, and only one can be meant; remove one"
@@ -97,7 +97,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _convert(mapping: Any, keys: tuple[str, ...], to_si: Callable[[Any], Any]) -> None:
-    """Convert the numbers under these keys, in lists as well; leave everything else to the checks."""
+    """Convert the numbers under these keys, in lists too; whatever else stands there is left for the checks."""
     for key in keys if isinstance(mapping, dict) else ():
         value = mapping.get(key)
         if isinstance(value, list):

@@ -1,7 +1,7 @@
-"""Orientations of measured targets as foreign tables state them, Euler angles or quaternions, into the rotation vectors of a dataset.
+"""Convert orientations of measured targets from Euler angles or quaternions of foreign tables to the rotation vectors of a dataset.
 
 Euler angles turn about the axes in the order in which ``axes`` names them, ``e1`` about the first: capitals about the moving axes (intrinsic, as in
-KUKA's A, B, C: ZYX), small letters about the fixed ones (extrinsic). A quaternion is ``qw + qx i + qy j + qz k``; q and -q are the same turn.
+KUKA's A, B, C: ZYX), small letters about the fixed ones (extrinsic). A quaternion is ``qw + qx i + qy j + qz k``; q and -q are the same rotation.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from scalar.ingest.imported_table import ImportedTable
 VECTOR = ("rx", "ry", "rz")
 EULER = ("e1", "e2", "e3")
 QUATERNION = ("qw", "qx", "qy", "qz")
-_NORM = 1e-2  # by which a quaternion's norm may differ from 1: rounded numbers, no other quantity
+_NORM_TOLERANCE = 1e-2  # most by which a quaternion's norm may differ from 1: rounding differs by less, other quantities by more
 
 
 def wrong_axes(axes: Any) -> str | None:
-    """Return what is wrong with the axes of Euler angles, or None."""
+    """Return the message about a fault of the axes of Euler angles, or None."""
     known = isinstance(axes, str) and len(axes) == 3 and (set(axes) <= set("xyz") or set(axes) <= set("XYZ"))
     if not known or axes[0] == axes[1] or axes[1] == axes[2]:
         return f"axes {axes!r} are not three such as XYZ (about moving axes) or xyz (about fixed axes)"
@@ -30,7 +30,7 @@ def wrong_axes(axes: Any) -> str | None:
 
 
 def check_orientation(given: Description, key: str) -> None:
-    """Add what does not fit together in the orientation of a block of a mapping to ``given.faults``."""
+    """Add the faults of the columns and axes of orientation in a block of a mapping to ``given.faults``."""
     columns, axes = given.get(key, "columns"), given.get(key, "euler_axes")
     groups = [names for names in (VECTOR, EULER, QUATERNION) if set(names) & set(columns)]
     if len(groups) > 1:
@@ -56,7 +56,7 @@ def check_orientation(given: Description, key: str) -> None:
 
 
 def to_rotation_vectors(table: ImportedTable, axes: str | None, faults: list[Fault]) -> None:
-    """Replace Euler angles [rad] or quaternions by ``rx,ry,rz`` [rad], in place; a quaternion that is none is a fault of its row."""
+    """Replace Euler angles [rad] or quaternions by ``rx,ry,rz`` [rad], in place; a quaternion whose norm is not 1 is a fault of its row."""
     columns = table.columns
     if EULER[0] in columns and axes is not None:
         names, R = (
@@ -66,7 +66,7 @@ def to_rotation_vectors(table: ImportedTable, axes: str | None, faults: list[Fau
     elif QUATERNION[0] in columns:
         names, q = QUATERNION, np.column_stack([columns[name] for name in QUATERNION])
         norm = np.linalg.norm(q, axis=1)
-        off = np.abs(norm - 1.0) > _NORM
+        off = np.abs(norm - 1.0) > _NORM_TOLERANCE
         table.report(
             faults,
             "qw",

@@ -1,8 +1,8 @@
-"""Profiles as line scanners' own software saves them, a table of points for each file.
+"""Read profiles in the files that the software of line scanners writes; each file becomes a table of points.
 
 Two layouts need a reader of their own: OpenCV's YAML with one list ``scan_line: [x, y, z, x, ...]``, as the FANUC line scanner profiles of
 GilbertPan97/RobCalibrator have it, and the sectioned CSV of LMI's Gocator (Gocator Line Profile Sensors, User Manual, CSV Converter Tool).
-Profiles that are saved as plain columns of x and z, one file a profile (Keyence LJ-V7000, Micro-Epsilon scanCONTROL), are read as text;
+Profiles that are saved as plain columns of x and z, one file for each profile (Keyence LJ-V7000, Micro-Epsilon scanCONTROL), are read as text;
 the column ``@file_number`` says which pose a file belongs to.
 """
 
@@ -24,7 +24,7 @@ _END = "End"
 
 
 def read_opencv(file: str, raw: bytes) -> RawTable:
-    """Return the points of OpenCV's YAML: columns x, y and z, a row a point; rows count points.
+    """Return the points of OpenCV's YAML: columns x, y and z, one row for each point; rows are numbered from 1.
 
     Raises:
         InvalidInput: it has no list ``scan_line`` of triples of numbers.
@@ -54,9 +54,9 @@ def is_gocator(raw: bytes) -> bool:
 
 
 def read_gocator(file: str, raw: bytes) -> RawTable:
-    """Return the profiles of a Gocator's recording: columns frame, x and z, a row a point; rows are those of the file.
+    """Return the profiles of a Gocator's recording: columns frame, x and z, one row for each point, which has the number of its frame's line of z.
 
-    Evenly spaced profiles have x in the header of their columns, others a row of x and one of z for each frame.
+    Evenly spaced profiles have the values of x in the header of their columns; others have a row of x and a row of z for each frame.
 
     Raises:
         InvalidInput: it holds no profiles, or they are damaged.
@@ -79,7 +79,7 @@ def read_gocator(file: str, raw: bytes) -> RawTable:
             )
         )
     names = [cell.strip() for cell in rows[head]]
-    own = [k for k, name in enumerate(names) if NUMBER.fullmatch(name)]
+    data = [k for k, name in enumerate(names) if NUMBER.fullmatch(name)]
     axis = names.index("Axis") if "Axis" in names else None
     frames: dict[int, dict[str, tuple[int, np.ndarray]]] = {}
     for i in range(head + 1, end):
@@ -90,7 +90,7 @@ def read_gocator(file: str, raw: bytes) -> RawTable:
             raise InvalidInput(
                 Fault(file, f"{len(cells)} cells where {len(names)} are expected; export it again", i + 1)
             )
-        values = np.array([float(cells[k]) if NUMBER.fullmatch(cells[k]) else np.nan for k in own])
+        values = np.array([float(cells[k]) if NUMBER.fullmatch(cells[k]) else np.nan for k in data])
         frames.setdefault(int(float(cells[0])), {})[cells[axis] if axis is not None else "Z"] = (
             i + 1,
             values,
@@ -102,7 +102,7 @@ def read_gocator(file: str, raw: bytes) -> RawTable:
                 Fault(file, f"frame {frame} has no row of {'X' if 'Z' in axes else 'Z'}; export it again")
             )
         line, z = axes["Z"]
-        x = axes["X"][1] if section == _RAW else np.array([float(names[k]) for k in own])
+        x = axes["X"][1] if section == _RAW else np.array([float(names[k]) for k in data])
         parts.append(np.column_stack([np.full(len(z), frame), x, z, np.full(len(z), line)]))
     if not parts:
         raise InvalidInput(Fault(file, f"the section {section} has no frames; record some", head + 1))

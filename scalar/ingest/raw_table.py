@@ -1,4 +1,4 @@
-"""A foreign table as its file has it: nothing is interpreted but numbers, and every row remembers where it stands in the file."""
+"""A foreign table as its file has it: only numbers are interpreted, and every row keeps the number of its line in the file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,8 +12,8 @@ from scalar.errors import Fault, InvalidInput
 Reference = str | int
 """A column of a file by its name, or by its number, the first being 1."""
 FILE_NUMBER = "@file_number"
-"""The column that holds the number in the file's name, for files that are named by pose."""
-_MAX_WRONG = 10  # cells of one column that are written out where they are no numbers
+"""The column that holds the number in the file's name, for files whose names contain the number of their pose."""
+_MAX_WRONG = 10  # most cells of one column that are listed as not being numbers
 MISSING = frozenset({"", "nan", "na", "n/a", "null"})
 
 
@@ -23,11 +23,11 @@ class RawTable:
 
     Attributes:
         file: name of the file.
-        names: of the columns, or None where they have only numbers.
-        cells: by column, ``(N,)`` each: text as objects, or float64 from a matrix.
+        names: names of the columns; None if they have only numbers.
+        cells: the cells of each column, ``(N,)``: text as objects, or float64 from a matrix.
         lines: ``(N,)`` int, the line or matrix row of each row.
         decimal: the decimal sign of text.
-        missing: texts in lower case that mean that nothing was measured.
+        missing: texts, in lower case, which mean that nothing was measured.
         number: the last whole number in the file's name, which the column ``@file_number`` holds in every row; None if there is none.
     """
 
@@ -64,12 +64,12 @@ class RawTable:
         return self.names.index(reference)
 
     def label(self, reference: Reference) -> str:
-        """Return what a column is called in a fault, which puts the word before it only for tables."""
+        """Return how a fault names a column: with the word ``column``, which faults of .csv and .parquet files add themselves."""
         name = str(reference)
         return name if self.file.endswith((".csv", ".parquet")) else f"column {name}"
 
     def text(self, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
-        """Return a column as text ``(N,)`` and where nothing was measured ``(N,)`` bool."""
+        """Return a column as text ``(N,)``, and in which rows nothing was measured, ``(N,)`` bool."""
         cells = self._cells(reference)
         if cells.dtype != object:
             text = np.array([f"{value:.15g}" for value in cells], dtype=object)
@@ -77,9 +77,9 @@ class RawTable:
         return cells, self._is_missing(cells)
 
     def numbers(self, reference: Reference, faults: list[Fault]) -> tuple[np.ndarray, np.ndarray]:
-        """Return a column as numbers ``(N,)``, else NaN, and where nothing was measured ``(N,)`` bool.
+        """Return a column as numbers ``(N,)``, NaN where there is none, and in which rows nothing was measured, ``(N,)`` bool.
 
-        Text that is no number is added to `faults`.
+        Every other cell that is not a number is added to `faults`.
         """
         cells = self._cells(reference)
         if cells.dtype != object:
@@ -129,9 +129,9 @@ def table_of_rows(
 
     Args:
         file: name of the file.
-        rows: each with the line on which it stands.
-        text: the mapping's block of that name.
-        separator: what stood between cells; None where cells need none.
+        rows: the cells of each row, with the number of its line.
+        text: the block ``text`` of the mapping.
+        separator: the separator between cells; None for a file without separators.
 
     Raises:
         InvalidInput: there is no row, or rows differ in length.
@@ -141,7 +141,7 @@ def table_of_rows(
     names = None
     if text.get("header", True) and rows:
         names = tuple(rows.pop(0)[1])
-        while names and not names[-1]:  # a separator that ends every line
+        while names and not names[-1]:  # every line ends with a separator
             names = names[:-1]
         if separator and len(names) == 1 and any(s in names[0] for s in ",;\t|" if s != separator):
             message = f"one column only, called {shorten(names[0])}; set text.separator in the mapping"

@@ -1,4 +1,4 @@
-"""Read a block of a mapping, poses or points, from its foreign files: columns in SI, and which rows are poses."""
+"""Read the table that a block of a mapping describes (poses, points or nests) from its foreign files, in SI."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,7 +14,7 @@ from scalar.ingest.orientation import to_rotation_vectors
 from scalar.ingest.raw_table import RawTable
 
 SAME_POSE = 1e-3
-"""Joint angles [rad] may differ by this within the rows of one pose: encoders that dither, no two poses."""
+"""Most by which joint angles [rad] may differ between the rows of one pose: encoders dither by less, and poses differ by more."""
 _EMPTY = "an empty cell; complete it, or let the mapping leave such rows out with drop_without"
 
 
@@ -23,11 +23,23 @@ def read_block(
     block: Block,
     chosen: Sequence[tuple[Path, FileRule]],
     faults: list[Fault],
-    spread: bool = False,
+    rows_are_points: bool = False,
 ) -> tuple[ImportedTable | None, ImportedTable | None]:
-    """Return a block's table over its files, and with `spread` the coordinates of all rows, with ``_row``."""
+    """Return the table of a block, from all its files, and the table of its points if its rows are points.
+
+    Args:
+        mapping: The mapping.
+        block: The block, which says what the columns of the table are.
+        chosen: The files to read, each with its rule.
+        faults: Every fault found is added here.
+        rows_are_points: Whether every row is a point. The first table then has one row for each pose; the second has the coordinates
+            of all points, and in the column ``_row`` the row of their pose in the first.
+
+    Returns:
+        Both tables; None for both if there are faults, and for the second if rows are not points.
+    """
     parts: list[ImportedTable] = []
-    spreads: list[ImportedTable] = []
+    points: list[ImportedTable] = []
     n_poses, next_id = 0, 0
     for path, rule in chosen:
         try:
@@ -42,21 +54,21 @@ def read_block(
             start = next_id if rule.first_pose is None else rule.first_pose
             table.columns["pose"] = np.arange(start, start + table.n_rows, dtype=float)
             next_id = start + table.n_rows
-        if spread:
+        if rows_are_points:
             coordinates = {name: whole.columns[name] for name in mapping.measured_columns}
             for name in coordinates:
                 del table.columns[name]
             coordinates["_row"] = owner + float(n_poses)
-            spreads.append(replace(whole, columns=coordinates, bad={}))
+            points.append(replace(whole, columns=coordinates, bad={}))
         n_poses += table.n_rows
         parts.append(table)
     if faults or not parts:
         return None, None
-    return joined(parts), joined(spreads) if spreads else None
+    return joined(parts), joined(points) if points else None
 
 
 def _read_columns(raw: RawTable, block: Block, rule: FileRule, faults: list[Fault]) -> ImportedTable:
-    """Return the columns of one file in SI, rows without a measurement left out."""
+    """Return the columns of one file in SI, without the rows in which a column of ``drop_without`` is empty."""
     columns: dict[str, np.ndarray] = {}
     empty: dict[str, np.ndarray] = {}
     for name, column in block.columns.items():
@@ -100,7 +112,7 @@ def _read_columns(raw: RawTable, block: Block, rule: FileRule, faults: list[Faul
 def _first_rows(
     raw: RawTable, table: ImportedTable, block: Block, faults: list[Fault]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows that are poses, and for every row its pose ``(N,)``, counted in this file."""
+    """Return the rows that are the first of their pose, and for every row the index of its pose in this file, ``(N,)``."""
     if block.first_of_each is None:
         rows = np.arange(table.n_rows)
         return rows, rows

@@ -1,4 +1,4 @@
-"""Which of the files that the user gives are those that a mapping names."""
+"""Match the files that the user gives with the files that a mapping names."""
 
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
@@ -11,7 +11,16 @@ from scalar.ingest.mapping import FileRule, MappingFile
 def choose_files(
     mapping: MappingFile, sources: Sequence[Path], file: str
 ) -> tuple[list[tuple[Path, FileRule]], ...]:
-    """Return the files of the poses, of the points and of the nests, each with its rule, in the order of the mapping."""
+    """Return the files of the poses, of the points and of the nests, each with its rule, in the order of the mapping.
+
+    Args:
+        mapping: The mapping; if it names no files, all files given are files of poses.
+        sources: Files, or folders with the files that the mapping names.
+        file: Name of the mapping file, in messages.
+
+    Raises:
+        InvalidInput: A file that the mapping names is not given, or a file is given that it does not name.
+    """
     every = (mapping.poses, mapping.points, mapping.nests)
     blocks = [block for block in every if block is not None]
     rules = [rule for block in blocks for rule in block.files]

@@ -1,4 +1,4 @@
-"""Spreadsheets (.xlsx) as foreign tables: the values that the cells show, formulas as they were last computed."""
+"""Spreadsheets (.xlsx) as foreign tables: the values in the cells, for formulas the value that was last computed."""
 
 # pyright: reportMissingTypeStubs=false, reportMissingModuleSource=false
 
@@ -14,12 +14,12 @@ from scalar.ingest.raw_table import RawTable, table_of_rows
 
 
 def read_spreadsheet(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable:
-    """Return the table on a sheet of a spreadsheet; rows count as the spreadsheet shows them.
+    """Return the table on a sheet of a spreadsheet; rows have the numbers that the spreadsheet shows.
 
     Args:
         file: name of the file.
         raw: its content.
-        text: the mapping's block of that name: sheet (the first if not named), header, skip_lines, missing.
+        text: the block ``text`` of the mapping: sheet (the first if not named), header, skip_lines, missing.
 
     Raises:
         InvalidInput: it is no spreadsheet, lacks the sheet, or the sheet holds no table.
@@ -41,7 +41,9 @@ def read_spreadsheet(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable
         ]
     except InvalidInput:
         raise
-    except Exception as error:  # whatever a damaged file makes of the library is a fault of that file
+    except (
+        Exception
+    ) as error:  # whatever the library raises on a damaged file is reported as a fault of the file
         reason = " ".join(str(error).split()) or type(error).__name__
         message = f"not a spreadsheet, or damaged ({shorten(reason, 80)}); save it as .xlsx, or as CSV"
         raise InvalidInput(Fault(file, message)) from error

@@ -1,4 +1,4 @@
-"""Outputs appear whole or not at all, and leave nothing beside them."""
+"""Outputs appear whole or not at all, and leave no temporary files."""
 
 import json
 from pathlib import Path
@@ -39,7 +39,7 @@ def test_a_file_is_not_there_before_it_is_complete(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("replaced", [False, True])
 def test_an_interrupted_folder_leaves_what_was_there(tmp_path: Path, replaced: bool) -> None:
-    """As for a file, with a folder."""
+    """After a failure the old folder is there, or nothing, and no temporary folder."""
     path = tmp_path / "out"
     if replaced:
         path.mkdir()
@@ -51,7 +51,7 @@ def test_an_interrupted_folder_leaves_what_was_there(tmp_path: Path, replaced: b
 
 
 def test_a_folder_replaces_another_only_if_it_may(tmp_path: Path) -> None:
-    """Without leave a folder that holds something is refused and untouched; with leave it is gone."""
+    """Without permission a folder that is not empty is refused and left as it is; with permission it is replaced."""
     path = tmp_path / "out"
     path.mkdir()
     (path / "precious").touch()
@@ -64,7 +64,7 @@ def test_a_folder_replaces_another_only_if_it_may(tmp_path: Path) -> None:
 
 
 def test_a_place_that_cannot_be_written_is_the_users_fault(tmp_path: Path) -> None:
-    """A folder where a file is to be, or a file where a folder is to be: said, not a traceback."""
+    """A folder in the place of the file, or a file in the place of the folder, is refused with a message, not a traceback."""
     (tmp_path / "file").touch()
     for path in (tmp_path, tmp_path / "file" / "below"):
         with pytest.raises(InvalidInput, match="cannot be written"), atomic_write(path):
@@ -84,6 +84,6 @@ def test_json_holds_finite_numbers_or_null(tmp_path: Path) -> None:
 
 
 def test_what_has_no_plain_form_is_refused() -> None:
-    """An object is not silently written as its name."""
+    """An object is refused, not written as text."""
     with pytest.raises(TypeError, match="no plain form"):
         plain({"a": object()})

@@ -60,7 +60,7 @@ def test_same_content_same_bytes(tmp_path: Path, table_format: str) -> None:
 
 
 def test_a_line_laser_set(tmp_path: Path) -> None:
-    """What the description says is what the containers hold."""
+    """The dataset holds what its description states."""
     mapping = description()
     mapping["planes"][1] |= {"normal": [0.0, 2.0, 0.0], "known": {"distance_std": 1e-5, "normal_std": 1e-4}}
     back = write_and_read(tmp_path, mapping, **tables())
@@ -87,7 +87,7 @@ def test_a_probe_has_no_points(tmp_path: Path) -> None:
 
 
 def test_a_tracker_has_one_point_a_pose_and_no_planes(tmp_path: Path) -> None:
-    """Row i of the points is pose row i, whatever the order of the file; planes are not looked at."""
+    """Row i of the points belongs to pose row i, whatever the order of the file; planes are ignored."""
     content = tables("tracker")
     shuffled = content["points"].sample(frac=1.0, random_state=3)
     mapping = description("tracker") | {"planes": description()["planes"][:1]}
@@ -121,7 +121,7 @@ def test_order_decides_over_the_rows_of_the_file(tmp_path: Path) -> None:
     ],
 )
 def test_sessions_are_coded_as_they_appear(tmp_path: Path, labels: list[Any], codes: list[int]) -> None:
-    """Text or numbers; equal numbers are one session however they are written."""
+    """Sessions may be text or numbers; if all are numbers, 1 and 1.0 are one session."""
     content = tables()
     content["poses"]["session"] = labels
     assert (write_and_read(tmp_path, description(), **content).session == codes).all()
@@ -142,7 +142,7 @@ def test_other_numeric_columns_are_kept_as_covariates(tmp_path: Path) -> None:
 @IN_ONE_FOLDER
 @given(st.lists(st.integers(0, 8), max_size=12))
 def test_a_subset_keeps_each_pose_with_its_points(tmp_path: Path, rows: list[int]) -> None:
-    """Poses of a subset are those asked for, in acquisition order, with exactly their own points."""
+    """A subset has the requested poses in acquisition order, each with its own points."""
     whole = write_and_read(tmp_path, description(), **tables())
     part = whole.subset(np.array(rows, dtype=int))
     assert part.pose_ids.tolist() == whole.pose_ids[sorted(rows)].tolist()
@@ -201,7 +201,7 @@ def test_only_a_dataset_is_overwritten(tmp_path: Path) -> None:
 
 
 def test_a_number_that_is_not_finite_is_not_written(tmp_path: Path) -> None:
-    """Nothing appears where the content could not be read back."""
+    """No folder is written if its content could not be read back."""
     content = tables()
     content["scans"].loc[3, "x"] = np.nan
     with pytest.raises(ValueError, match="not finite"):

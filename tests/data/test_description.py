@@ -19,7 +19,7 @@ def faults_of(tmp_path: Path, mapping: Any, kind: str = "line-laser") -> list[Fa
 
 
 def put(*path: Any) -> Callable[[dict[str, Any]], None]:
-    """Return the edit that puts the last of `path` where the others lead."""
+    """Return the edit that sets the value at the path of all arguments but the last to the last."""
 
     def edit(mapping: dict[str, Any]) -> None:
         value: Any = mapping
@@ -92,7 +92,7 @@ def test_a_wrong_value_is_named(
     "path", [("format",), ("name",), ("robot",), ("sensor",), ("planes",), ("robot", "name")]
 )
 def test_a_missing_key_is_named(tmp_path: Path, path: tuple[str, ...]) -> None:
-    """Whatever is not optional is asked for by its full name."""
+    """Every required key that is missing is named in full."""
     mapping = description()
     (mapping if len(path) == 1 else mapping[path[0]]).pop(path[-1])
     assert faults_of(tmp_path, mapping)[0].column == ".".join(path)
@@ -100,7 +100,7 @@ def test_a_missing_key_is_named(tmp_path: Path, path: tuple[str, ...]) -> None:
 
 @pytest.mark.parametrize("key", ["a", "alpha", "d", "theta"])
 def test_a_misspelt_joint_key_is_both_unknown_and_missing(tmp_path: Path, key: str) -> None:
-    """`alfa` for `alpha` is said twice: the key that is unknown, and the one that is missing."""
+    """`alfa` for `alpha` gives two faults: an unknown key, and a missing one."""
     mapping = description()
     joint = mapping["robot"]["joints"][1]
     joint[key + "_x"] = joint.pop(key)
@@ -109,13 +109,13 @@ def test_a_misspelt_joint_key_is_both_unknown_and_missing(tmp_path: Path, key: s
 
 
 @pytest.mark.parametrize("mapping", [[1, 2], "text", 3, None])
-def test_what_is_no_mapping_is_said(tmp_path: Path, mapping: Any) -> None:
+def test_a_description_that_is_no_mapping_is_refused(tmp_path: Path, mapping: Any) -> None:
     """A description that is a list, a text or nothing is one fault."""
     assert "not a mapping" in faults_of(tmp_path, mapping)[0].message
 
 
 def test_planes_need_three_different_names(tmp_path: Path) -> None:
-    """Two planes are too few; three of which two share a name are one too few."""
+    """Two planes are too few, and no two may share a name."""
     mapping = description()
     mapping["planes"][2]["name"] = "floor"
     assert any("rename" in fault.message for fault in faults_of(tmp_path, mapping))
@@ -125,7 +125,7 @@ def test_planes_need_three_different_names(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["probe", "tracker"])
 def test_the_nominal_pose_is_optional_for_a_line_laser_only(tmp_path: Path, kind: str) -> None:
-    """A probe and a tracker cannot begin without a rough place of the sensor."""
+    """A probe and a tracker need a rough pose of the sensor."""
     mapping = description(kind)
     mapping["sensor"].pop("nominal_pose")
     assert [fault.column for fault in faults_of(tmp_path, mapping, kind)] == ["sensor.nominal_pose"]
@@ -135,7 +135,7 @@ def test_the_nominal_pose_is_optional_for_a_line_laser_only(tmp_path: Path, kind
 
 
 def test_beta_belongs_to_modified_dh(tmp_path: Path) -> None:
-    """Hayati's angle has no place in a standard-DH row."""
+    """A row of standard DH cannot have Hayati's angle."""
     mapping = description()
     mapping["robot"]["joints"][1]["beta"] = 0.01
     assert faults_of(tmp_path, mapping) == []

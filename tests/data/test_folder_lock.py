@@ -1,4 +1,4 @@
-"""One writer for a folder at a time, and nothing left of those that were killed."""
+"""Only one process at a time writes to a folder, and what killed processes left is removed."""
 
 import os
 import signal
@@ -42,7 +42,7 @@ def holder(folder: Path) -> Iterator[subprocess.Popen[str]]:
 
 
 def test_a_living_owner_is_respected_and_named(tmp_path: Path) -> None:
-    """While another process holds a folder it is refused, with the number of that process; nothing of it is touched."""
+    """While another process has locked a folder, it is refused with the number of that process, and its files stay as they are."""
     with holder(tmp_path) as process:
         before = sorted(os.listdir(tmp_path))
         with (
@@ -67,8 +67,8 @@ def test_a_dead_owners_lock_is_taken_over_and_its_remains_are_swept(tmp_path: Pa
     assert not os.listdir(tmp_path)
 
 
-def test_a_process_does_not_let_itself_in_twice(tmp_path: Path) -> None:
-    """Record locks do not exclude their own process; the folder is refused all the same, and free afterwards."""
+def test_a_process_cannot_lock_a_folder_twice(tmp_path: Path) -> None:
+    """Although record locks do not exclude their own process, a second lock is refused; afterwards the folder is free."""
     with locked(tmp_path):
         with pytest.raises(InvalidInput, match=f"process {os.getpid()}"), locked(tmp_path):
             pass
@@ -78,7 +78,7 @@ def test_a_process_does_not_let_itself_in_twice(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_stays_empty_is_not_left(tmp_path: Path) -> None:
-    """What was made for a result that never came is removed; a folder that was there, or holds something, stays."""
+    """Folders that were made for a result that was not written are removed; folders that hold something stay."""
     with pytest.raises(KeyError), locked(tmp_path / "a" / "b"):
         raise KeyError
     assert not os.listdir(tmp_path)
@@ -88,7 +88,7 @@ def test_a_folder_that_stays_empty_is_not_left(tmp_path: Path) -> None:
 
 
 def test_a_place_that_is_no_folder_is_refused(tmp_path: Path) -> None:
-    """A file in the place of the folder, or above it, and a name with a null character."""
+    """A file in the place of the folder or of its parent, and a name with a null character, are refused."""
     (tmp_path / "file").touch()
     for path in (tmp_path / "file", tmp_path / "file" / "below", Path("a\0b")):
         with pytest.raises(InvalidInput, match="cannot be written"), locked(path):
@@ -107,8 +107,8 @@ def as_if_by(pid: int, path: Path) -> Path:
     return path.with_name(path.name.replace(f".{os.getpid()}.", f".{pid}."))
 
 
-def test_only_what_the_dead_of_this_machine_left_is_swept(tmp_path: Path) -> None:
-    """Files of the living, of other machines, of other forms and of other folders stay."""
+def test_only_files_of_ended_processes_of_this_machine_are_removed(tmp_path: Path) -> None:
+    """Files of living processes and of other machines stay, and so do files whose names have another form."""
     dead = dead_pid()
     mine = temporary_beside(tmp_path / "a.json")
     left = as_if_by(dead, mine)
@@ -136,8 +136,8 @@ def test_a_folder_that_was_moved_aside_comes_back(tmp_path: Path, replaced: bool
     assert [p.name for p in tmp_path.rglob("*")] == ["data", "new" if replaced else "old"]
 
 
-def test_writers_sweep_where_they_write(tmp_path: Path) -> None:
-    """An output of one file needs no lock, and removes what a killed writer has left as well."""
+def test_writers_remove_what_killed_ones_left(tmp_path: Path) -> None:
+    """Writing a single file or folder, which needs no lock, also removes what a killed writer has left there."""
     dead = dead_pid()
     for name, write in (("file", atomic_write), ("folder", atomic_directory)):
         place = tmp_path / f"of-{name}"
@@ -147,8 +147,8 @@ def test_writers_sweep_where_they_write(tmp_path: Path) -> None:
             assert list(place.iterdir()) == [temporary]
 
 
-def test_no_room_on_the_disk_is_the_users_matter(tmp_path: Path) -> None:
-    """Whatever part of the writing meets the full disk: one sentence, the old output unchanged, nothing beside it."""
+def test_a_full_disk_is_reported_in_a_sentence(tmp_path: Path) -> None:
+    """Wherever a full or broken disk stops the writing, one sentence says so, the old output is unchanged, and no temporary file stays."""
     (tmp_path / "out").write_text("old")
     for error in (28, 122, 27, 30):  # ENOSPC, EDQUOT, EFBIG, EROFS
         with pytest.raises(InvalidInput, match=r"cannot be written .* give another place"):
@@ -171,8 +171,8 @@ os.wait()
 """
 
 
-def test_who_works_for_another_ends_with_it() -> None:
-    """A process that computes for one that was killed ends within seconds."""
+def test_a_worker_ends_with_the_process_it_works_for() -> None:
+    """When the process it works for is killed, a worker ends within seconds."""
     process = subprocess.Popen([sys.executable, "-c", WORKS], stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     worker = int(process.stdout.readline())

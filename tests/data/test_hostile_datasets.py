@@ -1,4 +1,4 @@
-"""Datasets damaged at random are read, or what is wrong is named; the reader never fails otherwise."""
+"""Datasets damaged at random are read, or refused with named faults; the reader never fails otherwise."""
 
 import shutil
 from pathlib import Path
@@ -48,10 +48,10 @@ def refused(folder: Path) -> InvalidInput:
 
 @HOSTILE
 @given(st.data(), st.sampled_from(KINDS), NOT_NUMBERS)
-def test_a_number_that_is_none_is_named_by_row_and_column(
+def test_a_cell_that_is_no_number_is_named_by_row_and_column(
     originals: dict[str, Path], tmp_path: Path, data: st.DataObject, kind: str, text: str
 ) -> None:
-    """Any numeric cell replaced by what is no number: a fault at that very file, row and column."""
+    """Any numeric cell replaced by text that is no number gives a fault at its file, row and column."""
     folder = copy(originals[kind], tmp_path)
     file = data.draw(st.sampled_from(sorted(path.name for path in folder.glob("*.csv"))))
     lines = (folder / file).read_text().splitlines()
@@ -67,7 +67,7 @@ def test_a_number_that_is_none_is_named_by_row_and_column(
 def test_a_missing_column_is_named(
     originals: dict[str, Path], tmp_path: Path, data: st.DataObject, kind: str
 ) -> None:
-    """Any column taken away: a fault with its name."""
+    """Any column that is removed gives a fault with its name."""
     folder = copy(originals[kind], tmp_path)
     file = data.draw(st.sampled_from(sorted(path.name for path in folder.glob("*.csv"))))
     names = (folder / file).read_text().splitlines()[0].split(",")
@@ -84,7 +84,7 @@ def test_a_missing_column_is_named(
 def test_a_row_of_another_length_is_named(
     originals: dict[str, Path], tmp_path: Path, data: st.DataObject, kind: str
 ) -> None:
-    """Any row cut before, or lengthened after, any of its cells: a fault at that row."""
+    """Any row that is shortened or lengthened gives a fault at that row."""
     folder = copy(originals[kind], tmp_path)
     file = data.draw(st.sampled_from(sorted(path.name for path in folder.glob("*.csv"))))
     lines = (folder / file).read_text().splitlines()
@@ -101,7 +101,7 @@ def test_a_row_of_another_length_is_named(
 def test_a_key_that_is_unknown_is_named(
     originals: dict[str, Path], tmp_path: Path, data: st.DataObject
 ) -> None:
-    """Any key of the description misspelt by a letter: a fault that ends in the key as it stands there."""
+    """Any key of the description with a wrong letter gives a fault with the misspelt key."""
     folder = copy(originals["line-laser"], tmp_path)
     written = (folder / "dataset.yaml").read_text().splitlines(keepends=True)
     text = "".join(line for line in written if not line.startswith("#"))
@@ -117,7 +117,7 @@ def test_a_key_that_is_unknown_is_named(
 def test_random_bytes_anywhere_are_survived(
     originals: dict[str, Path], tmp_path: Path, data: st.DataObject, kind: str
 ) -> None:
-    """Bytes overwritten, inserted or cut anywhere in any file: a dataset or a refusal, nothing else."""
+    """Bytes overwritten, inserted or removed anywhere in any file give a dataset or InvalidInput."""
     folder = copy(originals[kind], tmp_path)
     path = data.draw(st.sampled_from(sorted(folder.iterdir())))
     raw = path.read_bytes()
@@ -160,7 +160,7 @@ JUNK = st.recursive(
 def test_junk_in_the_place_of_any_value_is_survived(
     originals: dict[str, Path], tmp_path: Path, data: st.DataObject, kind: str, junk: object
 ) -> None:
-    """Any value of the description replaced by another of any type: a dataset or a refusal, nothing else."""
+    """Any value of the description replaced by another of any type gives a dataset or InvalidInput."""
     mapping = description(kind)
     where: object = mapping
     while True:

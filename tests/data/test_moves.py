@@ -1,4 +1,4 @@
-"""The moves to poses: by their order, within sessions, kept by parts of a dataset."""
+"""The moves to poses follow their order, stay within sessions, and are kept by subsets of a dataset."""
 
 from dataclasses import replace
 
@@ -15,33 +15,33 @@ def frame(angles, **columns):
     return pd.DataFrame({"q1": angles, **columns})
 
 
-def told(table, n_joints=1):
-    """Return the steps and the sides of joint 1."""
+def steps_and_sides(table, n_joints=1):
+    """Return the steps [rad] of joint 1 and the signs of its last moves."""
     found = moves(table, n_joints)
     return found[step_column(1)].tolist(), found[side_column(1)].tolist()
 
 
 def test_steps_and_sides_follow_the_order():
-    """A step is the difference to the pose before, whatever row it stands in; a joint at rest keeps its side; nothing leads to the first pose."""
-    step, side = told(frame([0.0, 1.0, 1.0, 0.5, 0.5]))
+    """A step is the difference to the pose before in the order; a joint at rest keeps its side; no move leads to the first pose."""
+    step, side = steps_and_sides(frame([0.0, 1.0, 1.0, 0.5, 0.5]))
     assert step == [0.0, 1.0, 0.0, -0.5, 0.0]
     assert side == [0.0, 1.0, 1.0, -1.0, -1.0]
-    step, side = told(frame([0.5, 0.0, 1.0], order=[2.0, 0.0, 1.0]))
+    step, side = steps_and_sides(frame([0.5, 0.0, 1.0], order=[2.0, 0.0, 1.0]))
     assert (step, side) == ([-0.5, 0.0, 1.0], [-1.0, 0.0, 1.0])
 
 
 def test_no_move_is_known_after_a_gap_or_in_a_new_session():
-    """Missing numbers of counted poses, and another session, hide the move; times are no counts and have no gaps."""
-    assert told(frame([0.0, 1.0, 2.0, 2.0, 3.0], order=[0.0, 1.0, 3.0, 4.0, 5.0])) == (
+    """If the order counts poses, no move is known after a missing number, nor at a new session; an order of times has no gaps."""
+    assert steps_and_sides(frame([0.0, 1.0, 2.0, 2.0, 3.0], order=[0.0, 1.0, 3.0, 4.0, 5.0])) == (
         [0.0, 1.0, 0.0, 0.0, 1.0],
         [0.0, 1.0, 0.0, 0.0, 1.0],
     )
-    assert told(frame([0.0, 1.0, 2.0], session=["a", "a", "b"]))[0] == [0.0, 1.0, 0.0]
-    assert told(frame([0.0, 1.0, 2.0], order=[0.0, 7.5, 21.0]))[0] == [0.0, 1.0, 1.0]
+    assert steps_and_sides(frame([0.0, 1.0, 2.0], session=["a", "a", "b"]))[0] == [0.0, 1.0, 0.0]
+    assert steps_and_sides(frame([0.0, 1.0, 2.0], order=[0.0, 7.5, 21.0]))[0] == [0.0, 1.0, 1.0]
 
 
 def test_a_part_of_a_dataset_keeps_the_moves_of_the_whole():
-    """The pose before may be left out: the move from it stays, through parts of parts, and is no covariate."""
+    """Subsets, and subsets of these, keep the move to each pose even without the pose before; its columns are no covariates."""
     dataset = make_scene(kind="tracker", seed=2, poses_per_plane=8).dataset
     whole = moves(dataset.poses, 6)
     rows = np.array([1, 4, 5, 11, 20])
@@ -53,7 +53,7 @@ def test_a_part_of_a_dataset_keeps_the_moves_of_the_whole():
 
 
 def test_a_prediction_without_an_order_has_no_moves():
-    """Poses to be predicted are reached one by one, and rest, unless their order is stated."""
+    """Poses to predict for have moves only if their order is stated."""
     table = make_scene(kind="tracker", seed=2, poses_per_plane=4).dataset.poses.drop(
         columns=["order"], errors="ignore"
     )
@@ -62,7 +62,7 @@ def test_a_prediction_without_an_order_has_no_moves():
     assert step_column(1) in Poses.from_frame(ordered, 6, order_is_row=False).columns
 
 
-def test_what_a_part_keeps_is_written_and_read(tmp_path):
+def test_the_moves_of_a_subset_are_written_and_read(tmp_path):
     """A part written as a folder and read again has the same moves."""
     from scalar.data.dataset import read_dataset
 

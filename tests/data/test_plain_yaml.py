@@ -19,7 +19,9 @@ LEAVES = (
     | st.floats(allow_nan=False)
     | st.text(max_size=12)
 )
-KEYS = st.text(max_size=8).filter(lambda key: key not in _TEXT_KEYS)  # what stands at these is always text
+KEYS = st.text(max_size=8).filter(
+    lambda key: key not in _TEXT_KEYS
+)  # the values of these keys are always text
 DATA = st.recursive(
     LEAVES,
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(KEYS, inner, max_size=4),
@@ -106,21 +108,21 @@ def test_the_greatest_depth_is_accepted(tmp_path: Path) -> None:
 @IN_ONE_FOLDER
 @given(st.binary(max_size=60) | st.text("{}[]:,-#&*!|>'\"%@` \n\tab1.", max_size=40).map(str.encode))
 def test_any_bytes_are_read_or_refused(tmp_path: Path, raw: bytes) -> None:
-    """Whatever the bytes, either plain data comes out or InvalidInput."""
+    """Any bytes give either plain data or InvalidInput."""
     try:
         load_text(tmp_path, raw)
     except InvalidInput as error:
         assert error.faults[0].file == "in.yaml"
 
 
-def test_a_missing_file_and_a_folder_are_said(tmp_path: Path) -> None:
+def test_a_missing_file_and_a_folder_are_refused(tmp_path: Path) -> None:
     """No file, or a folder in its place, is the user's fault and not a traceback."""
     for path in (tmp_path / "none.yaml", tmp_path):
         with pytest.raises(InvalidInput, match="cannot be read"):
             load_yaml(path)
 
 
-def test_values_know_their_lines(tmp_path: Path) -> None:
+def test_values_have_their_lines(tmp_path: Path) -> None:
     """The line of a value is that of its key, or of its dash in a list."""
     (tmp_path / "a.yaml").write_text("# comment\na:\n  - b: 1\n    c:\n      [1,\n      2]\n  - d\n")
     lines = load_yaml_lines(tmp_path / "a.yaml")[1]
@@ -133,7 +135,7 @@ def test_values_know_their_lines(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["7", "7113e31", "532737e985", "true", "2026-11-21"])
 def test_a_name_is_text_even_where_it_reads_like_something_else(tmp_path: Path, name: str) -> None:
-    """Names and sources are text: no name turns into a number, least of all into an infinite one."""
+    """Names and sources are text, even where YAML would read a number, such as an infinite one."""
     path = tmp_path / "a.yaml"
     path.write_text(f"name: {name}\nnoise: 1e-4\n", encoding="utf-8")
     assert load_yaml(path) == {"name": name, "noise": 1e-4}

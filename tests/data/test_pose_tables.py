@@ -15,7 +15,7 @@ FRAME = ("x", "y", "z")
 
 @pytest.fixture
 def poses(tmp_path: Path) -> pd.DataFrame:
-    """Return poses that stand in joints.csv."""
+    """Return the poses that were written to joints.csv."""
     table = tables("tracker")["poses"].assign(x=0.1, y=0.2, z=1.0 / 3.0, order=7)
     table.to_csv(tmp_path / "joints.csv", index=False)
     return table
@@ -66,7 +66,7 @@ def test_names_where_numbers_of_poses_are_needed_are_one_fault(tmp_path: Path, p
 
 
 def test_a_row_too_long_does_not_shift_the_columns(tmp_path: Path, poses: pd.DataFrame) -> None:
-    """A cell too many in every row is a fault, and never taken for an index."""
+    """An additional cell in every row is a fault; the first column is not taken for an index."""
     edit_lines(tmp_path, "joints.csv", lambda lines: [lines[0], *(line + ",0" for line in lines[1:])])
     with pytest.raises(InvalidInput, match="12 cells where the header names 11"):
         read_pose_table(tmp_path / "joints.csv", 6, FRAME)
@@ -81,8 +81,8 @@ def test_limits_allow_an_axis_that_turns_far(tmp_path: Path, poses: pd.DataFrame
 
 
 @pytest.mark.parametrize("make", [None, "folder", "empty"])
-def test_what_cannot_be_read_is_said(tmp_path: Path, make: str | None) -> None:
-    """No file, a folder, an empty file: one fault each."""
+def test_a_file_that_cannot_be_read_is_one_fault(tmp_path: Path, make: str | None) -> None:
+    """A missing file, a folder and an empty file give one fault each."""
     path = tmp_path / "joints.csv"
     if make == "folder":
         path.mkdir()

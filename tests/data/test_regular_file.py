@@ -1,4 +1,4 @@
-"""Only regular files of a limited length are read: nothing waits for a pipe, and no device fills the memory."""
+"""Only regular files of a limited length are read: no reader waits for a pipe, and no device fills the memory."""
 
 import os
 from collections.abc import Callable
@@ -51,14 +51,14 @@ def test_a_link_to_an_endless_device_is_refused_by_every_reader(reader: str, tmp
 
 @pytest.mark.parametrize("reader", READERS)
 def test_a_null_character_in_a_path_is_refused_by_every_reader(reader: str, tmp_path: Path) -> None:
-    """No path has a null character; a mapping file may name one all the same."""
+    """A path with a null character, which a mapping file may name, is refused."""
     with pytest.raises(InvalidInput, match=r"not a path|no such file"):
         READERS[reader](place(reader, tmp_path / "a\0b"))
 
 
 @pytest.mark.parametrize("reader", READERS)
 def test_a_file_beyond_its_limit_is_refused_before_it_is_read(reader: str, tmp_path: Path) -> None:
-    """A file of two gigabytes, all of it a hole, is refused with the limit that it passes."""
+    """A (sparse) file of two gigabytes is refused, and the message states the limit."""
     path = place(reader, tmp_path)
     with path.open("wb") as file:
         file.truncate(2_000_000_000)
@@ -80,7 +80,7 @@ def test_a_pipe_in_a_dataset_is_refused(file: str, tmp_path: Path) -> None:
 
 
 def test_a_file_of_just_the_limit_is_read(tmp_path: Path) -> None:
-    """The limit itself is allowed, one byte more is not; a folder is none."""
+    """A file of exactly the limit is read, one of a byte more is refused, and so is a folder."""
     path = tmp_path / "file"
     path.write_bytes(b"abc")
     assert read_regular_file(path, 3) == b"abc"

@@ -18,14 +18,14 @@ def write(folder: Path, run: str, names: tuple[str, ...] = DIAGNOSIS_FILES) -> N
 
 
 def test_the_same_findings_are_the_same_run() -> None:
-    """The name follows from what was found, and from all of it."""
+    """The name of a run depends on the content of all its files, and on nothing else."""
     assert run_of(*RESULTS.values()) == run_of(*RESULTS.values())
     assert len({run_of({"a": 1}), run_of({"a": 2}), run_of({"a": 1}, {}), run_of({"b": 1})}) == 4
 
 
 @pytest.mark.parametrize("written", range(len(DIAGNOSIS_FILES) + 1))
 def test_a_run_killed_after_any_file_is_noticed_by_whoever_reads_one(tmp_path: Path, written: int) -> None:
-    """A second run that replaced only the first files: each file that contradicts the index is refused, and so is the index."""
+    """If a second run replaced only the first files, each of these is refused, and so is the index."""
     write(tmp_path, "0" * 16)
     write(tmp_path, "1" * 16, DIAGNOSIS_FILES[:written])
     for k, name in enumerate(DIAGNOSIS_FILES):
@@ -38,7 +38,7 @@ def test_a_run_killed_after_any_file_is_noticed_by_whoever_reads_one(tmp_path: P
 
 
 def test_what_names_no_run_or_stands_alone_is_read(tmp_path: Path) -> None:
-    """Files of earlier releases, copies under other names, and files without an index."""
+    """Files of earlier releases, copies under other names, and files next to an index without a run are accepted."""
     write(tmp_path, "1" * 16)
     write_json(tmp_path / INDEX, RESULTS[INDEX])
     (tmp_path / "after.json").rename(tmp_path / "mine.json")

@@ -1,4 +1,4 @@
-"""What a schema refuses is said in plain words: the key, what was found, what is wanted."""
+"""Errors of a schema become plain messages: the key, what was found, and what to write."""
 
 from typing import Any
 
@@ -29,7 +29,7 @@ SCHEMA = {
 
 
 def said(**changes: Any) -> list[str]:
-    """Return what is said of a mapping that is sound but for the changes."""
+    """Return the messages about a mapping that is valid except for the changes."""
     errors = strict_validator(SCHEMA).iter_errors({"poses": 5} | changes)
     return [
         f"{'.'.join(map(str, path))}: {message}"
@@ -38,8 +38,8 @@ def said(**changes: Any) -> list[str]:
     ]
 
 
-def test_nothing_is_said_of_what_is_sound():
-    """Neither of numbers at their limits, nor of null where it is allowed."""
+def test_a_valid_mapping_gives_no_message():
+    """Numbers may be at their limits, and null may stand where it is allowed."""
     assert said(share=1.0, size_m=[1, 2], order="shuffled", seeds=[1, 2], noise=None, name="a") == []
 
 
@@ -59,13 +59,13 @@ def test_nothing_is_said_of_what_is_sound():
         ({"name": "A1"}, "name: 'A1' does not fit; write text that matches ^[a-z]+$"),
     ],
 )  # fmt: skip
-def test_a_fault_is_said_in_plain_words(change, message):
-    """Each in one line: where, what was found, what to write."""
+def test_a_fault_gives_a_plain_message(change, message):
+    """One line says where the fault is, what was found and what to write."""
     assert said(**change) == [message]
 
 
 def test_a_key_that_is_missing_or_misspelt_is_named():
-    """A missing key is asked for; of a misspelt one the nearest is offered."""
+    """A missing key is named; for a misspelt one, the most similar known key is suggested."""
     errors = strict_validator(SCHEMA).iter_errors({"pose": 1})
     lines = [f"{path[-1]}: {message}" for error in errors for path, message in in_plain_words(error)]
     assert any(line.startswith("poses: missing; add it") for line in lines)

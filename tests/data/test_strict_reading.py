@@ -1,4 +1,4 @@
-"""What a tolerant reader would let through is refused with its place: near-integers, half characters, endless lists."""
+"""What a tolerant reader would accept is refused with its place: 1.0 for an integer, lone surrogates, very long lists."""
 
 import time
 from pathlib import Path
@@ -20,7 +20,7 @@ from tests.small_datasets import description, edit_lines, tables
 @pytest.mark.parametrize("text", [r"\ud800", r"\udfff", r"a\uDBFF"])
 @pytest.mark.parametrize("entry", ['name: "{}"', '"{}": 1', 'list: [1, "{}"]'])
 def test_half_a_character_in_yaml_is_refused_with_its_row(entry: str, text: str, tmp_path: Path) -> None:
-    """A lone surrogate, as a value or as a key, is refused: no file could be written with it."""
+    """A lone surrogate, in a value or a key, is refused, since it could not be written to a file."""
     path = tmp_path / "file.yaml"
     path.write_text("first: 1\n" + entry.format(text) + "\n")
     with pytest.raises(InvalidInput, match="half a character") as caught:
@@ -42,7 +42,7 @@ def test_an_escape_beyond_the_last_character_is_refused_with_its_row(escape: str
 
 @pytest.mark.parametrize("value, valid", [(1, True), (-3, True), (1.0, False), (True, False), ("1", False)])
 def test_an_integer_is_written_without_a_point(value: Any, valid: bool) -> None:
-    """Where a schema asks for an integer, a whole number with a point is none."""
+    """A whole number with a decimal point is not an integer."""
     assert strict_validator({"type": "integer"}).is_valid(value) == valid
 
 
@@ -59,7 +59,7 @@ def test_an_integer_is_written_without_a_point(value: Any, valid: bool) -> None:
         ('{"a": ' + 30 * "[" + 30 * "]" + "}", "a" + 19 * "[0]"),
     ],
 )
-def test_what_no_json_file_of_ours_holds_is_refused_with_its_key(
+def test_values_that_no_json_file_may_hold_are_refused_with_their_key(
     text: str, column: str, tmp_path: Path
 ) -> None:
     """Numbers that are not finite or have too many digits, half characters, keys that stand twice, deep nesting."""
@@ -72,7 +72,7 @@ def test_what_no_json_file_of_ours_holds_is_refused_with_its_key(
 
 @pytest.mark.parametrize("text", ["", "{", "[1,]", 100_000 * "[", '{"a": }', "\udcff"])
 def test_what_is_no_json_is_refused(text: str, tmp_path: Path) -> None:
-    """Text that is cut short, nested without end or not UTF-8 is a fault of the file."""
+    """Text that is cut short, nested too deeply or not UTF-8 is a fault of the file."""
     path = tmp_path / "file.json"
     path.write_bytes(text.encode("utf-8", "surrogateescape"))
     with pytest.raises(InvalidInput) as caught:
@@ -88,7 +88,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def faults_within(folder: Path, seconds: float) -> str:
-    """Return the refusal of a dataset, which has to come within so much processor time."""
+    """Return the message with which a dataset is refused, which has to come within this processor time [s]."""
     start = time.process_time()
     with pytest.raises(InvalidInput) as caught:
         read_dataset(folder)
@@ -108,7 +108,7 @@ def test_a_header_of_very_many_columns_is_refused_at_once(folder: Path, repeated
 
 @pytest.mark.slow
 def test_very_many_joints_are_one_fault(folder: Path) -> None:
-    """30,000 joints in a dataset.yaml are refused by name; before, each missing column named all the others."""
+    """30,000 joints in a dataset.yaml are one fault, without a fault for each missing column of poses.csv."""
     text = (folder / "dataset.yaml").read_text()
     mapping = load_yaml(folder / "dataset.yaml")
     mapping["robot"]["joints"] = "JOINTS"
@@ -120,7 +120,7 @@ def test_very_many_joints_are_one_fault(folder: Path) -> None:
 
 
 def test_very_many_unknown_keys_are_not_all_written_out(folder: Path) -> None:
-    """Keys that nobody knows are named up to a hundred."""
+    """At most a hundred unknown keys are listed."""
     with (folder / "dataset.yaml").open("a") as file:
         file.writelines(f"k{i}: 1\n" for i in range(2_000))
     assert len(faults_within(folder, 30).splitlines()) <= 101

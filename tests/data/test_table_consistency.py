@@ -71,7 +71,7 @@ CELLS = [
 def test_a_wrong_cell_is_named(
     folder: Path, file: str, row: int, column: str, text: str, message: str
 ) -> None:
-    """One wrong cell, one fault: its file, row, column and text."""
+    """One wrong cell gives one fault, with its file, row, column and text."""
     edit_cell(folder, file, row, column, text)
     fault = only(validate_dataset(folder))
     assert (fault.file, fault.row, fault.column) == (file, row, column)
@@ -93,7 +93,7 @@ def test_all_faults_are_reported_at_once(folder: Path) -> None:
 
 
 def test_blank_lines_do_not_shift_the_rows(folder: Path) -> None:
-    """The row is that of the editor below blank lines too, on the fast way (nan) and the slow one (text)."""
+    """Rows after blank lines have the number that an editor shows, in the fast parser (nan) and cell by cell (text)."""
     for text in ("nan", "abc"):
         edit_lines(folder, "scans.csv", lambda lines: [*lines[:4], "", *lines[4:]])
         edit_cell(folder, "scans.csv", 9, "x", text)
@@ -179,14 +179,14 @@ def test_poses_without_a_scan_are_named_one_by_one(folder: Path) -> None:
     assert "pose 12 has no laser point in scans.csv" in faults[0].message
 
 
-def test_a_pose_that_could_not_be_read_is_not_blamed_on_the_scans(folder: Path) -> None:
+def test_a_pose_that_could_not_be_read_causes_no_faults_of_its_scan(folder: Path) -> None:
     """One short row of poses.csv gives one fault, and none for the points of the pose that it held."""
     edit_lines(folder, "poses.csv", lambda ls: [*ls[:3], "12,floor", *ls[4:]])
     assert only(validate_dataset(folder)).row == 4
 
 
 def test_a_tracker_has_one_row_a_pose(tmp_path: Path) -> None:
-    """A pose without a row, a pose with two, and a row of no pose."""
+    """A pose without a row, a pose with two rows, and a row of an unknown pose are faults."""
     folder = make(tmp_path, "tracker")
     edit_cell(folder, "points.csv", 4, "pose", "13")
     edit_cell(folder, "points.csv", 9, "pose", "77")
@@ -195,15 +195,15 @@ def test_a_tracker_has_one_row_a_pose(tmp_path: Path) -> None:
     assert "already in row 4" in found["points.csv", 5]
 
 
-def test_a_tracker_needs_no_planes_and_minds_none(tmp_path: Path) -> None:
-    """A plane column in a tracker's poses is of no consequence."""
+def test_a_tracker_needs_no_planes_and_ignores_them(tmp_path: Path) -> None:
+    """A plane column in a tracker's poses is ignored."""
     folder = make(tmp_path, "tracker")
     edit_lines(folder, "poses.csv", lambda ls: [ls[0] + ",plane", *(x + ",table" for x in ls[1:])])
     assert validate_dataset(folder) == []
 
 
 def test_files_of_another_sensor_are_named(tmp_path: Path) -> None:
-    """A line-laser with points.csv instead of scans.csv is told what is missing and what does not belong."""
+    """A line-laser with points.csv instead of scans.csv gets a fault for the missing file and one for the other."""
     folder = make(tmp_path)
     (folder / "scans.csv").rename(folder / "points.csv")
     assert [fault.file for fault in validate_dataset(folder)] == ["points.csv", "scans.csv"]
@@ -217,7 +217,7 @@ def test_files_of_another_sensor_are_named(tmp_path: Path) -> None:
 
 
 def test_csv_and_parquet_together_are_ambiguous(folder: Path) -> None:
-    """Two files of scans: which one is meant is not guessed."""
+    """With two files of scans, neither is chosen; the dataset is refused."""
     tables()["scans"].to_parquet(folder / "scans.parquet")
     assert "only one can be meant" in only(validate_dataset(folder)).message
 
@@ -266,8 +266,8 @@ def test_integers_and_categories_in_parquet_are_numbers(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", ["nothing", "empty", "file", "yaml", "null"])
-def test_what_is_no_dataset_folder_is_said(tmp_path: Path, content: str) -> None:
-    """No folder, an empty one, a file, the description itself: one fault that says what to give."""
+def test_a_path_that_is_no_dataset_folder_is_refused(tmp_path: Path, content: str) -> None:
+    """No folder, an empty folder, a file and the description itself give one fault, which says what to give."""
     path = tmp_path / {"yaml": "dataset.yaml", "null": "a\0b"}.get(content, "d")
     if content == "empty":
         path.mkdir()
@@ -283,7 +283,7 @@ def test_a_folder_of_other_things_lacks_both_files(tmp_path: Path) -> None:
 
 
 def test_a_thousand_faults_of_one_kind_are_counted_not_listed(tmp_path: Path) -> None:
-    """So many lines help nobody: the first are written out, one more line counts the rest."""
+    """The first faults are listed, and one more line counts the rest."""
     content = tables()
     content["scans"] = pd.concat([content["scans"]] * 30)
     write_dataset(tmp_path / "d", mapping=description(), **content)

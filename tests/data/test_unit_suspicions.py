@@ -1,4 +1,4 @@
-"""Degrees for radians and millimetres for metres are suspected; large real cells are not."""
+"""Degrees for radians and millimetres for metres are suspected; large real workcells are not."""
 
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ def faults_of(tmp_path: Path, mapping: dict[str, Any], content: dict[str, pd.Dat
 
 
 def columns_of(faults: list[Fault]) -> set[str | None]:
-    """Return where the suspicions are, after checking that all faults are suspicions."""
+    """Return the columns of the faults, after checking that all of them are suspicions."""
     assert all(fault.message.startswith("suspect") for fault in faults), [str(fault) for fault in faults]
     return {fault.column for fault in faults}
 
@@ -58,7 +58,7 @@ ANGLES = {(0, "theta"), (1, "alpha"), (2, "theta"), (3, "alpha"), (3, "theta"), 
     ],
 )
 def test_a_description_in_other_units_is_suspected(tmp_path: Path, key: str, columns: set[str]) -> None:
-    """The same cell, one group of numbers in mm, mm/s^2 or degrees: those numbers are named, no others."""
+    """In a workcell with one group of numbers in mm, mm/s^2 or degrees, exactly these numbers are named."""
     mapping = description()
     robot, sensor = mapping["robot"], mapping["sensor"]
     robot["joints"] = puma_like(1 / MM if key == "a_d" else 1.0, 1 / DEG if key == "angles" else 1.0)
@@ -86,7 +86,7 @@ def test_a_description_in_other_units_is_suspected(tmp_path: Path, key: str, col
 
 @pytest.mark.parametrize("slides", [False, True])
 def test_an_arm_of_millimetres_is_suspected(tmp_path: Path, slides: bool) -> None:
-    """Metres that were taken for millimetres make an arm of 1 mm; one that slides reaches by its travel and may have no lengths."""
+    """Metres that were taken for millimetres make an arm of 1 mm; one with a prismatic joint reaches by its travel and is not suspected."""
     mapping = description()
     mapping["robot"]["joints"] = puma_like(MM)
     if slides:
@@ -97,7 +97,7 @@ def test_an_arm_of_millimetres_is_suspected(tmp_path: Path, slides: bool) -> Non
 
 
 def test_joint_angles_in_degrees_are_suspected(tmp_path: Path) -> None:
-    """All angles in degrees, or one row, or one column of them: one fault a joint, with its largest angle."""
+    """All angles in degrees, or those of one row or one column, give one fault for each joint, with its largest angle."""
     content = tables()
     names = [f"q{i + 1}" for i in range(6)]
     poses = content["poses"]
@@ -114,7 +114,7 @@ def test_joint_angles_in_degrees_are_suspected(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("kind", "table"), [("line-laser", "scans"), ("tracker", "points")])
 def test_points_in_millimetres_are_suspected(tmp_path: Path, kind: str, table: str) -> None:
-    """A file of points in millimetres: one fault a column, not one a point."""
+    """A file of points in millimetres gives one fault for each column, not for each point."""
     content = tables(kind)
     xyz = [name for name in content[table].columns if name != "pose"]
     content[table][xyz] /= MM
@@ -123,8 +123,8 @@ def test_points_in_millimetres_are_suspected(tmp_path: Path, kind: str, table: s
     assert all("are these millimetres?" in fault.message for fault in faults)
 
 
-def test_large_real_cells_are_not_suspected(tmp_path: Path) -> None:
-    """4 m of reach, a lidar 18 m off, wrists of 450 degrees, an endless axis, hall coordinates: no fault."""
+def test_large_real_workcells_are_not_suspected(tmp_path: Path) -> None:
+    """4 m of reach, a lidar 18 m away, wrists of 450 degrees, an endless axis and hall coordinates give no fault."""
     mapping = description()
     for joint, a, d in zip(
         mapping["robot"]["joints"], [0, 0.6, 1.7, 0.3, 0, 0], [1.1, 0, 0, 1.9, 0, 0.5], strict=True
@@ -143,7 +143,7 @@ def test_large_real_cells_are_not_suspected(tmp_path: Path) -> None:
 
 
 def test_a_tracker_far_away_and_a_turning_wrist_are_not_suspected(tmp_path: Path) -> None:
-    """A tracker 60 m off; one joint that has turned almost four times, without limits."""
+    """A tracker may be 60 m away, and one joint without limits may have turned almost four times."""
     content = tables("tracker")
     content["points"]["x"] += 60.0
     content["poses"]["q6"] = np.linspace(-25.0, 25.0, N_POSES)

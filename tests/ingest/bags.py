@@ -18,18 +18,18 @@ JOINTS, SCANS = "/arm/joint_states", "/scanner/profile"
 START = 1_700_000_000.0  # s
 MOVE, STOP = 1.0, 1.2  # s
 JOINT_RATE, SCAN_RATE = 50.0, 10.0  # Hz
-LATE = 0.08  # s by which messages are received after their stamp
+LATE = 0.08  # s between the stamp of a message and its reception
 DITHER = 1e-5  # rad, of the encoders
 RAYS = 4000
 
 
 def names(n: int) -> list[str]:
-    """Return the joints' names in the order in which they are published: not the robot's, and with a gripper's."""
+    """Return the joints' names in the order of publication, which is not the robot's, with one of a gripper."""
     return [f"joint_{i + 1}" for i in (2, 1, 0, *range(3, n))] + ["finger"]
 
 
 def with_clutter(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Return a scan in which a box stands beside the target: a short step nearer by 30 mm, and some stray echoes."""
+    """Return a scan with a box beside the target, 9 points that are 30 mm nearer, and some stray echoes."""
     at = points[:, 0].max()
     box = np.column_stack([at + np.linspace(0.004, 0.012, 9), np.full(9, points[:, 1].min() - 0.03)])
     stray = points[rng.integers(len(points), size=4)] * [1.0, 0.8]
@@ -40,7 +40,10 @@ def with_clutter(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 def messages(
     dataset: Dataset, store: Any, kind: str, *, moving: bool = False, blind: int = 0
 ) -> Iterator[tuple[str, float, Any]]:
-    """Yield topic, stamp and message of a campaign: a move to each pose, a stop, scans all the time, but at ``blind`` of each blind + 1 stops."""
+    """Yield topic, stamp and message of a campaign of moves and stops.
+
+    Scans are published all the time, except during ``blind`` of every ``blind + 1`` stops. If ``moving``, the arm never stops.
+    """
     rng = np.random.default_rng(1)
     q = dataset.q
     order = [int(name[6:]) - 1 for name in names(q.shape[1])[:-1]]
@@ -65,7 +68,7 @@ def messages(
 
 
 def header(store: Any, stamp: float) -> Any:
-    """Return a header; that of ROS 1 counts messages."""
+    """Return a header; in ROS 1 it also has the number of the message."""
     time = store.types["builtin_interfaces/msg/Time"](
         sec=int(stamp), nanosec=round((stamp % 1) * 1e9) % 10**9
     )
@@ -75,7 +78,7 @@ def header(store: Any, stamp: float) -> Any:
 
 
 def joint_state(store: Any, stamp: float, position: list[float]) -> Any:
-    """Return a message with positions alone."""
+    """Return a message with positions, without velocities and efforts."""
     kind, none = store.types["sensor_msgs/msg/JointState"], np.zeros(0)
     return kind(
         header=header(store, stamp),
@@ -87,7 +90,7 @@ def joint_state(store: Any, stamp: float, position: list[float]) -> Any:
 
 
 def laser_scan(store: Any, stamp: float, points: np.ndarray) -> Any:
-    """Return a scan over evenly spaced rays, x of ROS along our z; rays without an echo are infinite."""
+    """Return a scan over evenly spaced rays, x of ROS along the sensor's z; ranges without an echo are infinite."""
     angles = np.arctan2(points[:, 0], points[:, 1])
     first, step = float(angles.min()), float(np.ptp(angles)) / (RAYS - 1)
     ranges = np.full(RAYS, np.inf, dtype=np.float32)
@@ -99,7 +102,7 @@ def laser_scan(store: Any, stamp: float, points: np.ndarray) -> Any:
 
 
 def cloud(store: Any, stamp: float, points: np.ndarray) -> Any:
-    """Return a cloud with x, y = 0 and z of our frame, and an intensity; lost points are not numbers."""
+    """Return a cloud with x, y = 0 and z of SCALAR's sensor frame, and an intensity; lost points are NaN."""
     field = store.types["sensor_msgs/msg/PointField"]
     fields = [
         field(name=name, offset=4 * i, datatype=7, count=1)
@@ -116,7 +119,7 @@ def cloud(store: Any, stamp: float, points: np.ndarray) -> Any:
 def write_bag(
     dataset: Dataset, path: Path, version: int | str, kind: str, *, moving: bool = False, blind: int = 0
 ) -> Path:
-    """Write the campaign as a bag of ROS 1, ROS 2 (MCAP) or ``db3`` (ROS 2, SQLite); one topic more holds neither joints nor scans."""
+    """Write the campaign as a bag of ROS 1, ROS 2 (MCAP) or ``db3`` (ROS 2, SQLite); a third topic holds neither joints nor scans."""
     store = get_typestore(Stores.ROS1_NOETIC if version == 1 else Stores.ROS2_HUMBLE)
     types = {
         JOINTS: "sensor_msgs/msg/JointState",

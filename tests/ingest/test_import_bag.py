@@ -1,4 +1,4 @@
-"""Recorded bags: the poses, planes and points of a simulated campaign come back, and what cannot be cut is refused in a sentence."""
+"""Recorded bags: poses, planes and points of a simulated campaign are recovered, and recordings that give no dataset are refused in a sentence."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def run(*arguments):
 
 @pytest.fixture(scope="module")
 def campaign(tmp_path_factory) -> Dataset:
-    """Return a simulated campaign of four poses a plane."""
+    """Return a simulated campaign of four poses on each plane."""
     config = scene_config("paper", poses_per_plane=4)
     config["sensor"]["selection"] = "even"
     folder = tmp_path_factory.mktemp("campaign")
@@ -36,7 +36,7 @@ def campaign(tmp_path_factory) -> Dataset:
 
 @pytest.fixture(scope="module")
 def workcell(campaign, tmp_path_factory):
-    """Return a dataset.yaml with the joints' names, the rough place of the scanner and guesses of the planes."""
+    """Return a dataset.yaml with the joints' names, the rough pose of the scanner and guesses of the planes."""
     folder = tmp_path_factory.mktemp("workcell")
     campaign.write(folder / "d")
     mapping = load_yaml(folder / "d" / "dataset.yaml")
@@ -56,8 +56,8 @@ def bag(campaign, tmp_path_factory):
     "version, kind, within",
     [(1, "LaserScan", 5e-5), (2, "PointCloud2", 1e-6), (2, "LaserScan", 5e-5), ("db3", "LaserScan", 5e-5)],
 )
-def test_a_campaign_comes_back(version, kind, within, campaign, workcell, tmp_path):
-    """Every pose once, in order, with its plane; its points are those of the target alone, which a box and stray echoes are not."""
+def test_a_campaign_is_recovered(version, kind, within, campaign, workcell, tmp_path):
+    """Every pose is found once, in order, with its plane; its points are those on the target, without the box and stray echoes."""
     path = write_bag(campaign, tmp_path / ("c.bag" if version == 1 else "c"), version, kind)
     status, said = run("import-bag", workcell, path, "-o", tmp_path / "d")
     assert status == 0, said
@@ -73,8 +73,8 @@ def test_a_campaign_comes_back(version, kind, within, campaign, workcell, tmp_pa
         assert len(mine) > 0.95 * len(true)
 
 
-def test_the_order_of_joints_may_be_said(campaign, workcell, bag, tmp_path):
-    """Without names in the description the recorded order is wrong, and cannot be taken: it has a joint more."""
+def test_the_order_of_joints_may_be_given(campaign, workcell, bag, tmp_path):
+    """Without names in the description a recording with one joint more is refused, unless an option names the joints."""
     mapping = load_yaml(workcell)
     for joint in mapping["robot"]["joints"]:
         del joint["name"]
@@ -100,14 +100,14 @@ def test_the_order_of_joints_may_be_said(campaign, workcell, bag, tmp_path):
     ],
 )
 def test_wrong_names_are_refused(options, words, workcell, bag, tmp_path):
-    """A topic or a joint that is not there: exit 2, one line that says what there is, and no folder."""
+    """A topic or joint that does not exist gives exit status 2, one line that says what to correct, and no folder."""
     status, said = run("import-bag", workcell, bag, *options, "-o", tmp_path / "d")
     assert status == 2 and words in said, said
     assert len(said.splitlines()) == 1 and not (tmp_path / "d").exists()
 
 
 def test_a_folder_of_ros_2_may_end_in_bag(campaign, workcell, tmp_path):
-    """It is read as the folder that it is, not as a file of ROS 1."""
+    """A folder named ``*.bag`` is read as a recording of ROS 2, not as a file of ROS 1."""
     path = write_bag(campaign, tmp_path / "c", 2, "LaserScan").rename(tmp_path / "good.bag")
     status, said = run("import-bag", workcell, path, "-o", tmp_path / "d")
     assert status == 0, said
@@ -115,7 +115,7 @@ def test_a_folder_of_ros_2_may_end_in_bag(campaign, workcell, tmp_path):
 
 
 def test_damaged_and_missing_recordings_are_refused(workcell, bag, tmp_path):
-    """A file that was cut short, one that is no bag, an empty folder, none at all: exit 2 and one line."""
+    """A file cut short, a file that is no bag, an empty folder and a missing file give exit status 2 and one line."""
     raw = bag.read_bytes()
     for k, content in enumerate((raw[: len(raw) // 2], raw[:100], b"", b"not a bag at all\n" * 50)):
         path = tmp_path / f"{k}.bag"
@@ -129,15 +129,15 @@ def test_damaged_and_missing_recordings_are_refused(workcell, bag, tmp_path):
     assert not (tmp_path / "d").exists()
 
 
-def test_an_arm_that_never_stops_is_said(campaign, workcell, tmp_path):
-    """Exit 3: the recording is sound, and no pose can be made of it."""
+def test_a_recording_of_an_arm_that_never_stops_is_refused(campaign, workcell, tmp_path):
+    """A valid recording that gives no pose ends with exit status 3."""
     path = write_bag(campaign, tmp_path / "c.bag", 1, "LaserScan", moving=True)
     status, said = run("import-bag", workcell, path, "-o", tmp_path / "d")
     assert status == 3 and "never stands still" in said and not (tmp_path / "d").exists()
 
 
-def test_a_workcell_that_says_too_little_is_refused(workcell, bag, tmp_path):
-    """Without the scanner's rough place no scan has a plane; with one far off, none is clear: exit 2, and exit 3."""
+def test_a_workcell_without_a_usable_scanner_pose_is_refused(workcell, bag, tmp_path):
+    """Without a nominal pose of the scanner the exit status is 2; with one far off, so that no scan is near a plane, it is 3."""
     mapping = load_yaml(workcell)
     pose = mapping["sensor"].pop("nominal_pose")
     dump_yaml(mapping, tmp_path / "dataset.yaml")
@@ -149,8 +149,8 @@ def test_a_workcell_that_says_too_little_is_refused(workcell, bag, tmp_path):
     assert status == 3 and "of the three that are needed" in said and not (tmp_path / "d").exists()
 
 
-def test_a_wrong_order_of_joints_is_told_with_the_right_one(workcell, bag, tmp_path):
-    """Two joints exchanged: exit 3, nothing is written, the reason that dominates is said, and the order with which the scans are on planes."""
+def test_a_wrong_order_of_joints_is_refused_with_the_right_one(workcell, bag, tmp_path):
+    """With two joints exchanged the exit status is 3, and the message has the most frequent reason and the order that puts scans on planes."""
     wrong = ORDER.split(",")
     wrong[1], wrong[2] = wrong[2], wrong[1]
     status, said = run("import-bag", workcell, bag, "--joint-names", ",".join(wrong), "-o", tmp_path / "d")
@@ -160,8 +160,8 @@ def test_a_wrong_order_of_joints_is_told_with_the_right_one(workcell, bag, tmp_p
     assert f"--joint-names {ORDER}" in lines[1]
 
 
-def test_axes_of_the_scanner_that_point_elsewhere_are_told(workcell, bag, tmp_path):
-    """With the scanner turned by half a turn about its x axis, z of the scan runs the other way; it is said, and nothing is written."""
+def test_wrong_axes_of_the_scanner_are_refused_with_the_right_ones(workcell, bag, tmp_path):
+    """If the nominal pose is turned by half a turn about x, the message says that z of the scan is reversed, and nothing is written."""
     mapping = load_yaml(workcell)
     pose = mapping["sensor"]["nominal_pose"]
     T = transform_from_rotation_vector(pose["translation"], pose["rotation_vector"])
@@ -174,18 +174,18 @@ def test_axes_of_the_scanner_that_point_elsewhere_are_told(workcell, bag, tmp_pa
 
 
 def test_losses_may_be_accepted_and_are_counted(workcell, campaign, tmp_path):
-    """Stops without a scan are most of them: exit 3 says so and names the option with which the rest is written."""
+    """If most stops have no scan, the exit status is 3, and the message names the option with which the others are written."""
     path = write_bag(campaign, tmp_path / "c.bag", 1, "LaserScan", blind=2)
     status, said = run("import-bag", workcell, path, "-o", tmp_path / "d")
-    assert status == 3 and "no scan meanwhile" in said and "--accept-losses" in said
+    assert status == 3 and "without a scan" in said and "--accept-losses" in said
     assert not (tmp_path / "d").exists()
     status, said = run("import-bag", workcell, path, "--accept-losses", "-o", tmp_path / "d")
-    assert status == 0 and "no scan meanwhile" in said
+    assert status == 0 and "without a scan" in said
     assert read_dataset(tmp_path / "d").n_poses == campaign.n_poses // 3
 
 
 def test_still_moments_are_those_without_motion():
-    """Of motions and stops of any length, those that last long enough are found, each once, without what comes before it settles."""
+    """Every stop that lasts long enough is found once, and begins when the arm has settled; shorter ones are not found."""
     rng = np.random.default_rng(2)
     times, q, stops = [0.0], [0.0], []
     for _k in range(30):

@@ -1,4 +1,4 @@
-"""Importing what a kind of sensor from outside the package measures: its own columns have the units that its format states."""
+"""Importing the measurements of a kind of sensor from outside the package: its columns have the units that its format states."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -23,7 +23,7 @@ UNITS = {"distance": "m", "bearing": "rad", "elevation": "rad"}
 
 
 class TotalStation(PointByPoint):
-    """Sees a distance and two angles of each pose; only its format is asked for here."""
+    """Measures a distance and two angles at each pose; these tests use its format alone."""
 
     format = SensorFormat(
         KIND,
@@ -43,7 +43,7 @@ def registered() -> Iterator[None]:
 
 
 def measured() -> np.ndarray:
-    """Return joint angles [deg] ``(N, 6)`` beside distance [mm], bearing and elevation [deg]."""
+    """Return ``(N, 9)``: six joint angles [deg], distance [mm], bearing and elevation [deg]."""
     rng = np.random.default_rng(8)
     return np.hstack(
         [rng.uniform(-90, 90, (N, 6)), rng.uniform(2000, 4000, (N, 1)), rng.uniform(-40, 40, (N, 2))]
@@ -101,8 +101,8 @@ def test_a_unit_that_is_missing_or_wrong_is_refused(tmp_path, change, words):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_column_that_is_missing_is_asked_for_with_its_unit(tmp_path):
-    """The message shows the entry to add, an angle with its unit."""
+def test_a_missing_column_is_named_with_its_unit(tmp_path):
+    """The message shows the entry to add, for an angle with a unit."""
     result = run(tmp_path, columns(distance=IN_FILE["distance"], bearing=IN_FILE["bearing"]))
     assert result.exit_code == 2
     assert "elevation: missing; add it, as {column: name in the file, unit: rad}" in result.stderr

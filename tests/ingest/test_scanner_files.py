@@ -1,4 +1,4 @@
-"""Spreadsheets, and profiles as scanners save them, through the command line; files of these layouts are written here."""
+"""Imports of spreadsheets and of profiles as scanners save them; the tests write files of these layouts."""
 
 import numpy as np
 import pandas as pd
@@ -43,7 +43,7 @@ poses:
 
 @pytest.fixture
 def folder(tmp_path):
-    """Return a folder with the table of poses, which count from 11."""
+    """Return a folder with the table of poses, whose ids begin at 11."""
     table = {"id": np.arange(11, 11 + POSES), "target": PLANES, "A1": Q[:, 0], "A2": Q[:, 1]}
     pd.DataFrame(table).to_csv(tmp_path / "poses.csv", index=False)
     return tmp_path
@@ -58,7 +58,7 @@ def imported(folder, mapping, *sources):
 
 
 def points_block(files, columns="pose: {column: '@file_number'}"):
-    """Return the block of points in files of their own."""
+    """Return a mapping whose points are in separate files."""
     return POSES_BLOCK + (
         f"points:\n  columns:\n    {columns}\n    x: {{column: x, unit: mm}}\n    z: {{column: z, unit: mm}}\n"
         f"  drop_without: [z]\n  files: [{{name: '{files}'}}]\n" + DESCRIPTION
@@ -66,7 +66,7 @@ def points_block(files, columns="pose: {column: '@file_number'}"):
 
 
 def check(dataset, lost=0):
-    """Compare with what was written: angles in radians, points in metres, without those that were lost."""
+    """Compare a dataset with the numbers written, in radians and metres, without the first ``lost`` points of each scan."""
     np.testing.assert_allclose(dataset.q, np.deg2rad(Q), atol=1e-12)
     for k in range(POSES):
         mine = dataset.points[dataset.starts[k] : dataset.starts[k + 1]]
@@ -74,7 +74,7 @@ def check(dataset, lost=0):
 
 
 def test_profiles_of_opencv(folder):
-    """One list of triples a file, `.Nan` where nothing was measured, the number in the file's name being the pose."""
+    """Each file has one list of triples, with `.Nan` where nothing was measured; the number in the file's name is the pose."""
     for k in range(POSES):
         z = [".Nan" if i < 2 else f"{value:.8e}" for i, value in enumerate(Z[k])]
         cells = [text for x, value in zip(X, z, strict=True) for text in (f"{x:.8e}", "0.", value)]
@@ -94,7 +94,7 @@ def test_profiles_of_opencv(folder):
 
 @pytest.mark.parametrize("uniform", [True, False])
 def test_recordings_of_a_gocator(folder, uniform):
-    """Sections with a header, frames as rows of z under columns of x, or as rows of x and z."""
+    """Sections have a header; frames are rows of z under columns of x, or rows of x and rows of z."""
     head = "Frame,Source,Time,Encoder,Z Encoder,Inputs,Exposure,Y,Axis"
     columns = ",".join(f"{x:.4f}" if uniform else str(i) for i, x in enumerate(X))
     rows = []
@@ -129,8 +129,8 @@ def test_recordings_of_a_gocator(folder, uniform):
     assert status == 2 and "scan.csv, row 13" in said
 
 
-def test_plain_columns_one_file_a_pose(folder):
-    """Columns of x and z without a header, tabs between them."""
+def test_plain_columns_in_one_file_for_each_pose(folder):
+    """Columns of x and z without a header, separated by tabs, are read."""
     for k in range(POSES):
         lines = [f"{x}\t{z}" for x, z in zip(X, Z[k], strict=True)]
         (folder / f"profile_{11 + k:04d}.txt").write_text("\n".join(lines), encoding="utf-8")
@@ -146,7 +146,7 @@ def test_plain_columns_one_file_a_pose(folder):
 
 
 def test_spreadsheets(folder):
-    """The sheet that is named, below two lines of title; numbers to the last digit; another sheet and a damaged file are refused."""
+    """The named sheet is read below two lines of title, to the last digit; a missing sheet and a damaged file are refused."""
     import openpyxl
 
     book = openpyxl.Workbook()

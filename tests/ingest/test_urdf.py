@@ -1,4 +1,4 @@
-"""Robot descriptions: the robot that is read stands where pybullet puts it, and what is no chain is refused with its line."""
+"""Robot descriptions: the robot that is read has the poses that pybullet computes, and faults are refused with their line."""
 
 from pathlib import Path
 
@@ -25,8 +25,8 @@ POSES = 100
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_arms_that_pybullet_ships_stand_where_pybullet_puts_them(name, tmp_path):
-    """The chain between two links, fixed joints folded in, agrees with getLinkState to 1e-9 m."""
+def test_arms_that_pybullet_ships_have_its_poses(name, tmp_path):
+    """The chain between two links, fixed joints included, agrees with pybullet's getLinkState to 1e-9 m."""
     pytest.importorskip("pybullet_data")
     path = shipped(name)
     if not path.exists():
@@ -41,8 +41,8 @@ def test_arms_that_pybullet_ships_stand_where_pybullet_puts_them(name, tmp_path)
     np.testing.assert_allclose(robot.flange(q), T, atol=1e-9, rtol=0)
 
 
-def test_three_slides_and_a_turn_stand_where_pybullet_puts_them(tmp_path):
-    """A gantry that pybullet ships; its limits are in the order that pybullet takes for none, and have to be exchanged."""
+def test_a_gantry_has_the_poses_of_pybullet(tmp_path):
+    """A gantry of three slides and a turn that pybullet ships; its limits, lower above upper, are refused until they are exchanged."""
     pybullet_data = pytest.importorskip("pybullet_data")
     text = (Path(pybullet_data.getDataPath()) / "cube_no_rotation.urdf").read_text(encoding="utf-8")
     path = tmp_path / "gantry.urdf"
@@ -60,8 +60,8 @@ def test_three_slides_and_a_turn_stand_where_pybullet_puts_them(tmp_path):
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_any_chain_stands_where_pybullet_puts_it(seed, tmp_path):
-    """Axes in any direction, nearly parallel, meeting, of any length, the base beside the chain or in it: the same poses as pybullet's."""
+def test_any_chain_has_the_poses_of_pybullet(seed, tmp_path):
+    """Poses agree for axes in any direction, nearly parallel or intersecting, of any length, and for a base in or beside the chain."""
     pytest.importorskip("pybullet")
     rng = np.random.default_rng(seed)
     path = tmp_path / f"random{seed}.urdf"
@@ -79,8 +79,8 @@ def test_any_chain_stands_where_pybullet_puts_it(seed, tmp_path):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_robot_that_was_read_is_one_that_a_dataset_may_have(seed, tmp_path):
-    """Its mapping passes the checks of dataset.yaml, and gives the same robot back."""
+def test_a_robot_that_was_read_is_valid_in_a_dataset(seed, tmp_path):
+    """Its mapping passes the checks of dataset.yaml, and describes the same robot."""
     rng = np.random.default_rng(100 + seed)
     path = tmp_path / "random.urdf"
     path.write_text(random_description(rng, 6), encoding="utf-8")
@@ -103,8 +103,8 @@ def test_a_robot_that_was_read_is_one_that_a_dataset_may_have(seed, tmp_path):
     np.testing.assert_allclose(Robot.from_mapping(robot.to_mapping()).flange(q), robot.flange(q), atol=1e-12)
 
 
-def test_the_table_of_the_panda_is_its_makers():
-    """Franka's modified-DH table comes out of its URDF: https://frankaemika.github.io/docs/control_parameters.html."""
+def test_the_table_of_the_panda_is_that_of_its_maker():
+    """The URDF of the Panda gives Franka's modified-DH table: https://frankaemika.github.io/docs/control_parameters.html."""
     pytest.importorskip("pybullet_data")
     robot, _ = robot_from_urdf(shipped("panda"), "panda_link0", "panda_link8")
     right = np.pi / 2
@@ -132,7 +132,7 @@ GOOD = [("j1", "revolute", "a", "b", LIMIT), ("j2", "continuous", "b", "c", ""),
 
 
 def with_second(kind="revolute", content=LIMIT, parent="b", child="c"):
-    """Return the good joints with another second one, which stands in row 8."""
+    """Return the good joints with the second one replaced; it is in row 8."""
     return urdf([GOOD[0], ("j2", kind, parent, child, content), GOOD[2]])
 
 
@@ -167,8 +167,8 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_is_no_chain_is_refused_with_its_line(case, tmp_path):
-    """One line says what is wrong and where; nothing is opened that the file refers to."""
+def test_a_faulty_description_is_refused_with_its_line(case, tmp_path):
+    """One line says what is wrong and where; no file that the description refers to is opened."""
     text, message = REFUSED[case]
     path = tmp_path / "in.urdf"
     path.write_text(text, encoding="utf-8")
@@ -187,8 +187,8 @@ def test_what_is_no_chain_is_refused_with_its_line(case, tmp_path):
         ("b", "e", "choose a --tip that the --base carries"),
     ],
 )
-def test_ends_of_a_chain_have_to_be_there(base, tip, message, tmp_path):
-    """Links that are named and missing, or in the wrong order, are refused with what to do."""
+def test_links_that_end_no_chain_are_refused(base, tip, message, tmp_path):
+    """Links that do not exist, or are in the wrong order, are refused with advice."""
     path = tmp_path / "in.urdf"
     path.write_text(urdf([*GOOD, ("j9", "fixed", "a", "e", "")], "abcde"), encoding="utf-8")
     with pytest.raises(InvalidInput, match=f".*{message.replace('?', '.')}"):
@@ -204,7 +204,7 @@ def test_a_document_type_in_another_encoding_is_refused(tmp_path):
 
 
 def test_long_files_are_refused_unread_and_deep_ones_without_a_crash(tmp_path):
-    """Five megabytes, and links in links by the thousand: one line each."""
+    """Five megabytes, and elements nested by the thousand, give one line each."""
     path = tmp_path / "in.urdf"
     path.write_text(urdf(GOOD) + "<!--" + "x" * 5_000_000 + "-->", encoding="utf-8")
     with pytest.raises(InvalidInput, match="longer than 4 MB"):
@@ -214,8 +214,8 @@ def test_long_files_are_refused_unread_and_deep_ones_without_a_crash(tmp_path):
         robot_from_urdf(path)
 
 
-def test_what_stands_beside_the_chain_is_no_obstacle(tmp_path):
-    """A prismatic gripper and a mimicking finger beside the chain change nothing."""
+def test_joints_beside_the_chain_are_ignored(tmp_path):
+    """A mimicking prismatic finger outside the chain changes nothing."""
     path = tmp_path / "in.urdf"
     path.write_text(urdf(GOOD), encoding="utf-8")
     alone, _ = robot_from_urdf(path, "a", "d")
@@ -242,7 +242,7 @@ dataset:
 
 
 def test_a_measurement_is_imported_with_the_robot_of_a_description(tmp_path):
-    """A mapping without a robot gets that of --urdf; with one of its own, or with links alone, it is refused."""
+    """A mapping without a robot takes that of --urdf; with two robots, with none, or with --tip but no --urdf, it is refused."""
     path, table, mapping = tmp_path / "in.urdf", tmp_path / "t.csv", tmp_path / "m.yaml"
     path.write_text(urdf(GOOD), encoding="utf-8")
     mapping.write_text(MAPPING, encoding="utf-8")

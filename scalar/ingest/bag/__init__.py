@@ -1,8 +1,8 @@
-"""Recorded ROS bags as datasets: messages, moments at which the arm stands still, scans cut to the target planes."""
+"""Recorded ROS bags as datasets: read messages, find the moments at which the arm stands still, and cut scans to the target planes."""
 
 STILL = 5e-4
-"""Positions that stay within this [rad, m] do not move; encoders and brakes give a little."""
+"""Default of the most by which a joint that stands still may move [rad, m]: encoders dither, and brakes yield a little."""
 SETTLED = 0.2
-"""Time after the last motion [s] from which on the arm is taken to have settled (chosen)."""
-LEAST = 0.3
-"""Time [s] that it then stands still at least."""
+"""Default of the time from the last motion until the arm counts as settled [s]. Chosen."""
+LEAST_TIME = 0.3
+"""Default of the least time for which it then stands still [s]. Chosen."""

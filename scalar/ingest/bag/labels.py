@@ -1,4 +1,4 @@
-"""Which target plane each scan lies on, by the nominal arm and the guesses of the planes, which are then corrected by the scans themselves."""
+"""Which target plane each scan lies on, by the nominal arm and the guesses of the planes, which are corrected by the scans on them."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 
 from scalar.geometry.se3 import Array
 
-FARTHEST = 0.15  # m from a guess that a scan may be: guesses are rough by a decimetre
-CLEARLY = 2.0  # times nearer than to any other plane
+FARTHEST = 0.15  # m, most by which a scan may be off its plane: guesses are wrong by up to a decimetre
+CLEARLY = 2.0  # a scan's plane is clear if every other plane is more than this many times farther away
 ROUNDS = 3
-_ENOUGH = 3  # scans from which a plane is fitted anew
+_ENOUGH = 3  # least number of scans to which a plane is fitted
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,8 +20,8 @@ class Labels:
     """The planes of S scans.
 
     Attributes:
-        index: ``(S,)``, which plane; -1 where it is not clear, or none is near.
-        distance: ``(S,)`` [m], root mean square distance of the scan from its plane as corrected.
+        index: ``(S,)``, the index of the plane; -1 where none is near, or two are.
+        distance: ``(S,)`` [m], root mean square distance of the scan from that plane, as corrected; from the first plane where the index is -1.
     """
 
     index: Array
@@ -55,7 +55,7 @@ def label_scans(scans: Sequence[Array], normals: Array, distances: Array) -> Lab
 
 
 def _plane(points: Array, normal: Array, distance: float) -> tuple[Array, float]:
-    """Return the plane through points by least squares; as it was where they lie on a line."""
+    """Return the least-squares plane through points ``(M, 3)``; the given one if they nearly lie on a line, or it would turn by over 45 degrees."""
     centre = points.mean(axis=0)
     sizes, axes = np.linalg.svd(points - centre, full_matrices=False)[1:]
     if sizes[1] < 0.05 * sizes[0] or abs(float(axes[2] @ normal)) < np.cos(np.pi / 4):

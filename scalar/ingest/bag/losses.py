@@ -1,4 +1,4 @@
-"""What to say where most stops of a recording become no pose: which reason dominates, and which other joint order or scanner axes would fit."""
+"""Explain why stops of a recording became no poses: the most frequent reason, and another order of joints or scanner axes that would fit."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from scalar.geometry.se3 import Array
 from scalar.ingest.bag.labels import FARTHEST, label_scans
 
 LEAST_KEPT = 0.5
-"""Share of the stops that have to become poses. Chosen: idle stops are a few, and with a wrong order of joints hardly any scan is on a plane."""
-_ENOUGH = 0.8  # of the pieces that have to lie on planes for another order or other axes to be named
+"""Least share of the stops that have to become poses. Chosen: idle stops are few, and with a wrong order of joints hardly any scan is on a plane."""
+_ENOUGH = 0.8  # least share of the pieces on planes with which another order, or other axes, are suggested
 _AXES = {
-    "x of the scan the other way round": np.array([[-1.0, 0.0], [0.0, 1.0]]),
-    "z of the scan the other way round": np.array([[1.0, 0.0], [0.0, -1.0]]),
-    "x and z of the scan both the other way round": np.array([[-1.0, 0.0], [0.0, -1.0]]),
+    "x of the scan reversed": np.array([[-1.0, 0.0], [0.0, 1.0]]),
+    "z of the scan reversed": np.array([[1.0, 0.0], [0.0, -1.0]]),
+    "x and z of the scan both reversed": np.array([[-1.0, 0.0], [0.0, -1.0]]),
     "x and z of the scan exchanged": np.array([[0.0, 1.0], [1.0, 0.0]]),
 }
 _REMEDIES = {
-    "no scan meanwhile": "record the scanner all the time, stop longer than a scan takes, and check that the stamps of both topics are of one clock",
-    "no straight piece in the scan": (
+    "without a scan": "record the scanner all the time, stop longer than a scan takes, and check that the stamps of both topics are of one clock",
+    "without a straight piece in the scan": (
         "check that the scanner sees 2 cm or more of a target plane there, that its topic is in metres, and that sensor.noise is not too small"
     ),
     "on no plane, or near two": (
@@ -34,15 +34,15 @@ _REMEDIES = {
 
 
 @dataclass(frozen=True)
-class Cut:
-    """What became of a recording.
+class StopCounts:
+    """How many stops of a recording became poses, and why the others did not.
 
     Attributes:
         still: Number of moments at which the arm stood still.
         without_scan: Of these, moments without a scan.
         without_piece: Scans without a straight piece.
         without_plane: Pieces near no plane, or near two.
-        joint_names: The recorded joints in the order in which they became q1..qn.
+        joint_names: Names of the recorded joints in the order in which they became q1..qn.
     """
 
     still: int
@@ -53,18 +53,18 @@ class Cut:
 
     @property
     def kept(self) -> int:
-        """Return how many became poses."""
+        """Return the number of stops that became poses."""
         return self.still - self.without_scan - self.without_piece - self.without_plane
 
     @property
     def reasons(self) -> dict[str, int]:
-        """Return how many stops were left out for which reason, the most frequent first."""
+        """Return the number of stops that were left out for each reason, the most frequent first."""
         counts = (self.without_scan, self.without_piece, self.without_plane)
         found = zip(_REMEDIES, counts, strict=True)
         return dict(sorted(((why, n) for why, n in found if n), key=lambda entry: -entry[1]))
 
     def sentence(self, more: str = "") -> str:
-        """Return how many stops became poses, what more is to be said of them, why most of the others did not, and what to try."""
+        """Return a message: how many stops became poses, the text `more`, why the others did not, and what to try."""
         reasons = self.reasons
         listed = ", ".join(f"{n} {why}" for why, n in reasons.items())
         left = f" (left out: {listed})" if reasons else ""
@@ -74,29 +74,34 @@ class Cut:
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """Straight pieces of scans, one of each stop, and what they are to lie on.
+    """Straight pieces of scans, one of each stop, and the planes on which they are expected to lie.
 
     Attributes:
-        robot: Nominal.
-        T_sensor: Of the scanner on the flange, as declared.
-        q: ``(S, n)`` [rad, m], the recorded joint positions of the robot's joints, in the order that is taken for q1..qn.
+        robot: The nominal robot.
+        T_flange_sensor: ``(4, 4)``, the scanner's nominal pose.
+        q: ``(S, n)`` [rad, m], the recorded joint positions of the robot's joints, in the assumed order q1..qn.
         points: S arrays ``(M, 2)`` [m], x and z.
         normals, distances: ``(K, 3)`` and ``(K,)`` [m], guesses of the planes.
     """
 
     robot: Robot
-    T_sensor: Array
+    T_flange_sensor: Array
     q: Array
     points: Sequence[Array]
     normals: Array
     distances: Array
 
-    def planes(self, order: Sequence[int] | None = None, axes: Array | None = None) -> Array:
-        """Return the plane of each piece ``(S,)``, -1 where it is not clear; for another order of joints or other axes of the scan where given."""
+    def plane_index(self, order: Sequence[int] | None = None, axes: Array | None = None) -> Array:
+        """Return the index of the plane of each piece, ``(S,)``, -1 where it is not clear.
+
+        Args:
+            order: Another order of the joints, as indices; None for the assumed one.
+            axes: ``(2, 2)``, a matrix by which x and z of the scans are multiplied; None for the unit matrix.
+        """
         if not len(self.points):
             return np.zeros(0, dtype=int)
         q = self.q if order is None else self.q[:, list(order)]
-        T = self.robot.flange(q) @ self.T_sensor
+        T = self.robot.flange(q) @ self.T_flange_sensor
         turned = self.points if axes is None else [points @ axes.T for points in self.points]
         scans = [
             points[:, :1] * pose[:3, 0] + points[:, 1:] * pose[:3, 2] + pose[:3, 3]
@@ -106,21 +111,21 @@ class Pieces:
 
 
 def better_reading(pieces: Pieces, names: Sequence[str]) -> str | None:
-    """Return another order of the joints, or other axes of the scan, with which nearly all pieces lie on planes, as a sentence; None without any.
+    """Return advice if another order of joints, or other axes of the scan, put more pieces on planes, and nearly all of them; else None.
 
     Args:
-        pieces: Of the recording.
-        names: The recorded joints in the order that is taken.
+        pieces: The pieces of the recording.
+        names: Names of the recorded joints in the assumed order.
     """
     total = len(pieces.points)
-    best, words = int(np.count_nonzero(pieces.planes() >= 0)), None
+    best, words = int(np.count_nonzero(pieces.plane_index() >= 0)), None
     for order in _orders(len(names), names):
-        found = int(np.count_nonzero(pieces.planes(order) >= 0))
+        found = int(np.count_nonzero(pieces.plane_index(order) >= 0))
         if found > best and found >= _ENOUGH * total:
             other = ",".join(names[i] for i in order)
             best, words = found, f"with --joint-names {other} {found} of {total} scans would lie on a plane"
     for what, axes in _AXES.items():
-        found = int(np.count_nonzero(pieces.planes(axes=axes) >= 0))
+        found = int(np.count_nonzero(pieces.plane_index(axes=axes) >= 0))
         if found > best and found >= _ENOUGH * total:
             best = found
             words = f"with {what} {found} of {total} scans would lie on a plane: correct the rotation in sensor.nominal_pose"
@@ -128,7 +133,7 @@ def better_reading(pieces: Pieces, names: Sequence[str]) -> str | None:
 
 
 def _orders(n: int, names: Sequence[str]) -> Iterator[tuple[int, ...]]:
-    """Yield likely orders of n joints: alphabetical, the other way round, and with two exchanged."""
+    """Yield likely orders of n joints: alphabetical, reversed, and with two exchanged."""
     yield tuple(sorted(range(n), key=lambda i: names[i]))
     yield tuple(reversed(range(n)))
     for i, j in combinations(range(n), 2):

@@ -1,8 +1,8 @@
 """Read joint states and scans from a recorded ROS 1 or ROS 2 bag, without ROS.
 
-A scan's points are put into the plane z-x of our sensor frame, z away from the scanner. Of a ``LaserScan`` the ray at angle zero, x in ROS,
-becomes z, and y becomes x (a cyclic exchange, so that the frame stays right-handed). Of a ``PointCloud2`` the coordinate that is
-the same in all points decides: y for our own frame, z for that of a ``LaserScan``.
+The points of a scan are expressed in the xz plane of SCALAR's sensor frame, whose z points away from the scanner. For a ``LaserScan``, the
+ray at angle zero, x in ROS, becomes z, and y becomes x (a cyclic exchange, so that the frame stays right-handed). For a ``PointCloud2``, the
+coordinate that is the same in all points says which frame it is in: y for SCALAR's own frame, z for that of a ``LaserScan``.
 """
 
 # pyright: reportMissingTypeStubs=false, reportMissingImports=false, reportUnknownMemberType=false
@@ -27,9 +27,9 @@ LIBRARY = "rosbags"
 JOINTS = ("sensor_msgs/msg/JointState",)
 SCANS = ("sensor_msgs/msg/LaserScan", "sensor_msgs/msg/PointCloud2")
 MAX_BAG_BYTES = 50_000_000_000
-"""Length of one file of a recording [bytes]; messages are read one by one."""
+"""Largest size of a file of a recording [bytes]; messages are read one by one."""
 _NANO = 1e-9
-_FLAT = 1e-6  # of the largest coordinate: a coordinate that varies less is the same in all points
+_FLAT = 1e-6  # times the largest coordinate: one that varies by less counts as the same in all points
 _NUMBERS = {7: "f4", 8: "f8"}  # datatypes of PointField that hold real numbers
 
 
@@ -38,12 +38,12 @@ class Recording:
     """What was recorded.
 
     Attributes:
-        joint_names: As the messages have them, n or more.
+        joint_names: Names of the n recorded joints, as in the messages; the robot may have fewer.
         joint_times: ``(J,)`` [s], ascending.
         positions: ``(J, n)`` [rad, m], in the order of the names.
         scan_times: ``(S,)`` [s], ascending, on the same clock.
         scans: S arrays ``(M, 2)`` [m], x and z in the sensor's frame; rays without an echo left out.
-        joint_topic, scan_topic: Where they come from.
+        joint_topic, scan_topic: Topics of the messages.
     """
 
     joint_names: tuple[str, ...]
@@ -60,11 +60,11 @@ def read_bag(path: Path, joint_topic: str | None = None, scan_topic: str | None 
 
     Args:
         path: A ``.bag`` file (ROS 1), or a folder with metadata.yaml or a ``.mcap`` or ``.db3`` file (ROS 2).
-        joint_topic: Of the ``JointState`` messages; None: the only one of that type.
-        scan_topic: Of the ``LaserScan`` or ``PointCloud2`` messages; None: the only one.
+        joint_topic: Topic of the ``JointState`` messages; None for the only topic of that type.
+        scan_topic: Topic of the ``LaserScan`` or ``PointCloud2`` messages; None for the only topic of these types.
 
     Raises:
-        InvalidInput: It cannot be read, lacks a topic, or holds messages that make no scan.
+        InvalidInput: The recording cannot be read, lacks a topic, or has clouds that are not scans in a plane.
     """
     file = path.name
     if not path.exists():
@@ -83,13 +83,15 @@ def read_bag(path: Path, joint_topic: str | None = None, scan_topic: str | None 
         raise InvalidInput(Fault("scalar import-bag", message)) from None
     try:
         with (
-            _told_by_name(path) as named,
+            _path_by_kind(path) as named,
             AnyReader([named], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader,
         ):
             return _read(reader, file, joint_topic, scan_topic)
     except InvalidInput:
         raise
-    except Exception as error:  # whatever a damaged file makes of the library is a fault of that file
+    except (
+        Exception
+    ) as error:  # whatever the library raises on a damaged file is reported as a fault of the file
         words = " ".join(str(error).split()) or type(error).__name__
         message = (
             f"cannot be read as a ROS bag ({shorten(words, 120)[1:-1]}); was it recorded to its end and copied whole? "
@@ -99,8 +101,8 @@ def read_bag(path: Path, joint_topic: str | None = None, scan_topic: str | None 
 
 
 @contextmanager
-def _told_by_name(path: Path) -> Iterator[Path]:
-    """Give a path to a recording whose name tells its kind, as the library asks: a folder that ends in .bag would be read as a file of ROS 1."""
+def _path_by_kind(path: Path) -> Iterator[Path]:
+    """Yield a path to a recording by whose name the library knows its kind: it would read a folder named ``*.bag`` as a file of ROS 1."""
     if not path.is_dir() or path.suffix != ".bag":
         yield path
         return
@@ -123,12 +125,11 @@ def _read(reader: Any, file: str, joint_topic: str | None, scan_topic: str | Non
         if connection.topic == scans:
             scan_rows.append((stamp, _NANO * received, _points(message, connection.msgtype, file, scans)))
             continue
-        own = tuple(str(name) for name in message.name)
+        published = tuple(str(name) for name in message.name)
         if names is None:
-            names = own
-        if own == names and len(message.position) == len(
-            names
-        ):  # others publish other joints on the same topic
+            names = published
+        # Another publisher may publish other joints on the same topic; its messages are left out.
+        if published == names and len(message.position) == len(names):
             joint_rows.append((stamp, _NANO * received, [float(x) for x in message.position]))
     for rows, topic in ((joint_rows, joints), (scan_rows, scans)):
         if not rows:
@@ -182,7 +183,7 @@ def _listed(by_topic: dict[str, str]) -> str:
 def _one_clock(
     joints: Sequence[tuple[float, float, Any]], scans: Sequence[tuple[float, float, Any]]
 ) -> tuple[Array, Array]:
-    """Return the times of both by the stamps of their headers, or by when they were received if these are not on one clock."""
+    """Return the times [s] of joint states and scans: the stamps of their headers, or the times of reception if the stamps are not of one clock."""
     stamps = [np.array([row[0] for row in rows]) for rows in (joints, scans)]
     received = [np.array([row[1] for row in rows]) for rows in (joints, scans)]
     stamped = all(np.all(times > 0) for times in stamps)
@@ -208,11 +209,11 @@ def _points(message: Any, kind: str, file: str, topic: str) -> Array:
         return xyz[:, [0, 2]]
     if flat[2]:
         return xyz[:, [1, 0]]
-    message_ = (
+    text = (
         f"the points on topic {topic} lie in no plane y = constant or z = constant of their frame; "
         "give the scanner's own profiles, not a merged cloud"
     )
-    raise InvalidInput(Fault(file, message_))
+    raise InvalidInput(Fault(file, text))
 
 
 def _cloud(message: Any, file: str, topic: str) -> Array:

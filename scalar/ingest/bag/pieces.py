@@ -1,4 +1,4 @@
-"""Cut a scan to the straight piece that a target plane leaves in it: what stands beside the plane, and its edges, are left out."""
+"""Cut a scan to its straight piece on a target plane; points on other things, and at the plane's edges, are left out."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import numpy as np
 from scalar.geometry.se3 import Array
 
 LEAST_POINTS = 20
-LEAST_LENGTH = 0.02  # m: a shorter piece says little of a plane's tilt
+LEAST_LENGTH = 0.02  # m: a shorter piece determines a plane's tilt badly
 TRIALS = 60  # pairs of points that are tried as lines: enough where a quarter of the points are on the piece (1 - (1 - 1/16)^60 = 0.98)
-_NEAREST = 5  # times the median distance of neighbours: a wider gap ends a piece
+_GAP = 5  # times the median distance between neighbouring points: a wider gap ends a piece
 
 
 def straight_piece(points: Array, tolerance: float, rng: np.random.Generator) -> Array:
-    """Return which points of a scan are its longest straight piece, ``(M,)`` bool; none where there is no such piece.
+    """Return which points of a scan are its longest straight piece, ``(M,)`` bool; all False if it has none.
 
     Lines through two points are tried (Fischler and Bolles, 1981), and the one with the most points within the tolerance is fitted again to
     them by least squares.
@@ -46,6 +46,7 @@ def straight_piece(points: Array, tolerance: float, rng: np.random.Generator) ->
 
 
 def _near(points: Array, start: Array, direction: Array, tolerance: float) -> Array:
+    """Return which points lie within the tolerance [m] of the line through ``start`` along ``direction``, ``(M,)`` bool."""
     length = float(np.linalg.norm(direction))
     if length == 0.0:
         return np.zeros(len(points), dtype=bool)
@@ -54,10 +55,10 @@ def _near(points: Array, start: Array, direction: Array, tolerance: float) -> Ar
 
 
 def _longest_run(points: Array, on: Array) -> Array:
-    """Return the points of a line up to gaps that are wider than the points' distance explains, of the longest such run."""
+    """Return which points are in the longest run without a wide gap of the points ``on`` a line, ``(M,)`` bool."""
     index = np.flatnonzero(on)
     steps = np.linalg.norm(np.diff(points[index], axis=0), axis=1)
-    wide = np.flatnonzero(steps > max(_NEAREST * float(np.median(steps)), 1e-3))
+    wide = np.flatnonzero(steps > max(_GAP * float(np.median(steps)), 1e-3))
     parts = np.split(index, wide + 1)
     run = np.zeros(len(points), dtype=bool)
     run[max(parts, key=len)] = True

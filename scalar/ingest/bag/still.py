@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scalar.geometry.se3 import Array
-from scalar.ingest.bag import LEAST, SETTLED, STILL
+from scalar.ingest.bag import LEAST_TIME, SETTLED, STILL
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,8 +15,8 @@ class Still:
     """One moment at which the arm stands still.
 
     Attributes:
-        start, end: [s], from when it has settled until it moves on.
-        q: ``(n,)`` [rad, m], the mean position meanwhile.
+        start, end: Times [s] at which the arm has settled, and of the last sample before it moves on.
+        q: ``(n,)`` [rad, m], the mean position between them.
     """
 
     start: float
@@ -25,22 +25,26 @@ class Still:
 
 
 def still_moments(
-    times: Array, positions: Array, still: float = STILL, settled: float = SETTLED, least: float = LEAST
+    times: Array,
+    positions: Array,
+    still: float = STILL,
+    settled: float = SETTLED,
+    least_time: float = LEAST_TIME,
 ) -> list[Still]:
     """Return the moments at which no joint moves, in order of time.
 
     Args:
         times: ``(J,)`` [s], ascending.
         positions: ``(J, n)`` [rad, m].
-        still: By how much every joint's position may vary [rad, m].
-        settled: From how long after the last motion the arm is taken to stand [s].
-        least: How long it stands at least from then on [s].
+        still: Most by which the position of a joint that stands still may vary [rad, m].
+        settled: Time from the last motion until the arm counts as settled [s].
+        least_time: Least time for which it then stands still [s].
     """
     found: list[Still] = []
     i = 0
     while i < len(times):
         j = _until(positions, i, still)
-        if times[j - 1] - times[i] >= settled + least:
+        if times[j - 1] - times[i] >= settled + least_time:
             inside = slice(int(np.searchsorted(times, times[i] + settled)), j)
             found.append(Still(float(times[inside][0]), float(times[j - 1]), positions[inside].mean(axis=0)))
             i = j
@@ -50,12 +54,12 @@ def still_moments(
 
 
 def _until(positions: Array, i: int, still: float) -> int:
-    """Return the first sample after i at which some joint is farther than ``still`` from another position since i."""
+    """Return the first sample after i by which some joint has moved by more than ``still`` since i, or the number of samples."""
     size = 64
     while True:
         part = positions[i : i + size]
-        spread = np.maximum.accumulate(part, axis=0) - np.minimum.accumulate(part, axis=0)
-        moved = np.flatnonzero((spread > still).any(axis=1))
+        span = np.maximum.accumulate(part, axis=0) - np.minimum.accumulate(part, axis=0)
+        moved = np.flatnonzero((span > still).any(axis=1))
         if len(moved):
             return i + int(moved[0])
         if i + size >= len(positions):

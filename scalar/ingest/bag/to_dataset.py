@@ -1,4 +1,4 @@
-"""Make a dataset of a recording: one pose for each moment at which the arm stands still and one scan of a target plane is clear."""
+"""Make a dataset of a recording: one pose for each moment at which the arm stands still and the scan clearly lies on one target plane."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from scalar.data.unit_suspicions import suspect_description
 from scalar.errors import Fault, InvalidInput, Undetermined
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array, transform_from_rotation_vector
-from scalar.ingest.bag.losses import LEAST_KEPT, Cut, Pieces, better_reading
+from scalar.ingest.bag.losses import LEAST_KEPT, Pieces, StopCounts, better_reading
 from scalar.ingest.bag.messages import Recording
 from scalar.ingest.bag.pieces import straight_piece
 from scalar.ingest.bag.still import Still, still_moments
 
-TOLERANCE = (
-    1.5e-3  # m from a straight line that a point of a piece may be, where the noise is not stated or is small
-)
-SIGMAS = 5.0  # times the stated noise, likewise
+TOLERANCE = 1.5e-3
+"""[m] Most by which a point of a straight piece may be off its line, unless ``SIGMAS`` allows more."""
+SIGMAS = 5.0
+"""The same in standard deviations of the stated noise."""
 _SEED = 0
 
 
@@ -37,27 +37,27 @@ class BagSettings:
     """How a recording is cut.
 
     Attributes:
-        joint_names: The recorded joints in the order of the robot's; empty: those that dataset.yaml names, else as recorded.
-        still: By how much a joint that stands may move [rad, m].
-        settled: Time after a motion that is left out [s].
-        least: Time that the arm then stands at least [s].
-        accept_losses: Whether a dataset is written although most stops become no pose.
+        joint_names: Names of the recorded joints in the order of the robot's. If empty, those in dataset.yaml, or else the recorded order.
+        still: Most by which a joint that stands still may move [rad, m].
+        settled: Time from the last motion until the arm counts as settled [s].
+        least_time: Least time for which it then stands still [s].
+        accept_losses: Whether a dataset is written even if most stops become no poses.
         force: Whether a dataset at the output is replaced, whoever wrote it.
     """
 
     joint_names: tuple[str, ...]
     still: float
     settled: float
-    least: float
+    least_time: float
     accept_losses: bool = False
     force: bool = False
 
 
 def load_workcell(path: Path) -> dict[str, Any]:
-    """Return the content of a dataset.yaml (or of the folder that holds one) whose planes a recording is cut to.
+    """Return the content of the dataset.yaml, given by its path or its folder, that describes the workcell of a recording.
 
     Raises:
-        InvalidInput: It is at fault, is not of a line laser, or does not say roughly where the scanner is.
+        InvalidInput: The file has faults, its sensor does not scan planes, or it does not state the sensor's nominal pose.
     """
     path = path / DESCRIPTION if path.is_dir() else path
     content, lines = load_yaml_lines(path)
@@ -80,30 +80,34 @@ def load_workcell(path: Path) -> dict[str, Any]:
     return content
 
 
-def dataset_of(
+def write_recorded_dataset(
     recording: Recording, workcell: dict[str, Any], settings: BagSettings, target: str | os.PathLike[str]
-) -> Cut:
-    """Write the dataset of a recording; it appears whole or not at all.
+) -> StopCounts:
+    """Write the dataset of a recording, which appears whole or not at all, and return how many stops became poses.
 
     Args:
         recording: What was recorded.
-        workcell: The content of dataset.yaml, as ``load_workcell`` has it.
-        settings: How to cut.
-        target: The folder; replaced if it is a dataset that SCALAR wrote and nobody changed.
+        workcell: The content of dataset.yaml, as ``load_workcell`` returns it.
+        settings: How the recording is cut.
+        target: The folder to write; a dataset there is replaced if SCALAR wrote it and nobody changed it since, or by ``settings.force``.
 
     Raises:
         InvalidInput: The recorded joints are not those of the robot.
-        Undetermined: The arm never stands still, fewer than three planes are seen, or most stops become no pose.
+        Undetermined: The arm never stands still, fewer than three planes are seen, or most stops become no poses and ``accept_losses`` is not set.
     """
     robot = Robot.from_mapping(workcell["robot"])
     order, names = _joint_order(recording, workcell["robot"]["joints"], settings.joint_names)
     moments = still_moments(
-        recording.joint_times, recording.positions[:, order], settings.still, settings.settled, settings.least
+        recording.joint_times,
+        recording.positions[:, order],
+        settings.still,
+        settings.settled,
+        settings.least_time,
     )
     if not moments:
         seconds = recording.joint_times[-1] - recording.joint_times[0]
         raise Undetermined(
-            f"the arm never stands still for {settings.settled + settings.least:g} s in the {seconds:.1f} s of {recording.joint_topic}, "
+            f"the arm never stands still for {settings.settled + settings.least_time:g} s in the {seconds:.1f} s of {recording.joint_topic}, "
             f"all joints within {settings.still:g} rad (m): record a stop of a second at every pose, or allow more with --still"
         )
     chosen = [(moment, scan) for moment in moments if (scan := _scan_of(recording, moment)) is not None]
@@ -116,25 +120,25 @@ def dataset_of(
     pieces = [piece for piece in pieces if len(piece[2])]
     planes = [PlaneGuess.from_mapping(plane) for plane in workcell["planes"]]
     found = _pieces(robot, workcell["sensor"]["nominal_pose"], planes, pieces)
-    index = found.planes()
+    index = found.plane_index()
     kept = np.flatnonzero(index >= 0)
-    cut = Cut(
+    counts = StopCounts(
         len(moments), len(moments) - len(chosen), len(chosen) - len(pieces), len(pieces) - len(kept), names
     )
     seen = [plane.name for k, plane in enumerate(planes) if k in index]
     if len(seen) < MIN_PLANES:
         on = f"only {' and '.join(seen)} {'is' if len(seen) == 1 else 'are'}" if seen else "no plane is"
         on = f", and {on} seen of the three that are needed"
-        raise Undetermined(_lines(cut.sentence(on), better_reading(found, names)))
-    if cut.kept < LEAST_KEPT * cut.still and not settings.accept_losses:
-        said = f"{cut.sentence()}; --accept-losses writes the dataset all the same"
-        raise Undetermined(_lines(said, better_reading(found, names)))
+        raise Undetermined(_with_advice(counts.sentence(on), better_reading(found, names)))
+    if counts.kept < LEAST_KEPT * counts.still and not settings.accept_losses:
+        said = f"{counts.sentence()}; --accept-losses writes the dataset all the same"
+        raise Undetermined(_with_advice(said, better_reading(found, names)))
     poses, scans = _tables([pieces[i] for i in kept], [planes[k].name for k in index[kept]])
     write_dataset(target, mapping=workcell, poses=poses, scans=scans, force=settings.force)
-    return cut
+    return counts
 
 
-def _lines(said: str, better: str | None) -> list[str]:
+def _with_advice(said: str, better: str | None) -> list[str]:
     return [said] if better is None else [said, better]
 
 
@@ -158,7 +162,7 @@ def _joint_order(
 
 
 def _scan_of(recording: Recording, moment: Still) -> tuple[float, Array] | None:
-    """Return time and points of the scan nearest to the middle of a moment; None where there is none meanwhile."""
+    """Return time and points of the scan nearest to the middle of a moment; None if there is none between its start and end."""
     inside = np.flatnonzero((recording.scan_times >= moment.start) & (recording.scan_times <= moment.end))
     if not len(inside):
         return None

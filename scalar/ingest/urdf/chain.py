@@ -1,6 +1,6 @@
 """The joints between two links of a robot description, from the base to the tip.
 
-Joints and links beside the chain (grippers, cameras) are left alone. Their names still have to make a tree.
+Joints and links outside the chain (grippers, cameras) are ignored, but all links have to form a tree.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from scalar.ingest.urdf.document import UrdfDocument
 TURNING = ("revolute", "continuous")
 SLIDING = "prismatic"
 LEAST_AXIS = 1e-6
-"""Length of an axis that still has a direction: descriptions write axes of length one."""
+"""Shortest axis that counts as having a direction; descriptions write axes of length one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,11 +30,11 @@ class ChainJoint:
     """One joint of a chain, ``T_parent_child = T_origin Rot(axis, q)``, or ``T_origin Trans(axis q)`` where it slides.
 
     Attributes:
-        name: Of the joint.
+        name: Name of the joint.
         child: Name of the link behind it.
         moves: Whether it is revolute, continuous or prismatic; else it is fixed.
         slides: Whether it is prismatic.
-        T_origin: ``(4, 4)``, the child's frame in the parent's at q = 0.
+        T_origin: ``(4, 4)``, the child's frame in the parent's frame at q = 0.
         axis: ``(3,)``, of unit length, in the child's frame.
         limits: ``(lowest, highest)`` [rad; m where it slides].
         element: The element ``<joint>`` of the description.
@@ -57,7 +57,7 @@ class Chain:
     Attributes:
         base, tip: Names of the links.
         joints: In order from the base.
-        T_start: ``(4, 4)``, the frame of the first joint's parent in the base's: unity where the base carries the chain itself.
+        T_start: ``(4, 4)``, the frame of the first joint's parent in the base's frame: the identity unless the base is a frame beside the chain.
     """
 
     base: str
@@ -78,12 +78,12 @@ def chain_between(
 
     Args:
         document: The description.
-        base: Name of the link at the base; None: the root.
-        tip: Name of the link at the tip; None: the only link without a child.
-        may_be_fixed: Whether none of its joints has to move.
+        base: Name of the link at the base; None for the root.
+        tip: Name of the link at the tip; None for the only link without a child.
+        may_be_fixed: Whether a chain without a moving joint is accepted.
 
     Raises:
-        InvalidInput: A link is missing, the links make no tree, no chain leads from base to tip, or a joint of it is none that can
+        InvalidInput: A link is missing, the links make no tree, no chain leads from base to tip, or one of its joints cannot
             be calibrated.
     """
     links = document.named("link")
@@ -113,7 +113,7 @@ def chain_between(
 
 
 def _carrier(document: UrdfDocument, by_child: dict[str, Any], base: str, tip: str) -> tuple[str, Array]:
-    """Return the link from which the tip hangs and to which the base is fixed, and its frame in the base's ``(4, 4)``.
+    """Return the link that carries the tip and to which the base is fixed, and its frame in the base's frame ``(4, 4)``.
 
     It is the base itself, unless the base is a frame beside the chain, as the link ``base`` of Universal Robots' arms is.
     """
@@ -149,7 +149,7 @@ def _tree(document: UrdfDocument, links: dict[str, Any]) -> dict[str, Any]:
             )
             raise document.refusal(element, message)
         by_child[child] = element
-    sound: set[str] = set()  # links from which the way up is known to end
+    sound: set[str] = set()  # links from which the chain of parents is known to end
     for start in by_child:
         above: set[str] = set()
         link = start
@@ -231,26 +231,30 @@ def _joint(document: UrdfDocument, element: Any) -> ChainJoint:
             f"{called} is {np.max(np.abs(xyz)):g} m from its parent; are these millimetres? write metres"
         )
         raise document.refusal(origin, message)
-    direction = np.array([1.0, 0.0, 0.0])  # as the format says, where there is no axis
+    direction = np.array([1.0, 0.0, 0.0])  # the default of the format
     if moves and axis is not None:
         direction = _vector(document, axis, "xyz", called, default=direction)
-        direction = direction / max(np.max(np.abs(direction)), 1.0)  # the square of 1e308 is none
+        direction = direction / max(np.max(np.abs(direction)), 1.0)  # so that the length does not overflow
         length = float(np.linalg.norm(direction))
         if not length > LEAST_AXIS:
             raise document.refusal(axis, f"the axis of {called} has no direction; write it as in 0 0 1")
         direction = direction / length
-    most, unit = (DEFAULT_TRAVEL, "m") if slides else (DEFAULT_LIMIT, "rad")
-    limits = (-most, most) if kind == "continuous" else _limits(document, element, called, most, unit)
+    default, unit = (DEFAULT_TRAVEL, "m") if slides else (DEFAULT_LIMIT, "rad")
+    limits = (
+        (-default, default) if kind == "continuous" else _limits(document, element, called, default, unit)
+    )
     child = _link_of(document, element, "child")
     return ChainJoint(
         name, child, moves, slides, transform(rotation_from_rpy(rpy), xyz), direction, limits, element
     )
 
 
-def _limits(document: UrdfDocument, element: Any, called: str, most: float, unit: str) -> tuple[float, float]:
+def _limits(
+    document: UrdfDocument, element: Any, called: str, default: float, unit: str
+) -> tuple[float, float]:
     limit = element.find("limit")
     if limit is None:
-        return -most, most
+        return -default, default
     low, high = (
         _numbers(document, limit, key, called, limit.get(key, "0"), 1)[0] for key in ("lower", "upper")
     )

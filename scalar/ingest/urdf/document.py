@@ -1,8 +1,8 @@
-"""The XML of a robot description, read without opening anything that it refers to.
+"""Read the XML of a robot description without opening anything that it refers to.
 
-URDF needs no document type, so a file that declares one is refused: entities are how a small file is made to fill the memory or to
-read other files. The XML itself is kept, with comments and with what this package does not understand, so that an export changes
-nothing but the geometry.
+URDF needs no document type, so a file that declares one is refused: with entities, a small file can fill the memory or
+read other files. The whole XML is kept, with comments and elements that this package does not use, so that an export changes
+only the geometry.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from scalar.data.located_table import shorten
 from scalar.errors import Fault, InvalidInput
 
 MAX_URDF_BYTES = 4_000_000
-"""Length of a robot description [bytes]: humanoids have less than 1 MB, since their meshes are files of their own."""
+"""Largest size of a robot description [bytes]; those of humanoids have less than 1 MB, since meshes are files of their own."""
 _DECLARATION = re.compile(rb"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 
 
@@ -26,7 +26,7 @@ class UrdfDocument:
     """A parsed robot description.
 
     Attributes:
-        file: Its name, in messages.
+        file: Name of the file in messages.
         root: The element ``<robot>`` (of lxml).
     """
 
@@ -39,7 +39,7 @@ class UrdfDocument:
         return str(self.root.get("name") or Path(self.file).stem)
 
     def refusal(self, element: Any, message: str) -> InvalidInput:
-        """Return the error that names the line of an element."""
+        """Return an error with this message that names the line of an element."""
         return InvalidInput(Fault(self.file, message, element.sourceline))
 
     def named(self, tag: str) -> dict[str, Any]:
@@ -83,9 +83,8 @@ def read_urdf(path: str | Path) -> UrdfDocument:
         raise InvalidInput(Fault(file, f"not XML ({words}); give a URDF file", error.lineno)) from None
     except (ValueError, LookupError) as error:
         raise InvalidInput(Fault(file, f"not XML ({error}); give a URDF file")) from None
-    if (
-        root.getroottree().docinfo.internalDTD is not None
-    ):  # in an encoding in which the search above does not see it
+    # In another encoding, such as UTF-16, the search above does not find a declaration.
+    if root.getroottree().docinfo.internalDTD is not None:
         raise InvalidInput(_declared(file, None))
     if any(isinstance(e.tag, str) and e.tag.startswith("{") and "xacro" in e.tag for e in root.iter()):
         message = "a xacro file, not a URDF; expand it first, as in: xacro robot.urdf.xacro > robot.urdf"

@@ -1,4 +1,4 @@
-"""A chain of a robot description as a robot: the same poses at the same joint angles."""
+"""Convert a chain of a robot description to a robot that has the same poses at the same joint angles and travels."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from scalar.ingest.urdf.document import read_urdf
 
 
 def robot_from_urdf(path: str | Path, base: str | None = None, tip: str | None = None) -> tuple[Robot, Array]:
-    """Return the chain between two links of a URDF as a robot, and where the links of its joints are.
+    """Return the chain between two links of a URDF as a robot, and where the links are in the robot's frames.
 
     Args:
-        path: Of the file.
-        base: Name of the link whose frame is the robot's base, which carries the chain or is fixed to what carries it; None: the root.
-        tip: Name of the link whose frame is the flange; None: the only link without a child.
+        path: The file.
+        base: Name of the link whose frame is the robot's base; it carries the chain, or is fixed to the link that does. None for the root.
+        tip: Name of the link whose frame is the flange; None for the only link without a child.
 
     Returns:
-        The robot, whose ``flange(q)`` is the tip's frame in the base's where joint i of those that turn or slide stands at ``q_i``; and the
-        fixed transforms ``(n, 4, 4)`` from the robot's frame i to the frame of the link behind joint i.
+        The robot, whose ``flange(q)`` is the tip's frame in the base's frame when the i-th moving joint is at ``q_i``; and for each i the
+        fixed transform ``T_i_link``, ``(n, 4, 4)`` for all, of the frame of the link that this joint moves in the robot's frame i.
 
     Raises:
         InvalidInput: The file is no URDF, or has no serial chain of revolute, prismatic and fixed joints between these links.
@@ -33,11 +33,11 @@ def robot_from_urdf(path: str | Path, base: str | None = None, tip: str | None =
 
 
 def robot_of_chain(name: str, chain: Chain) -> tuple[Robot, Array]:
-    """Return a chain as a robot, and the fixed transforms ``(n, 4, 4)`` from its frames to the links behind its joints.
+    """Return a chain as a robot, and the fixed transforms ``(n, 4, 4)`` of its links in the robot's frames, as ``robot_from_urdf`` does.
 
     Args:
-        name: Of the robot.
-        chain: With at least one joint that moves.
+        name: Name of the robot.
+        chain: A chain with at least one moving joint.
     """
     T = chain.T_start
     links, axes = [], []

@@ -1,0 +1,140 @@
+"""Imported tables give the same numbers as the foreign files, in SI: units, signs, missing rows, covariates, scans and nests."""
+
+import numpy as np
+
+from tests.ingest.foreign_tables import (
+    N,
+    cells,
+    header,
+    imported,
+    joints,
+    numbers,
+    refused,
+    run,
+    tracker_mapping,
+    write_table,
+)
+from tests.small_datasets import description
+
+
+def test_other_units_separators_and_decimal_signs_give_the_same_numbers(tmp_path):
+    """Degrees and millimetres become radians and metres, to the last digit that the file has."""
+    data = imported(tmp_path, tracker_mapping(), write_table(tmp_path / "a.csv", cells()))
+    given = numbers()
+    np.testing.assert_allclose(data.q, np.radians(given[:, :6]), rtol=0, atol=1e-15)
+    assert [[f"{1000 * x:.3f}" for x in row] for row in data.points] == [
+        [f"{x:.3f}" for x in row] for row in given[:, 6:]
+    ]
+    written = (tmp_path / "out/points.csv").read_text().splitlines()[1]
+    assert all(len(cell) <= len("-0.123456") for cell in written.split(",")), (
+        "no digits that the file does not have"
+    )
+    np.testing.assert_array_equal(data.pose_ids, np.arange(N))
+    np.testing.assert_array_equal(data.poses["order"], np.arange(N))
+
+
+def test_sign_and_offset_of_a_joint(tmp_path):
+    """A joint angle is ``sign * value + offset``, the offset in the file's unit."""
+    mapping = tracker_mapping()
+    mapping["poses"]["columns"]["q2"] |= {"sign": -1, "offset": 90}
+    data = imported(tmp_path, mapping, write_table(tmp_path / "a.csv", cells()))
+    np.testing.assert_allclose(data.q[:, 1], np.radians(90 - numbers()[:, 1]), atol=1e-15)
+
+
+def test_rows_without_a_measurement_are_left_out_where_asked_and_refused_otherwise(tmp_path):
+    """An empty cell, or a text that the mapping calls missing, is no measurement; other rows keep their numbers."""
+    rows = cells()
+    rows[2][7], rows[5][6] = "", "-9999"
+    mapping = tracker_mapping()
+    mapping["text"]["missing"] = ["-9999"]
+    write_table(tmp_path / "a.csv", rows)
+    refused(tmp_path, run(tmp_path, mapping, tmp_path / "a.csv"), "a.csv, row 4, column tracker Y", "row 7")
+    mapping["poses"]["drop_without"] = ["x", "y", "z"]
+    data = imported(tmp_path, mapping, tmp_path / "a.csv")
+    np.testing.assert_allclose(data.q, np.radians(np.delete(numbers()[:, :6], [2, 5], axis=0)), atol=1e-15)
+
+
+def test_optional_columns_covariates_and_preamble(tmp_path):
+    """Optional columns and covariates are imported, poses are sorted by order, and lines before the table are skipped."""
+    rows = [[*row, str(20 + i), f"{i},5", "ab"[i % 2], str(N - i)] for i, row in enumerate(cells())]
+    write_table(tmp_path / "a.csv", rows, [*header(), "T", "t", "shift", "n"])
+    path = tmp_path / "a.csv"
+    path.write_bytes(b"a tracker's words\r\n\r\n" + path.read_bytes())
+    mapping = tracker_mapping()
+    mapping["text"]["skip_lines"] = 1
+    mapping["poses"]["columns"] |= {
+        "temperature": {"column": "T", "unit": "degC"},
+        "time": {"column": "t", "unit": "s"},
+        "session": {"column": "shift", "names": {"a": "early", "b": "late"}},
+        "order": {"column": "n"},
+    }
+    mapping["poses"]["covariates"] = {"load": {"column": 10}}
+    data = imported(tmp_path, mapping, path)
+    np.testing.assert_array_equal(data.pose_ids, np.arange(N)[::-1])
+    np.testing.assert_array_equal(data.poses["temperature"], 20 + np.arange(N)[::-1])
+    np.testing.assert_array_equal(data.poses["load"], data.poses["temperature"])
+    np.testing.assert_array_equal(data.poses["time"], np.arange(N)[::-1] + 0.5)
+    assert list(data.poses["session"][-2:]) == ["late", "early"]
+
+
+def test_scans_in_one_table_or_in_two_are_the_same(tmp_path):
+    """A long table with one row for each point, and separate files of poses and points, give the same dataset."""
+    rng = np.random.default_rng(5)
+    q, xz = rng.uniform(-2, 2, (6, 6)), rng.uniform(1, 200, (6, 4, 2))
+    planes = ["floor", "wall_x", "wall_y"] * 2
+    names = ["scan", "target", *(f"J{i}" for i in range(1, 7))]
+    short = [[str(k), planes[k], *map(repr, map(float, q[k]))] for k in range(6)]
+    points = [[str(k), *(repr(float(v)) for v in point)] for k in range(6) for point in xz[k]]
+    write_table(tmp_path / "poses.csv", short, names, ",")
+    write_table(tmp_path / "scans.csv", points, ["scan", "x", "z"], ",")
+    long = [[*short[int(row[0])], *row[1:]] for row in points]
+    write_table(tmp_path / "long.csv", long, [*names, "x", "z"], ",")
+    coordinates = {"x": {"column": "x", "unit": "mm"}, "z": {"column": "z", "unit": "mm"}}
+    columns = {"pose": {"column": "scan"}, "plane": {"column": "target"}, **joints()}
+    mapping = {
+        "format": "scalar-mapping/1",
+        "poses": {"columns": {**columns, **coordinates}, "first_of_each": "scan"},
+        "dataset": description("line-laser"),
+    }
+    one = imported(tmp_path, mapping, tmp_path / "long.csv")
+    mapping["poses"] = {"columns": columns, "files": [{"name": "poses.csv"}]}
+    mapping["points"] = {
+        "columns": {"pose": {"column": "scan"}, **coordinates},
+        "files": [{"name": "sc*.csv"}],
+    }
+    two = imported(tmp_path, mapping, tmp_path)
+    np.testing.assert_allclose(one.points, xz.reshape(-1, 2) / 1000, rtol=1e-14)
+    np.testing.assert_array_equal(one.points, two.points)
+    np.testing.assert_array_equal(one.starts, two.starts)
+    np.testing.assert_array_equal(one.q, q)
+    np.testing.assert_array_equal(two.q, q)
+
+
+def test_nests_are_imported(tmp_path):
+    """A table of nests in millimetres becomes nests.csv; a nest of an unknown pose is refused by its row."""
+    mapping = tracker_mapping()
+    mapping["poses"]["columns"]["pose"] = {"column": "Pose"}
+    mapping["poses"]["files"] = [{"name": "a.csv"}]
+    mapping["nests"] = {
+        "files": [{"name": "nests.csv"}],
+        "columns": {
+            "pose": {"column": "Pose"},
+            "nest": {"column": "Nest"},
+            **{c: {"column": c.upper(), "unit": "mm"} for c in "xyz"},
+        },
+    }
+    rows = [[str(i + 1), *row] for i, row in enumerate(cells())]
+    write_table(tmp_path / "a.csv", rows, ["Pose", *header()])
+    nests = [
+        [str(i + 1), name, f"{1000 * k},5", "2000", "0"] for i in range(N) for k, name in enumerate("ABC")
+    ]
+    write_table(tmp_path / "nests.csv", nests, ["Pose", "Nest", "X", "Y", "Z"])
+    data = imported(tmp_path, mapping, tmp_path / "a.csv", tmp_path / "nests.csv")
+    assert data.references is not None and data.references.names == ("A", "B", "C")
+    np.testing.assert_allclose(data.references.points[1], [1.0005, 2.0, 0.0], atol=1e-15)
+    assert len(data.references.pose) == 3 * N
+    write_table(tmp_path / "nests.csv", [["77", "A", "0", "0", "0"]], ["Pose", "Nest", "X", "Y", "Z"])
+    result = run(tmp_path, mapping, tmp_path / "a.csv", tmp_path / "nests.csv")
+    assert (
+        result.exit_code == 2 and "nests.csv, row 2" in result.stderr and "unknown pose 77" in result.stderr
+    )

@@ -1,0 +1,88 @@
+"""Every fault of a foreign table is refused by its file, row and column, and nothing is written."""
+
+import pytest
+
+from tests.ingest.foreign_tables import cells, header, refused, run, tracker_mapping, write_table
+
+
+@pytest.mark.parametrize(
+    ("row", "column", "text", "words"),
+    [
+        (3, 1, "abc", ("a.csv, row 5, column J2", "abc")),
+        (3, 1, "1.5", ("a.csv, row 5, column J2", "decimal: ','")),
+        (3, 1, "1.234,5", ("a.csv, row 5, column J2",)),
+        (0, 0, "1e999", ("a.csv, row 2, column J1", "finite")),
+        (0, 8, "", ("a.csv, row 2, column tracker Z", "empty")),
+        (4, 3, "90000", ("a.csv, row 6, column J4", "suspect")),
+        (2, 6, "1;2", ("a.csv, row 4", "10 cells where 9")),
+        (2, 6, '"1', ("a.csv", "quotes")),
+    ],
+)
+def test_a_wrong_cell_is_named_by_row_and_column_of_its_own_file(tmp_path, row, column, text, words):
+    """The row is the one that an editor shows, and the column has its name in the file."""
+    rows = cells()
+    rows[row][column] = text
+    refused(tmp_path, run(tmp_path, tracker_mapping(), write_table(tmp_path / "a.csv", rows)), *words)
+
+
+def test_decimal_commas_that_the_mapping_does_not_mention_give_few_messages(tmp_path):
+    """If every cell of nine columns is wrong, each column has ten messages, which name the key to set, and a count of the rest."""
+    mapping = tracker_mapping()
+    del mapping["text"]["decimal"]
+    rows = cells() * 5
+    result = run(tmp_path, mapping, write_table(tmp_path / "a.csv", rows))
+    refused(
+        tmp_path, result, "write decimal: ',' under text", f"{len(rows) - 10} more rows with the same fault"
+    )
+    assert len(result.stderr.splitlines()) == 11 * len(rows[0])
+
+
+def test_all_faults_of_all_files_are_reported_at_once(tmp_path):
+    """Faults of two files are reported together."""
+    rows = cells()
+    rows[1][1] = "x"
+    one = write_table(tmp_path / "a.csv", rows)
+    rows = cells()
+    rows[2][2] = "y"
+    two = write_table(tmp_path / "b.csv", rows)
+    result = run(tmp_path, tracker_mapping(), one, two)
+    refused(tmp_path, result, "a.csv, row 3, column J2", "b.csv, row 4, column J3")
+
+
+def test_an_id_that_stands_twice_is_refused_across_files(tmp_path):
+    """Files that count their poses from the same number cannot both keep their ids."""
+    rows = [[str(i), *row] for i, row in enumerate(cells())]
+    names = ["id", *header()]
+    files = [write_table(tmp_path / name, rows, names) for name in ("a.csv", "b.csv")]
+    mapping = tracker_mapping()
+    mapping["poses"]["columns"]["pose"] = {"column": "id"}
+    refused(tmp_path, run(tmp_path, mapping, *files), "b.csv, row 2, column id", "pose 0 stands already")
+    rows[3][0] = "2,5"
+    result = run(tmp_path, mapping, write_table(tmp_path / "a.csv", rows, names))
+    refused(tmp_path, result, "a.csv, row 5, column id", "not an integer")
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", ("a.csv", "no rows")),
+        (b"J1;J2\r\n", ("a.csv", "no rows")),
+        (b"\xff\xfe\x00;\xd8", ("a.csv", "not utf-8")),
+        (b"a,b,c\n1,2,3\n", ("a.csv", "separator")),
+        (b"\x00\x00\x00", ("a.csv",)),
+    ],
+)
+def test_a_file_that_is_no_table_is_refused(tmp_path, content, words):
+    """A file that is empty, has another encoding or separator, or is no text, is refused by name."""
+    (tmp_path / "a.csv").write_bytes(content)
+    refused(tmp_path, run(tmp_path, tracker_mapping(), tmp_path / "a.csv"), *words)
+
+
+def test_an_import_never_replaces_what_is_no_dataset(tmp_path):
+    """A folder with something else in it stays as it is; a dataset is replaced whole."""
+    table = write_table(tmp_path / "a.csv", cells())
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out/thesis.txt").write_text("mine")
+    result = run(tmp_path, tracker_mapping(), table)
+    assert result.exit_code == 2
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.txt"]
