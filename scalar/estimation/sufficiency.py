@@ -143,7 +143,7 @@ def _parallel_planes(planes: Planes) -> str:
 def _extents(residuals: Residuals, model: Model) -> tuple[Array, Array]:
     """Return for each of K planes the longest and second-longest extent of its points, ``(K,)`` [m]: standard deviations."""
     measurement = residuals.measurement
-    counts, means, factors = measurement.spread_in_base(residuals.kinematics(model).T_base_sensor)
+    counts, means, factors = measurement.scatter_in_base(residuals.kinematics(model).T_base_sensor)
     extents = []
     for k in range(len(model.target.normals)):  # type: ignore[attr-defined]
         mine = measurement.target_index == k

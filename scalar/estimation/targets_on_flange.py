@@ -37,4 +37,4 @@ def own_screws(model: Model, name: str | None) -> Array:
         model: As calibrated.
         name: Of a target that the model has; None for the sensor.
     """
-    return np.zeros((6, 0)) if name is None else on_flange(model.target).screws(name)
+    return np.zeros((6, 0)) if name is None else on_flange(model.target).derivatives(name)

@@ -1,4 +1,4 @@
-"""Kinds of sensor, a file each, behind one protocol (``scalar.sensors.protocol``); nothing else in the package knows a kind by name."""
+"""Kinds of sensor, one file for each, behind one protocol (``scalar.sensors.protocol``); nothing else in the package knows a kind by name."""
 
 from scalar.sensors.fixed_target import FixedTarget
 from scalar.sensors.point_by_point import PointByPoint

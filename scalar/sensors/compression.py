@@ -1,8 +1,8 @@
-"""A scan of M points becomes a few rows that carry all of it: exact compression by batched Gram-Schmidt.
+"""A scan of M points becomes a few rows with the same sum of squares: exact compression by batched Gram-Schmidt.
 
 The residual of a point is linear in a few functions of the point, ``f_i = b_i . c`` with ``b_i = [1, x_i, z_i]`` for a flat
 plane. With ``B = Q R``, ``|B c|^2 = |R c|^2`` for every c, so the M residuals may be replaced by the rows of ``R c``. R is
-built by Gram-Schmidt over the points, column by column, for all scans at once: count, means, slope, scatter. The Cholesky factor
+built by Gram-Schmidt over the points, column by column, for all scans at once; it holds count, means, slope and scatter. The Cholesky factor
 of the moment matrix would lose half the digits, and would fail where the scatter is zero.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from scalar.geometry.se3 import Array
 
-_RANK_TOLERANCE = 1e-13  # of a column's own norm: less left after projection is rounding, not a direction
+_RANK_TOLERANCE = 1e-13  # times a column's own norm: a smaller remainder after projection is rounding
 
 
 def compress(basis: Array, starts: Array) -> Array:
@@ -22,7 +22,7 @@ def compress(basis: Array, starts: Array) -> Array:
     that depends on those before it, as on a noise-free or very short scan, leaves a zero on the diagonal.
 
     Args:
-        basis: ``(P, k)``, one row a point, points of a scan together.
+        basis: ``(P, k)``, one row for each point, the points of a scan together.
         starts: ``(S + 1,)``, scan s owns ``basis[starts[s]:starts[s + 1]]``; no scan is empty.
 
     Returns:

@@ -1,4 +1,4 @@
-"""A target whose place is known: nothing of it is estimated."""
+"""A target whose position is known, so that it has no parameters."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scalar.geometry.se3 import Array
 
 @dataclass(frozen=True, eq=False)
 class FixedTarget:
-    """Points with known places.
+    """Points with known positions.
 
     Attributes:
         points: ``(K, 3)`` [m], base frame.

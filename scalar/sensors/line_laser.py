@@ -3,7 +3,7 @@
 ``f_i = n . (T_base_sensor p_i) - d = [1, x_i, z_i] . c`` with the contact vector ``c = (n.o - d, n.X, n.Z)``, X, Z and o the axes and
 the origin of the sensor in the base frame. A scan of any length is compressed to the rows ``R c`` (``scalar.sensors.compression``), each
 point weighted by ``1 / (sigma |n . e_i|)``, e_i the direction in which the scanner errs: along the ray, or along z.
-The incidence ``n . e_i`` is that of the current estimate, frozen while compressing.
+The incidence ``n . e_i`` is that of the current estimate, and is held constant in the rows.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from scalar.geometry.planes import Planes, tangent_basis
 from scalar.geometry.se3 import Array
 from scalar.sensors.compression import compress
 from scalar.sensors.linear_guess import guesses
-from scalar.sensors.plane_targets import fit_planes, moments_in_base, plane_targets, spread_in_base
+from scalar.sensors.plane_targets import fit_planes, moments_in_base, plane_targets, scatter_in_base
 from scalar.sensors.pose_noise import PoseNoise
 from scalar.sensors.profile import (
     LINE_BASIS,
@@ -49,11 +49,11 @@ class LineLaser(NoisyScans):
         points: ``(P, 2)`` [m], x and z of every point.
         starts: ``(N + 1,)``, pose i owns ``points[starts[i]:starts[i + 1]]``.
         error_axis: ``ray`` or ``z``.
-        basis_names: Functions of a point that are kept; the first three are those of a flat plane.
-        weighted: R of weighted points; None while every point has the same weight.
-        alike: R_metric, which copies with other weights share.
+        basis_names: Names of the functions of a point that R keeps; the first three are those of a flat plane.
+        weighted: R of weighted points; None while all points have equal weights.
+        equal: The factors with equal weights, R_metric, which copies with other weights share.
         profiled: Whether R holds the three rows of ``profiles`` instead, ``(N, 3, k)``.
-        noise: Within scans, where it is known to be other than white and of one size; the three rows are whitened for it.
+        noise: The noise within scans, if it was found not to be white and of one size; the three rows are whitened for it.
     """
 
     points: Array
@@ -64,7 +64,7 @@ class LineLaser(NoisyScans):
     sigma_stated: bool
     basis_names: tuple[str, ...]
     weighted: Array | None
-    alike: PointFactors
+    equal: PointFactors
     profiled: bool = False
     noise: PoseNoise | None = None
 
@@ -85,26 +85,26 @@ class LineLaser(NoisyScans):
 
     @property
     def rows_per_pose(self) -> int:  # type: ignore[override]
-        """Return the rows that a scan is compressed to."""
+        """Return the number of rows to which a scan is compressed."""
         return 3 if self.profiled else len(self.basis_names)
 
     @property
     def R(self) -> Array:  # type: ignore[override]
         """Return whitened triangular factors ``(N, k, k)``, or the rows of ``profiles`` ``(N, 3, k)``."""
-        return self._alike_whitened if self.weighted is None else self.weighted
+        return self._equal_whitened if self.weighted is None else self.weighted
 
     @cached_property
-    def _alike_whitened(self) -> Array:
+    def _equal_whitened(self) -> Array:
         return self.R_metric / self.sigma
 
     @property
     def R_metric(self) -> Array:  # type: ignore[override]
-        """Return triangular factors in metres ``(N, k, k)``, every point with the same weight."""
-        return self.alike.factors
+        """Return triangular factors in metres ``(N, k, k)``, with equal weights of all points."""
+        return self.equal.factors
 
     @classmethod
     def of(cls, dataset: Dataset, extra_basis: Sequence[str] = ()) -> LineLaser:
-        """Return the scans of a dataset, each point with the same weight."""
+        """Return the scans of a dataset with equal weights of all points."""
         names = LINE_BASIS + tuple(name for name in dict.fromkeys(extra_basis) if name not in LINE_BASIS)
         return cls(
             points=dataset.points,
@@ -115,7 +115,7 @@ class LineLaser(NoisyScans):
             sigma_stated=dataset.sensor.noise is not None,
             basis_names=names,
             weighted=None,
-            alike=PointFactors(names, dataset.points, dataset.starts, dataset.sensor.error_axis),
+            equal=PointFactors(names, dataset.points, dataset.starts, dataset.sensor.error_axis),
         )
 
     def first_guesses(
@@ -127,7 +127,7 @@ class LineLaser(NoisyScans):
 
     @property
     def contact_factors(self) -> Array:
-        """Return the factors R of the three functions that a flat plane's residual depends on."""
+        """Return the factors R of the three functions on which the residual of a flat plane depends."""
         return self.R[:, :, :3]
 
     @property
@@ -152,12 +152,12 @@ class LineLaser(NoisyScans):
         points = frames[:, :3, 0] * x[:, None] + frames[:, :3, 2] * z[:, None] + frames[:, :3, 3]
         return points, self.starts
 
-    def spread_in_base(self, T_base_sensor: Array) -> tuple[Array, Array, Array]:
+    def scatter_in_base(self, T_base_sensor: Array) -> tuple[Array, Array, Array]:
         """Return number, mean and scatter of the points of each scan, from its triangular factor."""
-        return spread_in_base(self.R_metric[:, :3, :3], T_base_sensor)
+        return scatter_in_base(self.R_metric[:, :3, :3], T_base_sensor)
 
     def fitted_target(self, T_base_sensor: Array, target: Target) -> Planes:
-        """Return the planes of least squared distance to the points, the sensor's poses given."""
+        """Return the planes of least squared distance to the points at given poses of the sensor."""
         assert isinstance(target, Planes)
         counts, first, second = moments_in_base(self.R_metric[:, :3, :3], T_base_sensor)
         return fit_planes(target, self.target_index, counts, first, second)
@@ -198,7 +198,7 @@ class LineLaser(NoisyScans):
     def _extended(
         self, c: Array, T_base_sensor: Array, planes: Planes, point_effects: Sequence[Any]
     ) -> tuple[Array, Array]:
-        """Return the contact vectors over all functions kept ``(N, k)`` and their derivatives by the effects' coefficients."""
+        """Return the contact vectors over all functions that R keeps ``(N, k)``, and their derivatives by the effects' coefficients."""
         if not point_effects and len(self.basis_names) == len(LINE_BASIS):
             return c, np.zeros((len(c), 3, 0))
         full = np.zeros((len(c), len(self.basis_names)))
@@ -213,7 +213,7 @@ class LineLaser(NoisyScans):
         return full, np.concatenate(columns, axis=2)
 
     def reweighted(self, T_base_sensor: Array, target: Target) -> LineLaser:
-        """Return the scans weighted by the incidence of the estimate; sigma is measured where it was not stated."""
+        """Return the scans weighted by the incidence of the estimate; a sigma that is not stated is estimated from the scatter within scans."""
         assert isinstance(target, Planes)
         c, _, _ = contact(T_base_sensor, target, self.target_index)
         sigma = self.sigma
@@ -240,7 +240,7 @@ class LineLaser(NoisyScans):
         return replace(self, sigma=sigma, profiled=True).reweighted(T_base_sensor, target)
 
     def in_metres(self) -> tuple[LineLaser, float]:
-        """Return the scans with every point of the same weight, their rows in metres."""
+        """Return the scans with equal weights of all points and rows in metres."""
         return replace(self, weighted=self.R_metric, profiled=False), 1.0
 
     def _profile_factors(self, names: Sequence[str], c: Array, sigma: float) -> Array:
@@ -264,7 +264,7 @@ class LineLaser(NoisyScans):
         return self._profile_factors(("ux", "uz"), c, self.sigma) @ c[:, 1:, None]
 
     def given_noise(self, noise: PoseNoise | None) -> LineLaser:
-        """Return the scans with a noise of ``noise_within_poses``: their profiles are whitened for it."""
+        """Return the scans with a noise from ``noise_within_poses``, for which their profiles are whitened."""
         return self if noise is None else replace(self, noise=noise, sigma=noise.sigma)
 
     def distances(
@@ -294,6 +294,6 @@ class LineLaser(NoisyScans):
     def pieces(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any], effect: Any
     ) -> Pieces:
-        """Return the scans cut in pieces, averaged."""
+        """Return the pieces of the scans, with the points of each averaged."""
         assert isinstance(target, Planes)
         return cut_in_pieces(self, T_base_sensor, target, point_effects, effect)

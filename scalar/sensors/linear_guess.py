@@ -1,8 +1,9 @@
 """The linear first guess of a scanner's pose (Section III-A of the paper), and the planes that go with it.
 
 For a known plane the residual is linear in the scanner's axes and origin on the flange: ``c = (n'.p + n'_4 - d, n'.X, n'.Z)`` with
-``n' = n^T T_base_flange``, so nine numbers follow from one linear least-squares problem, of which a rotation is made. Since a plane is
-known only roughly, plane and scanner are then refined in turn, the arm nominal: the guess survives a floor that is 30 degrees off.
+``n' = n^T T_base_flange``, so nine numbers follow from one linear least-squares problem; the nearest rotation is made of six of them.
+Since a plane is known only roughly, planes and scanner are then refined in turn, with the nominal arm. The guess remains usable with an initial
+guess of the floor that is 30 degrees off.
 """
 
 from __future__ import annotations
@@ -22,12 +23,12 @@ _UNKNOWNS = 9
 def guesses(
     scans: Scans, T_base_flange: Array, planes: Planes, gravity: Array, thorough: bool
 ) -> list[Guess]:
-    """Return guesses of the scanner's pose from the plane most nearly level, as in the paper, and then from all planes together.
+    """Return guesses of the scanner's pose from the most level plane, as in the paper, and then from all planes together.
 
     Args:
         scans: What was measured.
         T_base_flange: ``(N, 4, 4)``, of the nominal arm.
-        planes: As guessed.
+        planes: The planes at their initial guesses.
         gravity: ``(3,)`` [m/s^2], base frame.
         thorough: Whether to guess from all planes together as well.
 
@@ -53,7 +54,7 @@ def linear_guess(scans: Scans, T_base_flange: Array, planes: Planes, use: Array)
     Args:
         scans: What was measured.
         T_base_flange: ``(N, 4, 4)``, of the nominal arm.
-        planes: As guessed.
+        planes: The planes, taken as known.
         use: ``(N,)`` bool, the poses to use; the paper takes those on the bottom plane.
 
     Raises:
@@ -82,7 +83,7 @@ def linear_guess(scans: Scans, T_base_flange: Array, planes: Planes, use: Array)
 
 
 def _plane_choices(scans: Scans, target: Planes, gravity: Array) -> list[Array]:
-    """Return sets of poses to guess from: the plane most nearly level first, as in the paper, then all together."""
+    """Return sets of poses to guess from: those on the most level plane first, as in the paper, then all."""
     up = -gravity / max(float(np.linalg.norm(gravity)), 1e-12)
     level = int(np.argmax(np.abs(target.normals @ up)))
     return [scans.target_index == level, np.ones(len(scans.target_index), dtype=bool)]

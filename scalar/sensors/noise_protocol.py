@@ -1,4 +1,4 @@
-"""The part of the protocol of a sensor kind that concerns noise: how the rows are weighted, and what is known of their noise.
+"""The part of the protocol of a sensor kind that concerns noise: how rows are weighted, and what is known of their noise.
 
 Every method has a default that is right for a kind whose rows have independent noise of one size.
 """
@@ -91,7 +91,7 @@ class NoiseProtocol(ABC):
 
         Args:
             residual: ``(N, m)``, whitened rows.
-            variance: Their sum of squares over their degrees of freedom.
+            variance: The sum of squares of the rows over their degrees of freedom.
         """
         return float(np.sqrt(max(variance - 1.0, 0.0))) * self.sigma
 
@@ -108,9 +108,9 @@ class NoiseProtocol(ABC):
         return None
 
     def uneven_rows(self, T_base_sensor: Array, target: Target) -> Array | None:
-        """Return the covariance ``(N, m, m)`` of the rows by errors of the sensor that are common to a whole pose, or None, which is the default.
+        """Return the covariance ``(N, m, m)`` of the rows from errors of the sensor that extend over a whole pose, or None, which is the default.
 
-        An error that is common to a whole measurement moves and turns it, as an error of the arm does. Only all poses together distinguish the two.
+        Such an error moves and turns the measurement as a whole, as an error of the arm does. Only all poses together distinguish the two.
         """
         return None
 

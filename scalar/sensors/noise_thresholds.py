@@ -1,4 +1,4 @@
-"""The thresholds that the estimate of the noise within scans needs; their values stand with all others in ``scalar.estimation.settings``."""
+"""The thresholds that the estimate of the noise within scans needs; their values are in ``scalar.estimation.settings``, with all others."""
 
 from __future__ import annotations
 
@@ -6,31 +6,31 @@ from typing import Protocol
 
 
 class NoiseThresholds(Protocol):
-    """When noise within scans is modelled as other than white and of one size."""
+    """Thresholds from which noise within scans is no longer modelled as white and of one size."""
 
     @property
     def least_points(self) -> int:
-        """Points that a scan must have to be used."""
+        """Least number of points of a scan that is used."""
         ...
 
     @property
     def least_scans(self) -> int:
-        """Scans of so many points, or nothing is said."""
+        """Least number of such scans; with fewer, the noise within scans is not estimated."""
         ...
 
     @property
     def winsorised_sigmas(self) -> float:
-        """Robust standard deviations of a scan to which residuals are clipped."""
+        """Number of robust standard deviations of its scan to which a residual is clipped."""
         ...
 
     @property
     def alpha(self) -> float:
-        """Chance of finding that white noise is correlated, that it changes with range or incidence, or is not as stated, where it is."""
+        """Significance level of each test that noise is white, that it is the same at all ranges and incidences, and that it is as stated."""
         ...
 
     @property
     def least_gain(self) -> float:
-        """Restricted log likelihood [nats] that a correlated component must gain."""
+        """Least gain in restricted log likelihood [nats] for which a correlated component is added."""
         ...
 
     @property
@@ -40,5 +40,5 @@ class NoiseThresholds(Protocol):
 
     @property
     def confounded_likelihood(self) -> float:
-        """Restricted log likelihood [nats] within which two shapes of correlation are confounded."""
+        """Difference in restricted log likelihood [nats] below which two shapes of correlation are confounded."""
         ...

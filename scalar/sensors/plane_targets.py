@@ -1,4 +1,4 @@
-"""Planes as what a sensor measures against: which pose measures which, their fit in closed form, and how they are saved."""
+"""Planes as the target of a sensor: which pose measures which plane, their fit in closed form, and how they are saved."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
 
 
 class OnPlanes(Measurement):
-    """What is the same for all kinds of sensor that measure planes."""
+    """The part of the protocol that is the same for all kinds of sensor that measure planes."""
 
     target_words = "planes"
 
     def initial_target(self, dataset: Dataset) -> Planes:
-        """Return the planes at their initial guesses, one for each plane and session that occur."""
+        """Return the planes at their initial guesses, one for each plane in each session in which it is measured."""
         return plane_targets(dataset)[1]
 
     @classmethod
     def declared_target(cls, dataset: Dataset) -> Planes:
-        """Return all planes that the dataset declares, whether or not they occur."""
+        """Return all planes that the dataset declares, whether or not poses measure them."""
         planes = dataset.planes
         return Planes.at(
             [p.name for p in planes], np.array([p.normal for p in planes]), [p.distance for p in planes]
@@ -35,7 +35,7 @@ class OnPlanes(Measurement):
 
     @classmethod
     def target_to_mapping(cls, target: Target, std: Mapping[str, float]) -> dict[str, Any]:
-        """Return the planes, each with its standard errors [rad and m] and the rough normal that its own is counted from."""
+        """Return the planes, each with its standard errors [rad and m] and the normal of its initial guess, about which its coordinates are."""
         assert isinstance(target, Planes)
         planes = [
             {
@@ -62,7 +62,7 @@ class OnPlanes(Measurement):
 
 
 def plane_targets(dataset: Dataset) -> tuple[Array, Planes]:
-    """Return which target each pose measures ``(N,)`` and the targets: every plane that occurs, once for each session."""
+    """Return which target each pose measures ``(N,)`` and the targets: every plane that is measured, once for each session."""
     plane = dataset.plane_index
     session = dataset.session if dataset.session is not None else np.zeros(dataset.n_poses, dtype=int)
     count = max(len(dataset.planes), 1)
@@ -76,22 +76,24 @@ def plane_targets(dataset: Dataset) -> tuple[Array, Planes]:
 
 
 def fit_planes(target: Planes, index: Array, counts: Array, first: Array, second: Array) -> Planes:
-    """Return the planes of least squared distance from per-pose moments of points in the base frame.
+    """Return the planes of least squared distance to points that are given by their moments in the base frame, for each pose.
 
     Args:
-        target: Gives names and the sign of each normal; kept where too few points lie on a plane.
+        target: The planes before: they give the names and the signs of the normals, and remain where fewer than three points lie on a plane.
         index: ``(N,)``, which plane each pose measures.
-        counts: ``(N,)``, ``first``: ``(N, 3)``, ``second``: ``(N, 3, 3)``: number, sum and sum of products of the points.
+        counts: ``(N,)``, number of points of each pose.
+        first: ``(N, 3)`` [m], their sum.
+        second: ``(N, 3, 3)`` [m^2], the sum of their products.
     """
     mine = (index == np.arange(len(target.normals))[:, None]).astype(float)  # (K, N)
     totals = mine @ counts
     enough = totals >= 3
     divisor = np.where(enough, totals, 1.0)[:, None]
     means = mine @ first / divisor
-    spread = (mine @ second.reshape(len(second), 9) / divisor).reshape(-1, 3, 3) - means[:, :, None] * means[
+    scatter = (mine @ second.reshape(len(second), 9) / divisor).reshape(-1, 3, 3) - means[:, :, None] * means[
         :, None, :
     ]
-    found = np.linalg.eigh(spread)[1][:, :, 0]
+    found = np.linalg.eigh(scatter)[1][:, :, 0]
     found *= np.where(np.sum(found * target.normals, axis=1) >= 0, 1.0, -1.0)[:, None]
     normals = np.where(enough[:, None], found, target.normals)
     distances = np.where(enough, np.sum(normals * means, axis=1), target.distances)
@@ -102,7 +104,7 @@ def moments_in_base(R: Array, T_base_sensor: Array) -> tuple[Array, Array, Array
     """Return number ``(N,)``, sum ``(N, 3)`` [m] and sum of products ``(N, 3, 3)`` [m^2] of the points of N scans, in the base frame.
 
     Args:
-        R: ``(N, 3, 3)``, triangular factors of ``[1, x, z]``, every point with the same weight: ``R'R`` holds all the sums.
+        R: ``(N, 3, 3)``, triangular factors of ``[1, x, z]``, with equal weights of all points; ``R^T R`` holds the sums.
         T_base_sensor: ``(N, 4, 4)``.
     """
     A = T_base_sensor[:, :3, [3, 0, 2]]  # origin, X and Z
@@ -110,10 +112,10 @@ def moments_in_base(R: Array, T_base_sensor: Array) -> tuple[Array, Array, Array
     return moments[:, 0, 0], np.einsum("nij,nj->ni", A, moments[:, :, 0]), A @ moments @ np.swapaxes(A, 1, 2)
 
 
-def spread_in_base(R: Array, T_base_sensor: Array) -> tuple[Array, Array, Array]:
-    """Return number ``(N,)`` and mean ``(N, 3)`` [m] of the points of N scans in the base frame, and factors ``(N, 2, 3)`` [m] of their scatter.
+def scatter_in_base(R: Array, T_base_sensor: Array) -> tuple[Array, Array, Array]:
+    """Return the number ``(N,)`` and mean ``(N, 3)`` [m] of the points of N scans in the base frame, and factors F of their scatter.
 
-    Of factors F, ``F'F`` is the sum of products of the points about their mean. Arguments as of ``moments_in_base``.
+    F is ``(N, 2, 3)`` [m], and ``F^T F`` the sum of products of the points about their mean. Arguments as for ``moments_in_base``.
     """
     root = R[:, 0, 0]
     X, Z, o = (T_base_sensor[:, :3, k] for k in (0, 2, 3))

@@ -1,4 +1,4 @@
-"""Kinds of sensor that predict what they measure and subtract what was measured: ``f = h(T_base_sensor, target) - y``, a few rows a pose."""
+"""Kinds of sensor that predict what they measure and subtract what was measured: ``f = h(T_base_sensor, target) - y``, a few rows for each pose."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scalar.sensors.target import Target
 
 
 class PointByPoint(Measurement):
-    """A measurement of m numbers a pose, all of the same noise.
+    """A measurement of m numbers at each pose, all with the same noise.
 
     Attributes:
         values: ``(N, m)`` [m], what was measured.
@@ -25,7 +25,7 @@ class PointByPoint(Measurement):
 
     @abstractmethod
     def predicted(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
-        """Return what the sensor would measure without error, and how that moves.
+        """Return what the sensor would measure without error, and its derivatives.
 
         Args:
             T_base_sensor: ``(N, 4, 4)``.
@@ -38,7 +38,7 @@ class PointByPoint(Measurement):
 
     @property
     def rows_per_pose(self) -> int:  # type: ignore[override]
-        """Return how many numbers a pose measures."""
+        """Return how many numbers are measured at a pose."""
         return self.values.shape[1]
 
     def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
@@ -53,7 +53,7 @@ class PointByPoint(Measurement):
     def distances(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
     ) -> tuple[Array, Array]:
-        """Return per pose the squared distance between model and measurement [m^2] and one."""
+        """Return for each pose the squared distance between model and measurement [m^2], and 1 for the number of residuals."""
         residual = self.rows(T_base_sensor, target, point_effects).residual * self.sigma
         return np.sum(residual**2, axis=1), np.ones(len(residual), dtype=int)
 

@@ -1,8 +1,8 @@
-"""What is known of the noise within a pose's measurement: how its rows vary together, and how that is reported.
+"""The noise within the measurement of a pose: the covariance of its rows, and how it is reported.
 
-A kind of sensor that measures many points a pose can see its own noise, since an arm that errs moves a measurement as a whole. Whatever else
-uses the noise asks the measurement for it (``Measurement.noise_within_poses``) and hands it back (``Measurement.given_noise``); it never
-asks which kind of sensor it is.
+A sensor that measures many points at each pose observes its own noise, since an error of the arm moves all points of a pose together. Other
+code asks the measurement for this noise (``Measurement.noise_within_poses``) and gives it back to it (``Measurement.given_noise``),
+without asking for the kind of sensor.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 from scalar.geometry.se3 import Array
 
 ROTATION_NOISE = "rotation_noise"
-"""The component of measured orientations [rad]."""
+"""Name of the component for measured orientations [rad]."""
 
 
 @dataclass(frozen=True)
@@ -22,12 +22,12 @@ class NoiseComponent:
     """A component of the sensor's own noise, as diagnosis and calibration files list it.
 
     Attributes:
-        name: ``scan_level``, ``scan_correlation``, ``surface_waviness``.
-        target: What tells it from others of its name; lengths with their unit in the key.
-        value: Its size.
+        name: ``scan_level``, ``scan_correlation``, ``surface_waviness`` or ``rotation_noise``.
+        target: What distinguishes it from others of its name; keys of lengths name their unit.
+        value: Its size, or its exponent for a ``scan_level`` by range or incidence.
         std: Standard error of the value.
         unit: Of value and std.
-        sentence: The same for people.
+        sentence: The same as a sentence.
     """
 
     name: str
@@ -50,11 +50,11 @@ class NoiseComponent:
 
 @dataclass(frozen=True, eq=False)
 class Autocorrelation:
-    """How much alike points of one measurement err, by how many points they are apart.
+    """The autocorrelation of the errors of successive points within measurements.
 
     Attributes:
-        measured: ``(L,)``, correlation at lags 1 to L.
-        band: ``(L,)``, its standard error where the noise is white.
+        measured: ``(L,)``, correlation at lags of 1 to L points.
+        band: ``(L,)``, its standard error for white noise.
     """
 
     measured: Array
@@ -63,15 +63,15 @@ class Autocorrelation:
 
 @dataclass(frozen=True, eq=False)
 class PoseNoise:
-    """The noise within the N poses of a dataset, where it is not white and of one size.
+    """The noise within the N poses of a dataset, if it is not white and of one size.
 
     Attributes:
         sigma: Typical standard deviation of a point [m].
         level: ``(N,)``, each pose's standard deviation in units of sigma.
         whitening: ``(N, m, m)``, inverse lower Cholesky factors of the covariance of the rows that ``profiles`` gives with this sigma.
             They are lower triangular, so that the first row stays what it was, divided by its standard deviation.
-        components: What it consists of.
-        autocorrelation: Along the measurement.
+        components: The components of the noise, as files list them.
+        autocorrelation: That of the points within poses.
     """
 
     sigma: float

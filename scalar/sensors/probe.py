@@ -1,6 +1,6 @@
-"""A touch probe: one point a pose, the origin of the sensor, lies on a plane: ``f = n . o - d``.
+"""A touch probe: at each pose one point, the origin of the sensor, lies on a plane: ``f = n . o - d``.
 
-It brings no length of its own: a plane is still a plane if the whole workcell is scaled. And it cannot observe its own rotation.
+A probe measures no length: planes remain planes if the whole workcell is scaled. Nor does it observe its own rotation.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from scalar.sensors.target import Target
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-_IN_CONTACT = 1e-11  # m
+_IN_CONTACT = 1e-11  # m, largest height over the plane that counts as contact
 
 
 @dataclass(frozen=True, eq=False)
 class Probe(OnPlanes, PointByPoint):
-    """The contacts of a dataset: heights over the plane ``(N, 1)`` [m], all of which are zero."""
+    """The contacts of a dataset, ``values`` being their heights over the planes ``(N, 1)`` [m], which are all zero."""
 
     values: Array
     target_index: Array
@@ -49,7 +49,7 @@ class Probe(OnPlanes, PointByPoint):
 
     @property
     def contact_factors(self) -> Array:
-        """Return the factors of ``n . o - d``, one row a contact, in standard deviations."""
+        """Return the factors of ``n . o - d``, one row for each contact, in standard deviations."""
         return np.broadcast_to([1.0 / self.sigma, 0.0, 0.0], (len(self.target_index), 1, 3))
 
     def fitted_target(self, T_base_sensor: Array, target: Target) -> Planes:
@@ -70,7 +70,7 @@ class Probe(OnPlanes, PointByPoint):
         return height[:, None], wrench[:, None], by_target[:, None]
 
     def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
-        """Return ``(n . o - d) / sigma`` and its derivatives; of effects on planes the height at the sensor's origin acts."""
+        """Return ``(n . o - d) / sigma`` and its derivatives; effects on planes add their height at the sensor's origin."""
         rows = super().rows(T_base_sensor, target)
         if not point_effects:
             return rows
@@ -109,7 +109,7 @@ class Probe(OnPlanes, PointByPoint):
     def pieces(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any], effect: Any
     ) -> Pieces:
-        """Return the contacts, a piece each."""
+        """Return the contacts, each as one piece."""
         N = len(T_base_sensor)
         height = self.rows(T_base_sensor, target, point_effects).residual[:, 0] * self.sigma
         columns = effect.contact_columns(T_base_sensor, target, self.target_index, np.zeros((N, 1)))[:, 0]

@@ -1,4 +1,4 @@
-"""What the points of a line scan see of a plane: functions of a point, the contact vector, and the scatter about the scan's own line."""
+"""Line scans of planes: functions of a point, the contact vector, and the scatter about the scan's own line."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ _CODES = {
     "rz": (2, 1, 0, 0),
     "dx": (1, 2, 0, 0),
     "dz": (2, 2, 0, 0),
-}  # (along, r, i, j), as _code returns them; fmt: skip
+}
+"""(along, r, i, j) of each stem of a name, as ``_code`` returns them."""
 
 
 def _code(name: str) -> tuple[int, int, int, int]:
@@ -41,8 +42,8 @@ def _code(name: str) -> tuple[int, int, int, int]:
 def point_basis(names: Sequence[str], points: Array, error_axis: str) -> Array:
     """Return functions of the points ``(P, 2)`` [m] by name, ``(P, len(names))``.
 
-    ``ux, uz`` is the direction in which the scanner errs and ``dx, dz`` the same times the squared range [m^2]; ``ux:ij, uz:ij`` is
-    the same times ``x^i z^j``.
+    ``1, x, z, xx, xz, zz`` are powers of the coordinates. ``ux, uz`` is the direction in which the scanner errs, ``rx, rz`` the same times
+    the range [m], ``dx, dz`` times its square [m^2], and ``ux:ij, uz:ij`` times ``x^i z^j``. If the scanner errs along z, z is its range.
     """
     x, z = points[:, 0], points[:, 1]
     if tuple(names) == LINE_BASIS:
@@ -56,7 +57,7 @@ def point_basis(names: Sequence[str], points: Array, error_axis: str) -> Array:
 
 
 def incidence(points: Array, starts: Array, c: Array, error_axis: str) -> Array:
-    """Return ``|n . e_i|`` of every point ``(P,)``, e_i the direction in which the scanner errs, c ``(N, 3)`` the contact vectors."""
+    """Return ``|n . e_i|`` of every point ``(P,)``, at least 0.05, e_i the direction in which the scanner errs, c ``(N, 3)`` the contact vectors."""
     counts = np.diff(starts)
     ux, uz = point_basis(("ux", "uz"), points, error_axis).T
     along = np.repeat(c[:, 1], counts) * ux + np.repeat(c[:, 2], counts) * uz
@@ -76,8 +77,8 @@ def line_factors(
         points: ``(P, 2)`` [m].
         starts: ``(N + 1,)``, where each scan's points begin.
         c: ``(N, 3)``, contact vectors, so that each point has the weight ``1 / (sigma |n . e_i|)``; None for weights of 1.
-        error_axis: The direction e_i in which the scanner errs.
-        sigma: [m].
+        error_axis: The direction e_i in which the scanner errs, ``ray`` or ``z``.
+        sigma: Standard deviation of a point along e_i [m].
     """
     compiled = kernels.compress(points, starts, c, along_z=error_axis != "ray", sigma=sigma)
     if compiled is not None:
@@ -90,10 +91,10 @@ def line_factors(
 
 @dataclass(frozen=True, eq=False)
 class PointFactors:
-    """The triangular factors of functions of the points of every scan, every point with the same weight; computed when they are first used.
+    """The triangular factors of functions of the points of every scan, with equal weights of all points; they are computed when first used.
 
     Attributes:
-        names: Of the functions, as for ``point_basis``.
+        names: Names of the functions, as for ``point_basis``.
         points: ``(P, 2)`` [m].
         starts: ``(N + 1,)``, where each scan's points begin.
         error_axis: The direction in which the scanner errs.
@@ -135,8 +136,8 @@ def profile_columns(points: Array, starts: Array, c: Array, weight: Array) -> tu
     Args:
         points: ``(P, 2)`` [m].
         starts: ``(N + 1,)``, where each scan's points begin.
-        c: ``(N, 3)``, contact vectors; t counts in metres times the length of ``(c_x, c_z)``, from the scan's mean.
-        weight: ``(P,)`` [1/m].
+        c: ``(N, 3)``, contact vectors; t is in metres times the length of ``(c_x, c_z)``, from the scan's mean.
+        weight: ``(P,)`` [1/m], weights of the points.
     """
     counts = np.diff(starts)
     along = np.repeat(np.column_stack([-c[:, 2], c[:, 1]]), counts, axis=0)
@@ -152,12 +153,12 @@ def profile_factors(
     """Return the components ``(N, 3, k)`` of whitened functions of the points along the columns of ``profile_columns``.
 
     Args:
-        names: Of the functions, as for ``point_basis``; each is whitened by the weight that a point has for ``line_factors``.
+        names: Names of the functions, as for ``point_basis``; each is multiplied by the weights that points have in ``line_factors``.
         points: ``(P, 2)`` [m].
         starts: ``(N + 1,)``, where each scan's points begin.
         c: ``(N, 3)``, contact vectors.
         error_axis: The direction in which the scanner errs.
-        sigma: [m].
+        sigma: Standard deviation of a point along it [m].
     """
     codes = np.array([_code(name) for name in names], dtype=np.int64).reshape(-1, 4)
     compiled = kernels.profiles(points, starts, c, codes, along_z=error_axis != "ray", sigma=sigma)
@@ -169,7 +170,7 @@ def profile_factors(
 
 
 def profile_rows(points: Array, starts: Array, c: Array, weight: Array, values: Array) -> Array:
-    """Return the components ``(N, 3, k)`` of functions of the points ``(P, k)`` along the columns of ``profile_columns``, all else as there."""
+    """Return the components ``(N, 3, k)`` of functions of the points ``(P, k)`` along the columns of ``profile_columns``, with its arguments."""
     Q = profile_columns(points, starts, c, weight)[2]
     products = (Q[:, :, None] * values[:, None, :]).reshape(len(Q), -1)
     return np.add.reduceat(products, starts[:-1]).reshape(len(c), 3, -1)
@@ -184,8 +185,8 @@ def scatter_within(R: Array, c: Array, counts: Array, full: Array | None = None)
     Args:
         R: ``(N, m, k)``.
         c: ``(N, 3)``, contact vectors of the flat plane.
-        counts: ``(N,)``, points a scan.
-        full: ``(N, k)``, contact vectors with what effects on points and planes add; c where None.
+        counts: ``(N,)``, number of points of each scan.
+        full: ``(N, k)``, contact vectors with the contributions of effects on points and planes; None if there are none.
     """
     f = np.einsum("nij,nj->ni", R[:, :, :3], c) if full is None else np.einsum("nij,nj->ni", R, full)
     shift = R[:, :, 0]
@@ -202,7 +203,7 @@ def _ratio(top: Array, bottom: Array) -> Array:
 
 
 def robust_variance(scatter: Array, freedom: Array) -> float:
-    """Return the variance from per-scan scatters: a pooled mean of the scans that are not wildly above the median."""
+    """Return the variance from the scatters of scans ``(N,)``: pooled over the scans whose own variance is at most four times the median."""
     use = freedom > 0
     each = scatter[use] / freedom[use]
     keep = each <= 4.0 * np.median(each) + 1e-30

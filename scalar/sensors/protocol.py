@@ -1,7 +1,7 @@
 """The protocol that every kind of sensor implements. A new kind is one class in one file.
 
 A kind of sensor is a subclass of ``Measurement``. The class says what the kind is able to do (its capabilities) and what a dataset folder
-holds of it (``format``); an object of the class is the measurement of one dataset, reduced to whitened residual rows.
+of this kind holds (``format``); an object of the class is the measurement of one dataset, reduced to whitened residual rows.
 
 The part of the protocol that concerns noise and weights is in ``scalar.sensors.noise_protocol``. The types that a kind returns are in
 ``scalar.sensors.rows``, the objects that it measures in ``scalar.sensors.target``, and the further methods of a kind that scans planes in
@@ -37,9 +37,9 @@ class Measurement(NoiseProtocol):
     Everything else has a default that is right for a kind that gives a few rows for each pose and no further points.
 
     Attributes:
-        format: What a dataset folder holds of the kind.
+        format: What a dataset folder of the kind holds.
         words: Name of the kind in reports.
-        measured: Participle for its poses in reports, such as "tracked".
+        measured: The word with which reports describe its poses, such as "tracked".
         target_words: Name of the target in messages, such as "planes" or "tracker".
         residual_words: What the residual of a pose is, as the label of an axis.
         observes_orientation: Whether the rows depend on the orientation of the sensor on the flange.
@@ -84,7 +84,7 @@ class Measurement(NoiseProtocol):
 
     @abstractmethod
     def fitted_target(self, T_base_sensor: Array, target: Target) -> Any:
-        """Return the target that fits best where the sensor's poses ``(N, 4, 4)`` are given: a closed form."""
+        """Return the target that fits best to given poses of the sensor ``(N, 4, 4)``, in closed form."""
 
     @abstractmethod
     def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
@@ -200,15 +200,18 @@ class Measurement(NoiseProtocol):
         """
         return T_base_sensor[:, :3, 3], np.arange(len(T_base_sensor) + 1)
 
-    def spread_in_base(self, T_base_sensor: Array) -> tuple[Array, Array, Array]:
-        """Return number ``(N,)`` and mean ``(N, 3)`` [m] of each pose's points in the base frame, and F ``(N, k, 3)`` [m], ``F'F`` their scatter."""
+    def scatter_in_base(self, T_base_sensor: Array) -> tuple[Array, Array, Array]:
+        """Return the number ``(N,)`` and mean ``(N, 3)`` [m] of each pose's points in the base frame, and factors F of their scatter.
+
+        F is ``(N, k, 3)`` [m], and ``F^T F`` the sum of products of the points about their mean. The default is one point for each pose.
+        """
         return np.ones(len(T_base_sensor)), T_base_sensor[:, :3, 3], np.zeros((len(T_base_sensor), 0, 3))
 
     # How the residual is shown
 
     @property
     def shift_rows(self) -> slice:
-        """Return which rows of a pose measure its shift as a whole."""
+        """Return which rows of a pose measure the shift of the whole pose."""
         return slice(None)
 
     def shift(self, predicted: Array, residual: Array) -> tuple[Array, Array, Array]:

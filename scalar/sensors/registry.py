@@ -1,4 +1,4 @@
-"""The kinds of sensor that there are: the package's own, those of installed packages, and those that were registered."""
+"""The known kinds of sensor: the package's own, those of installed packages, and those that a program registers."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _kinds: dict[str, type[Measurement]] = {}
 
 
 def register(kind: type[_K]) -> type[_K]:
-    """Make a kind of sensor known, to the reader of datasets as well; serves as a decorator of the class.
+    """Make a kind of sensor known, to the reader of datasets too, and return it; can be used as a decorator of its class.
 
     Raises:
-        ValueError: Another class has the same name of a kind.
+        ValueError: Another class is registered under the same name of a kind.
     """
     name = kind.format.kind
     if _kinds.get(name, kind) is not kind:
@@ -47,7 +47,7 @@ def kind_named(name: str) -> type[Measurement]:
     """Return the kind of sensor with a name.
 
     Raises:
-        InvalidInput: There is none: the package that defines it is not installed.
+        InvalidInput: No such kind is known; the package that defines it is perhaps not installed.
     """
     if name not in _kinds:
         message = f"unknown kind of sensor '{name}'; this installation has {', '.join(_kinds)}: install the package that defines it"
@@ -61,11 +61,11 @@ def kind_of(dataset: Dataset) -> type[Measurement]:
 
 
 def measure(dataset: Dataset, extra_basis: Sequence[str] = ()) -> Measurement:
-    """Return the dataset as its own kind of sensor sees it.
+    """Return the measurement of a dataset, an object of the class of its kind of sensor.
 
     Args:
         dataset: What was measured.
-        extra_basis: Functions of a point that effects on points need kept (``scalar.sensors.profile.point_basis``).
+        extra_basis: Names of functions of a point that compression has to keep for effects on points (``scalar.sensors.profile.point_basis``).
     """
     return kind_of(dataset).of(dataset, extra_basis)
 

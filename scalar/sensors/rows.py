@@ -1,4 +1,4 @@
-"""What a measurement is reduced to: whitened residual rows with their derivatives, and pieces of scans for pictures.
+"""The types to which a measurement is reduced: whitened residual rows with their derivatives, and pieces of scans for pictures.
 
 The rows of a pose depend on the robot only through the pose of the sensor, so a row's derivative is a wrench ``(1, 6)``: a small screw (w, v)
 of the sensor, in the base frame, changes the residual by ``wrench . (w, v)``.
@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 from scalar.geometry.se3 import Array
 
-UNSTATED_SIGMA = 1e-4  # m; scales the rows where nothing is stated, until the scatter is measured or for good
-LEAST_SIGMA = 1e-9  # m; no sensor is as good, and the rounding of coordinates in metres stays well below it
+UNSTATED_SIGMA = 1e-4  # m; assumed if no noise is stated, until (for some kinds) it is estimated from scatter
+LEAST_SIGMA = 1e-9  # m; no sensor is as precise, and rounding of coordinates in metres is far smaller
 
 
 def stated_sigma(noise: float | None) -> float:
-    """Return the standard deviation [m] to whiten with, where a dataset states ``noise`` [m] or None."""
+    """Return the standard deviation [m] with which rows are whitened if a dataset states ``noise`` [m] or None."""
     return UNSTATED_SIGMA if noise is None else max(float(noise), LEAST_SIGMA)
 
 
@@ -38,17 +38,17 @@ class Rows:
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """Measurements on planes cut in a few pieces each, averaged. P pieces.
+    """P pieces of measurements on planes; the points of a piece are averaged.
 
     Attributes:
-        pose: ``(P,)``, which pose.
-        reach: ``(P,)`` [m], measured range, or z.
+        pose: ``(P,)``, index of the pose.
+        reach: ``(P,)`` [m], measured range, or z if the sensor errs along z.
         position: ``(P, 3)`` [m], base frame.
-        height: ``(P,)`` [m], over the plane as all effects have it.
-        of_effect: ``(P,)`` [m], what the effect in question adds to the height.
+        height: ``(P,)`` [m], over the plane, with all effects applied.
+        of_effect: ``(P,)`` [m], the part of the height from one effect.
         incidence: ``(P,)``, ``n . e``: by how much the height grows with the range.
         std: ``(P,)`` [m], standard error of the height.
-        profile: ``(P, 2)`` [m], x and z in the scanner's plane; empty where there is none.
+        profile: ``(P, 2)`` [m], x and z in the scanner's plane; empty for a sensor without one.
     """
 
     pose: Array

@@ -1,7 +1,7 @@
-"""The noise of scans: what the noise of the points alone leaves, and how far scans scatter beyond it.
+"""The noise of scans: the residual that the noise of points alone causes, and by how much scans scatter beyond it.
 
-What remains of a scan about its own line is the noise of the scanner and of the surface (``scalar.sensors.within_scan_noise``). SciPy is needed
-for that only, and is imported where it is used, so that reading a dataset does without it.
+The residual of a scan about its own line is the noise of the scanner and of the surface (``scalar.sensors.within_scan_noise``). Only that part
+needs SciPy, which is imported where it is used, so that reading a dataset does not import it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class NoisyScans(OnPlanes):
 
     Attributes:
         points, starts, error_axis, R, R_metric: As in ``scalar.sensors.scans.Scans``.
-        noise: Within scans, where it is known to be other than white and of one size.
+        noise: The noise within scans, if it was found not to be white and of one size; else None.
     """
 
     points: Array
@@ -38,7 +38,7 @@ class NoisyScans(OnPlanes):
     noise: PoseNoise | None
 
     def noise_floor(self, T_base_sensor: Array, target: Target) -> float:
-        """Return the root mean square distance [m] to the planes that the noise of the points alone makes."""
+        """Return the root mean square distance [m] to the planes that the noise of the points alone causes."""
         assert isinstance(target, Planes)
         slant = self._incidence(contact(T_base_sensor, target, self.target_index)[0])
         level = 1.0 if self.noise is None else np.repeat(self.noise.level, np.diff(self.starts))
@@ -54,14 +54,14 @@ class NoisyScans(OnPlanes):
     def noise_within_poses(
         self, T_base_sensor: Array, target: Target, settings: NoiseThresholds
     ) -> PoseNoise | None:
-        """Return the noise within scans, from their residuals about their own lines (``within_scan_noise``)."""
+        """Return the noise within scans, from the scans' residuals about their own lines (``within_scan_noise``)."""
         from scalar.sensors.within_scan_noise import noise_within_scans
 
         profiles = self._profiles(T_base_sensor, target)
         return noise_within_scans(profiles, self.sigma, self.sigma_stated, settings)
 
     def uneven_rows(self, T_base_sensor: Array, target: Target) -> Array:
-        """Return the covariance ``(N, 3, 3)`` of the profile rows by errors that fade over a scan (``long_waves``)."""
+        """Return the covariance ``(N, 3, 3)`` of the profile rows from errors that are correlated over a whole scan (``long_waves``)."""
         from scalar.sensors.within_scan_noise import long_waves
 
         return long_waves(self._profiles(T_base_sensor, target), self.noise)

@@ -1,4 +1,4 @@
-"""Scans cut in a few pieces each: their ends and their middle tell a bent plane from a turned one."""
+"""Scans cut into a few pieces each, whose heights show whether a plane is bent or only turned."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from scalar.sensors.profile import contact, point_basis
 from scalar.sensors.rows import Pieces
 from scalar.sensors.scans import Scans
 
-PIECES = 4  # that each scan is averaged in
+PIECES = 4  # into which each scan is cut; the points of a piece are averaged
 
 
 def cut_in_pieces(
     scans: Scans, T: Array, planes: Planes, point_effects: Sequence[Any], effect: Any
 ) -> Pieces:
-    """Return scans in pieces.
+    """Return the pieces of all scans, with the mean of the points of each.
 
     Args:
         scans: What was measured.
-        T: ``(N, 4, 4)``, of the sensor in the base frame.
-        planes: As the model has them.
+        T: ``(N, 4, 4)``, poses of the sensor in the base frame.
+        planes: The planes of the model.
         point_effects: All effects on points and surfaces, bound to the poses.
-        effect: The one in question, bound to the poses.
+        effect: The effect whose share of the heights is returned too, bound to the poses.
     """
     index = scans.target_index
     points, starts, axis = scans.points, scans.starts, scans.error_axis

@@ -1,4 +1,4 @@
-"""The part of the protocol that only kinds that scan planes have: points along lines, compressed to a few rows for each scan."""
+"""The part of the protocol for kinds that scan planes: points along lines, compressed to a few rows for each scan."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Scans(Protocol):
 
     @property
     def R_metric(self) -> Array:
-        """The same with equal weights of all points, in metres ``(N, k, k)``."""
+        """Triangular factors with equal weights of all points, in metres ``(N, k, k)``."""
         ...
 
     def initial_target(self, dataset: Dataset) -> Any:

@@ -1,10 +1,10 @@
-"""How the tracker moved against the robot's base in the course of a campaign, as reference nests on the base show it.
+"""The motion of the tracker relative to the robot's base during a campaign, from reference nests on the base.
 
-A nest that is fixed to the base and measured at every pose is seen where the tracker's motion has taken it: with c its place at the first
-pose and r from the middle of all nests to it, ``y_i = c + t_i + w_i x r`` plus noise. The motion (w, t) is a random walk from zero, whose
-step is found by restricted maximum likelihood (Patterson and Thompson, 1971) together with the nests' noise; the walk of greatest
-probability given all poses is the answer. Three nests that are not on a line show the whole motion; of fewer, what they do not show stays
-zero. Left out: motions of more than a degree.
+A nest is fixed to the base and measured at the poses, so its measured position moves with the tracker: with c its position at the first
+pose and r the vector from the middle of all nests to it, ``y_i = c + t_i + w_i x r`` plus noise. The motion (w, t) is modelled as a random
+walk from zero. Its step and the nests' noise are estimated by restricted maximum likelihood (Patterson and Thompson, 1971), and the most
+probable walk given all measurements is returned. Three nests that are not on a line determine the whole motion; with fewer, undetermined
+parts stay zero. Rotations are linearised, which holds for less than a degree.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from scipy.special import chdtrc
 from scalar.data.references import References
 from scalar.geometry.se3 import Array, skew
 
-_REACH = 1.0  # m; a step turns by as much as it shifts at this distance
-_RATIOS = (1e-4, 1e2)  # of a step to the noise: looked for between these
-_BY_CHANCE = 1e-4  # p-value below which nests are taken to have moved
+_REACH = 1.0  # m; a step's rotation shifts points at this distance as much as its translation does
+_RATIOS = (1e-4, 1e2)  # bounds of the ratio of a step to the noise
+_ALPHA = 1e-4  # p-value below which a motion is significant
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,11 +31,11 @@ class SeenMotion:
     """The motion of one session.
 
     Attributes:
-        screws: ``(N, 6)`` [rad, m], motion (w, v) about the tracker's origin since the first pose, in the tracker's frame; zero where
-            none is significant.
+        screws: ``(N, 6)`` [rad, m], motion (w, v) about the tracker's origin since the first pose, in the tracker's frame; zero if
+            no motion is significant.
         step: Standard deviation of a step between two poses [m].
         noise: Standard deviation of a coordinate of a nest [m].
-        p_value: Chance of such nests if nothing moves.
+        p_value: p-value of the hypothesis that nothing moves.
     """
 
     screws: Array
@@ -45,7 +45,7 @@ class SeenMotion:
 
 
 def seen_motion(references: References) -> SeenMotion:
-    """Return the motion that nests show over the poses ``0 .. N - 1`` of one session; N is one more than the last pose that has one."""
+    """Return the motion over the poses ``0 .. N - 1`` of one session from its nests; pose N - 1 is the last at which a nest was measured."""
     n = int(references.pose.max()) + 1
     system = _System.of(references, n)
     rest = system.still()
@@ -55,7 +55,7 @@ def seen_motion(references: References) -> SeenMotion:
     ratio = float(np.exp(found.x))
     cost, noise, motion = system.solved(ratio)
     p = float(0.5 * chdtrc(1, max(rest - cost, 0.0)))
-    moves = p < _BY_CHANCE
+    moves = p < _ALPHA
     w, t = motion[:, :3], motion[:, 3:]
     screws = np.concatenate([w, t - np.cross(w, system.middle)], axis=1) if moves else np.zeros((n, 6))
     return SeenMotion(screws, ratio * noise, noise, p)
@@ -63,9 +63,17 @@ def seen_motion(references: References) -> SeenMotion:
 
 @dataclass(frozen=True, eq=False)
 class _System:
-    """The mixed model of Q coordinates: ``y = X c + Z x + e``, x the walk after the first pose in units of (1 / reach, 1)."""
+    """The mixed model of Q measurements of nests: ``y = X c + Z x + e``.
 
-    X: Any  # sparse matrices, whose types SciPy does not tell
+    Attributes:
+        X: ``(3 Q, 3 K)``, sparse, for the positions c of K nests.
+        Z: ``(3 Q, 6 (n - 1))``, sparse, for the walk x after the first pose; its rotations are in units of ``1 / _REACH``.
+        y: ``(3 Q,)``, measured positions about each nest's mean, weighted.
+        D: ``(6 (n - 1), 6 (n - 1))``, sparse, the differences of successive poses.
+        middle: ``(3,)`` [m], mean position of the nests.
+    """
+
+    X: Any  # SciPy does not state the types of sparse matrices
     Z: Any
     y: Array
     D: Any
@@ -105,8 +113,10 @@ class _System:
         return freedom * float(np.log(max(rest @ rest, 1e-300) / freedom)) + float(np.linalg.slogdet(gram)[1])
 
     def solved(self, ratio: float) -> tuple[float, float, Array]:
-        """Return minus twice the restricted log likelihood, the noise [m], and the motion ``(N, 6)`` (w, t) for a step over the noise."""
-        ZX = sparse.hstack([self.Z, self.X])  # a band with a border: without another order, nothing fills in
+        """Return minus twice the restricted log likelihood, the noise [m], and the motion ``(N, 6)`` (w, t), for a ratio of step to noise."""
+        ZX = sparse.hstack(
+            [self.Z, self.X]
+        )  # a band matrix with a border, which is factorised in this order without fill-in
         K, walk = self.X.shape[1], self.Z.shape[1]
         precision = sparse.block_diag([self.D.T @ self.D / ratio**2, sparse.csr_matrix((K, K))])
         symmetric = {"SymmetricMode": True}

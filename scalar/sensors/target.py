@@ -1,4 +1,4 @@
-"""What a sensor measures against: planes, the frame of a tracker, points with known places; and a first guess of where the sensor sits."""
+"""The target that a sensor measures (planes, the frame of a tracker, points with known positions), and first guesses of the sensor's pose."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from scalar.geometry.se3 import Array
 
 
 class Target(Protocol):
-    """What a sensor measures against: some items (planes, frames), each with the same number of free coordinates, maybe none.
+    """The target of a sensor: items such as planes or frames, each with the same number of free coordinates, which may be zero.
 
-    A target may have coordinates after these that all its items share; it then says how many as an attribute ``common``.
+    After these, a target may have coordinates that all its items share; their number is then its attribute ``common``.
     """
 
     @property
@@ -35,7 +35,7 @@ class Target(Protocol):
         ...
 
     def rebased(self) -> Any:
-        """Return the same target with its coordinates counted from where it is."""
+        """Return the same target with its current state as the reference of its coordinates."""
         ...
 
     def expressed_about(self, guess: Any) -> Any:
@@ -44,7 +44,7 @@ class Target(Protocol):
 
 
 def on_flange(target: Target) -> Any:
-    """Return the targets that were measured beside one another on the flange, with their ``names``, or None for a target that has none such."""
+    """Return the several targets on the flange that were measured, with their ``names``; None for a kind of target that has no such part."""
     return getattr(target, "targets", None)
 
 
@@ -52,8 +52,8 @@ def by_coordinates(target: Target, by_item: Array, index: Array) -> Array:
     """Return derivatives by all coordinates of a target ``(N, m, T)``.
 
     Args:
-        target: Its last ``common`` coordinates belong to all its items; a target without that attribute has none such.
-        by_item: ``(N, m, t + common)``, derivatives by the coordinates of each row's own item, then by those in common.
+        target: The target; its last ``common`` coordinates, if it has that attribute, belong to all items.
+        by_item: ``(N, m, t + common)``, derivatives by the coordinates of the pose's own item, then by the common ones.
         index: ``(N,)``, the item of each pose.
     """
     N, m, width = by_item.shape
@@ -69,7 +69,7 @@ class Guess(NamedTuple):
 
     Attributes:
         T_flange_sensor: ``(4, 4)``.
-        refits_target: Whether the target is to be fitted to it before the fit of both; else it stays as guessed.
+        refits_target: Whether the target is fitted to this pose before both are fitted together; else it stays at its initial guess.
     """
 
     T_flange_sensor: Array

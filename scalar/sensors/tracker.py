@@ -1,9 +1,8 @@
 """A laser tracker: targets on the flange measured in the tracker's own frame, ``f = R o + t - y``, with an unknown rigid frame.
 
-Three signed components a target instead of one or two. ``T_tracker_base = (R, t)`` stands in the place of the planes, one for each session.
-A pose may show several targets, some of them or all, each by its position or by its whole pose; every measurement may have a noise of
-its own. The rows of a pose are the positions of all targets, then their rotations, ``log(R R_base_target R_measured')``; a target that
-is not seen has rows that are zero for every model.
+The sensor's target is the frame ``T_tracker_base = (R, t)``, one for each session. A pose may show some or all of several targets on
+the flange, each by its position or by its whole pose, and every measurement may have a noise of its own. The rows of a pose are the
+positions of all targets, then their rotations, ``log(R R_base_target R_measured^T)``; the rows of a target that is not seen are zero.
 """
 
 from __future__ import annotations
@@ -29,21 +28,18 @@ from scalar.sensors.tracker_start import Tracked
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-_ALTERNATIONS = (
-    60  # between frames and targets, from targets that all sit at the sensor: each halves the error or better
-)
 _TURN = ("rx", "ry", "rz")
 
 
 @dataclass(frozen=True, eq=False)
 class Tracker(Measurement):
-    """What a tracker measured of K targets in N poses.
+    """The measurements of a tracker: K targets in N poses.
 
     Attributes:
-        names: K names of targets.
+        names: Names of the K targets.
         positions: ``(N, K, 3)`` [m]; zero where a target is not seen.
-        rotations: ``(N, K, 3, 3)``, from a target's frame to the tracker's; None where positions alone were measured.
-        noise_of: Standard deviations of all of them.
+        rotations: ``(N, K, 3, 3)``, from a target's frame to the tracker's; None if positions alone were measured.
+        noise_of: Standard deviations of all measurements.
         target_index: ``(N,)``, the session of each pose.
     """
 
@@ -94,7 +90,7 @@ class Tracker(Measurement):
 
     @classmethod
     def of(cls, dataset: Dataset, extra_basis: Sequence[str] = ()) -> Tracker:
-        """Return what was measured of the targets that occur in a dataset."""
+        """Return the measurements of the targets that occur in a dataset."""
         session = dataset.session if dataset.session is not None else np.zeros(dataset.n_poses, dtype=int)
         pose = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
         columns = dataset.point_columns
@@ -137,7 +133,7 @@ class Tracker(Measurement):
 
     @property
     def rows_per_pose(self) -> int:  # type: ignore[override]
-        """Return three rows for each target, and three more for its rotation where that was measured."""
+        """Return the number of rows: three for each target, and three more if rotations were measured."""
         return len(self.names) * (3 if self.rotations is None else 6)
 
     @property
@@ -146,14 +142,14 @@ class Tracker(Measurement):
         return self.seen.sum(axis=1) * (3 if self.rotations is None else 6)
 
     def initial_target(self, dataset: Dataset) -> TrackerFrames:
-        """Return frames at the identity and targets at the sensor: nothing is stated of their places."""
+        """Return frames at the identity and targets at the sensor, since a dataset does not state their places."""
         n = int(self.target_index.max()) + 1
         names = ("tracker",) if n == 1 else tuple(f"tracker@{s + 1}" for s in range(n))
         targets = TargetOffsets.at_sensor(self.names, self.rotations is not None)
         return TrackerFrames(names, np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 6)), targets)
 
     def fitted_target(self, T_base_sensor: Array, target: Target) -> TrackerFrames:
-        """Return the rigid frames of least squares and the targets' places, the sensor's poses given."""
+        """Return the least-squares frames and places of the targets for given poses of the sensor."""
         assert isinstance(target, TrackerFrames)
         tracked = Tracked(self.names, self.seen, self.positions, self.rotations, self.target_index)
         return tracked.fitted(T_base_sensor, target)
@@ -181,7 +177,7 @@ class Tracker(Measurement):
     def distances(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
     ) -> tuple[Array, Array]:
-        """Return per pose the squared distances between model and measurement [m^2], and how many targets are seen; positions alone."""
+        """Return per pose the squared distances between model and measurement [m^2], and the number of targets seen; orientations are left out."""
         assert isinstance(target, TrackerFrames)
         squares = self._residuals(T_base_sensor, target)[0] ** 2 * self.seen[:, :, None]
         known = self.seen & np.array([target.targets.index(name) is not None for name in self.names])
@@ -201,35 +197,35 @@ class Tracker(Measurement):
     # Weights and noise
 
     def reweighted(self, T_base_sensor: Array, target: Target) -> Tracker:
-        """Return the same measurement with a noise that is not stated estimated from what the model leaves, where two kinds are weighed."""
+        """Return the same measurement; if orientations were measured, with an unstated noise estimated from the residuals of the model."""
         if self.rotations is None:
             return self
         noise = self.noise_of.estimated(*self._residuals(T_base_sensor, target))
         return self if noise is self.noise_of else replace(self, noise_of=noise)
 
     def weighted_like(self, other: Measurement) -> Tracker:
-        """Return the same measurement with the noise that another of the same poses has, which stays as it is."""
+        """Return the same measurement with the noise of another measurement of the same poses; it is not estimated again."""
         assert isinstance(other, Tracker)
-        return replace(self, noise_of=replace(other.noise_of, settled=True))
+        return replace(self, noise_of=replace(other.noise_of, fixed=True))
 
     @property
     def estimated_noise(self) -> tuple[NoiseComponent, ...]:
-        """Return the noise of orientations where it is estimated."""
+        """Return the noise of orientations if it is estimated."""
         component = self.noise_of.component()
         return () if component is None else (component,)
 
     def in_metres(self) -> tuple[Tracker, float]:
-        """Return the positions alone, all weighted alike, and the factor that makes metres of their rows."""
+        """Return the positions alone with equal weights, and the factor that converts their rows to metres."""
         sigma = self.sigma
         noise = replace(self.noise_of, position=np.full(self.seen.shape, sigma), rotation=None)
         return replace(self, rotations=None, noise_of=noise), sigma
 
     def noise_floor(self, T_base_sensor: Array, target: Target) -> float:
-        """Return the root mean square distance [m] of a target that the noise alone makes."""
+        """Return the root mean square distance [m] of a target that noise alone causes."""
         return self.sigma * float(np.sqrt(3))
 
     def common_error(self, T_base_sensor: Array, target: Target) -> Array:
-        """Return how a shift of all targets of a pose enters the rows, ``(N, m, 3)`` [1/m]."""
+        """Return the derivatives of the rows by a common shift of all targets of a pose, ``(N, m, 3)`` [1/m]."""
         N, K = self.seen.shape
         found = np.zeros((N, self.rows_per_pose, 3))
         found[:, : 3 * K] = np.tile(np.eye(3), (K, 1)) * self.noise_of.weights()[:, : 3 * K, None]
@@ -238,19 +234,19 @@ class Tracker(Measurement):
     # How the residual is shown
 
     def shift(self, predicted: Array, residual: Array) -> tuple[Array, Array, Array]:
-        """Return each pose's predicted shift [m], the residual's shift along it [m], and its standard error [m]: of positions."""
+        """Return each pose's predicted shift, the residual's shift along it and its standard error, ``(N,)`` [m] each, from positions alone."""
         n, sigma = 3 * len(self.names), self.noise_of.of_poses
         size = np.linalg.norm(predicted[:, :n], axis=1)
         along = predicted[:, :n] / np.maximum(size, 1e-300)[:, None]
         return size * sigma, np.sum(along * residual[:, :n], axis=1) * sigma, sigma
 
     def shown_residual(self, residual: Array) -> Array:
-        """Return the size of the shift of each pose's targets ``(N,)`` [m]."""
+        """Return the size of each pose's residual shift ``(N,)`` [m], from positions alone."""
         return np.linalg.norm(residual[:, : 3 * len(self.names)], axis=1) * self.noise_of.of_poses
 
     @classmethod
     def target_motion(cls, dataset: Dataset) -> Array | None:
-        """Return the motion that nests show, in the base frame of the nominal arm: of a motion of a millimetre, an error of some micrometres."""
+        """Return the motion that nests show, in the base frame that the nominal arm gives, which is accurate to a percent or better."""
         from scalar.sensors.seen_motion import seen_motion  # sparse algebra, slow to import
 
         nests, T = dataset.references, dataset.sensor.T_flange_sensor
@@ -261,9 +257,9 @@ class Tracker(Measurement):
         found = np.zeros((dataset.n_poses, 6))
         for s, T_tracker_base in enumerate(frames.transforms):
             rows = np.flatnonzero(measured.target_index == s)
-            own = nests.subset(rows, dataset.n_poses)
-            if len(own.pose):
-                screws = seen_motion(own).screws
+            of_session = nests.subset(rows, dataset.n_poses)
+            if len(of_session.pose):
+                screws = seen_motion(of_session).screws
                 back = np.broadcast_to(inverse(T_tracker_base), (len(screws), 4, 4))
                 found[rows[: len(screws)]] = change_frame(back, screws[:, :, None])[:, :, 0]
                 found[rows[len(screws) :]] = found[rows[len(screws) - 1]]
@@ -271,7 +267,7 @@ class Tracker(Measurement):
 
     @classmethod
     def shows_turns(cls, dataset: Dataset) -> bool:
-        """Return whether whole poses were measured, or several targets, which a turn about one of them moves."""
+        """Return whether orientations were measured, or several targets: a turn about one of them moves the others."""
         return _TURN[0] in dataset.point_columns or len(dataset.targets) > 1
 
     # How the target is saved
@@ -289,7 +285,7 @@ class Tracker(Measurement):
 
 
 def _placed(values: Array | None, pose: Array, item: Array, shape: tuple[int, int]) -> Array | None:
-    """Return a column of the table as ``(N, K)``, one where a target is not seen; None where there is no column."""
+    """Return a column of the table as ``(N, K)``, 1 for targets that are not seen; None if there is no such column."""
     if values is None:
         return None
     found = np.ones(shape)

@@ -1,4 +1,4 @@
-"""What a tracker measures against: its own frame, one for each session, and where further targets sit beside the first on the flange.
+"""The target of a tracker: its frame in each session, and the places on the flange of further targets besides the first.
 
 The sensor of the model is the first target. The others are rigid with it: ``T_base_target = T_base_sensor T_sensor_target``, with an unknown offset,
 and an unknown rotation as well where whole poses were measured. Their coordinates are common to all sessions.
@@ -27,12 +27,12 @@ _PLACE, _TURN = ("x", "y", "z"), ("rx", "ry", "rz")
 
 @dataclass(frozen=True, eq=False)
 class TargetOffsets:
-    """Where K targets sit in the frame of the sensor, which is the first of them: ``p_sensor = exp(r) R_reference p_target + t``.
+    """The places of K targets in the frame of the sensor, which is the first of them: ``p_sensor = exp(r) R_reference p_target + t``.
 
     Attributes:
-        names: K names, the first target's included; one empty name where the data name none.
-        oriented: Whether the targets have an orientation of their own: whole poses were measured.
-        references: ``(K, 3, 3)``.
+        names: Names of the K targets, the first included; one empty name if the data name no targets.
+        oriented: Whether orientations were measured, so that each target has a rotation as well.
+        references: ``(K, 3, 3)``, reference rotations.
         coordinates: ``(K, 6)``, t [m] and r [rad]; zero for the first.
     """
 
@@ -43,7 +43,7 @@ class TargetOffsets:
 
     @classmethod
     def at_sensor(cls, names: Sequence[str], oriented: bool) -> TargetOffsets:
-        """Return targets that all sit where the sensor does."""
+        """Return targets that all coincide with the sensor."""
         K = len(names)
         return cls(tuple(names), oriented, np.tile(np.eye(3), (K, 1, 1)), np.zeros((K, 6)))
 
@@ -59,7 +59,7 @@ class TargetOffsets:
 
     @property
     def per_target(self) -> int:
-        """Return how many coordinates each further target has."""
+        """Return the number of coordinates of each target but the first."""
         return 6 if self.oriented else 3
 
     def free(self) -> Array:
@@ -73,7 +73,7 @@ class TargetOffsets:
         return replace(self, coordinates=coordinates)
 
     def rebased(self) -> TargetOffsets:
-        """Return the same targets, their references moved to where they are."""
+        """Return the same targets with their current rotations as references."""
         return self._about(self.rotations, np.zeros((len(self.names), 3)))
 
     def absolute(self) -> TargetOffsets:
@@ -85,14 +85,14 @@ class TargetOffsets:
         return replace(self, references=references, coordinates=coordinates)
 
     def index(self, name: str) -> int | None:
-        """Return which target has a name, or None."""
+        """Return the index of the target with a name, or None."""
         return self.names.index(name) if name in self.names else None
 
-    def screws(self, name: str) -> Array:
-        """Return how a target moves with the free coordinates, in axes of the sensor's frame about the target's origin.
+    def derivatives(self, name: str) -> Array:
+        """Return the derivatives of a target's pose by the free coordinates, in the axes of the sensor's frame.
 
         Returns:
-            ``(6, (K - 1) per_target)``: shift by its translation, then turn by its rotation vector.
+            ``(6, (K - 1) per_target)``: the shift of the target's origin [m], then its rotation about that origin [rad].
         """
         k, width = self.names.index(name), self.per_target
         found = np.zeros((6, (len(self.names) - 1) * width))
@@ -109,10 +109,10 @@ class TrackerFrames:
     """The tracker's frames ``T_tracker_base`` of S sessions, ``p_tracker = exp(r) R_reference p_base + t``, and the targets on the flange.
 
     Attributes:
-        names: S names.
+        names: Names of the S frames.
         reference_rotations: ``(S, 3, 3)``.
         coordinates: ``(S, 6)``, t [m] and r [rad].
-        targets: On the flange.
+        targets: The targets on the flange.
     """
 
     names: tuple[str, ...]
@@ -132,15 +132,15 @@ class TrackerFrames:
 
     @property
     def common(self) -> int:
-        """Return how many coordinates, the last ones, all sessions share: those of the targets."""
+        """Return the number of coordinates that all sessions share: those of the targets, which are the last."""
         return len(self.targets.free())
 
     @property
     def parameter_names(self) -> list[str]:
         """Return ``<name>_x .. <name>_rz`` of every frame, then ``target_<name>_x ..`` of every target but the first."""
         frames = [f"{name}_{p}" for name in self.names for p in (*_PLACE, *_TURN)]
-        own = (*_PLACE, *_TURN)[: self.targets.per_target]
-        return [*frames, *(f"target_{name}_{p}" for name in self.targets.names[1:] for p in own)]
+        per_target = (*_PLACE, *_TURN)[: self.targets.per_target]
+        return [*frames, *(f"target_{name}_{p}" for name in self.targets.names[1:] for p in per_target)]
 
     @property
     def parameter_units(self) -> list[str]:
@@ -161,19 +161,19 @@ class TrackerFrames:
         return replace(self, coordinates=coordinates, targets=targets.with_free(vector[end:]))
 
     def rebased(self) -> TrackerFrames:
-        """Return the same frames, their references moved to where they are."""
+        """Return the same frames and targets with their current rotations as references."""
         coordinates = self.coordinates.copy()
         coordinates[:, 3:] = 0.0
         return TrackerFrames(self.names, self.rotations, coordinates, self.targets.rebased())
 
     def expressed_about(self, guess: TrackerFrames) -> TrackerFrames:
-        """Return the same frames with absolute rotation vectors; ``guess`` says nothing of them."""
+        """Return the same frames with absolute rotation vectors; ``guess`` is not used."""
         coordinates = np.concatenate([self.coordinates[:, :3], log_so3(self.rotations)], axis=1)
         references = np.tile(np.eye(3), (len(self.names), 1, 1))
         return TrackerFrames(self.names, references, coordinates, self.targets.absolute())
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return what ``calibration.json`` says of them; ``targets`` only where several were measured."""
+        """Return the entries of ``calibration.json``: ``tracker_frames``, and ``targets`` if they are named or have orientations."""
         frames = zip(self.names, self.transforms, strict=True)
         mapping: dict[str, Any] = {
             "tracker_frames": [
@@ -207,7 +207,7 @@ class TrackerFrames:
 
 
 def _coordinates(transforms: Sequence[Mapping[str, Any]]) -> Array:
-    """Return translations and rotation vectors ``(n, 6)`` of transforms as a file has them."""
+    """Return translations [m] and rotation vectors [rad], ``(n, 6)``, of the entries of a file."""
     found = [
         np.r_[T[:3, 3], log_so3(T[:3, :3])]
         for T in (transform_from_rotation_vector(t["translation"], t["rotation_vector"]) for t in transforms)

@@ -1,9 +1,9 @@
-"""The noise of what a tracker measures: stated for all, stated for each measurement, or estimated from what a fit leaves.
+"""The noise of a tracker's measurements: stated for all, stated for each, or estimated from the residuals of a fit.
 
-Positions and orientations have different units, so their noises weigh them against each other. Where one of the two is not stated, it is
-estimated: from the root mean square of its own residuals where the other is stated, else such that both leave the same number of standard
-deviations. The residuals of a fit are smaller than the noise by the share that its parameters take up (Förstner's estimator of variance
-components, with that share taken as equal for all rows).
+Positions and orientations have different units, so their noises weigh them against each other. If one of the two is stated, the other is
+estimated from the root mean square of its own residuals; if neither is, their ratio is chosen so that both have residuals of the same number
+of standard deviations. The residuals of a fit are smaller than the noise, because its parameters adapt to it; they are scaled up accordingly
+(Förstner's estimator of variance components, with the same factor for all rows).
 """
 
 from __future__ import annotations
@@ -16,9 +16,11 @@ from scalar.geometry.se3 import Array
 from scalar.sensors.pose_noise import ROTATION_NOISE, NoiseComponent
 from scalar.sensors.rows import LEAST_SIGMA, stated_sigma
 
-_TYPICAL_REACH = 0.1  # m; until it is estimated, an angle's noise is that of a position at this distance
-_REACHES = (0.01, 10.0)  # m; ratio of the noise of positions to that of orientations, where neither is stated
-_SETTLED = 1e-3  # a relative change of an estimated noise that moves no estimate
+_TYPICAL_REACH = 0.1
+"""[m] Until it is estimated, the noise of an angle is that of a position over this distance."""
+_REACHES = (0.01, 10.0)
+"""[m] Bounds of the ratio of the noise of positions to that of orientations, if neither is stated."""
+_UNCHANGED = 1e-3  # a smaller relative change of an estimated noise is not applied
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,11 +30,11 @@ class TrackerNoise:
     Attributes:
         seen: ``(N, K)`` bool, which targets each pose shows.
         position: ``(N, K)`` [m], of each coordinate.
-        rotation: ``(N, K)`` [rad], about each axis; None where no orientation was measured.
-        position_stated: Whether the first are stated.
-        rotation_stated: Whether the second are.
-        unknowns: About as many parameters as a fit estimates.
-        settled: Whether an estimated noise stays as it is.
+        rotation: ``(N, K)`` [rad], about each axis; None if no orientation was measured.
+        position_stated: Whether the noise of positions is stated.
+        rotation_stated: Whether that of orientations is stated.
+        unknowns: Approximate number of parameters that a fit estimates.
+        fixed: Whether a noise that was estimated before is not estimated again.
     """
 
     seen: Array
@@ -41,7 +43,7 @@ class TrackerNoise:
     position_stated: bool
     rotation_stated: bool
     unknowns: int
-    settled: bool = False
+    fixed: bool = False
 
     @classmethod
     def of(
@@ -55,9 +57,9 @@ class TrackerNoise:
 
         Args:
             seen: ``(N, K)`` bool.
-            position: Stated for all [m], and for each measurement ``(N, K)`` [m], which comes first.
-            rotation: The same of orientations [rad]; None where none was measured.
-            unknowns: About as many parameters as a fit estimates.
+            position: The noise stated for all [m], and that for each measurement ``(N, K)`` [m], which takes precedence; None if not stated.
+            rotation: The same for orientations [rad]; None if none was measured.
+            unknowns: Approximate number of parameters that a fit estimates.
         """
         stated, each = position
         sigma = np.full(seen.shape, stated_sigma(stated)) if each is None else np.maximum(each, LEAST_SIGMA)
@@ -93,20 +95,20 @@ class TrackerNoise:
         return np.where(self.seen.sum(axis=1) == 1, single, 1.0 / np.sqrt(np.maximum(information, 1e-300)))
 
     def weights(self) -> Array:
-        """Return one over the standard deviation of each row ``(N, 3 K)``, or ``(N, 6 K)`` with orientations; zero for what is not seen."""
+        """Return one over the standard deviation of each row ``(N, 3 K)``, or ``(N, 6 K)`` with orientations; zero for targets that are not seen."""
         per_axis = [np.repeat(self.seen / self.position, 3, axis=1)]
         if self.rotation is not None:
             per_axis.append(np.repeat(self.seen / self.rotation, 3, axis=1))
         return np.concatenate(per_axis, axis=1)
 
     def estimated(self, shift: Array, turn: Array) -> TrackerNoise:
-        """Return the noise with what is not stated estimated from residuals; the same object where that changes nothing.
+        """Return the noise with the part that is not stated estimated from residuals; the same object if that changes nothing.
 
         Args:
             shift: ``(N, K, 3)`` [m], residuals of positions.
-            turn: ``(N, K, 3)`` [rad], of orientations.
+            turn: ``(N, K, 3)`` [rad], residuals of orientations.
         """
-        if self.rotation is None or self.settled or (self.position_stated and self.rotation_stated):
+        if self.rotation is None or self.fixed or (self.position_stated and self.rotation_stated):
             return self
         n = 6 * int(self.seen.sum())
         share = np.sqrt(n / max(n - self.unknowns, n / 2))
@@ -123,7 +125,7 @@ class TrackerNoise:
         return self if _same(float(np.max(rotation / self.rotation))) else replace(self, rotation=rotation)
 
     def component(self) -> NoiseComponent | None:
-        """Return the estimated noise of orientations as files list it; None where it is stated or was not measured."""
+        """Return the estimated noise of orientations as files list it; None if it is stated or orientations were not measured."""
         if self.rotation is None or self.rotation_stated:
             return None
         value, n = float(self.rotation[self.seen][0]), 3 * int(self.seen.sum())
@@ -137,4 +139,4 @@ def _relative(residual: Array, sigma: Array, seen: Array) -> float:
 
 
 def _same(factor: float) -> bool:
-    return abs(factor - 1.0) < _SETTLED
+    return abs(factor - 1.0) < _UNCHANGED

@@ -1,7 +1,7 @@
-"""What a tracker would measure of each target, less what it did measure, with all derivatives: positions first, then orientations.
+"""Predicted minus measured positions, then orientations, of a tracker's targets, with all derivatives.
 
-With ``T_tracker_base = (R, t)``, a target at o in the base frame leaves ``R o + t - y``, and one that is turned by ``R_base_target`` leaves
-the rotation vector ``r = log(R R_base_target R_measured')``. A small turn w of the target, in the tracker's axes, changes it by
+With ``T_tracker_base = (R, t)``, a target at o in the base frame has the residual ``R o + t - y``, and one with the orientation
+``R_base_target`` the rotation vector ``r = log(R R_base_target R_measured^T)``. A small turn w of the target, in the tracker's axes, changes it by
 ``J_l(r)^-1 w`` (Barfoot, State Estimation for Robotics, 7.85).
 """
 
@@ -25,15 +25,15 @@ def tracked_rows(
     *,
     oriented: bool,
 ) -> tuple[Array, Array, Array]:
-    """Return residuals ``(N, m)`` [m, rad], wrenches ``(N, m, 6)`` and derivatives by frame and targets ``(N, m, 6 + common)``.
+    """Return residuals ``(N, m)`` [m, rad], wrenches ``(N, m, 6)`` and derivatives by the coordinates of frame and targets ``(N, m, 6 + common)``.
 
     Args:
         T_base_sensor: ``(N, 4, 4)``.
-        frames: Of the tracker, and the targets on the flange.
+        frames: The tracker's frames, and the targets on the flange.
         index: ``(N,)``, the session of each pose.
-        names: K names of targets. The rows of one that the model does not have are zero.
-        positions: ``(N, K, 3)`` [m], or None for measurements without error.
-        rotations: ``(N, K, 3, 3)``, or None likewise.
+        names: Names of the K measured targets. The rows of a target that the model does not have are zero.
+        positions: ``(N, K, 3)`` [m], measured; None for measurements without error.
+        rotations: ``(N, K, 3, 3)``, measured; None for measurements without error.
         oriented: Whether orientations are measured, so that m is 6 K instead of 3 K.
     """
     N, K = len(T_base_sensor), len(names)
@@ -60,17 +60,17 @@ def tracked_rows(
         # d(exp(r) R0 o) = (J_l dr) x (R o): a column is J_l's column crossed with the turned point.
         columns = cross(np.swapaxes(left, 1, 2), np.broadcast_to(turned[:, None, :], R.shape))
         by_target[:, at, 3:6] = np.swapaxes(columns, 1, 2)
-        by_own = targets.screws(name)
-        by_target[:, at, 6:] = R_tracker_sensor @ by_own[:3]
+        by_offsets = targets.derivatives(name)
+        by_target[:, at, 6:] = R_tracker_sensor @ by_offsets[:3]
         if not oriented:
             continue
         at = slice(3 * (K + k), 3 * (K + k) + 3)
-        moved = np.broadcast_to(np.eye(3), R.shape)
+        by_turn = np.broadcast_to(np.eye(3), R.shape)
         if rotations is not None:
             R_target = R_tracker_sensor @ targets.rotations[i]
             residual[:, at] = log_so3(R_target @ np.swapaxes(rotations[:, k], 1, 2))
-            moved = np.linalg.inv(left_jacobian_so3(residual[:, at]))
-        wrench[:, at, :3] = moved @ R
-        by_target[:, at, 3:6] = moved @ left
-        by_target[:, at, 6:] = moved @ R_tracker_sensor @ by_own[3:]
+            by_turn = np.linalg.inv(left_jacobian_so3(residual[:, at]))
+        wrench[:, at, :3] = by_turn @ R
+        by_target[:, at, 3:6] = by_turn @ left
+        by_target[:, at, 6:] = by_turn @ R_tracker_sensor @ by_offsets[3:]
     return residual, wrench, by_target

@@ -1,7 +1,8 @@
-"""Where a tracker and the targets on the flange are, the arm and its first target given: closed forms in turn, as a fit's start.
+"""Initial estimate of a tracker's frames and of the targets on the flange, for given poses of the first target: two closed forms in turn.
 
-The frames that fit best to targets at known places are Kabsch's (1976); the targets that fit best to known frames are the means of where each is
-seen from the sensor. From targets that all sit at the sensor, the two are computed in turn; each round lowers the squared distances.
+The frames that fit best to targets at known places are Kabsch's (1976); the targets that fit best to known frames are the means of their
+measured places in the sensor's frame. Starting with all targets at the sensor, the two are computed in turn; each round lowers the squared
+distances.
 """
 
 from __future__ import annotations
@@ -13,19 +14,19 @@ import numpy as np
 from scalar.geometry.se3 import Array
 from scalar.sensors.tracker_frames import TargetOffsets, TrackerFrames
 
-_ALTERNATIONS = 60
+_ALTERNATIONS = 60  # each at least halves the error
 
 
 @dataclass(frozen=True, eq=False)
 class Tracked:
-    """What was measured, as ``scalar.sensors.tracker.Tracker`` has it.
+    """The measurements of a tracker, as in ``scalar.sensors.tracker.Tracker``.
 
     Attributes:
-        names: K names of targets.
-        seen: ``(N, K)`` bool.
+        names: Names of the K targets.
+        seen: ``(N, K)`` bool, which targets each pose shows.
         positions: ``(N, K, 3)`` [m].
-        rotations: ``(N, K, 3, 3)`` or None.
-        session: ``(N,)``.
+        rotations: ``(N, K, 3, 3)``; None if positions alone were measured.
+        session: ``(N,)``, index of the session of each pose.
     """
 
     names: tuple[str, ...]
@@ -46,7 +47,7 @@ class Tracked:
         return frames
 
     def _frames(self, T_base_sensor: Array, target: TrackerFrames) -> TrackerFrames:
-        """Return the frames that fit best to the targets where they sit."""
+        """Return the frames that fit best to the targets at their places of ``target``."""
         rotations, coordinates = target.rotations, target.coordinates.copy()
         places = self._places(T_base_sensor, target.targets)
         for s in range(len(rotations)):
@@ -58,7 +59,7 @@ class Tracked:
         return TrackerFrames(target.names, rotations, coordinates, target.targets)
 
     def _targets(self, T_base_sensor: Array, target: TrackerFrames) -> TargetOffsets:
-        """Return the targets that fit best to the frames: means of where each is seen from the sensor."""
+        """Return the targets that fit best to the frames: the mean measured place of each in the sensor's frame."""
         targets = target.targets
         R_tracker_sensor = target.rotations[self.session] @ T_base_sensor[:, :3, :3]
         at = np.einsum("nij,nj->ni", target.rotations[self.session], T_base_sensor[:, :3, 3])
@@ -79,7 +80,7 @@ class Tracked:
         return replace(targets, references=references, coordinates=coordinates)
 
     def _places(self, T_base_sensor: Array, targets: TargetOffsets) -> Array:
-        """Return where the targets are in the base frame ``(N, K, 3)`` [m]; NaN for one that the model does not have."""
+        """Return where the targets are in the base frame ``(N, K, 3)`` [m]; NaN for a target that the model does not have."""
         places = np.full(self.positions.shape, np.nan)
         for k, name in enumerate(self.names):
             i = targets.index(name)

@@ -57,7 +57,7 @@ def test_a_plane_scanned_on_one_line_is_refused(width, sigma, name):
     points = rng.standard_normal((500, 3)) * [1.0, width, 0.0]
     spread = np.ones(500), points, np.zeros((500, 0, 3))
     measurement = SimpleNamespace(
-        spread_in_base=lambda T: spread, target_index=np.zeros(500, dtype=int), sigma=sigma
+        scatter_in_base=lambda T: spread, target_index=np.zeros(500, dtype=int), sigma=sigma
     )
     residuals: Any = SimpleNamespace(
         measurement=measurement, kinematics=lambda model: SimpleNamespace(T_base_sensor=None)

@@ -6,5 +6,5 @@ import pytest
 
 @pytest.fixture
 def rng():
-    """Return a generator that each test has to itself."""
+    """Return a fresh generator with a fixed seed for each test."""
     return np.random.default_rng(20261122)

@@ -1,4 +1,4 @@
-"""Scans of a plane with noise of any kind, by formulas of this file's own: for tests of the noise within scans."""
+"""Simulated scans of planes with noise of several kinds, by formulas independent of the package, for tests of the noise within scans."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from scalar.sensors.within_scan_noise import Profiles
 SIGMA = 1e-4  # m
 
 Noise = Callable[[np.random.Generator, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
-"""From a generator, angles [rad], positions along the surface [m] and ranges [m] of one scan: the errors along the rays ``(n,)`` [m]."""
+"""A function of a generator and of the angles [rad], positions along the surface [m] and ranges [m] of a scan that returns the errors along
+the rays ``(n,)`` [m]."""
 
 
 def white(rng, angles, along, ranges):
@@ -33,7 +34,7 @@ def autoregressive(rho: float) -> Noise:
 
 
 def waves(height: float, wavelength: float) -> Noise:
-    """Return the errors that a surface of waves of one length and any direction makes, with white noise of 0.7 SIGMA."""
+    """Return the errors from a surface with waves of one length in all directions, plus white noise of 0.7 SIGMA."""
 
     def errors(rng, angles, along, ranges):
         directions, phases = rng.uniform(0, 2 * np.pi, (2, 12))
@@ -57,13 +58,13 @@ def profiles_of(
     points: int | tuple[int, int] = 80,
     bow: float = 0.0,
 ) -> Profiles:
-    """Return the profiles of scans at many ranges and tilts, half of them of either of two planes.
+    """Return the profiles of scans at many ranges and tilts, alternately of two planes.
 
     Args:
-        noise: Of each scan.
-        rng: Of everything.
-        scans: Their number.
-        points: Of each scan, or the fewest and the most.
+        noise: The noise of each scan.
+        rng: Generator of all random numbers.
+        scans: Number of scans.
+        points: Number of points of each scan, or its least and largest value.
         bow: Curvature of the planes [1/m].
     """
     low, high = points if isinstance(points, tuple) else (points, points)
@@ -80,7 +81,9 @@ def profiles_of(
         ranges = distance / slant
         along = ranges * (rays @ np.array([normal[1], -normal[0]]))
         ranges = ranges - bow * along**2 / slant + noise(rng, angles, along, ranges)
-        out_of_plane = rng.uniform(0.8, 1.0)  # the scanner's plane is not across the plane
+        out_of_plane = rng.uniform(
+            0.8, 1.0
+        )  # the scanner's plane need not be perpendicular to the target plane
         clouds.append(ranges[:, None] * rays)
         contacts.append(out_of_plane * np.r_[distance, normal])
         incidences.append(out_of_plane * slant)

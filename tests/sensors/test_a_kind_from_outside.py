@@ -1,4 +1,4 @@
-"""A kind of sensor that the package does not know, defined here through the protocol: it reads, calibrates and diagnoses."""
+"""A kind of sensor that is defined here, outside the package: its datasets are read, calibrated and diagnosed."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ REFLECTOR = [0.9, 0.2, 0.6]  # m, base frame
 
 @dataclass(frozen=True, eq=False)
 class StereoHead(PointByPoint):
-    """Measures one reflector with a known place in its own frame: ``h = R^T (p - o)``, so ``dh = R^T (p x w - v)``."""
+    """Measures, in its own frame, one reflector at a known position: ``h = R^T (p - o)``, so ``dh = R^T (p x w - v)``."""
 
     values: np.ndarray
     reflector: np.ndarray
@@ -79,7 +79,7 @@ def registered() -> Iterator[None]:
 
 
 def scene_with_stereo_head(noise: float) -> tuple[Scene, Dataset]:
-    """Return a scene, and its poses as the stereo head measures them."""
+    """Return a scene, and the dataset that the stereo head measures in it."""
     scene = make_scene(kind="tracker", poses_per_plane=40, noise=0.0, stated_noise=1e-5, seed=3)
     points = in_head(scene.truth.sensor(scene.dataset.q))
     points = points + np.random.default_rng(1).normal(0.0, noise, points.shape)
@@ -88,12 +88,12 @@ def scene_with_stereo_head(noise: float) -> tuple[Scene, Dataset]:
 
 
 def in_head(T_base_sensor: np.ndarray) -> np.ndarray:
-    """Return the reflector in the frame of the head ``(N, 3)`` [m], by another formula than the kind's."""
+    """Return the reflector in the frame of the head ``(N, 3)`` [m], by a formula other than that of the class."""
     return (np.linalg.inv(T_base_sensor) @ np.array([*REFLECTOR, 1.0]))[:, :3]
 
 
 def write(dataset: Dataset, scene: Scene, folder):
-    """Write the dataset folder as its user would."""
+    """Write the dataset folder as a user of the stereo head would."""
     mapping = scene.mapping()
     mapping["sensor"] |= {"kind": "stereo-head", "reflector": REFLECTOR}
     rows = pd.DataFrame({"pose": dataset.pose_ids, **dict(zip("xyz", dataset.points.T, strict=True))})
@@ -101,8 +101,8 @@ def write(dataset: Dataset, scene: Scene, folder):
     return folder
 
 
-def test_noise_free_data_give_the_truth_back(registered, tmp_path):
-    """Read from a folder, calibrated, saved and loaded: poses that were not measured are predicted to a tenth of a micrometre."""
+def test_noise_free_data_give_the_truth(registered, tmp_path):
+    """After reading, calibrating, saving and loading, poses that were not measured are predicted to a tenth of a micrometre."""
     scene, dataset = scene_with_stereo_head(noise=0.0)
     read = read_dataset(write(dataset, scene, tmp_path / "d"))
     np.testing.assert_array_equal(read.points, dataset.points)
@@ -113,13 +113,13 @@ def test_noise_free_data_give_the_truth_back(registered, tmp_path):
     np.testing.assert_allclose(found, in_head(scene.truth.sensor(q)), atol=1e-7)
 
 
-def test_noise_alone_is_diagnosed_as_nothing_but_noise(registered):
-    """A dataset from arrays, with the noise that it states, holds nothing that the model lacks."""
+def test_noise_alone_gives_no_effect(registered):
+    """The diagnosis of a dataset whose noise is as stated finds no effect."""
     assert diagnose(scene_with_stereo_head(noise=1e-5)[1]).to_mapping()["verdict"] == "no_effect"
 
 
 def test_a_kind_that_is_not_known_is_named(tmp_path):
-    """Where the package that defines the kind is absent, the reader says which kind it does not know."""
+    """If the package that defines the kind is absent, readers of datasets and calibrations name the unknown kind."""
     scene, dataset = scene_with_stereo_head(noise=0.0)
     folder = tmp_path / "d"
     register(StereoHead)
@@ -133,8 +133,8 @@ def test_a_kind_that_is_not_known_is_named(tmp_path):
         load_calibration(tmp_path / "calibration.json")
 
 
-def test_its_report_is_a_page_with_its_own_words(registered):
-    """The page of a diagnosis calls the kind by its words, draws a chart, and says nothing of scans or planes that it does not have."""
+def test_its_report_uses_its_name(registered):
+    """The report of a diagnosis uses the name of the kind, has a chart, and does not mention line lasers or scanners."""
     page = render_report(diagnose(scene_with_stereo_head(noise=1e-5)[1]))
     assert page.startswith("<!doctype html>") or page.startswith("<!DOCTYPE html>")
     assert StereoHead.words in page and "<svg" in page

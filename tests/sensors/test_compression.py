@@ -1,4 +1,4 @@
-"""A scan reduced to three rows: exact for every scan, with and without noise, however short."""
+"""Compression of a scan to three rows is exact for every scan, with and without noise, however short."""
 
 import itertools
 
@@ -13,7 +13,7 @@ RELATIVE = 1e-12
 
 
 def scans(rng: np.random.Generator, lengths: list[int], noise: float, vertical: bool = False) -> np.ndarray:
-    """Return points ``(P, 2)`` [m] on a line a scan, half a metre from the scanner."""
+    """Return points ``(P, 2)`` [m] of scans, each on a line up to half a metre from the scanner."""
     points = []
     for M in lengths:
         if vertical:
@@ -43,18 +43,14 @@ lengths = st.lists(st.integers(1, 40), min_size=1, max_size=8)
 
 @given(lengths, st.sampled_from([0.0, 1e-9, 1e-4, 1e-2]), st.booleans(), st.integers(0, 2**32 - 1))
 def test_the_length_of_the_residual_is_kept(lengths, noise, vertical, seed):
-    """``|B c| = |R c|`` for every c: scans of unequal length, one and two points, noise-free and vertical
-    lines.
-    """
+    """``|B c| = |R c|`` for every c, for scans of any length from one point, noise-free and vertical lines included."""
     rng = np.random.default_rng(seed)
     assert worst_disagreement(scans(rng, lengths, noise, vertical), lengths, rng) < RELATIVE
 
 
 @given(st.integers(3, 300), st.integers(0, 2**32 - 1))
 def test_the_small_residual_at_the_truth_is_kept(M, seed):
-    """At the plane itself, where ``B c`` is noise of 0.1 mm, its length survives to 1e-12 of the
-    coordinates.
-    """
+    """Near the truth, where ``B c`` is noise of 0.1 mm, its length is kept to a relative 1e-11."""
     rng = np.random.default_rng(seed)
     slope, height = rng.uniform(-1, 1), rng.uniform(0.1, 0.5)
     x = rng.uniform(-0.1, 0.1, M)
@@ -81,8 +77,8 @@ def test_the_factor_is_triangular_and_q_orthonormal(lengths, k, seed):
         np.testing.assert_allclose(gram @ gram, gram, atol=1e-10)
 
 
-def test_numpys_qr_agrees():
-    """Householder's factor, with its signs made positive, is the same one."""
+def test_the_factor_is_that_of_numpy():
+    """NumPy's Householder factor, with the signs of its diagonal made positive, is the same."""
     rng = np.random.default_rng(2)
     points = scans(rng, [50, 50], 1e-4)
     R = compress(line_basis(points), np.array([0, 50, 100]))
@@ -93,7 +89,7 @@ def test_numpys_qr_agrees():
 
 
 def test_a_noise_free_scan_has_rank_two_and_a_single_point_rank_one():
-    """What a scan cannot tell leaves a zero on the diagonal, not noise and not a failure."""
+    """Directions that a scan does not determine have exactly zero on the diagonal, not rounding noise."""
     rng = np.random.default_rng(1)
     points = scans(rng, [100, 1, 2], 0.0)
     R = compress(line_basis(points), np.array([0, 100, 101, 103]))

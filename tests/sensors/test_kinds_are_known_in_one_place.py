@@ -1,4 +1,4 @@
-"""Nothing outside ``scalar/sensors`` knows a kind of sensor by name; the simulator, which is independent of the estimator, has its own."""
+"""No module outside ``scalar/sensors`` names a kind of sensor, except the simulator, which is independent of the estimator."""
 
 import ast
 from pathlib import Path
@@ -18,13 +18,12 @@ MODULES = {
     "tracker_rows",
     "tracker_start",
 }
-MAKES_DATA = (
-    ROOT / "workflow/study/sensitivity/datasets.py"
-)  # of a kind of its own choice, as the simulator does
+MAKES_DATA = ROOT / "workflow/study/sensitivity/datasets.py"
+"""Simulates datasets of kinds that it chooses, as the simulator does."""
 
 
 def kinds_named(source: str) -> list[str]:
-    """Return what in a module's code names a kind of sensor: its name as text, its class, or its module."""
+    """Return the places in a module's source that name a kind of sensor: by its name as text, its class or its module."""
     found = []
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Constant) and node.value in sensor_formats():
@@ -38,7 +37,7 @@ def kinds_named(source: str) -> list[str]:
 
 
 def test_no_module_outside_sensors_names_a_kind():
-    """Neither the estimator nor the studies name a kind of sensor: they ask the protocol what it is able to do."""
+    """Neither the estimator nor the studies name a kind of sensor; they use the capabilities of the protocol."""
     modules = [*ROOT.glob("scalar/**/*.py"), *ROOT.glob("workflow/**/*.py")]
     others = [
         m
@@ -60,5 +59,5 @@ def test_no_module_outside_sensors_names_a_kind():
     ],
 )
 def test_naming_a_kind_is_noticed(source):
-    """The test above sees a kind that is named as text, as a class or as a module."""
+    """The test above finds a kind that is named as text, as a class or as a module."""
     assert kinds_named(source)

@@ -1,4 +1,4 @@
-"""Reference nests on the base: what they show of a tracker that moves, and that they are taken as they are where nothing moves."""
+"""Reference nests on the base show how a tracker moves, and no motion if it stands still."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ def moved(points, motion):
 
 
 def campaign(seed, nests=3, size=1.0, noise=2e-5, n=60):
-    """Return a workcell whose tracker settles, the dataset with its nests, and the generator."""
+    """Return a simulated arm, the dataset of a campaign in which the tracker drifts and settles, with its nests, and the generator."""
     rng = np.random.default_rng(seed)
     arm = TrackedArm.drawn(rng, ("A",))
     q = arm.poses(n, rng)
@@ -48,14 +48,14 @@ def campaign(seed, nests=3, size=1.0, noise=2e-5, n=60):
 
 
 def error(calibration, arm, rng):
-    """Return the error of predicted places [m] at new poses, after the motion that the base leaves free."""
+    """Return the root mean square error of predicted positions [m] at new poses, after aligning by the motion that the base leaves free."""
     q = arm.poses(60, rng)
     true = arm.at(q, "A")
     return float(np.sqrt(np.mean((relative(calibration.predict(q), true) - true)[:, :3, 3] ** 2)))
 
 
-def test_a_tracker_that_moves_is_taken_off():
-    """With three nests a calibration predicts as if the tracker stood still, which without them it does not; both by the same noise."""
+def test_the_motion_of_the_tracker_is_corrected():
+    """With three nests a calibration predicts about as well as if the tracker stood still, and without them it does not."""
     arm, dataset, _ = campaign(1, size=4.0)
     still = campaign(1, size=0.0)[1]
     errors = [
@@ -68,7 +68,7 @@ def test_a_tracker_that_moves_is_taken_off():
     assert effect.name == "target_drift" and effect.by == "references"
 
 
-def test_the_share_that_the_arm_shows_of_what_nests_show_is_one():
+def test_the_arm_shows_the_same_motion_as_the_nests():
     """Estimated from the arm's own residual, the coefficient of the nests' motion is 1 within three standard errors."""
     dataset = with_target_motion(campaign(3)[1])
     drift = TargetDrift.measured(dataset)
@@ -81,7 +81,7 @@ def test_the_share_that_the_arm_shows_of_what_nests_show_is_one():
 
 @pytest.mark.parametrize("nests", [1, 3])
 def test_nests_that_stand_still_show_nothing(nests):
-    """Over thirty seeds of noise alone, no motion is taken for one, and the noise is found."""
+    """Over thirty seeds of noise alone, no motion is found, and the noise is estimated to 30 %."""
     for seed in range(30):
         rng = np.random.default_rng(seed)
         seen = {str(k): rng.normal(size=3) + 3e-5 * rng.normal(size=(50, 3)) for k in range(nests)}
@@ -90,8 +90,8 @@ def test_nests_that_stand_still_show_nothing(nests):
         assert 0.7 < found.noise / 3e-5 < 1.3
 
 
-def test_poses_without_nests_lie_between_their_neighbours():
-    """A motion is found over poses at which no nest was measured, to a few times the noise."""
+def test_motion_is_interpolated_at_poses_without_nests():
+    """At poses at which some or all nests were not measured, the motion is found to a few times the noise."""
     rng = np.random.default_rng(4)
     n = 80
     shift = np.outer(np.sin(np.linspace(0, 3, n)), [3e-4, -2e-4, 1e-4])
@@ -109,7 +109,7 @@ def test_poses_without_nests_lie_between_their_neighbours():
 
 
 def test_nests_are_read_as_they_were_written(tmp_path):
-    """A folder with nests, some poses without, is valid and comes back; a part of its poses keeps its own nests."""
+    """A folder in which some poses have nests is valid and reads back; a subset of its poses keeps their nests."""
     dataset = campaign(5, n=12)[1]
     kept = dataset.references.subset(np.flatnonzero(np.arange(12) % 5), 12)
     rows = np.flatnonzero(np.arange(12) % 5)

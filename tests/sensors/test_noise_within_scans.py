@@ -1,4 +1,4 @@
-"""The noise within scans as a whole: white noise of one size is left alone, anything else is measured, and a bow is no noise."""
+"""The noise within scans: white noise of one size gives None, any other noise is estimated, and a bowed plane is not noise."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from scalar.estimation.settings import DEFAULTS
 from scalar.sensors import measure
 from scalar.sensors.within_scan_noise import estimate, noise_within_scans
 from scalar.sensors.within_scan_noise.correlation import correlated_parts, sample_of
-from scalar.sensors.within_scan_noise.kernels import Part
+from scalar.sensors.within_scan_noise.correlation_shapes import Part
 from scalar.sensors.within_scan_noise.level import Level
 from scalar.sensors.within_scan_noise.whiteness import Whiteness
 from tests.random_scene import make_scene
@@ -23,17 +23,17 @@ from tests.sensors.profiles_of_scans import (
 
 
 def found_in(profiles, sigma_stated=True):
-    """Return the noise of profiles under the thresholds that the package has."""
+    """Return the noise of profiles with the package's default thresholds."""
     return noise_within_scans(profiles, SIGMA, sigma_stated, DEFAULTS.within_scan_noise)
 
 
 def test_white_noise_is_left_alone(rng):
-    """In forty sets of white noise as stated there is nothing to say."""
+    """Forty sets of white noise of the stated size all give None."""
     assert all(found_in(profiles_of(white, rng, scans=30, points=(20, 60))) is None for _ in range(40))
 
 
-def test_too_little_data_say_nothing(rng):
-    """Nine scans, or scans of eleven points, say nothing of their noise, and neither do points without noise."""
+def test_too_few_data_give_no_noise(rng):
+    """Nine scans, scans of eleven points, and points without noise give None."""
     assert found_in(profiles_of(autoregressive(0.9), rng, scans=9)) is None
     assert found_in(profiles_of(autoregressive(0.9), rng, points=11)) is None
     assert found_in(profiles_of(lambda rng, angles, along, ranges: 0.0 * angles, rng)) is None
@@ -41,7 +41,7 @@ def test_too_little_data_say_nothing(rng):
 
 @pytest.mark.parametrize("rho", [0.6, 0.8, 0.9])
 def test_correlation_along_the_rays_is_measured(rho, rng):
-    """Autoregressive noise is the scanner's; its length, -1 / ln rho points, and its size lie within four standard errors."""
+    """Autoregressive noise is attributed to the scanner; its length, -1 / ln rho points, is found within four standard errors, its size to 15 %."""
     noise = found_in(profiles_of(autoregressive(rho), rng))
     assert noise is not None
     component = noise.components[0]
@@ -51,8 +51,8 @@ def test_correlation_along_the_rays_is_measured(rho, rng):
     assert noise.sigma == pytest.approx(SIGMA, rel=0.15)
 
 
-def test_waves_of_the_surface_are_not_the_scanner(rng):
-    """Waves of 0.05 mm, 40 mm long, seen from many distances, are of the surface, and as high as they are."""
+def test_waves_are_attributed_to_the_surface(rng):
+    """Waves of 0.05 mm, 40 mm long, scanned from many distances, are attributed to the surface; their height is found to a quarter."""
     noise = found_in(profiles_of(waves(5e-5, 0.04), rng))
     assert noise is not None
     component = noise.components[0]
@@ -61,7 +61,7 @@ def test_waves_of_the_surface_are_not_the_scanner(rng):
 
 
 def test_growth_with_the_range_is_measured(rng):
-    """Independent noise that grows with the square of the range: the exponent within four standard errors, every scan's level to a tenth."""
+    """For noise that grows with the square of the range, the exponent is found within four standard errors, and every scan's level to 15 %."""
     profiles = profiles_of(growing(2.0), rng, scans=150)
     noise = found_in(profiles)
     assert noise is not None
@@ -73,7 +73,7 @@ def test_growth_with_the_range_is_measured(rng):
 
 
 def test_a_noise_that_is_stated_wrong_is_measured(rng):
-    """White noise of half the stated size is white noise of that size; where nothing is stated, it is known already."""
+    """White noise of half the stated size is found with its true size; if no noise is stated, white noise gives None."""
     profiles = profiles_of(lambda *scan: 0.5 * white(*scan), rng)
     noise = found_in(profiles)
     assert noise is not None and [c.name for c in noise.components] == ["scan_level"]
@@ -82,20 +82,18 @@ def test_a_noise_that_is_stated_wrong_is_measured(rng):
     assert found_in(profiles_of(white, rng), sigma_stated=False) is None
 
 
-def test_a_bow_is_no_noise(rng):
-    """Planes bowed by 2 mm over a metre: white noise stays white, and correlation is measured as though they were flat."""
+def test_a_bowed_plane_is_not_noise(rng):
+    """On planes bowed by 2 mm over a metre white noise stays white, and correlation is estimated as on flat planes."""
     assert found_in(profiles_of(white, rng, bow=2e-3)) is None
-    seeds = rng.spawn(2)
     lengths = [
         found_in(profiles_of(autoregressive(0.8), np.random.default_rng(7), bow=bow)).components[0].target
         for bow in (0.0, 2e-3)
     ]
-    assert len(seeds) == 2
     assert lengths[1]["length_points"] == pytest.approx(lengths[0]["length_points"], rel=0.1)
 
 
 def test_stray_points_count_for_little(rng):
-    """Two points in a hundred that are off by twenty standard deviations make no correlation."""
+    """If two points in a hundred are off by twenty standard deviations, no correlation is found."""
 
     def stray(rng, angles, along, ranges):
         off = rng.random(len(angles)) < 0.02
@@ -106,8 +104,8 @@ def test_stray_points_count_for_little(rng):
 
 
 @pytest.mark.parametrize("kind", ["probe", "tracker"])
-def test_a_kind_without_profiles_offers_nothing(kind):
-    """A measurement of a few numbers a pose says nothing of its own noise, and is what it was when told that."""
+def test_a_kind_without_scans_estimates_no_noise_within_poses(kind):
+    """A kind with a few numbers at each pose gives None, and giving it None back leaves the measurement unchanged."""
     scene = make_scene(kind=kind, poses_per_plane=12)
     measurement = measure(scene.dataset)
     T = scene.truth.sensor(scene.dataset.q)
@@ -118,7 +116,7 @@ def test_a_kind_without_profiles_offers_nothing(kind):
 
 
 def correlated(noise: Noise, seed: int, scans: int) -> tuple[Part, ...]:
-    """Return the components of the correlation in scans of forty points."""
+    """Return the components of correlation that are found in scans of forty points."""
     profiles, everything = (
         profiles_of(noise, np.random.default_rng(seed), scans, points=40),
         np.ones(scans, dtype=bool),
@@ -128,13 +126,13 @@ def correlated(noise: Noise, seed: int, scans: int) -> tuple[Part, ...]:
 
 
 @pytest.mark.parametrize(("rho", "seed", "is_found"), [(0.15, 0, False), (0.3, 1, True)])
-def test_a_correlation_has_to_gain_much(rho, seed, is_found):
-    """Thirty scans: a correlation of 0.15 gains 14 nats and is left alone, one of 0.3 gains 36."""
+def test_a_correlation_needs_a_gain_in_likelihood(rho, seed, is_found):
+    """In thirty scans a correlation of 0.15 gains 14 nats, too few to be a component; one of 0.3 gains 36."""
     assert bool(correlated(autoregressive(rho), seed, 30)) == is_found
 
 
-def test_what_is_longer_than_a_quarter_of_a_scan_is_no_noise_within_it():
-    """A correlation over a third of the scan is found as long as is allowed: 9.75 of the 39 steps between its points."""
+def test_correlation_lengths_are_at_most_a_quarter_of_a_scan():
+    """A correlation over a third of the scan is found with the largest length allowed: 9.75 of the 39 steps between points."""
 
     def long(rng, angles, along, ranges):
         covariance = np.exp(-np.abs(angles[:, None] - angles) / (0.3 * np.ptp(angles)))
@@ -148,10 +146,8 @@ def test_what_is_longer_than_a_quarter_of_a_scan_is_no_noise_within_it():
 
 @pytest.mark.parametrize("what", ["correlation", "level"])
 @pytest.mark.parametrize(("chance", "is_found"), [(0.7e-6, True), (1.5e-6, False)])
-def test_noise_is_white_and_as_stated_unless_that_is_far_beyond_chance(
-    what, chance, is_found, rng, monkeypatch
-):
-    """Chances of 0.7 and of 1.5 in a million."""
+def test_noise_is_white_and_as_stated_unless_a_test_is_significant(what, chance, is_found, rng, monkeypatch):
+    """A p-value of 0.7 in a million is significant, for correlation and for the level; one of 1.5 is not."""
     tests = chance if what == "correlation" else 1.0, chance if what == "level" else 1.0
     looked: list[bool] = []
     monkeypatch.setattr(estimate, "whiteness", lambda *_: Whiteness(np.zeros(8), np.ones(8), tests[0]))

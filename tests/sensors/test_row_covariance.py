@@ -1,6 +1,4 @@
-"""The covariance of a scan's rows, and the restricted likelihood that its parameters come from, against dense matrices and simulation."""
-
-from dataclasses import replace
+"""The covariance of a scan's rows, and the restricted likelihood of its parameters, agree with dense matrices and with simulation."""
 
 import numpy as np
 import pytest
@@ -8,22 +6,22 @@ from scipy.linalg import null_space
 from scipy.stats import multivariate_normal
 
 from scalar.sensors.within_scan_noise.correlation import sample_of
-from scalar.sensors.within_scan_noise.kernels import KERNELS, Kernel, Part
+from scalar.sensors.within_scan_noise.correlation_shapes import KERNELS, Kernel, Part
 from scalar.sensors.within_scan_noise.restricted_likelihood import ScanSample
 from scalar.sensors.within_scan_noise.row_covariance import inverse_factors, quadratic_forms, row_covariance
-from tests.sensors.profiles_of_scans import SIGMA, autoregressive, profiles_of, white
+from tests.sensors.profiles_of_scans import autoregressive, profiles_of, white
 
 PITCH = 0.7 / 79  # rad, of eighty points over the fan
 
 
 def part(kernel, length, share=0.7):
-    """Return a component without the search's own numbers."""
+    """Return a component with a kernel, a length and a share alone."""
     return Part(kernel, length, share, 0.0, 0.0, 0.0, ())
 
 
 @pytest.mark.parametrize("kernel", KERNELS, ids=lambda k: f"{k.shape}{'_surface' * k.of_surface}")
 def test_kernels_are_correlations(kernel, rng):
-    """One at no distance, and no negative variance of any sum over any points of a line."""
+    """A kernel is one at distance zero, and its matrix over any points of a line is positive semidefinite."""
     assert kernel(np.zeros(1)) == 1.0
     at = np.sort(rng.uniform(0.0, 10.0, 60))
     assert np.linalg.eigvalsh(kernel(at[:, None] - at)).min() > -1e-9
@@ -32,7 +30,7 @@ def test_kernels_are_correlations(kernel, rng):
 @pytest.mark.parametrize("kernel", KERNELS, ids=lambda k: f"{k.shape}{'_surface' * k.of_surface}")
 @pytest.mark.parametrize("length", [1.5, 6.0, 20.0])
 def test_forms_on_a_grid_are_the_dense_ones(kernel, length, rng):
-    """Toeplitz forms by interpolation agree with all points against all points to a hundredth of the largest."""
+    """Forms that are interpolated on a grid agree with those of the dense matrix to a hundredth of the largest."""
     profiles = profiles_of(white, rng, scans=9, points=(2, 80))
     at = profiles.angle / PITCH / length
     found = quadratic_forms(profiles, at, kernel)
@@ -42,8 +40,8 @@ def test_forms_on_a_grid_are_the_dense_ones(kernel, length, rng):
         assert np.abs(found[i] - dense).max() < 0.01 * max(np.abs(dense).max(), 1.0)
 
 
-def test_rows_have_the_covariance_that_is_said(rng):
-    """Rows of many scans of autoregressive noise, whitened, have unit covariance within sampling error; the first stays a shift."""
+def test_rows_have_the_covariance_that_is_computed(rng):
+    """Whitened rows of many scans of autoregressive noise have unit covariance within sampling error, and the first row stays a shift."""
     rho = 0.8
     exact = part(Kernel(False, "exponential"), -1.0 / np.log(rho), share=1.0)
     rows, factors = [], None
@@ -61,7 +59,7 @@ def test_rows_have_the_covariance_that_is_said(rng):
 
 
 def test_scans_of_one_or_two_points_keep_unit_rows(rng):
-    """Where a scan has no slope or no curvature, the covariance stays invertible and that row is left as it is."""
+    """If a scan has no slope or no curvature, the covariance is still invertible, with variance 1 for that row."""
     profiles = profiles_of(white, rng, scans=6, points=(1, 3))
     V = row_covariance(profiles, np.ones(6), [part(KERNELS[0], 3.0)], PITCH)
     factors = inverse_factors(V)
@@ -71,7 +69,7 @@ def test_scans_of_one_or_two_points_keep_unit_rows(rng):
 
 
 def test_restricted_likelihood_is_that_of_the_contrasts(rng):
-    """Differences of the restricted likelihood are those of the normal density of contrasts free of each scan's line, the variance profiled out."""
+    """Differences of the restricted likelihood equal those of the normal density of contrasts without each scan's line, variance profiled out."""
     S, m = 3, 9
     surface, y = np.sort(rng.uniform(0, 0.2, (S, m)), axis=1), rng.standard_normal((S, m))
     lines = np.stack([np.ones((S, m)), surface], axis=1)
@@ -93,7 +91,7 @@ def test_restricted_likelihood_is_that_of_the_contrasts(rng):
 
 
 def test_a_sample_is_no_larger_for_larger_scans(rng):
-    """The likelihood is worked out for a bounded number of points and scans; what is taken of a scan spans it."""
+    """The sample has a bounded number of points and scans, and the points taken from a scan span it."""
     profiles = profiles_of(white, rng, scans=150, points=400)
     sample, pick = sample_of(
         profiles, profiles.about_lines(np.ones(150, bool)), np.ones(150), np.ones(150, bool), PITCH
@@ -107,9 +105,8 @@ def test_a_sample_is_no_larger_for_larger_scans(rng):
 
 
 def test_standardised_heights_are_of_unit_variance(rng):
-    """White noise about each scan's own parabola has one mean square a degree of freedom."""
+    """White noise about each scan's own parabola has a mean square of one for each degree of freedom."""
     profiles = profiles_of(white, rng, scans=200)
     e = profiles.without(profiles.height, 3)
     mean_square = np.sum(e * e) / np.sum(profiles.counts - 3)
     assert mean_square == pytest.approx(1.0, abs=5.0 * np.sqrt(2.0 / len(e)))
-    assert SIGMA == replace(part(KERNELS[0], 1.0), length=SIGMA).length

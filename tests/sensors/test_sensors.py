@@ -1,6 +1,4 @@
-"""What each kind of sensor sees: a perfect measurement leaves no residual, and rows weigh as the noise
-does.
-"""
+"""Each kind of sensor: a perfect measurement has no residual, and rows are whitened for the noise."""
 
 from dataclasses import replace
 
@@ -28,7 +26,7 @@ def true_target(scene):
 @pytest.mark.parametrize("kind", ["line-laser", "probe", "tracker"])
 @pytest.mark.parametrize("robot", ["vs060", "panda"])
 def test_perfect_measurements_leave_no_residual(robot, kind):
-    """At the truth of an independent cell, every row and every distance is rounding."""
+    """At the truth of an independently simulated workcell, every row and every distance is zero to rounding."""
     scene = make_scene(robot, kind, noise=0.0, stated_noise=1.0, poses_per_plane=6, points_per_scan=(1, 20))
     measurement = measure(scene.dataset)
     T = scene.truth.sensor(scene.dataset.q)
@@ -39,7 +37,7 @@ def test_perfect_measurements_leave_no_residual(robot, kind):
 
 @pytest.mark.parametrize("kind", ["line-laser", "probe", "tracker"])
 def test_the_target_that_fits_best_is_the_true_one(kind):
-    """With the sensor's true poses and no noise the closed-form target is the truth, whatever was guessed."""
+    """With the sensor's true poses and no noise the closed-form target is the truth, for any initial guess."""
     scene = make_scene(kind=kind, noise=0.0, stated_noise=1e-4, plane_tilt=0.4, plane_offset=0.1)
     measurement = measure(scene.dataset)
     found = measurement.fitted_target(
@@ -54,9 +52,7 @@ def test_the_target_that_fits_best_is_the_true_one(kind):
 
 @pytest.mark.parametrize("error_axis", ["ray", "z"])
 def test_rows_of_a_scan_have_unit_variance(error_axis):
-    """Whitened at the truth, the sum of squares of all rows is a chi-square with one degree of freedom a
-    point.
-    """
+    """Whitened at the truth, the rows' sum of squares is chi-squared with one degree of freedom for each point."""
     scene = make_scene(error_axis=error_axis, noise=2e-4, seed=4)
     T, target = scene.truth.sensor(scene.dataset.q), true_target(scene)
     measurement = measure(scene.dataset).reweighted(T, target)
@@ -66,9 +62,7 @@ def test_rows_of_a_scan_have_unit_variance(error_axis):
 
 @pytest.mark.parametrize("error_axis", ["ray", "z"])
 def test_the_scatter_within_scans_gives_the_noise(error_axis):
-    """Where the noise is not stated it is measured from the scatter of each scan about its own line: to its
-    own error.
-    """
+    """A noise that is not stated is estimated from the scatter of scans about their own lines, to its sampling error."""
     scene = make_scene(error_axis=error_axis, noise=2e-4, stated_noise=None, seed=5)
     T, target = scene.truth.sensor(scene.dataset.q), true_target(scene)
     measurement = measure(scene.dataset).reweighted(T, target)
@@ -91,7 +85,7 @@ def test_the_scatter_does_not_depend_on_where_robot_and_target_planes_are():
 
 
 def test_a_scan_may_be_one_point_or_noise_free():
-    """Scans of one or two points and without noise are weighted without failing, stated noise or not."""
+    """Weights and rows are finite for scans of one or two points without noise, whether or not a noise is stated."""
     for stated in (1e-4, None):
         scene = make_scene(noise=0.0, stated_noise=stated, points_per_scan=(1, 2), poses_per_plane=5)
         T, target = scene.truth.sensor(scene.dataset.q), true_target(scene)
@@ -101,7 +95,7 @@ def test_a_scan_may_be_one_point_or_noise_free():
 
 
 def test_sessions_have_targets_of_their_own():
-    """Each plane counts once for each session in which it occurs, with a name of its own."""
+    """Each plane is a target of its own in each session in which it is measured."""
     scene = make_scene(poses_per_plane=4, points_per_scan=5)
     poses = scene.dataset.poses.copy()
     poses["session"] = ["a"] * 6 + ["b"] * 6

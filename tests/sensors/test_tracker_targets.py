@@ -1,4 +1,4 @@
-"""A tracker with several targets on one flange, with whole poses and with a noise for each measurement, by a simulation of its own."""
+"""A tracker with several targets on one flange, with whole poses and with a noise for each measurement, in an independent simulation."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ def cell(seed, names=NAMES, **settings):
 
 
 def assert_predicts(calibration, arm, rng, tolerance, names, *, turned):
-    """Every target is predicted at poses that were not measured; all after the one motion that the base leaves free."""
+    """Check predictions of every target at poses that were not measured, after aligning by the rigid motion that the base leaves free."""
     q = arm.poses(100, rng)
     true = np.concatenate([arm.at(q, name) for name in names])
     found = np.concatenate(
@@ -40,8 +40,8 @@ def assert_predicts(calibration, arm, rng, tolerance, names, *, turned):
 
 @pytest.mark.parametrize("turn_noise", [None, 0.0])
 @pytest.mark.parametrize("names", [("A",), NAMES])
-def test_noise_free_data_give_every_target_back(names, turn_noise, tmp_path):
-    """Written, read, calibrated, saved and loaded: all targets are predicted to a tenth of a micrometre, by whole poses their rotations too."""
+def test_noise_free_data_give_every_target(names, turn_noise, tmp_path):
+    """After writing, reading, calibrating and loading, all targets are predicted to a tenth of a micrometre; with whole poses, rotations too."""
     arm, q, rng = cell(1, names)
     dataset = arm.dataset(q, rng, turn_noise=turn_noise, stated={"noise": 1e-5})
     dataset.write(tmp_path / "d")
@@ -52,7 +52,7 @@ def test_noise_free_data_give_every_target_back(names, turn_noise, tmp_path):
 
 
 def test_each_pose_may_show_some_of_the_targets():
-    """Targets that are hidden now and then, in two sessions with the tracker elsewhere, are found as exactly."""
+    """Targets that some poses do not show, in two sessions with different places of the tracker, are found as exactly."""
     arm, q, rng = cell(2, sessions=2)
     seen = rng.random((len(q), 3)) < 0.5
     seen[np.arange(len(q)), rng.integers(0, 3, len(q))] = True
@@ -87,8 +87,8 @@ def test_derivatives_are_those_of_the_rows(oriented):
         np.testing.assert_allclose(analytic[:, i] / scale, difference / scale, atol=2e-6)
 
 
-def test_standard_errors_of_targets_are_true():
-    """Over twenty seeds, distances of targets from their truth are standard normal in the stated standard errors."""
+def test_standard_errors_of_targets_are_calibrated():
+    """Over twenty seeds, errors of the distances between targets are standard normal in units of their standard errors."""
 
     def make(seed):
         arm, q, rng = cell(100 + seed)
@@ -106,7 +106,7 @@ def test_standard_errors_of_targets_are_true():
 
 
 def distance_between(calibration, name):
-    """Return the distance of a target from the first [m] and its standard error: it depends on no frame."""
+    """Return the distance of a target from the first [m] and its standard error, which depend on no frame."""
     targets = calibration.model.target.targets
     place = targets.coordinates[targets.names.index(name), :3]
     index = [calibration.free.index(f"target_{name}_{axis}") for axis in "xyz"]
@@ -116,7 +116,7 @@ def distance_between(calibration, name):
 
 @pytest.mark.parametrize("errs", [True, False])
 def test_a_gear_is_named_from_several_targets_and_nothing_without_it(errs):
-    """Targets that each pose shows in part and whose orientations have an unknown noise: joint 4's error alone is named."""
+    """With targets that some poses do not show and an unknown noise of orientations, joint 4's error is named, and nothing else."""
     rng = np.random.default_rng(5)
     arm = TrackedArm.drawn(rng, NAMES[:2])
     q = arm.poses(60, rng)
@@ -135,7 +135,7 @@ def test_a_gear_is_named_from_several_targets_and_nothing_without_it(errs):
 
 @pytest.mark.parametrize("euler", [True, False])
 def test_euler_angles_in_place_of_rotation_vectors_are_suspected(euler):
-    """KUKA's A, B, C written as rz, ry, rx; the same orientations as rotation vectors raise no suspicion."""
+    """KUKA's A, B, C written as rz, ry, rx raise a suspicion; the same orientations as rotation vectors do not."""
     rng = np.random.default_rng(8)
     arm = TrackedArm.drawn(rng, NAMES[:1])
     dataset = arm.dataset(arm.poses(40, rng), rng, noise=3e-5, turn_noise=1e-4, stated={"noise": 3e-5})
@@ -150,7 +150,7 @@ def test_euler_angles_in_place_of_rotation_vectors_are_suspected(euler):
 
 
 def test_poses_are_weighed_by_their_own_noise():
-    """Where every second point states ten times the noise, the residual is the noise's and predictions err half as much as with equal weights."""
+    """If every second point states ten times the noise, the misfit is about one, and predictions err at most half as much as with equal weights."""
     ratio = []
     for seed in range(8):
         rng = np.random.default_rng(200 + seed)
@@ -170,7 +170,7 @@ def test_poses_are_weighed_by_their_own_noise():
 
 
 def test_an_unstated_noise_of_orientations_is_estimated():
-    """Over six seeds the estimate of the noise of orientations scatters about the truth, whether or not that of positions is stated."""
+    """Over six seeds the mean estimate of the noise of orientations is within 8 % of the truth, whether or not that of positions is stated."""
     for stated in ({"noise": 5e-5}, {}):
         found = []
         for seed in range(6):
@@ -187,7 +187,7 @@ def test_an_unstated_noise_of_orientations_is_estimated():
 
 
 def test_predict_writes_the_frame_of_the_target_that_is_named(tmp_path):
-    """The command predicts a target beside the sensor with its standard deviations, and refuses a name that the calibration does not have."""
+    """The command predicts another target than the sensor with its standard deviations, and refuses a name that the calibration does not have."""
     arm, q, rng = cell(6, NAMES[:2])
     calibration = calibrate(arm.dataset(q, rng, noise=1e-5, stated={"noise": 1e-5}))
     calibration.save(tmp_path / "calibration.json")

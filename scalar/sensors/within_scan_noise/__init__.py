@@ -1,4 +1,4 @@
-"""The noise within scans, from each scan's residual about its own line or parabola, which no error of the arm reaches.
+"""The noise within scans, from each scan's residual about its own line or parabola, which errors of the arm do not affect.
 
 An error of the arm moves a scan as a whole: it shifts and turns the line, and bends it by less than can be measured. The residual about
 the scan's own line therefore comes from the scanner and the surface alone. It shows whether the points err independently (``whiteness``), how

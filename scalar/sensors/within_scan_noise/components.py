@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from scalar.sensors.pose_noise import NoiseComponent
-from scalar.sensors.within_scan_noise.kernels import Part
+from scalar.sensors.within_scan_noise.correlation_shapes import Part
 from scalar.sensors.within_scan_noise.level import Level
 from scalar.units import MM
 
-_MENTIONED = 4.0  # standard errors: an exponent of less significance is not listed
+_LISTED = 4.0  # standard errors from which an exponent is listed
 
 
 def components(
@@ -21,12 +21,12 @@ def components(
     """Return the components of the noise within scans.
 
     Args:
-        parts: What is correlated.
-        level: Of the scans.
-        stated: Standard deviation that the level counts from [m].
+        parts: The correlated components.
+        level: The regression of the scans' noise.
+        stated: Standard deviation of a point that the dataset states, or that was assumed [m].
         found: Typical standard deviation of a point [m].
         varies: Whether the level differs from scan to scan.
-        off: Whether the dataset states a wrong noise.
+        off: Whether the stated noise is significantly wrong.
     """
     result = [_correlated(part, found) for part in parts]
     if varies:
@@ -74,7 +74,7 @@ def _exponents(level: Level) -> list[NoiseComponent]:
         (3, "incidence", "the cosine of the incidence (beyond the slant of the rays)"),
     ):
         value = 0.5 * float(level.coefficients[index])
-        if abs(value) > _MENTIONED * std[index]:
+        if abs(value) > _LISTED * std[index]:
             sentence = f"the scanner's noise varies with {words} to the power {value:.2g}"
             result.append(NoiseComponent("scan_level", {"by": by}, value, float(std[index]), "1", sentence))
     return result

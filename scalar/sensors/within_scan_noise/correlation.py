@@ -1,4 +1,4 @@
-"""Estimate how far along a scan its noise is correlated: shapes and lengths of greatest restricted likelihood, one component after another.
+"""Estimate how far along a scan its noise is correlated: the shape and length of greatest restricted likelihood, one component after another.
 
 A sample of the scans and a thinned set of their points suffice. The search uses a part of this sample, and the final estimate all of it. Lengths
 run from about a point to a share of the scan; a longer correlation cannot be distinguished from a shift or a turn of the scan.
@@ -14,31 +14,31 @@ from scipy.optimize import minimize
 
 from scalar.geometry.se3 import Array
 from scalar.sensors.noise_thresholds import NoiseThresholds
-from scalar.sensors.within_scan_noise.kernels import KERNELS, Kernel, Part
+from scalar.sensors.within_scan_noise.correlation_shapes import KERNELS, Kernel, Part
 from scalar.sensors.within_scan_noise.profiles import Profiles
 from scalar.sensors.within_scan_noise.restricted_likelihood import ScanSample
 
 MOST_PARTS = 2
 MOST_SCANS, MOST_POINTS = 60, 48  # in the sample, whatever the size of the dataset
-_SEARCHED = 20  # scans in the search
-_RATIO = 2.5  # between the lengths that are tried first
-_SHARES = (0.25, 0.6, 0.9)  # that are tried first
+_SEARCHED = 20  # approximate number of scans in the search
+_RATIO = 2.5  # most between successive lengths of the grid
+_SHARES = (0.25, 0.6, 0.9)  # of the grid
 _EVALUATIONS = 24  # of the likelihood, for each shape that is refined
-_HOPELESS = 0.3  # of the best gain: a shape whose gain on the grid is smaller by this much is not refined
+_HOPELESS = 0.3  # a shape whose gain on the grid is smaller than the best by this share is not refined
 _LOGIT = 7.0  # largest log odds of a share: 0.999 or 0.001
-_STEP = 0.15  # of log odds and of log lengths, for the curvature of the likelihood
+_STEP = 0.15  # of the log odds of the share and the log length, in differences for the curvature of the likelihood
 
 
 def sample_of(
     profiles: Profiles, height: Array, level: Array, use: Array, pitch: float
 ) -> tuple[ScanSample, Array]:
-    """Return a sample of the scans, each in units of its level, and which scans those are ``(S,)``.
+    """Return a sample of the scans, each in units of its noise level, and the indices of these scans ``(S,)``.
 
     Args:
         profiles: The scans.
-        height: ``(P,)``, about lines.
+        height: ``(P,)``, heights about the scans' own lines.
         level: ``(N,)``, each scan's standard deviation.
-        use: ``(N,)`` bool.
+        use: ``(N,)`` bool, the scans from which the sample is taken.
         pitch: Angle between neighbouring points [rad].
     """
     counts = profiles.counts
@@ -53,7 +53,7 @@ def sample_of(
 
 
 def _thinned(n: int, m: int) -> Array:
-    """Return m of n points ``(m,)``: half of them neighbours in the middle, for short lengths, and the others spread out, for long lengths."""
+    """Return indices ``(m,)`` of m of n points: half are neighbours in the middle, for short lengths, the others are spread out, for long ones."""
     if n <= m:
         return np.arange(n)
     inner = np.arange(m // 2) + (n - m // 2) // 2
@@ -63,7 +63,7 @@ def _thinned(n: int, m: int) -> Array:
 
 
 def correlated_parts(sample: ScanSample, settings: NoiseThresholds) -> tuple[Part, ...]:
-    """Return the components of the correlation in the order in which they were found; none if the likelihood gains too little."""
+    """Return the components of the correlation in the order in which they were found; none if none gains enough likelihood."""
     few = sample.some(max(len(sample.pixel) // _SEARCHED, 1))
     parts: tuple[Part, ...] = ()
     for _ in range(MOST_PARTS):
@@ -75,7 +75,7 @@ def correlated_parts(sample: ScanSample, settings: NoiseThresholds) -> tuple[Par
 
 
 def lengths(kernel: Kernel, sample: ScanSample, longest_share: float) -> Array:
-    """Return the lengths to try, from about a point to a share of the scan [points or m]."""
+    """Return the lengths of the grid, from about a point to a share of the scan [points or m]."""
     at = sample.surface if kernel.of_surface else sample.pixel
     extent = float(np.median(np.ptp(at, axis=1)))
     closest = float(np.median(np.abs(np.diff(at, axis=1))[:, at.shape[1] // 4 : -(at.shape[1] // 4)]))
@@ -91,6 +91,7 @@ def lengths(kernel: Kernel, sample: ScanSample, longest_share: float) -> Array:
 def _best(
     sample: ScanSample, few: ScanSample, parts: tuple[Part, ...], settings: NoiseThresholds
 ) -> Part | None:
+    """Return the component that gains most beside those found so far, searched on ``few`` scans; None if it does not gain enough."""
     search = _Search(few, parts)
     allowed = {kernel: lengths(kernel, few, settings.longest_share) for kernel in KERNELS}
     tried = [search.coarse(kernel, allowed[kernel]) for kernel in KERNELS]
@@ -117,12 +118,13 @@ class _Search:
     """The likelihood of one more component on a sample."""
 
     def __init__(self, sample: ScanSample, parts: tuple[Part, ...]) -> None:
+        """Compute the likelihood with the components found so far."""
         self.sample = sample
         self.so_far = sample.correlation(parts)
         self.without = sample.log_likelihood(self.so_far)
 
     def gain(self, kernel: Kernel, share: float, length: float) -> float:
-        """Return what the likelihood gains by a component [nats]."""
+        """Return the gain in log likelihood by a component [nats]."""
         correlation = (1.0 - share) * self.so_far + share * self.sample.kernel(kernel, length)
         return self.sample.log_likelihood(correlation) - self.without
 
@@ -170,7 +172,7 @@ class _Search:
         up, down, longer, shorter = gain(1, 0), gain(-1, 0), gain(0, 1), gain(0, -1)
         mixed = (gain(1, 1) - gain(1, -1) - gain(-1, 1) + gain(-1, -1)) / 4.0
         H = -np.array([[up + down - 2 * middle, mixed], [mixed, longer + shorter - 2 * middle]]) / _STEP**2
-        if np.linalg.eigvalsh(H)[0] <= 0:  # at the end of what is allowed
+        if np.linalg.eigvalsh(H)[0] <= 0:  # the optimum is at a bound
             return part
         std = np.sqrt(np.diag(np.linalg.inv(H)))
         return replace(

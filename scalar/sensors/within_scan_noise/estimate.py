@@ -1,4 +1,4 @@
-"""Estimate the noise within scans from their profiles: whether it is white and of one size, and else the covariance of every scan's rows."""
+"""Estimate the noise within scans from their profiles: whether it is white and of one size, and if not, the covariance of every scan's rows."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from scalar.sensors.noise_thresholds import NoiseThresholds
 from scalar.sensors.pose_noise import Autocorrelation, PoseNoise
 from scalar.sensors.within_scan_noise.components import components
 from scalar.sensors.within_scan_noise.correlation import correlated_parts, sample_of
-from scalar.sensors.within_scan_noise.kernels import Part
+from scalar.sensors.within_scan_noise.correlation_shapes import Part
 from scalar.sensors.within_scan_noise.level import Level
 from scalar.sensors.within_scan_noise.profiles import Profiles
 from scalar.sensors.within_scan_noise.row_covariance import inverse_factors, row_covariance
 from scalar.sensors.within_scan_noise.whiteness import whiteness
 
-_NOISE_FREE = 1e-6  # of the stated variance: what is left is the rounding of coordinates
+_NOISE_FREE = 1e-6  # times sigma^2: a smaller variance is rounding of the coordinates
 
 
 def noise_within_scans(
@@ -25,7 +25,7 @@ def noise_within_scans(
     Args:
         profiles: The scans, in units of sigma.
         sigma: Standard deviation of a point [m].
-        sigma_stated: Whether the dataset states sigma, which may be wrong; else it was estimated from the same scans.
+        sigma_stated: Whether the dataset states sigma, in which case it is tested; else it was estimated from the same scans.
         settings: Thresholds.
     """
     counts = profiles.counts
@@ -49,15 +49,15 @@ def noise_within_scans(
         if parts:
             mean_square = np.zeros(len(counts))
             squares = sample.factored(sample.correlation(parts))[1]
-            mean_square[pick] = squares / sample.freedom * level.variance[pick]
-            freedom = np.full(len(counts), float(sample.freedom))
+            mean_square[pick] = squares / sample.degrees_of_freedom * level.variance[pick]
+            freedom = np.full(len(counts), float(sample.degrees_of_freedom))
             level = Level.of(profiles, mean_square, freedom, mean_square > 0)
     varies = level.p_varies < settings.alpha
     off = sigma_stated and level.p_stated < settings.alpha
     if not parts and not varies and not off:
         return None
     if not varies:
-        level = level.alike()
+        level = level.constant()
     typical = float(np.exp(0.5 * np.mean(np.log(level.variance))))
     covariance = row_covariance(profiles, level.variance / typical**2, parts, pitch)
     return PoseNoise(
@@ -70,7 +70,7 @@ def noise_within_scans(
 
 
 def _pitch(profiles: Profiles) -> float:
-    """Return the usual angle between neighbouring points [rad]."""
+    """Return the median angle between neighbouring points [rad]."""
     scan = profiles.scan
     steps = np.diff(profiles.angle)[scan[1:] == scan[:-1]]
     return max(float(np.median(steps)), 1e-9)

@@ -17,8 +17,9 @@ from scalar.geometry.se3 import Array
 from scalar.sensors.robust_scale import robust_std
 from scalar.sensors.within_scan_noise.profiles import Profiles
 
-_ROUNDS = 5  # of trimming; later ones change nothing
-_TRIMMED = 4.0  # robust standard deviations: one normal scan in sixteen thousand
+_ROUNDS = 5  # of trimming; more would change nothing
+_TRIMMED = 4.0
+"""Robust standard deviations beyond which a scan is trimmed: one normal scan in sixteen thousand."""
 _RIDGE = 1e-6  # keeps the coefficient of a variable that does not vary at zero
 
 
@@ -28,7 +29,7 @@ class Level:
 
     Attributes:
         coefficients: ``(4,)``, b.
-        covariance: ``(4, 4)``, overdispersion included.
+        covariance: ``(4, 4)``, of b, overdispersion included.
         p_varies: p-value of the hypothesis that all scans have the same noise.
         p_stated: p-value of the hypothesis that the noise of a typical scan is as stated.
         variance: ``(N,)``, g^2 of each scan, clipped to the range of the scans to which the regression was fitted.
@@ -42,13 +43,13 @@ class Level:
 
     @classmethod
     def of(cls, profiles: Profiles, mean_square: Array, freedom: Array, use: Array) -> Level:
-        """Return the level of scans.
+        """Return the regression of the scans' noise.
 
         Args:
             profiles: The scans.
-            mean_square: ``(N,)``, s^2.
-            freedom: ``(N,)``, nu.
-            use: ``(N,)`` bool, scans to fit.
+            mean_square: ``(N,)``, s^2 of each scan.
+            freedom: ``(N,)``, its degrees of freedom nu.
+            use: ``(N,)`` bool, the scans to which the regression is fitted.
         """
         log_range = profiles.log_range - np.median(profiles.log_range[use])
         z = np.column_stack([np.ones_like(log_range), log_range, log_range**2, profiles.log_incidence])
@@ -72,7 +73,7 @@ class Level:
         stated = float((middle @ b) ** 2 / (middle @ covariance @ middle))
         return cls(b, covariance, float(chi2.sf(slopes, 3)), float(chi2.sf(stated, 1)), variance)
 
-    def alike(self) -> Level:
-        """Return the level of scans that all have the same, the mean of these."""
+    def constant(self) -> Level:
+        """Return the level with the same noise for all scans, the geometric mean of theirs."""
         same = np.full_like(self.variance, float(np.exp(np.mean(np.log(self.variance)))))
         return replace(self, coefficients=np.r_[np.log(same[0]), 0.0, 0.0, 0.0], variance=same)

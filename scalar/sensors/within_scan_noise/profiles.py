@@ -1,6 +1,6 @@
 """The points of all scans, sorted along each scan, and their deviations from the scan's own line or parabola.
 
-With f a point's height over the plane [m], sigma its stated noise and ``n . e`` the incidence, ``y = f / (sigma |n . e|)`` is the height in
+With f a point's height over the plane [m], sigma its assumed noise and ``n . e`` the incidence, ``y = f / (sigma |n . e|)`` is the height in
 standard deviations. A scan's own line or parabola has the columns ``[1, t, t^2] / (sigma |n . e|)``, t along the line, orthonormal in Q.
 """
 
@@ -21,14 +21,14 @@ class Profiles:
 
     Attributes:
         starts: ``(N + 1,)``, scan s owns the points ``starts[s]:starts[s + 1]``.
-        height: ``(P,)``, y, in standard deviations as stated.
+        height: ``(P,)``, y, in standard deviations sigma.
         Q: ``(P, 3)``, orthonormal columns of each scan: shift, turn, curvature.
-        curvature: ``(N,)`` [1 / m], length of the scan's column t^2 along Q's third.
-        angle: ``(P,)`` [rad], of the ray, rising within a scan.
-        along: ``(P,)`` [m], along the scan's line.
+        curvature: ``(N,)`` [1 / m], the scan's weighted column t^2 along the third column of Q.
+        angle: ``(P,)`` [rad], of the ray; ascending within a scan.
+        along: ``(P,)`` [m], position along the scan's line.
         log_range: ``(N,)``, mean logarithm of the range [m].
         log_incidence: ``(N,)``, mean logarithm of ``|n . e|``.
-        target_index: ``(N,)``, which plane.
+        target_index: ``(N,)``, index of the plane.
     """
 
     starts: Array
@@ -79,12 +79,12 @@ class Profiles:
 
     @property
     def counts(self) -> Array:
-        """Return the points of each scan ``(N,)``."""
+        """Return the number of points of each scan ``(N,)``."""
         return np.diff(self.starts)
 
     @property
     def scan(self) -> Array:
-        """Return the scan of each point ``(P,)``."""
+        """Return the index of each point's scan ``(P,)``."""
         return np.repeat(np.arange(len(self.starts) - 1), self.counts)
 
     def sum(self, values: Array) -> Array:
@@ -99,7 +99,7 @@ class Profiles:
         return values
 
     def clipped(self, values: Array, sigmas: float) -> Array:
-        """Return values ``(P,)`` winsorised at some robust standard deviations of their own scan (from the median of their sizes)."""
+        """Return values ``(P,)`` clipped to a number of robust standard deviations of their own scan (from the median of absolute values)."""
         size = np.abs(values)
         ranked = size[np.lexsort((size, self.scan))]
         first, counts = self.starts[:-1], self.counts
@@ -110,7 +110,7 @@ class Profiles:
     def about_lines(self, trusted: Array) -> Array:
         """Return heights about each scan's own line, without the curvature that the scans of a plane share ``(P,)``.
 
-        A bowed plane, or a range error that is not linear, bends all scans of a plane alike, so their common curvature is no noise.
+        A bowed plane, or a range error that is not linear, bends all scans of a plane alike, so their common curvature is not noise.
 
         Args:
             trusted: ``(N,)`` bool, the scans from which that curvature is estimated.

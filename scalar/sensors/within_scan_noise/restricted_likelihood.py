@@ -1,11 +1,11 @@
 """The restricted likelihood of a correlation within scans.
 
-For heights y of a scan with correlation C, and the columns X of its own line (the height and the slope of the line say nothing of its noise):
+For heights y of a scan with correlation C, and the columns X of its own line (whose height and slope carry no information on the noise):
 
     -2 log L = log |C| + log |X' C^-1 X| + y' P y,    P = C^-1 - C^-1 X (X' C^-1 X)^-1 X' C^-1
 
-(Patterson and Thompson, Biometrika 58, 1971), summed over the scans, their common variance profiled out. One Cholesky factor of C bordered by X and y
-holds all of it: its last rows are ``(L^-1 [X y])'``.
+(Patterson and Thompson, Biometrika 58, 1971), summed over the scans, with their common variance profiled out. All terms follow from one
+Cholesky factor L of C bordered by X and y, whose last rows are ``(L^-1 [X y])^T``.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from scalar.geometry.se3 import Array
-from scalar.sensors.within_scan_noise.kernels import Kernel, Part
+from scalar.sensors.within_scan_noise.correlation_shapes import Kernel, Part
 
-_NUGGET = 1e-6  # of the variance: keeps a smooth kernel's matrix invertible
-_BORDER = 1e9  # keeps the bordered matrix positive definite: more than y' C^-1 y of standardised scans can be
+_NUGGET = 1e-6  # added to the diagonal, where the variance is 1: keeps a smooth kernel's matrix invertible
+_BORDER = 1e9  # keeps the bordered matrix positive definite: larger than y' C^-1 y of any standardised scan
 
 
 @dataclass(frozen=True, eq=False)
 class ScanSample:
-    """S scans of m points each, in units of their level.
+    """S scans of m points each, with heights in units of the scan's noise level.
 
     Attributes:
-        bordering: ``(S, 3, m)``, the columns of each scan's line, and its heights.
-        pixel: ``(S, m)`` [points], where the points lie along the rays.
-        surface: ``(S, m)`` [m], along the surface.
+        bordering: ``(S, 3, m)``, the two columns of each scan's line, and its heights.
+        pixel: ``(S, m)`` [points], position of each point along the rays.
+        surface: ``(S, m)`` [m], position along the surface.
     """
 
     bordering: Array
@@ -41,17 +41,17 @@ class ScanSample:
         return ScanSample(self.bordering[::every], self.pixel[::every], self.surface[::every])
 
     @property
-    def freedom(self) -> int:
+    def degrees_of_freedom(self) -> int:
         """Return the degrees of freedom of each scan about its line."""
         return self.bordering.shape[2] - 2
 
     def kernel(self, kernel: Kernel, length: float) -> Array:
-        """Return the correlation ``(S, m, m)`` of a kernel."""
+        """Return the correlation ``(S, m, m)`` between points by a kernel with a length [points or m]."""
         at = (self.surface if kernel.of_surface else self.pixel) / length
         return kernel(at[:, :, None] - at[:, None, :])
 
     def correlation(self, parts: Sequence[Part]) -> Array:
-        """Return the correlation ``(S, m, m)`` of parts together, the rest white."""
+        """Return the correlation ``(S, m, m)`` between points by several components; the rest of the variance is white."""
         S, _, m = self.bordering.shape
         C = np.zeros((S, m, m))
         for p in parts:
@@ -60,7 +60,7 @@ class ScanSample:
         return C
 
     def factored(self, correlation: Array) -> tuple[float, Array]:
-        """Return half the log determinants, summed, and each scan's ``y' P y`` ``(S,)``."""
+        """Return half the sum of all log determinants, and ``y' P y`` of each scan ``(S,)``."""
         S, k, m = self.bordering.shape
         bordered = np.empty((S, m + k, m + k))
         bordered[:, :m, :m] = correlation
@@ -78,7 +78,7 @@ class ScanSample:
         return float(determinants), G[:, -1, -1] - np.sum(projected**2, axis=1)
 
     def log_likelihood(self, correlation: Array) -> float:
-        """Return the restricted log likelihood, less a constant [nats]."""
+        """Return the restricted log likelihood, up to a constant [nats]."""
         determinants, squares = self.factored(correlation)
-        n = len(squares) * self.freedom
+        n = len(squares) * self.degrees_of_freedom
         return -determinants - 0.5 * n * float(np.log(np.sum(squares) / n))

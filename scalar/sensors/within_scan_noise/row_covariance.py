@@ -1,6 +1,6 @@
-"""The covariance of the three rows of each scan, ``V = g^2 Q' C Q``, without a matrix of all points against all points.
+"""The covariance of the three rows of each scan, ``V = g^2 Q' C Q``, computed without a matrix over all pairs of points.
 
-A kernel is evaluated on a regular grid along the scan, and the points' weights are shared out to the two nodes beside them (structured
+A kernel is evaluated on a regular grid along the scan, and each point's weights are distributed to the two nearest nodes (structured
 kernel interpolation: Wilson and Nickisch, ICML 2015). On a grid the kernel's matrix is Toeplitz, so that its quadratic forms follow by
 the fast Fourier transform of its circulant embedding. The cost grows with the points, not with their square.
 """
@@ -14,12 +14,12 @@ from scipy.fft import next_fast_len
 
 from scalar.geometry.se3 import Array
 from scalar.sensors.pose_noise import PoseNoise
-from scalar.sensors.within_scan_noise.kernels import Kernel, Part
+from scalar.sensors.within_scan_noise.correlation_shapes import Kernel, Part
 from scalar.sensors.within_scan_noise.profiles import Profiles
 
-_NODES_PER_LENGTH = 8.0  # interpolation between them errs by less than a hundredth of a correlation
-_WAVES_PER_LENGTH = 24.0  # of a wavelength, the same
-_AT_ONCE = 2_000_000  # numbers on the grids of some scans: 16 MB
+_NODES_PER_LENGTH = 8.0  # nodes for each correlation length: interpolated correlations err by less than 0.01
+_NODES_PER_WAVELENGTH = 24.0  # the same for a wavelength
+_AT_ONCE = 2_000_000  # most numbers on the grids of the scans of a batch: 16 MB
 
 
 def row_covariance(profiles: Profiles, variance: Array, parts: Sequence[Part], pitch: float) -> Array:
@@ -27,8 +27,8 @@ def row_covariance(profiles: Profiles, variance: Array, parts: Sequence[Part], p
 
     Args:
         profiles: The scans.
-        variance: ``(N,)``, g^2.
-        parts: The correlated components; what is left of the variance is white.
+        variance: ``(N,)``, g^2 of each scan.
+        parts: The correlated components; the rest of the variance is white.
         pitch: Angle between neighbouring points [rad].
     """
     Q = profiles.Q
@@ -43,10 +43,10 @@ def row_covariance(profiles: Profiles, variance: Array, parts: Sequence[Part], p
 
 
 def quadratic_forms(profiles: Profiles, at: Array, kernel: Kernel) -> Array:
-    """Return ``Q' K Q`` ``(N, 3, 3)`` of a kernel at points ``(P,)`` in correlation lengths."""
+    """Return ``Q' K Q`` ``(N, 3, 3)`` for a kernel K and positions ``at`` of the points ``(P,)``, in correlation lengths."""
     counts = profiles.counts
     at = at - np.repeat(np.minimum.reduceat(at, profiles.starts[:-1]), counts)
-    step = 1.0 / (_WAVES_PER_LENGTH if kernel.shape == "waves" else _NODES_PER_LENGTH)
+    step = 1.0 / (_NODES_PER_WAVELENGTH if kernel.shape == "waves" else _NODES_PER_LENGTH)
     nodes = int(np.ceil(at.max() / step)) + 2
     n = int(next_fast_len(2 * nodes, True) or 2 * nodes)
     lag = np.minimum(np.arange(n), n - np.arange(n))
@@ -54,7 +54,7 @@ def quadratic_forms(profiles: Profiles, at: Array, kernel: Kernel) -> Array:
     spectrum *= np.where((np.arange(len(spectrum)) == 0) | (2 * np.arange(len(spectrum)) == n), 1.0, 2.0) / n
     low = np.minimum((at / step).astype(int), nodes - 2)
     above = at / step - low
-    # What interpolation takes from each point's own variance is given back.
+    # Interpolation lowers each point's own variance; the difference is added back.
     lost = 2.0 * above * (1.0 - above) * (1.0 - kernel(np.array([step]))[0])
     result = profiles.sum(
         (lost[:, None, None] * profiles.Q[:, :, None] * profiles.Q[:, None, :]).reshape(-1, 9)
@@ -79,11 +79,11 @@ def quadratic_forms(profiles: Profiles, at: Array, kernel: Kernel) -> Array:
 
 
 def long_waves(profiles: Profiles, noise: PoseNoise | None) -> Array:
-    """Return the covariance ``(N, 3, 3)`` of the rows by errors along the surface, as large as the points' own, that fade over a scan's usual length.
+    """Return the covariance ``(N, 3, 3)`` of the rows from errors of the points' own size whose correlation decays over a scan's median length.
 
     Args:
         profiles: The scans.
-        noise: That the rows are whitened for, or None.
+        noise: The noise for which the rows are whitened, or None.
     """
     first = profiles.starts[:-1]
     extent = np.maximum.reduceat(profiles.along, first) - np.minimum.reduceat(profiles.along, first)
@@ -93,5 +93,5 @@ def long_waves(profiles: Profiles, noise: PoseNoise | None) -> Array:
 
 
 def inverse_factors(covariance: Array) -> Array:
-    """Return the inverse lower Cholesky factors ``(N, 3, 3)``: they whiten rows, and leave the first one a pure shift."""
+    """Return the inverse lower Cholesky factors ``(N, 3, 3)``: they whiten rows, and keep the first a pure shift."""
     return np.linalg.inv(np.linalg.cholesky(covariance))

@@ -1,6 +1,6 @@
 """Whether points of a scan err independently: a test of the autocorrelation about each scan's own parabola.
 
-With u the residuals about the parabola over their own standard deviation, ``S_k = sum u_i u_{i+k}`` over all scans. Each scan's share is
+With u the residuals about the parabola divided by their own standard deviation, ``S_k = sum u_i u_{i+k}`` over all scans. Each scan's share is
 the quadratic form ``e' A_k e`` of the residuals ``e = P y``, over ``e' e / nu``. Where y is white and normal a ratio of this kind is
 independent of its denominator, so that its moments are exact: with ``t_k = tr(P A_k)``,
 
@@ -19,7 +19,7 @@ from scipy.stats import chi2
 from scalar.geometry.se3 import Array
 from scalar.sensors.within_scan_noise.profiles import Profiles
 
-LAGS = 8  # points: longer correlation shows at these as well
+LAGS = 8  # points; a longer correlation is significant at these lags too
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,9 +27,9 @@ class Whiteness:
     """The test of white noise.
 
     Attributes:
-        correlation: ``(LAGS,)``, at lags 1 to LAGS, what the fit of parabolas alone makes taken off.
-        band: ``(LAGS,)``, its standard error where the noise is white.
-        p_value: Chance of as much where the noise is white.
+        correlation: ``(LAGS,)``, autocorrelation at lags 1 to LAGS, minus what the fit of parabolas causes.
+        band: ``(LAGS,)``, its standard error if the noise is white.
+        p_value: p-value of the hypothesis that the noise is white.
     """
 
     correlation: Array
@@ -42,8 +42,8 @@ def whiteness(profiles: Profiles, residual: Array, trusted: Array) -> Whiteness:
 
     Args:
         profiles: The scans.
-        residual: ``(P,)``, about parabolas.
-        trusted: ``(N,)`` bool, which scans to use.
+        residual: ``(P,)``, residuals about the scans' own parabolas.
+        trusted: ``(N,)`` bool, the scans to use.
     """
     scan, N = profiles.scan, len(profiles.starts) - 1
     freedom = np.maximum(profiles.counts - 3.0, 1.0)

@@ -1,9 +1,9 @@
-"""Shapes of correlation between two points of a scan, by their distance over the correlation length.
+"""Shapes of the correlation between the errors of two points of a scan, as functions of their distance in correlation lengths.
 
-Along the rays (the scanner: speckle, filters, neighbouring pixels that share light; a moving average makes a triangle) the distance
-counts in points, along the surface (its waves and roughness) in metres. All are positive definite on a line (Rasmussen and Williams,
-Gaussian Processes for Machine Learning, 2006, ch. 4; the waves are those of an isotropic random surface of one wavelength,
-Longuet-Higgins, Phil. Trans. A 249, 1957, losing step after two).
+Errors of the scanner (speckle, filters, neighbouring pixels that share light; a moving average gives a triangle) are correlated along the
+rays, with distances in points; errors of the surface (waves and roughness) along the surface, with distances in metres. All shapes are
+positive definite on a line (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, ch. 4; the waves are those of an
+isotropic random surface of one wavelength, Longuet-Higgins, Phil. Trans. A 249, 1957, damped over about two wavelengths).
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from scalar.geometry.se3 import Array
 
 @dataclass(frozen=True)
 class Kernel:
-    """A family of correlations.
+    """A shape of correlation.
 
     Attributes:
-        of_surface: Whether distances are along the surface [m], else along the rays [points].
+        of_surface: Whether distances are along the surface [m]; else they are along the rays [points].
         shape: ``exponential``, ``triangular``, ``gaussian`` or ``waves``.
     """
 
@@ -29,7 +29,7 @@ class Kernel:
     shape: str
 
     def __call__(self, distance: Array) -> Array:
-        """Return the correlation at distances over the length."""
+        """Return the correlation at distances in correlation lengths, for ``waves`` in wavelengths."""
         if self.shape == "exponential":
             return np.exp(-np.abs(distance))
         if self.shape == "triangular":
@@ -51,16 +51,16 @@ KERNELS = (
 
 @dataclass(frozen=True)
 class Part:
-    """A correlated share of the noise.
+    """A correlated component of the noise.
 
     Attributes:
         kernel: Its shape.
         length: Correlation length, or wavelength [points or m].
-        share: Of the variance.
-        gain: Restricted log likelihood that it gained [nats].
+        share: Its share of the variance.
+        gain: Gain in restricted log likelihood by it [nats].
         length_std: Standard error of the logarithm of the length.
         share_std: Standard error of the share.
-        rivals: Kernels that explain it about as well.
+        rivals: Other shapes that explain the data about as well.
     """
 
     kernel: Kernel
