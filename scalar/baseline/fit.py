@@ -41,7 +41,7 @@ _STEP = 1e-6
 
 
 class _Distances:
-    """``n . p - d`` [m] of all points, or compressed to three rows a scan, as a function of lmfit's parameters."""
+    """``n . p - d`` [m] of all points, or compressed to three rows for each scan, as a function of lmfit's parameters."""
 
     def __init__(self, how: Parameterisation, q: Array, measurement: Scans, points: str) -> None:
         self.how, self.q, self.points = how, q, points
@@ -155,9 +155,8 @@ def _run(
 
     minimiser = lmfit.Minimizer(distances, parameters, max_nfev=max_nfev, nan_policy="raise")
     varying = sum(parameter.vary for parameter in parameters.values())
-    with np.errstate(
-        all="ignore"
-    ):  # lmfit changes NumPy's error state, and does not restore it when it raises
+    # lmfit changes NumPy's error state, and does not restore it when it raises.
+    with np.errstate(all="ignore"):
         try:
             result: Any = minimiser.leastsq(**defaults)
         except ValueError as error:

@@ -71,9 +71,8 @@ def read_pose_table(
     table = read_csv(path, layout, faults)
     if table is not None:
         own.to_si(table)
-        check_poses(
-            table, description, faults, unique=("pose",)
-        )  # several poses to predict for may have the same order
+        # Only `pose` is unique: several poses to predict for may have the same order.
+        check_poses(table, description, faults, unique=("pose",))
         suspect_joint_angles(table, description, faults)
     if faults or table is None:
         raise InvalidInput(faults)

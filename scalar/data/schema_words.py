@@ -129,7 +129,7 @@ def _of_alternatives(
         error for error in errors if error.validator != "type" or len(error.absolute_path) > len(path)
     ]
     if of_its_kind:
-        return [said for error in of_its_kind for said in in_plain_words(error)]
+        return [fault for error in of_its_kind for fault in in_plain_words(error)]
     kinds = _kinds(list(dict.fromkeys(kind for error in errors for kind in _kinds(error.validator_value))))
     return [(path, f"{_not_of_kind(value, kinds)}; write {wanted(schema)}")]
 

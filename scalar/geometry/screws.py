@@ -1,7 +1,7 @@
 """Screws: how rigid motions move points, batched over poses; knows no robot.
 
 A screw is ``(w, v)``: the angular velocity [rad] and the velocity of the point that coincides with the origin [m], so that a
-point moves by ``dp = w x p + v``. The derivative of a frame by a parameter is a screw; k of them stand as ``(N, 6, k)``.
+point moves by ``dp = w x p + v``. The derivative of a frame by a parameter is a screw; k of them are an array ``(N, 6, k)``.
 """
 
 from __future__ import annotations

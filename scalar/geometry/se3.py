@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[Any]
-"""An array; float64 unless something else is said: integers and booleans where a docstring says index, count or mask."""
+"""An array; of float64, or of integers or booleans where a docstring says index, count or mask."""
 
 _SMALL_ANGLE = 1e-4  # rad; below it the first terms of the left Jacobian's series are exact to 1e-13
 

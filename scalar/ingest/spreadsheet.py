@@ -41,9 +41,7 @@ def read_spreadsheet(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable
         ]
     except InvalidInput:
         raise
-    except (
-        Exception
-    ) as error:  # whatever the library raises on a damaged file is reported as a fault of the file
+    except Exception as error:  # whatever the library raises on a damaged file is a fault of that file
         reason = " ".join(str(error).split()) or type(error).__name__
         message = f"not a spreadsheet, or damaged ({shorten(reason, 80)}); save it as .xlsx, or as CSV"
         raise InvalidInput(Fault(file, message)) from error

@@ -56,10 +56,10 @@ static ALWAYS void carry_row(const double *row, const double *L, double *to) {
     for (int j = 0; j < 4; j++) to[j] = row[0] * L[j] + row[1] * L[4 + j] + row[2] * L[8 + j] + (j == 3 ? row[3] : 0.0);
 }
 
-/* What does not change from pose to pose: the links as they are and with each of their four parameters stepped, and the columns of the
+/* What does not change from pose to pose: the links at the parameters x and with each of their four parameters stepped, and the columns of the
 sensor and the rows of the planes, with by how much a step of each of their own parameters changes them. */
 typedef struct {
-    Link *links;        /* (n, 5): as it is; a, alpha, d, theta stepped */
+    Link *links;        /* (n, 5): at x; with a, alpha, d or theta stepped */
     double flange[9];   /* columns of the sensor in the last joint's frame */
     double sensor[7][9];
     double *planes;     /* (K, 4, 4) */

@@ -114,9 +114,8 @@ class _System:
 
     def solved(self, ratio: float) -> tuple[float, float, Array]:
         """Return minus twice the restricted log likelihood, the noise [m], and the motion ``(N, 6)`` (w, t), for a ratio of step to noise."""
-        ZX = sparse.hstack(
-            [self.Z, self.X]
-        )  # a band matrix with a border, which is factorised in this order without fill-in
+        # A band matrix with a border, which is factorised in this order without fill-in.
+        ZX = sparse.hstack([self.Z, self.X])
         K, walk = self.X.shape[1], self.Z.shape[1]
         precision = sparse.block_diag([self.D.T @ self.D / ratio**2, sparse.csr_matrix((K, K))])
         symmetric = {"SymmetricMode": True}

@@ -155,9 +155,8 @@ def test_a_chaotic_run_ends_between_the_optimum_and_the_start(nudge):
 @pytest.mark.parametrize(("defaults", "agreement"), [("now", 1e-8), ("2018", 1e-6)])
 def test_one_step_from_the_same_state_is_the_same(upright, reading, defaults, agreement):
     """Stopped at the first trial, both computations are at the same parameters, to rounding divided by the step of the differences."""
-    first_trial = (
-        1 + 32 + 1
-    )  # the residual at the start, a column for each parameter, the residual at the trial
+    # The residual at the start, a column for each parameter, and the residual at the trial.
+    first_trial = 1 + 32 + 1
     held = PUBLISHED_FIXED
     data = dataset(upright)
     ours = fit_baseline(data, reading, held, first_trial, defaults)

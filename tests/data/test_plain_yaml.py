@@ -19,9 +19,8 @@ LEAVES = (
     | st.floats(allow_nan=False)
     | st.text(max_size=12)
 )
-KEYS = st.text(max_size=8).filter(
-    lambda key: key not in _TEXT_KEYS
-)  # the values of these keys are always text
+# The values of _TEXT_KEYS are always text.
+KEYS = st.text(max_size=8).filter(lambda key: key not in _TEXT_KEYS)
 DATA = st.recursive(
     LEAVES,
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(KEYS, inner, max_size=4),

@@ -72,18 +72,16 @@ def profiles_of(
     for _ in range(scans):
         n = int(rng.integers(low, high + 1))
         tilt, distance = rng.uniform(-0.4, 0.4), rng.uniform(0.15, 0.4)
-        normal = np.array(
-            [np.sin(tilt), -np.cos(tilt)]
-        )  # of the line in the scanner's plane, towards the scanner
+        # The normal of the line in the scanner's plane, towards the scanner.
+        normal = np.array([np.sin(tilt), -np.cos(tilt)])
         angles = np.linspace(-0.35, 0.35, n)
         rays = np.column_stack([np.sin(angles), np.cos(angles)])
         slant = -rays @ normal
         ranges = distance / slant
         along = ranges * (rays @ np.array([normal[1], -normal[0]]))
         ranges = ranges - bow * along**2 / slant + noise(rng, angles, along, ranges)
-        out_of_plane = rng.uniform(
-            0.8, 1.0
-        )  # the scanner's plane need not be perpendicular to the target plane
+        # The scanner's plane need not be perpendicular to the target plane.
+        out_of_plane = rng.uniform(0.8, 1.0)
         clouds.append(ranges[:, None] * rays)
         contacts.append(out_of_plane * np.r_[distance, normal])
         incidences.append(out_of_plane * slant)

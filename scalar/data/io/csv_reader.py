@@ -179,5 +179,5 @@ def _labels(cell: str) -> str:
     """Return the message about a column of whole numbers that holds names instead."""
     return (
         f"names such as {shorten(cell)}, and whole numbers are needed; number the rows that belong together 1, 2, 3 ..., "
-        "alike in all tables"
+        "with the same numbers in all tables"
     )

@@ -96,14 +96,16 @@ class _Builder:
         while not isinstance(event := self.next(), events.StreamEndEvent):
             if isinstance(event, events.DocumentStartEvent):
                 if seen:
-                    raise self.refuse(event, "a second document begins here (---); keep one document a file")
+                    raise self.refuse(
+                        event, "a second document begins here (---); keep one document in each file"
+                    )
                 if event.tags:
                     raise self.refuse(event, "%TAG directives are not accepted; remove this line")
                 value, seen = self.value(self.next(), (), 0), True
         return value
 
     def value(self, event: Any, path: tuple[str | int, ...], depth: int) -> Any:
-        """Return the value that begins with `event`, which stands at `path`, `depth` collections deep."""
+        """Return the value that begins with `event`, whose place is `path`, inside `depth` collections."""
         self.lines.setdefault(path, event.start_mark.line + 1)
         if isinstance(event, events.ScalarEvent):
             return _scalar(event)
@@ -135,7 +137,7 @@ class _Builder:
 
 
 def _scalar(event: Any) -> bool | int | float | str | None:
-    """Return the value of a scalar: text as it stands where it is quoted or a block, else resolved."""
+    """Return the value of a scalar: text as it is written if it is quoted or a block, else resolved."""
     return event.value if event.style else resolve(event.value)
 
 

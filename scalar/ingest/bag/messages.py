@@ -89,9 +89,7 @@ def read_bag(path: Path, joint_topic: str | None = None, scan_topic: str | None 
             return _read(reader, file, joint_topic, scan_topic)
     except InvalidInput:
         raise
-    except (
-        Exception
-    ) as error:  # whatever the library raises on a damaged file is reported as a fault of the file
+    except Exception as error:  # whatever the library raises on a damaged file is a fault of that file
         words = " ".join(str(error).split()) or type(error).__name__
         message = (
             f"cannot be read as a ROS bag ({shorten(words, 120)[1:-1]}); was it recorded to its end and copied whole? "
