@@ -1,8 +1,8 @@
 """The run that each file of a result names, so that files of two runs are not taken for one result.
 
 A result of several files is written file by file, its index last. A run that is killed between two of them leaves files of two runs in
-one folder, each whole. Every file of a result therefore names its run, and a reader of one file compares its run with that of the index in the same folder.
-A run is named by a checksum of its results, not by its time, so that the same input gives the same bytes.
+one folder, each whole. Every file of a result therefore names its run, and a reader of one file compares its run with that of the index in
+the same folder. A run is named by a checksum of its results, not by its time, so that the same input gives the same bytes.
 """
 
 from __future__ import annotations
