@@ -73,7 +73,7 @@ class Parameterisation:
 
         Args:
             values: In the order of ``names``.
-            fixed: Names of those that do not vary.
+            fixed: Names of the parameters that do not vary.
             reading: A key of ``READINGS``.
         """
         import lmfit

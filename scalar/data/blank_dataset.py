@@ -183,7 +183,7 @@ def _readme(n: int, format: SensorFormat) -> str:
 
 
 def _further(table: MeasuredTable) -> list[str]:
-    """Return what README.txt says of columns that the table may have besides."""
+    """Return the lines of README.txt about the optional columns of a table."""
     if not table.further:
         return []
     columns = [
@@ -198,7 +198,7 @@ def _further(table: MeasuredTable) -> list[str]:
 
 
 def _references(table: MeasuredTable | None) -> list[str]:
-    """Return what README.txt says of points fixed to the base."""
+    """Return the line of README.txt about points fixed to the base."""
     if table is None:
         return []
     columns = ",".join(("pose", str(table.item), *table.units))

@@ -27,19 +27,21 @@ def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
     """Return the variance components of a state that the sensor's own noise does not explain, the likeliest first.
 
     The gain of log likelihood [nats] and the p-value of each are those given the sensor's own noise; its standard deviation is left as it was. For a
-    sensor without noise that is common to a whole pose (``Measurement.uneven_rows``), all components are returned unchanged.
+    sensor without noise that is common to a whole pose (``Measurement.covariance_of_extended_errors``), all components are returned unchanged.
 
     Args:
         state: With all effects that were found.
     """
     residuals, model = state.residuals, state.model
     found = tuple(state.variance_components)
-    uneven = residuals.measurement.uneven_rows(residuals.kinematics(model).T_base_sensor, model.target)
-    if not found or uneven is None:
+    extended = residuals.measurement.covariance_of_extended_errors(
+        residuals.kinematics(model).T_base_sensor, model.target
+    )
+    if not found or extended is None:
         return found
     background = state.background_within_scans()
     # Covariances (N, m, m) of the whitened rows by each source of unit variance.
-    sensor_kernels = _of_the_sensor(uneven)
+    sensor_kernels = _of_the_sensor(extended)
     kernels = {name: D @ np.swapaxes(D, 1, 2) for name, D in directions(residuals, model)}
     settings = state.settings
     too_small = {
@@ -74,8 +76,8 @@ def only_place(state: FittedState, component: VarianceComponent) -> str | None:
     """
     residuals, model = state.residuals, state.model
     T_base_sensor = residuals.kinematics(model).T_base_sensor
-    uneven = residuals.measurement.uneven_rows(T_base_sensor, model.target)
-    sensor_kernels = [] if uneven is None else _of_the_sensor(uneven)
+    extended = residuals.measurement.covariance_of_extended_errors(T_base_sensor, model.target)
+    sensor_kernels = [] if extended is None else _of_the_sensor(extended)
     background = state.background_within_scans()
 
     def log_likelihood(columns: Array) -> float:
@@ -91,6 +93,6 @@ def only_place(state: FittedState, component: VarianceComponent) -> str | None:
     return likeliest.split(".")[0] if clearly else None
 
 
-def _of_the_sensor(uneven: Array) -> list[Array]:
-    """Return two covariances ``(N, m, m)`` of the sensor's noise: the identity (all whitened rows alike), and ``uneven``, common to a whole pose."""
-    return [np.broadcast_to(np.eye(uneven.shape[1]), uneven.shape), uneven]
+def _of_the_sensor(extended: Array) -> list[Array]:
+    """Return two covariances ``(N, m, m)`` of the sensor's noise: the identity (all whitened rows alike), and ``extended``, common to a whole pose."""
+    return [np.broadcast_to(np.eye(extended.shape[1]), extended.shape), extended]

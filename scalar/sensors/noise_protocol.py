@@ -49,7 +49,7 @@ class NoiseProtocol(ABC):
 
     @property
     def estimated_noise(self) -> tuple[NoiseComponent, ...]:
-        """Return those components of the noise that the weights estimate from the residual of a fit, as files list them; by default none."""
+        """Return the components of the noise that ``reweighted`` estimates from the residual of a fit, as files list them; by default none."""
         return ()
 
     @property
@@ -107,7 +107,7 @@ class NoiseProtocol(ABC):
         """
         return None
 
-    def uneven_rows(self, T_base_sensor: Array, target: Target) -> Array | None:
+    def covariance_of_extended_errors(self, T_base_sensor: Array, target: Target) -> Array | None:
         """Return the covariance ``(N, m, m)`` of the rows from errors of the sensor that extend over a whole pose, or None, which is the default.
 
         Such an error moves and turns the measurement as a whole, as an error of the arm does. Only all poses together distinguish the two.

@@ -1,4 +1,7 @@
-"""Line scans of planes: functions of a point, the contact vector, and the scatter about the scan's own line."""
+"""Line scans of planes: functions of a point, the contact vector, and the scatter about the scan's own line.
+
+The contact vector of a scan is ``c = (n.o - d, n.X, n.Z)``, n and d being the normal and distance of its plane, o, X and Z the origin and
+axes of the sensor in the base frame: a point (x, z) is ``[1, x, z] . c`` above the plane."""
 
 from __future__ import annotations
 
@@ -177,13 +180,13 @@ def profile_rows(points: Array, starts: Array, c: Array, weight: Array, values: 
 
 
 def scatter_within(R: Array, c: Array, counts: Array, full: Array | None = None) -> tuple[Array, Array]:
-    """Return per scan the squared residual that no line explains ``(N,)`` and its degrees of freedom ``(N,)``.
+    """Return for each scan the squared residual that no line explains ``(N,)`` and its degrees of freedom ``(N,)``.
 
     Of the residual ``R c`` the part along ``R (1, 0, 0)`` (a shift) and ``R (0, -c_z, c_x)`` (a turn of the line) is removed: what
     remains does not depend on where robot, scanner and plane are.
 
     Args:
-        R: ``(N, m, k)``.
+        R: ``(N, m, k)``, factors of k functions of the points, the first three those of a flat plane.
         c: ``(N, 3)``, contact vectors of the flat plane.
         counts: ``(N,)``, number of points of each scan.
         full: ``(N, k)``, contact vectors with the contributions of effects on points and planes; None if there are none.

@@ -60,7 +60,7 @@ class NoisyScans(OnPlanes):
         profiles = self._profiles(T_base_sensor, target)
         return noise_within_scans(profiles, self.sigma, self.sigma_stated, settings)
 
-    def uneven_rows(self, T_base_sensor: Array, target: Target) -> Array:
+    def covariance_of_extended_errors(self, T_base_sensor: Array, target: Target) -> Array:
         """Return the covariance ``(N, 3, 3)`` of the profile rows from errors that are correlated over a whole scan (``long_waves``)."""
         from scalar.sensors.within_scan_noise import long_waves
 

@@ -8,7 +8,7 @@ from scalar.cli import cli
 from scalar.data.dataset import Dataset, read_dataset
 from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.geometry.se3 import log_so3, transform_from_rotation_vector
-from scalar.ingest.bag.still import still_moments
+from scalar.ingest.bag.stops import find_stops
 from tests.ingest.bags import JOINTS, SCANS, write_bag
 
 pytest.importorskip("pybullet")
@@ -184,7 +184,7 @@ def test_losses_may_be_accepted_and_are_counted(workcell, campaign, tmp_path):
     assert read_dataset(tmp_path / "d").n_poses == campaign.n_poses // 3
 
 
-def test_still_moments_are_those_without_motion():
+def test_stops_are_those_without_motion():
     """Every stop that lasts long enough is found once, and begins when the arm has settled; shorter ones are not found."""
     rng = np.random.default_rng(2)
     times, q, stops = [0.0], [0.0], []
@@ -198,8 +198,8 @@ def test_still_moments_are_those_without_motion():
             if speed == 0.0 and stop > 0.5:
                 stops.append((start, times[-1], q[-1]))
     positions = np.array(q)[:, None] + 1e-5 * rng.uniform(-1, 1, (len(q), 1))
-    found = still_moments(np.array(times), positions)
+    found = find_stops(np.array(times), positions)
     assert len(found) == len(stops)
-    for moment, (start, end, value) in zip(found, stops, strict=True):
-        assert start + 0.1 < moment.start < moment.end < end + 0.02
-        assert abs(moment.q[0] - value) < 2e-4
+    for stop, (start, end, value) in zip(found, stops, strict=True):
+        assert start + 0.1 < stop.start < stop.end < end + 0.02
+        assert abs(stop.q[0] - value) < 2e-4

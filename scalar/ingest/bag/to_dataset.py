@@ -23,7 +23,7 @@ from scalar.geometry.se3 import Array, transform_from_rotation_vector
 from scalar.ingest.bag.losses import LEAST_KEPT, Pieces, StopCounts, better_reading
 from scalar.ingest.bag.messages import Recording
 from scalar.ingest.bag.pieces import straight_piece
-from scalar.ingest.bag.still import Still, still_moments
+from scalar.ingest.bag.stops import Stop, find_stops
 
 TOLERANCE = 1.5e-3
 """[m] Most by which a point of a straight piece may be off its line, unless ``SIGMAS`` allows more."""
@@ -97,20 +97,20 @@ def write_recorded_dataset(
     """
     robot = Robot.from_mapping(workcell["robot"])
     order, names = _joint_order(recording, workcell["robot"]["joints"], settings.joint_names)
-    moments = still_moments(
+    stops = find_stops(
         recording.joint_times,
         recording.positions[:, order],
         settings.still,
         settings.settled,
         settings.least_time,
     )
-    if not moments:
+    if not stops:
         seconds = recording.joint_times[-1] - recording.joint_times[0]
         raise Undetermined(
             f"the arm never stands still for {settings.settled + settings.least_time:g} s in the {seconds:.1f} s of {recording.joint_topic}, "
             f"all joints within {settings.still:g} rad (m): record a stop of a second at every pose, or allow more with --still"
         )
-    chosen = [(moment, scan) for moment in moments if (scan := _scan_of(recording, moment)) is not None]
+    chosen = [(stop, scan) for stop in stops if (scan := _scan_of(recording, stop)) is not None]
     noise = float(workcell["sensor"].get("noise") or 0.0)
     rng = np.random.default_rng(_SEED)
     pieces = [
@@ -123,7 +123,7 @@ def write_recorded_dataset(
     index = found.plane_index()
     kept = np.flatnonzero(index >= 0)
     counts = StopCounts(
-        len(moments), len(moments) - len(chosen), len(chosen) - len(pieces), len(pieces) - len(kept), names
+        len(stops), len(stops) - len(chosen), len(chosen) - len(pieces), len(pieces) - len(kept), names
     )
     seen = [plane.name for k, plane in enumerate(planes) if k in index]
     if len(seen) < MIN_PLANES:
@@ -161,12 +161,12 @@ def _joint_order(
     return [recorded.index(name) for name in names], tuple(names)
 
 
-def _scan_of(recording: Recording, moment: Still) -> tuple[float, Array] | None:
-    """Return time and points of the scan nearest to the middle of a moment; None if there is none between its start and end."""
-    inside = np.flatnonzero((recording.scan_times >= moment.start) & (recording.scan_times <= moment.end))
+def _scan_of(recording: Recording, stop: Stop) -> tuple[float, Array] | None:
+    """Return time and points of the scan nearest to the middle of a stop; None if there is none between its start and end."""
+    inside = np.flatnonzero((recording.scan_times >= stop.start) & (recording.scan_times <= stop.end))
     if not len(inside):
         return None
-    middle = (moment.start + moment.end) / 2
+    middle = (stop.start + stop.end) / 2
     i = int(inside[np.argmin(np.abs(recording.scan_times[inside] - middle))])
     return float(recording.scan_times[i]), recording.scans[i]
 
@@ -175,7 +175,7 @@ def _pieces(
     robot: Robot,
     nominal_pose: dict[str, Any],
     planes: Sequence[PlaneGuess],
-    pieces: Sequence[tuple[Still, float, Array]],
+    pieces: Sequence[tuple[Stop, float, Array]],
 ) -> Pieces:
     none = [0.0, 0.0, 0.0]
     return Pieces(
@@ -183,7 +183,7 @@ def _pieces(
         transform_from_rotation_vector(
             nominal_pose.get("translation", none), nominal_pose.get("rotation_vector", none)
         ),
-        np.array([moment.q for moment, _, _ in pieces]).reshape(-1, robot.n_joints),
+        np.array([stop.q for stop, _, _ in pieces]).reshape(-1, robot.n_joints),
         [points for _, _, points in pieces],
         np.array([plane.normal for plane in planes]),
         np.array([plane.distance for plane in planes]),
@@ -191,9 +191,9 @@ def _pieces(
 
 
 def _tables(
-    pieces: Sequence[tuple[Still, float, Array]], planes: Sequence[str]
+    pieces: Sequence[tuple[Stop, float, Array]], planes: Sequence[str]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    q = np.array([moment.q for moment, _, _ in pieces])
+    q = np.array([stop.q for stop, _, _ in pieces])
     times = np.array([time for _, time, _ in pieces])
     ids = np.arange(1, len(pieces) + 1)
     poses = pd.DataFrame({"pose": ids, "plane": list(planes)})

@@ -1,4 +1,4 @@
-"""Moments at which an arm stands still, found in the recorded joint positions."""
+"""Find the stops of an arm in recorded joint positions."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from scalar.ingest.bag import LEAST_TIME, SETTLED, STILL
 
 
 @dataclass(frozen=True, eq=False)
-class Still:
-    """One moment at which the arm stands still.
+class Stop:
+    """One stop of the arm.
 
     Attributes:
         start, end: Times [s] at which the arm has settled, and of the last sample before it moves on.
@@ -24,14 +24,14 @@ class Still:
     q: Array
 
 
-def still_moments(
+def find_stops(
     times: Array,
     positions: Array,
     still: float = STILL,
     settled: float = SETTLED,
     least_time: float = LEAST_TIME,
-) -> list[Still]:
-    """Return the moments at which no joint moves, in order of time.
+) -> list[Stop]:
+    """Return the stops, during which no joint moves, in order of time.
 
     Args:
         times: ``(J,)`` [s], ascending.
@@ -40,13 +40,13 @@ def still_moments(
         settled: Time from the last motion until the arm counts as settled [s].
         least_time: Least time for which it then stands still [s].
     """
-    found: list[Still] = []
+    found: list[Stop] = []
     i = 0
     while i < len(times):
         j = _until(positions, i, still)
         if times[j - 1] - times[i] >= settled + least_time:
             inside = slice(int(np.searchsorted(times, times[i] + settled)), j)
-            found.append(Still(float(times[inside][0]), float(times[j - 1]), positions[inside].mean(axis=0)))
+            found.append(Stop(float(times[inside][0]), float(times[j - 1]), positions[inside].mean(axis=0)))
             i = j
         else:
             i += 1
