@@ -200,6 +200,6 @@ def test_stops_are_those_without_motion():
     positions = np.array(q)[:, None] + 1e-5 * rng.uniform(-1, 1, (len(q), 1))
     found = find_stops(np.array(times), positions)
     assert len(found) == len(stops)
-    for stop, (start, end, value) in zip(found, stops, strict=True):
-        assert start + 0.1 < stop.start < stop.end < end + 0.02
-        assert abs(stop.q[0] - value) < 2e-4
+    for found_stop, (start, end, value) in zip(found, stops, strict=True):
+        assert start + 0.1 < found_stop.start < found_stop.end < end + 0.02
+        assert abs(found_stop.q[0] - value) < 2e-4
