@@ -53,7 +53,7 @@ def moves(frame: pd.DataFrame, n_joints: int) -> dict[str, Array]:
 
     Args:
         frame: Columns q1..qn [rad, m], ``order`` (without it: the order of the rows), ``session`` (optional).
-        n_joints: n.
+        n_joints: Number of joints, n.
     """
     names = move_columns(n_joints)
     table = cast(Any, frame)

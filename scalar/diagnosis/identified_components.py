@@ -94,5 +94,5 @@ def only_place(state: FittedState, component: VarianceComponent) -> str | None:
 
 
 def _of_the_sensor(extended: Array) -> list[Array]:
-    """Return two covariances ``(N, m, m)`` of the sensor's noise: the identity, for independent errors, and ``extended``, for those of whole poses."""
+    """Return two covariances ``(N, m, m)`` of the sensor's noise: the identity, for independent errors, and ``extended``, for those of poses."""
     return [np.broadcast_to(np.eye(extended.shape[1]), extended.shape), extended]

@@ -1,4 +1,4 @@
-"""A serial chain of revolute and prismatic joints in complete modified Denavit-Hartenberg parameters, and the screw of each of them.
+"""A serial chain of revolute and prismatic joints in complete modified Denavit-Hartenberg parameters, and the screw of each parameter.
 
 ``T_{i-1,i} = Rx(alpha_i) Tx(a_i) Ry(beta_i) Rz(q_i + theta_i) Tz(d_i)`` (Craig, with Hayati's beta for near-parallel axes),
 between a fixed transform before the first joint and one after the last. A prismatic joint slides by q along its z axis:

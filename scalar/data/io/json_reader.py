@@ -16,8 +16,8 @@ def read_json(path: Path) -> Any:
     """Return the plain data in a JSON file.
 
     Raises:
-        InvalidInput: the file cannot be read, is no JSON or is longer than 100 MB; or a value is nested more than 20 deep, is not
-            finite, is too large to compute with, holds half a character, or stands twice: each is named by its key.
+        InvalidInput: the file cannot be read, is no JSON or is longer than 100 MB; or, each named by its key, a key stands twice, or a value is
+            nested more than 20 deep, is not finite, is too large to compute with, or holds a lone surrogate.
     """
     file = str(path)
     raw = read_regular_file(path, MAX_JSON_BYTES, file)

@@ -24,8 +24,8 @@ def end_with(owner: int) -> None:
     """End this process, whatever it does, when the process `owner` has ended, so that it does not compute on for nothing.
 
     Args:
-        owner: Number of a process that lives, in general the one that started this one. A number of no process is not watched: it
-            belongs to another machine, or to a process outside this container.
+        owner: Number of a process that lives, in general the one that started this one. If no process has this
+            number, because the owner is on another machine or outside this container, nothing is watched.
     """
     if lives(owner):
         threading.Thread(target=_watch, args=(owner, os.getppid() == owner), daemon=True).start()

@@ -31,7 +31,7 @@ class ChainJoint:
 
     Attributes:
         name: Name of the joint.
-        child: Name of the link behind it.
+        child: Name of the link that it carries.
         moves: Whether it is revolute, continuous or prismatic; else it is fixed.
         slides: Whether it is prismatic.
         T_origin: ``(4, 4)``, the child's frame in the parent's frame at q = 0.
