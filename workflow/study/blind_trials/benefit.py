@@ -1,4 +1,4 @@
-"""What answers are worth: errors after beside those of the matched control, how sure an answer may be, what goes unseen, what was wrong."""
+"""What answers are worth: errors after the diagnosis against the matched control, shares of right answers, unobservable effects, wrong answers."""
 
 from __future__ import annotations
 
@@ -13,8 +13,14 @@ import pandas as pd
 from study.blind_trials.score import same_target
 from study.blind_trials.summaries import NATURAL, Frame, in_words, median, of_kind, quantile, share
 
-HIDDEN = 0.02  # of the noise: a residual that some hundred scans cannot show
-EDGES_P = (0.0, 1e-12, 1e-6, 1e-4, 1.0)  # of the p values among which shares of right answers are counted
+HIDDEN = 0.02  # of the noise: a residual that is too small to be found in some hundred scans
+EDGES_P = (
+    0.0,
+    1e-12,
+    1e-6,
+    1e-4,
+    1.0,
+)  # edges of the bins of p values for which shares of right answers are counted
 EDGES_CONFIDENCE = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 0.999, 1.0)
 MEANS = ("before", "after", "control")
 HELD_OUT = ("before", "after", "noise_floor")
@@ -45,7 +51,7 @@ def position_errors(judged: Frame) -> pd.DataFrame:
 
 
 def reliability(found: Frame) -> pd.DataFrame:
-    """Return of the effects that were named, by what the diagnosis says of them, the share that is injected.
+    """Return the share of the named effects that were injected, grouped by what the diagnosis says of them.
 
     ``by`` is what they are grouped by: the p value, the stated confidence, whether other effects are listed as
     confounded. ``listed`` counts those not injected whose list of confounded effects holds an injected one.

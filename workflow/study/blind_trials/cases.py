@@ -73,7 +73,7 @@ class Set:
 
     Attributes:
         case, kind, workcell: As above, by name.
-        seed: Of all chance in it.
+        seed: Of all random draws in it.
         size: Multiple of the natural size.
         injected: Entries of the scene's ``injected``, sizes included.
         gross_errors, overrides: As above.
@@ -120,7 +120,7 @@ class Study:
     def sets(self, case: str, workcell: str, repetitions: str) -> Iterator[Set]:
         """Yield the sets of one job, seed by seed.
 
-        Seeds count on through the workcells: each workcell has its own, and more of them leave those that are there.
+        The seed of repetition k (from 0) in the i-th of n workcells is ``first_seed + k * n + i``: further repetitions change no set that exists.
         """
         wanted, place = self.cases[case], list(self.workcells).index(workcell)
         choices = wanted.possible(workcell)
@@ -170,7 +170,7 @@ def load_study(path: str | Path) -> Study:
 
 
 def _contradictions(content: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield (place, message) for names that stand for nothing."""
+    """Yield (place, message) for names of workcells and effects that the config does not define."""
     workcells, effects = content["workcells"], content["single"]["effects"]
     for where, block in (("single.effects", effects), ("unknown.kinds", content["unknown"]["kinds"])):
         for name, entry in block.items():

@@ -37,11 +37,11 @@ SIGNS = {
 }
 BINS = (0.0, 0.5, 0.7, 0.8, 0.9, 1.0)
 PRIOR = {EFFECT: 0.5, COMPONENT: 0.2, STRUCTURE: 1.0}
-"""Standard deviation of a coefficient before any data, of features of unit spread. Chosen among 0.1, 0.2, 0.3, 0.5 and 1 by the likelihood of the
-half that each fit has not seen: these and the next are the only numbers that have seen all sets."""
+"""Prior standard deviation of a coefficient, of features of unit standard deviation. Chosen among 0.1, 0.2, 0.3, 0.5 and 1 by the likelihood of the
+half that each fit has not seen; these and the next are the only numbers in whose choice all sets took part."""
 NAME_PRIOR = 2.0
-"""Standard deviation of the offset of a name before any data; chosen among 0.5, 1 and 2 in the same way."""
-_WITHOUT_SPREAD = 1e-9
+"""Prior standard deviation of the offset of a name; chosen among 0.5, 1 and 2 in the same way."""
+_LEAST_STD = 1e-9
 
 
 def answers_of(sets: pd.DataFrame) -> pd.DataFrame:
@@ -102,7 +102,7 @@ def half_of(row: Mapping[Any, Any], truth: Mapping[str, Any]) -> str:
 
 
 def fitted(answers: pd.DataFrame) -> dict[str, Any]:
-    """Return the coefficients of each kind, as ``predicted`` takes them; changes found again and again are judged by a rule instead."""
+    """Return the coefficients of each kind, as ``predicted`` takes them. Changes that are found again and again are left out; a rule judges them."""
     some: Any = answers[answers["repeated"] == 1]
     return {kind: regression(*_arrays(some[some["kind"] == kind]), PRIOR[kind]) for kind in KINDS}
 
@@ -110,23 +110,23 @@ def fitted(answers: pd.DataFrame) -> dict[str, Any]:
 def regression(X: Array, right: Array, named: Sequence[str], prior: float) -> dict[str, Any]:
     """Return a logistic regression with normal priors on the coefficients of standardised features and on the offsets of names.
 
-    More evidence never makes an answer less sure, which bounds the signs of some coefficients. Without answers the chance is one half.
+    More evidence never makes an answer less sure, which bounds the signs of some coefficients. Without answers the confidence is one half.
 
     Args:
         X: ``(n, k)``, features in the order of ``FEATURES``.
         right: ``(n,)``, 0 or 1.
         named: The name that each of the n answers gives.
-        prior: Standard deviation of the coefficients of features of unit spread.
+        prior: Standard deviation of the coefficients of features of unit standard deviation.
     """
     k = X.shape[1]
     centre, low, high = (f(X, axis=0) if len(X) else np.zeros(k) for f in (np.mean, np.min, np.max))
-    spread = np.std(X, axis=0) if len(X) else np.ones(k)
-    spread = np.where(spread > _WITHOUT_SPREAD, spread, 1.0)
+    std = np.std(X, axis=0) if len(X) else np.ones(k)
+    std = np.where(std > _LEAST_STD, std, 1.0)
     names = sorted(set(named))
     of_name = np.array([[name == other for other in names] for name in named], dtype=float).reshape(
         len(X), -1
     )
-    Z = np.column_stack([np.ones(len(X)), (X - centre) / spread, of_name])
+    Z = np.column_stack([np.ones(len(X)), (X - centre) / std, of_name])
     precision = np.r_[0.0 if len(X) else 1.0, np.full(k, prior**-2), np.full(len(names), NAME_PRIOR**-2)]
 
     def cost(w: Array) -> tuple[float, Array]:
@@ -138,7 +138,7 @@ def regression(X: Array, right: Array, named: Sequence[str], prior: float) -> di
     bounds = [(-20.0, 20.0), *(SIGNS.get(name, free) for name in FEATURES), *(free for _ in names)]
     result: Any = minimize(cost, np.zeros(Z.shape[1]), jac=True, method="L-BFGS-B", bounds=bounds,
                            options={"ftol": 1e-14, "gtol": 1e-9, "maxiter": 10_000})  # fmt: skip
-    slopes = result.x[1 : k + 1] / spread
+    slopes = result.x[1 : k + 1] / std
     return {
         "answers": len(X),
         "right": int(np.sum(right)),

@@ -1,4 +1,4 @@
-"""Gross errors that measured sets have: stray points, poses with the joint angles of another moment, wrong labels.
+"""Gross errors that measured sets have: stray points, poses whose joint angles are wrong, wrong labels.
 
 None of them is an effect; a diagnosis is to set them aside and to name nothing because of them.
 """

@@ -14,7 +14,7 @@ from study.blind_trials.summaries import NATURAL, Frame, of_kind, share
 from study.common.provenance import code_version
 
 FORMAT = "scalar-blind-trials/1"
-UNOBSERVABLE = ("range_scale",)  # leaves no residual, whatever the poses: left out of rates of right names
+UNOBSERVABLE = ("range_scale",)  # leaves no residual with any poses, and is left out of rates of right names
 
 
 def summarise(sets: Frame, study: Study) -> tuple[dict[str, Any], dict[str, Frame]]:
@@ -58,13 +58,13 @@ def numbers(
     """
     single = of_kind(every, "single")
     natural = single[single["size"] == NATURAL]
-    audible = natural[~natural["case"].isin(UNOBSERVABLE)]
-    shifts = audible[~audible["case"].isin(NOISES)]
+    observable = natural[~natural["case"].isin(UNOBSERVABLE)]
+    systematic = observable[~observable["case"].isin(NOISES)]
     pairs, unknown, null = (of_kind(every, kind) for kind in ("pair", "unknown", "null"))
-    strange = unknown[unknown["size"] == NATURAL]
+    unmodelled = unknown[unknown["size"] == NATURAL]
     right = every[(every["outcome"] == "right") & (every["kind"] == "single")]
-    helped = right[~right["case"].isin(NOISES)]
-    sure = audible[audible["outcome"].isin(["wrong", "elsewhere"])]
+    right_systematic = right[~right["case"].isin(NOISES)]
+    unlisted = observable[observable["outcome"].isin(["wrong", "elsewhere"])]
     names = found[found["name"] != "unattributed"]
     return {
         "format": FORMAT,
@@ -79,11 +79,11 @@ def numbers(
             "crashed": int((every["status"] == "crashed").sum()),
         },
         "natural_size": {
-            "right": share(audible["outcome"] == "right"),
-            "right_shifts_only": share(shifts["outcome"] == "right"),
-            "outcomes": {outcome: int((audible["outcome"] == outcome).sum()) for outcome in OUTCOMES},
-            "right_or_listed": share(audible["outcome"].isin(["right", "listed"])),
-            "wrong_and_nothing_listed": len(sure),
+            "right": share(observable["outcome"] == "right"),
+            "right_shifts_only": share(systematic["outcome"] == "right"),
+            "outcomes": {outcome: int((observable["outcome"] == outcome).sum()) for outcome in OUTCOMES},
+            "right_or_listed": share(observable["outcome"].isin(["right", "listed"])),
+            "wrong_and_nothing_listed": len(unlisted),
             "right_by_case": {
                 str(case): share(group["outcome"] == "right")
                 for case, group in natural.groupby("case", sort=False)
@@ -101,18 +101,20 @@ def numbers(
             "with_more": int((pairs["extra"] > 0).sum()),
         },
         "unknown": {
-            "unattributed": share(strange["verdict"] == "unattributed"),
-            "given_a_wrong_name": share(strange["alarm"] & (strange["verdict"] != "unattributed")),
-            "a_name_among_the_answers": share(strange["alarm"]),
-            "nothing_found": int((strange["named"] == "none").sum()),
+            "unattributed": share(unmodelled["verdict"] == "unattributed"),
+            "given_a_wrong_name": share(unmodelled["alarm"] & (unmodelled["verdict"] != "unattributed")),
+            "a_name_among_the_answers": share(unmodelled["alarm"]),
+            "nothing_found": int((unmodelled["named"] == "none").sum()),
         },
         "after_over_control": {
             "median_named": _ratio(right, 0.5),
-            "median_named_shifts": _ratio(helped, 0.5),
-            "p95_named_shifts": _ratio(helped, 0.95),
-            "median_natural_size": _ratio(helped[helped["size"] == NATURAL], 0.5),
+            "median_named_shifts": _ratio(right_systematic, 0.5),
+            "p95_named_shifts": _ratio(right_systematic, 0.95),
+            "median_natural_size": _ratio(right_systematic[right_systematic["size"] == NATURAL], 0.5),
         },
-        "before_over_after": {"median_natural_size": _gain(helped[helped["size"] == NATURAL])},
+        "before_over_after": {
+            "median_natural_size": _gain(right_systematic[right_systematic["size"] == NATURAL])
+        },
         "named_effects": {
             "answers": share(names["right"]),
             "alone": share(names["right"][names["alternatives"] == 0]),

@@ -37,14 +37,14 @@ SET_COLUMNS = {
     "case": "of configs/blind_trials.yaml",
     "kind": "single, null, pair or unknown",
     "workcell": "robot, scanner and target planes",
-    "seed": "of all chance in the scene",
+    "seed": "of all random draws in the scene",
     "size": "multiple of the effect's natural size",
     "status": "diagnosed; not_simulated; the error that ended the diagnosis, or crashed: a defect of ours",
     "reason": "of a failure, its first line",
     "injected": "JSON, what truth.json says: name, target, size",
     "verdict": "of diagnosis.json",
     "found": "JSON, the entries of diagnosis.json without their coefficients",
-    "unobservable": "JSON, names and targets that the diagnosis says it cannot see",
+    "unobservable": "JSON, names and targets that the diagnosis says it cannot observe",
     "signal_over_noise": "rms that the injected effect leaves in a fit without it, over the rms that noise leaves",
     "wrong_poses": "number of poses spoiled on purpose",
     "wrong_poses_found": "of them, those listed as outliers",
@@ -109,7 +109,7 @@ def run_sets(study: Study, case: str, workcell: str, repetitions: str, root: Pat
 
 def make_control(study: Study, workcell: str, seed: int, root: Path) -> MatchedControl:
     """Return the matched control of all sets of a workcell and seed."""
-    # The simulator is an extra; a diagnosis of one's own data does without.
+    # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.plan import plan_poses
     from scalar.simulation.scene import simulate
 
@@ -130,7 +130,7 @@ def run_set(
 
     Args:
         wanted: What to inject. control: Of its workcell and seed.
-        signals: By what is injected, for a size of 1: kept from one size to the next, to which they are in proportion.
+        signals: ``signal_over_noise`` at size 1, by what is injected. It is computed once and scaled to the other sizes.
     """
     from scalar.simulation.errors import SimulationError
     from scalar.simulation.scene import simulate
@@ -204,7 +204,7 @@ def found(diagnosis: Diagnosis, wrong: list[int], truth_poses: pd.DataFrame) -> 
 
 
 def errors(calibration: Calibration, truth_poses: pd.DataFrame, when: str) -> dict[str, float | None]:
-    """Return mean and largest position error [mm] over true poses, base aligned; None where the calibration cannot say."""
+    """Return mean and largest position error [mm] over true poses, base aligned; None where the calibration cannot predict these poses."""
     T_true = true_frames(truth_poses)
     try:
         position = pose_errors(T_true, aligned_to(T_true, calibration.predict(truth_poses))).position / MM
@@ -214,9 +214,9 @@ def errors(calibration: Calibration, truth_poses: pd.DataFrame, when: str) -> di
 
 
 def signal_over_noise(wanted: Set, control: MatchedControl, known: dict[str, float | None]) -> float | None:
-    """Return how much of what is injected a fit without it leaves, over what the noise leaves; both rms over all points.
+    """Return the residual that injected effects leave in a fit without them, over that which the noise leaves; both rms over all points.
 
-    Taken from the same scene without noise, at the size asked for first, and in proportion for the others.
+    Computed in the same scene without noise at the size that is asked for first, and scaled to the other sizes.
     """
     from scalar.simulation.scene import simulate
 

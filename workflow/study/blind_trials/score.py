@@ -3,7 +3,7 @@
 An answer is judged by its first effect, the one that was taken first. ``right``: its name and its target are the
 injected ones. ``listed``: another effect, but the injected one stands in its ``confounded_with``. ``elsewhere``: the
 right name at another joint, order, target plane or moment. ``wrong``: another name, and the injected one is not listed.
-``unobservable``: nothing found, and the injected effect is listed as one that these data cannot show. ``missed``: nothing
+``unobservable``: nothing found, and the injected effect is listed as one that these data cannot observe. ``missed``: nothing
 found. ``unattributed``: unmodelled structure.
 """
 
@@ -16,7 +16,10 @@ from typing import Any
 import pandas as pd
 
 OUTCOMES = ("right", "listed", "unattributed", "unobservable", "missed", "elsewhere", "wrong", "failed")
-NOISES = ("pose_jitter", "scan_bias")  # they shift nothing on average
+NOISES = (
+    "pose_jitter",
+    "scan_bias",
+)  # random errors, of mean zero; every other name stands for a systematic effect
 NONE, UNATTRIBUTED = "none", "unattributed"
 SURE = 0.8  # stated confidence from which an answer is acted upon, and a wrong name is grave
 SLACK_POSES = 10  # by which the moment of a change may be off
@@ -27,7 +30,7 @@ Entry = Mapping[str, Any]
 def same_target(found: Entry, injected: Entry) -> bool:
     """Return whether two entries of the same name say the same place.
 
-    A compliance may leave out joints that the data hardly load, but may name none that does not give; a harmonic
+    A compliance may leave out joints that the data hardly load, but may name no joint that is not compliant; a harmonic
     with several orders has to hold all injected ones and no other; a moment may be off by ``SLACK_POSES``.
     """
     a, b = found.get("target") or {}, injected.get("target") or {}
@@ -79,7 +82,7 @@ def judged(sets: pd.DataFrame) -> pd.DataFrame:
 
     Added: ``named``, the first name; ``outcome`` (of sets with one effect injected); ``matched``, how many of the
     injected are among the found; ``extra``, how many of the found are none of the injected; ``alarm``, whether a
-    shift is named, or ``unattributed``, that is not injected.
+    systematic effect, or ``unattributed``, is named that is not injected.
     """
     rows = []
     for row in sets.to_dict("records"):

@@ -1,4 +1,4 @@
-"""Shares with intervals, the size at which half is found, and how sure answers ought to be."""
+"""Intervals of shares, and the size of an effect at which half of the sets are named right."""
 
 from __future__ import annotations
 

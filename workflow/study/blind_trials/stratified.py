@@ -26,7 +26,15 @@ FACTORS = ("scanner", "surface", "injected", "poses", "robot")
 CANDIDATES = (
     60  # conditions that are looked at before one is dealt; chosen: pairs come out even within a few per cent
 )
-TOGETHER = {"none": 0, "one": 1, "three": 3, "four": 4, "five": 5, "cause": 1, "shape": 1}
+TOGETHER = {
+    "none": 0,
+    "one": 1,
+    "three": 3,
+    "four": 4,
+    "five": 5,
+    "cause": 1,
+    "shape": 1,
+}  # how many things each level of "injected" injects
 PLANES = 3  # of every scene
 
 
@@ -35,7 +43,7 @@ class Trial:
     """One set: its conditions and what is drawn for them.
 
     Attributes:
-        number: Of the set, from 0; with the design's seed, all of its chance.
+        number: Of the set, from 0; with the design's seed it determines all random draws of the set.
         seed: Of the scene.
         conditions: A level of each of ``FACTORS``.
         overrides: ``{dotted key: value}`` of the scene. injected: Entries of its ``injected``.

@@ -17,7 +17,7 @@ from study.blind_trials.score import NOISES, OUTCOMES
 from study.blind_trials.statistics import half_point, half_point_interval, wilson
 
 Frame = Any  # a pandas.DataFrame: its stubs know too little of what columns hold
-NATURAL = 1.0  # the size that real arms have, as a multiple of itself
+NATURAL = 1.0  # sizes are multiples of the size that real arms have
 
 
 def share(hits: Any, prefix: str = "") -> dict[str, Any]:
@@ -74,9 +74,9 @@ def power(judged: Frame, study: Study) -> pd.DataFrame:
 
 
 def thresholds(judged: Frame, study: Study) -> pd.DataFrame:
-    """Return where each effect begins to be named right: the size and the signal at which half of the sets are.
+    """Return the size, and the signal over noise, at which each effect is named right in half of the sets.
 
-    0 stands for less than the smallest that was tried, an empty cell for more than the largest.
+    0 stands for a size below the smallest that was tried, an empty cell for one above the largest.
     """
     rows = []
     for case, group in of_kind(judged, "single").groupby("case", sort=False):
@@ -109,7 +109,7 @@ def thresholds(judged: Frame, study: Study) -> pd.DataFrame:
 
 
 def nulls(judged: Frame) -> pd.DataFrame:
-    """Return the false alarms, a row a kind of gross error and one for all: a shift named where there is none."""
+    """Return the false alarms, a row a kind of gross error and one for all: a systematic effect was named where there is none."""
     rows = []
     sets = of_kind(judged, "null")
     for case, group in [*sets.groupby("case", sort=False), ("all", sets)]:
@@ -160,7 +160,7 @@ def in_words(target: Mapping[str, Any] | None) -> str:
 
 
 def unknown(judged: Frame) -> pd.DataFrame:
-    """Return a row a kind and size of unmodelled structure: how often it was left without one."""
+    """Return a row a kind and size of unmodelled structure: how often it was called unattributed, given a name, or taken for noise."""
     rows = []
     by: Any = ["case", "size"]
     for (case, size), group in of_kind(judged, "unknown").groupby(by, sort=False):

@@ -1,4 +1,4 @@
-"""A stratified set, judged: the columns of the table of blind trials, which overlap.
+"""The score of a stratified set: the columns of the table of blind trials, of which several may apply to one set.
 
 An entry of a diagnosis is *acceptable* where it is an injected effect at its place, or a fair description of something else that
 is truly there: a bowed target plane, a crooked lens, or a cause without a name of its own that has one nearby (``FAIR``). It is
@@ -17,13 +17,13 @@ WORSE, MUCH_WORSE = 1.05, 1.2  # after over before, mean error over unseen poses
 FAIR: Mapping[str, tuple[str, ...]] = {
     "air_conditioning": ("thermal_drift",),  # links do grow
     "sawtooth_growth": ("thermal_drift",),
-    "encoder_interpolation": ("joint_ripple", "pose_jitter"),  # 512 waves a turn, at angles at random
+    "encoder_interpolation": ("joint_ripple", "pose_jitter"),  # 512 waves a turn look random at random angles
     "giving_floor": ("base_compliance",),  # it does tilt under the moment, beyond a threshold
     "late_trigger": ("pose_lag",),
     "two_slope_gear": ("joint_compliance", "torque_compliance"),
     "vibration": ("pose_lag", "pose_jitter"),
 }
-"""Names that describe a cause of no known name fairly, where they name its joint or none."""
+"""By unknown cause, the names that describe it fairly if they name its joint or none."""
 
 
 def acceptable(entry: Entry, truth: Mapping[str, Any]) -> bool:
@@ -89,8 +89,8 @@ def trial_score(
     hidden = [any(u["name"] == i["name"] and same_target(u, i) for u in unobservable) for i in injected]
     unattributed = any(e["name"] == UNATTRIBUTED for e in found)
     no_name = [i for i in injected if i["name"] == "unknown"]
-    silent = bool(no_name) and not found
-    missed = silent or any(
+    nothing_said = bool(no_name) and not found
+    missed = nothing_said or any(
         not n and not h for n, h, i in zip(named, hidden, injected, strict=True) if i not in no_name
     )
     sure = [e for e in wrong if (e.get("confidence") or 0.0) >= SURE]

@@ -1,4 +1,4 @@
-"""The table of the stratified blind trials: rates with intervals, a row a kind of set, and how sure answers may be."""
+"""The tables of the stratified blind trials: rates with intervals for each kind of set, and right answers by stated confidence."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def ratios(scored: pd.DataFrame) -> pd.DataFrame:
 
 
 def confidence_bins(answers: pd.DataFrame) -> pd.DataFrame:
-    """Return of the answers with a stated confidence the share that is right, by bins, effects and components apart."""
+    """Return the share of right answers by bins of the stated confidence, effects and variance components apart."""
     rows = []
     for of in ("effect", "component"):
         some: Any = answers[answers["of"] == of]
@@ -104,7 +104,7 @@ def scored(sets: pd.DataFrame) -> pd.DataFrame:
 
 
 def said(sets: pd.DataFrame) -> pd.DataFrame:
-    """Return a row an answer that has a name, of all sets."""
+    """Return a row for each named answer of all sets."""
     rows = [
         {"row": row["row"], "poses": row["poses"]} | answer
         for row in sets.to_dict("records")

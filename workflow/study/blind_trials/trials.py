@@ -1,8 +1,8 @@
 """Run stratified sets: simulate, diagnose blind, compare with the truth; a row a set, in memory.
 
-The floor is the noise-limited error: the same scene, poses, faces and draws of noise without what was injected, without bent
-target planes, a crooked lens and edges, calibrated plainly. It is what a fit reaches that knows the form of all causes and has no need
-to spend data on them.
+The floor is the noise-limited error. It is that of the same scene with the same poses and draws of noise, but without what was injected, bent
+target planes, a crooked lens and effects of edges, calibrated by the rigid model. A fit reaches it that knows the form of all causes and need not
+estimate them.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from scalar.simulation.scene import SimulatedScene
 
 WITHOUT_FLAWS = {"scanner": {"linearity_m": 0.0, "edge_share": 0.0}, "surface": {"bow_m": 0.0}}
-ATTEMPTS = 5  # at a scene whose effects throw scans off their target plane, or that no posture sees: each with another seed
+ATTEMPTS = 5  # to simulate a set, each with another seed: effects may move scans off their target plane, or no posture may see a plane
 TRIAL_COLUMNS = {
     "number": "of the set in the design",
     "row": "of the table",
     **{factor: "its condition" for factor in FACTORS},
-    "seed": "of all chance in the scene",
+    "seed": "of all random draws in the scene",
     "attempt": "how many scenes could not be simulated before this one",
     "status": "diagnosed; not_simulated; the error that ended the diagnosis, or crashed: a defect of ours",
     "reason": "of a failure, its first line",
@@ -38,7 +38,7 @@ TRIAL_COLUMNS = {
     "scanner_truth": "JSON, the scanner's block of truth.json, or null",
     "surface_truth": "JSON, the surfaces' block of truth.json, or null",
     "found": "JSON, the entries of diagnosis.json without their coefficients",
-    "unobservable": "JSON, names and targets that the diagnosis says it cannot see",
+    "unobservable": "JSON, names and targets that the diagnosis says it cannot observe",
     "components": "JSON, names of the components of the scanner's own noise",
     "position_before_mm": "mean error over the evaluation poses, base aligned, without the effects found",
     "position_after_mm": "with them",
@@ -90,12 +90,12 @@ def run_trial(design: Design, trial: Trial, root: Path) -> dict[str, Any]:
 
 
 def scenes(design: Design, trial: Trial, root: Path) -> tuple[SimulatedScene, SimulatedScene]:
-    """Return the scene of a trial, and the one that tells its floor.
+    """Return the scene of a trial, and the scene whose calibration gives its floor.
 
     Raises:
         SimulationError: No postures, or a scan leaves its target plane.
     """
-    # The simulator is an extra; a diagnosis of one's own data does without.
+    # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.plan import plan_poses
     from scalar.simulation.scene import simulate
 
@@ -111,7 +111,7 @@ def scenes(design: Design, trial: Trial, root: Path) -> tuple[SimulatedScene, Si
 
 
 def truth_of(simulated: SimulatedScene) -> dict[str, Any]:
-    """Return what ``trial_score`` wants to know of the truth."""
+    """Return the truth as ``trial_score`` takes it."""
     keys = ("name", "kind", "target", "size")
     return {
         "injected": [{k: entry[k] for k in keys if k in entry} for entry in simulated.truth["effects"]],

@@ -1,19 +1,21 @@
-"""Every claim of the original paper beside what we find, judged by stated rules; no verdict is typed.
+"""Judge every claim of the original paper on the results of a run, by stated rules; no verdict is written by hand.
 
 A claim is a row of ``judged_claims.csv``: its number, where it is made, the table that answers it and the rule that judges. Found
-values are medians over the seeds with 5 and 95 % quantiles, raw errors, walls upright, a row a way to calibrate. The rules:
+values are medians over the seeds with their band, the 5 and 95 % quantiles; errors are raw, walls upright; there is a row for each way to
+calibrate. The rules:
 
-- ``reached``: an accuracy. Confirmed where it lies in our band; *differs* where all of the band is better; else it does not hold.
-- ``draw``, ``value``: one run's figure. Confirmed where it lies within the range of our seeds; ``value`` does not hold where it is more than
-  ``FAR`` times off, and both differ otherwise.
-- ``enough``: more changes nothing. Confirmed where the error falls by at most ``SAME``; does not hold from ``CHANGED`` on; differs between.
-- ``unaffected``: as ``enough``, either way, and every fit succeeds; does not hold where fewer than ``MOST`` do.
+- ``reached``: an accuracy. Confirmed if it lies in the band; *differs* if all of the band is better; else it does not hold.
+- ``draw``, ``value``: a figure of one run. Confirmed if it lies within the range of the seeds; ``value`` does not hold if the median is more than
+  ``FAR`` times larger or smaller, and both differ otherwise.
+- ``enough``: more data change nothing. Confirmed if the error is at most ``SAME`` times that with more data; does not hold from ``CHANGED`` times on;
+  differs between.
+- ``unaffected``: the error may be at most ``SAME`` times larger or smaller, and every fit succeeds; does not hold if fewer than ``MOST`` succeed.
 - ``within``, ``fails``, ``at_once``: a share of the seeds. Confirmed from ``MOST`` on, does not hold below one half, differs between; ``at_once``
-  also differs where it fails in another case than the headline.
+  also differs if another case than the headline has a share below ``MOST``.
 - ``count``: confirmed where equal, else it does not hold. ``duration``: confirmed where a fit takes less; without a time, open.
 
 A fit that failed confirms nothing: where fewer than ``MOST`` of the fits succeed, ``reached``, ``value`` and ``enough`` differ at best; a seed
-without a calibration has no plane within its limits; and ``fails`` needs a way that succeeds where there are enough data.
+without a calibration has no plane within its limits; and ``fails`` is confirmed only if fits succeed where there are enough data.
 """
 
 from __future__ import annotations
@@ -35,7 +37,7 @@ MOST = 0.95
 FAR = 2.0
 CLAIM_COLUMNS = {
     "claim": "its name",
-    "statement": "in our words; the unit of the numbers stands in `unit`",
+    "statement": "the claim in the words of this project; `unit` has the unit of its numbers",
     "where": "section of the paper",
     "published": "the paper's number",
     "unit": "of the numbers",
@@ -69,7 +71,7 @@ class Results:
 
 @dataclass(frozen=True)
 class Found:
-    """What one way found: a value, its band and range over the seeds, and the share of fits that succeeded."""
+    """What one way to calibrate found for a claim: a value, its band and range over the seeds, and the share of fits that succeeded."""
 
     way: str
     value: float
@@ -96,7 +98,7 @@ def _judge(rule: str, published: float, found: Found) -> tuple[str, str]:
         return (CONFIRMED, "the same count") if same else (FAILS, f"we count {found.value:g}")
     if rule == "duration" and not 0 < found.value < np.inf:
         return ABSENT, "no time was measured"
-    if rule == "duration":  # no seconds are told: the table is the same on any machine that is fast enough
+    if rule == "duration":  # the table states no seconds, and is the same on any machine that is fast enough
         return (CONFIRMED, "a fit takes less") if found.value < published else (FAILS, "a fit takes longer")
     if rule in ("within", "fails", "at_once"):
         share = f"{_percent(found.value)} of the seeds"
@@ -164,7 +166,7 @@ def judge_claims(published: pd.DataFrame, results: Results) -> pd.DataFrame:
 
 
 def answers_of(claim: Mapping[str, Any], results: Results) -> list[Found]:
-    """Return what each way found of a claim; nothing where the run has no such table or point."""
+    """Return what each way to calibrate found for a claim; an empty list if the run has no such table or point."""
     source = str(claim["source"])
     if source == "headline" and results.headline is not None:
         return _of_headline(claim, results.headline)
@@ -185,11 +187,12 @@ def _of_headline(claim: Mapping[str, Any], summary: Any) -> list[Found]:
     rows = summary[(summary["alignment"] == "raw") & (summary["quantity"] == claim["quantity"])]
     rows = rows[(rows["method"] == INITIAL) == (claim["rule"] == "draw")]
     return [
-        _spread("" if row["method"] == INITIAL else row["method"], row) for row in rows.to_dict("records")
+        _over_seeds("" if row["method"] == INITIAL else row["method"], row) for row in rows.to_dict("records")
     ]
 
 
-def _spread(way: str, row: Mapping[str, Any]) -> Found:
+def _over_seeds(way: str, row: Mapping[str, Any]) -> Found:
+    """Return median, band and range of a row of a summary."""
     failed = row.get("not_converged", row.get("failed", 0) + row.get("lost", 0))
     seeds, succeeded = int(row["seeds"]), 1 - failed / row["seeds"]
     return Found(way, row["median"], row["p05"], row["p95"], row["min"], row["max"], seeds, succeeded)
@@ -228,7 +231,7 @@ def _of_sweep(claim: Mapping[str, Any], summary: Any) -> list[Found]:
             ratio = here["median"] / there["median"]
             found.append(Found(str(way), ratio, seeds=int(here["seeds"]), succeeded=1 - bad))
         else:
-            found.append(_spread(str(way), here))
+            found.append(_over_seeds(str(way), here))
     return found
 
 

@@ -1,4 +1,4 @@
-"""The Cramér-Rao bound as pose errors: what an estimator would show whose parameters scatter as little as they may.
+"""The Cramér-Rao bound as pose errors: those of an unbiased estimator with the least covariance that is possible.
 
 At the truth the covariance of every unbiased estimate of the free parameters is at least ``C = (J' J)^-1``, J the
 whitened Jacobian. Errors drawn from N(0, C) and carried to the poses by ``de = v + w x p`` have mean and maximum
@@ -28,32 +28,32 @@ from scalar.geometry.planes import Planes
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array, transform_from_rotation_vector
 
-DRAWS = 64  # of parameter errors: the mean of them is sure to about 2 %
+DRAWS = 64  # of parameter errors: the standard error of their mean is about 2 %
 POSES = 2000  # the first of the evaluation poses; the maximum over 10,000 lies about 1 % higher
 DRAWS_SEED = 0
-_LEAST_SINGULAR_VALUE = 1e-6  # of the scaled Jacobian: with less a direction is not seen, and no bound exists
+_LEAST_SINGULAR_VALUE = 1e-6  # of the Jacobian with columns of unit length, over the largest: below it a direction is unobservable, and no bound exists
 
 
 def bound_errors(
-    dataset: Dataset, truth: Mapping[str, Any], held: Sequence[str], truth_poses: pd.DataFrame
+    dataset: Dataset, truth: Mapping[str, Any], fixed: Sequence[str], truth_poses: pd.DataFrame
 ) -> tuple[dict[str, float], dict[str, float]] | None:
-    """Return the errors at the bound, expected and with this noise, as ``PoseErrors.to_mapping``; None where there is none.
+    """Return the errors expected at the bound, and those of the efficient estimate with this noise (``PoseErrors.to_mapping``).
 
-    There is none where the sensor has no noise, and where some direction of the parameters is not seen.
+    None if the sensor has no noise, or if some direction of the parameters is unobservable.
 
     Args:
         dataset: What was measured; its points only set the incidence of each ray.
         truth: Content of ``truth.json``.
-        held: Names of the parameters that are not estimated, beside Hayati's beta.
+        fixed: Names of the parameters that are not estimated; Hayati's beta is none of the free ones anyway.
         truth_poses: As in ``truth_poses.csv``.
     """
     if dataset.sensor.noise is None:
         return None
     model = true_model(dataset, truth)
-    free = candidate_mask(model, held)
+    free = candidate_mask(model, fixed)
     residuals = Residuals.of(dataset, model).reweighted(model)
     if int(residuals.measurement.equations.sum()) < int(free.sum()):
-        return None  # beyond two rows a scan the Jacobian holds the noise of the points, which is no equation
+        return None  # the third row of a compressed scan holds the noise of its points, and counts as no equation
     residual, J = residuals.linearise(model)
     J = J[:, free]
     scale = np.linalg.norm(J, axis=0)

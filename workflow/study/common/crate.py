@@ -44,7 +44,9 @@ def write_crate(path: Path, *, root: Path, results: Sequence[Path], config: Mapp
         FileNotFoundError: A result is absent.
     """
     citation = load_yaml(root / "CITATION.cff")
-    crate: Any = ROCrate(version="1.1")  # its annotations are those of no entity in particular
+    crate: Any = ROCrate(
+        version="1.1"
+    )  # Any: the type hints of rocrate do not know the attributes of an entity
     crate.name = f"A run of {citation['title']}"
     crate.description = (
         "Figures, tables and paper of one run, with the workflow and the config that made them."

@@ -29,7 +29,7 @@ from scalar.errors import Fault, InvalidInput
 CASE = "case"
 SCENE = "scene"
 MAX_BYTES = 100_000_000
-"""Length of a grid [bytes]: a million cases."""
+"""Greatest length of a grid's file [bytes], enough for a million cases."""
 CASE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 
 

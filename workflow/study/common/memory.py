@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def dataset_in_memory(scene: SimulatedScene) -> Dataset:
-    """Return what ``read_dataset`` would return of the scene's folder, to the digits that its tables keep."""
+    """Return what ``read_dataset`` would return for the folder of a scene, up to the digits that its tables round away."""
     mapping, poses = scene.dataset, scene.poses
     robot, sensor = Robot.from_mapping(mapping["robot"]), mapping["sensor"]
     nominal = sensor.get("nominal_pose")

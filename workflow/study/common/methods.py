@@ -17,10 +17,10 @@ INITIAL = "initial"
 """The model as the dataset declares it, before any calibration: a state to compare with, not a method."""
 
 BOUND = "cramer-rao"
-"""What no unbiased estimator does better than: a yardstick in the tables, not a method."""
+"""The Cramér-Rao bound, below which no unbiased estimator comes: a yardstick in the tables, not a method."""
 
 EFFICIENT = "efficient"
-"""The estimate to first order that attains the bound, from the same noise: a yardstick seed by seed."""
+"""The efficient estimate to first order, from the same noise: it attains the bound, and is a yardstick seed by seed."""
 
 CONVERGED = "converged"
 """Status of a fit that ended at an optimum."""
@@ -71,7 +71,7 @@ METHODS = {
         Method("baseline-raise", "raise"),
     )
 }
-"""By name: those that a config may ask for and that figures draw."""
+"""By name, the methods that a config may name and that figures draw."""
 
 EVERY_METHOD = METHODS | {
     method.name: method
@@ -80,4 +80,4 @@ EVERY_METHOD = METHODS | {
         Method("baseline-nan-2018", "raise", "2018", "propagate"),
     )
 }
-"""By name, with those that only the sensitivity of the published curves' explanation asks for."""
+"""By name, all methods, also those that are used only to vary the explanation of the published curves."""

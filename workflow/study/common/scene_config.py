@@ -20,7 +20,7 @@ def scene_config(scene: Path, overrides: Sequence[Mapping[str, Any]], **entries:
     Raises:
         InvalidInput: The scene, an override or an entry is at fault.
     """
-    # The simulator is an extra; a diagnosis of one's own data does without.
+    # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.config import complete_config, load_config
 
     config = load_config(scene)

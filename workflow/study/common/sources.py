@@ -32,7 +32,7 @@ def source_files(names: Iterable[str], homes: Mapping[str, Path]) -> set[Path]:
 def _files_and_imports(name: str, home: Path) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Return the files that a module consists of, and the names that it imports; nothing for a name inside a module.
 
-    Kept: every rule asks, and to parse a file is slow.
+    The answer is cached: every rule asks, and parsing a file is slow.
     """
     path = home / name.replace(".", "/")
     path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")

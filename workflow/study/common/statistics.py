@@ -10,9 +10,9 @@ QUANTITIES = ("position_mean_mm", "position_max_mm", "orientation_mean_deg", "or
 POSE_ERROR_COLUMNS = {
     "status": "converged, or how the fit ended; a row without numbers has no calibration",
     "alignment": "raw: poses as predicted; aligned: after the best rigid motion of the base",
-    "position_mean_mm": "over the evaluation poses (equation 18)",
+    "position_mean_mm": "mean position error over the evaluation poses (equation 18 of the original paper)",
     "position_max_mm": "the largest of them",
-    "orientation_mean_deg": "angle of the error rotation over the evaluation poses",
+    "orientation_mean_deg": "mean angle of the error rotation over the evaluation poses",
     "orientation_max_deg": "the largest of them",
 }
 """Columns that every table of errors over the evaluation poses has, with their meanings."""
@@ -24,8 +24,8 @@ BAND = (0.05, 0.95)
 """Quantiles over the seeds between which a band is drawn."""
 
 
-def spread(values: np.ndarray) -> dict[str, float]:
-    """Return the STATISTICS of values ``(S,)``; NaN where there are none."""
+def summary_statistics(values: np.ndarray) -> dict[str, float]:
+    """Return the STATISTICS of values over the seeds ``(S,)``; NaN where there are none."""
     if not len(values):
         return dict.fromkeys(STATISTICS, float("nan"))
     low, median, high = np.quantile(values, [BAND[0], 0.5, BAND[1]])

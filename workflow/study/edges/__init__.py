@@ -1,1 +1,1 @@
-"""Where calibration and diagnosis break: one thing wrong with the data, more and more of it."""
+"""At which degree of gross errors, wrong noise or poor guesses calibration and diagnosis fail: one thing is wrong at a time."""

@@ -1,4 +1,4 @@
-"""Spoil a simulated dataset by degrees, diagnose each, and compare with the truth: a row for each degree, in memory."""
+"""Spoil a simulated dataset to several degrees, diagnose each, and compare with the truth: a row for each degree. Nothing is written to files."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ NOISES = ("pose_jitter", "scan_bias")
 EDGE_COLUMNS = {
     "axis": "what is wrong",
     "value": "how much of it, in the unit of the axis",
-    "seed": "of all chance in the scene",
+    "seed": "of all random draws in the scene",
     "injected": "nothing, or gear: one eccentric gear",
     "answer": "right: the gear is named, or no effect where none is; wrong: another effect, or the gear missed; refused; crashed: a defect of ours",
     "reason": "of a refusal or a crash, its first line",

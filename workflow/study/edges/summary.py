@@ -1,4 +1,4 @@
-"""What many seeds say of each degree: how accurate, how often right, how often refused."""
+"""For each degree of what is wrong, over many seeds: how accurate, how often right, how often refused."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def summarise_edges(rows: pd.DataFrame) -> pd.DataFrame:
 
 def edge_numbers(summary: pd.DataFrame) -> dict[str, Any]:
     """Return for each axis the last value, going away from where nothing is wrong, up to which all sets have an error of at most twice
-    that of sound data, and up to which all answers are right; None where even sound data have not.
+    that of sound data, and up to which all answers are right; None where this fails for sound data already.
     """
     numbers: dict[str, Any] = {}
     tables: Any = summary.groupby("axis", sort=False)

@@ -27,17 +27,17 @@ from study.headline.calibrate import FAILURE_FORMAT
 
 ERROR_COLUMNS = {
     "case": "row of the grid",
-    "seed": "of all chance in the scene",
+    "seed": "of all random draws in the scene",
     "method": "proposed, baseline-READING (the original paper's method), or initial (the model before calibration)",
     **POSE_ERROR_COLUMNS,
     "predicted_position_std_mean_mm": "the calibration's own standard error of the position",
     "residual_rms_mm": "distance of points and planes after the fit",
-    "misfit": "the residual over what the noise explains; about 1 for a complete model",
+    "misfit": "the residual divided by what the noise explains; about 1 for a complete model",
     "evaluations": "of the residual, by the solver",
 }
 PLANE_COLUMNS = {
     "case": "row of the grid",
-    "seed": "of all chance in the scene",
+    "seed": "of all random draws in the scene",
     "method": "as in errors.csv",
     "status": "as in errors.csv",
     "plane": "its name",
@@ -46,7 +46,7 @@ PLANE_COLUMNS = {
 }
 PARAMETER_COLUMNS = {
     "case": "row of the grid",
-    "seed": "of all chance in the scene",
+    "seed": "of all random draws in the scene",
     "method": "as in errors.csv",
     "status": "as in errors.csv",
     "parameter": "a alpha d theta beta by joint, and the sensor's pose on the flange",
@@ -54,8 +54,8 @@ PARAMETER_COLUMNS = {
     "value": "calibrated",
     "truth": "injected",
     "error": "value less truth",
-    "std": "the calibration's own standard error; empty where the parameter was held",
-    "normalized_error": "error / std, of unit spread where the standard errors are true",
+    "std": "the calibration's own standard error; empty where the parameter was fixed",
+    "normalized_error": "error / std; its standard deviation is 1 where the standard errors are true",
     "held": "True where the parameter was not estimated",
 }
 

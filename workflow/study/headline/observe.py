@@ -1,4 +1,4 @@
-"""What the poses of one dataset can show, as tables: singular values, and every null direction in words."""
+"""What the poses of one dataset determine, as tables: singular values, and every null direction in words."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def observe(dataset_dir: str | Path) -> tuple[pd.DataFrame, pd.DataFrame]:
     Returns:
         ``index, singular_value, null, tolerance``: of the Jacobian with columns of unit length, the largest
         being 1, and whether it counts as zero. ``held, cause, moves_with, reason``: a row a null direction,
-        named by the parameter that is held because of it.
+        named by the parameter that is fixed because of it (``held``).
     """
     found = prepare(read_dataset(dataset_dir)).identifiability
     values = pd.DataFrame(

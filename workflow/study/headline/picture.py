@@ -1,4 +1,4 @@
-"""The picture of a study's workcell, as a PNG and the places of what stands in it."""
+"""The picture of a study's workcell as a PNG, and the pixels at which its parts appear."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def write_picture(
     """
     from matplotlib.image import imsave
 
-    # The simulator is an extra; a study of one's own data does without.
+    # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.config import load_config
     from scalar.simulation.render import render_scene
     from scalar.simulation.scene import simulate

@@ -25,7 +25,7 @@ def simulate_seeds(
         InvalidInput: The scene is at fault.
         SimulationError: Too few postures see a target plane.
     """
-    # The simulator is an extra; a study of one's own data does without.
+    # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.config import load_config
     from scalar.simulation.export import write_scene
     from scalar.simulation.scene import simulate

@@ -1,4 +1,4 @@
-"""From a row a seed to what the seeds say together: bands, normalised errors, published values among ours."""
+"""Summaries over the seeds: quantiles of the errors, normalised errors, and where published values fall among simulated ones."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 
 from study.common.methods import CONVERGED, INITIAL
-from study.common.statistics import QUANTITIES, STATISTICS, spread
+from study.common.statistics import QUANTITIES, STATISTICS, summary_statistics
 
 
 def summarise_errors(errors: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a case, method, alignment and quantity: seeds, failures, mean, spread, quantiles.
+    """Return a row a case, method, alignment and quantity: seeds, failures, mean, standard deviation, quantiles.
 
     The columns from ``mean`` on are in the unit in the quantity's name. Fits without a calibration are
     counted and left out; those that did not converge are counted and stay in, as they are.
@@ -31,7 +31,7 @@ def summarise_errors(errors: pd.DataFrame) -> pd.DataFrame:
                     "seeds": len(group),
                     "not_converged": int((~group["status"].isin([CONVERGED, INITIAL])).sum()),
                     "without_calibration": len(group) - len(values),
-                    **spread(values),
+                    **summary_statistics(values),
                 }
             )
     return pd.DataFrame(rows)
@@ -40,7 +40,7 @@ def summarise_errors(errors: pd.DataFrame) -> pd.DataFrame:
 def _groups(table: Any, *columns: str) -> Iterator[tuple[Any, Any]]:
     """Return (key, rows) of each combination in the columns, in the order in which they first appear.
 
-    Any, since pyright takes a column for an array or a table as often as for a column.
+    Typed as Any, because the stubs of pandas do not tell a column from a table.
     """
     by: Any = list(columns)
     for key, rows in table.groupby(by, sort=False):
@@ -48,7 +48,7 @@ def _groups(table: Any, *columns: str) -> Iterator[tuple[Any, Any]]:
 
 
 def summarise_parameters(parameters: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a case, method and estimated parameter: errors found beside the standard errors stated.
+    """Return a row a case, method and estimated parameter: the errors found, and the standard errors stated.
 
     ``normalized_rms`` is near 1 and ``within_2_std`` near 0.95 where the standard errors are true.
     """
@@ -107,10 +107,10 @@ def summarise_planes(planes: pd.DataFrame, published: pd.DataFrame) -> pd.DataFr
 
 
 def place_published(errors: pd.DataFrame, published: pd.DataFrame) -> pd.DataFrame:
-    """Return where each published value falls among ours: a row a method and quantity, raw errors only.
+    """Return where each published value falls among the simulated ones: a row a method and quantity, raw errors only.
 
-    ``percentile`` is the share of our seeds below the published value, in per cent: 0 and 100 lie outside
-    our range.
+    ``percentile`` is the share of the seeds below the published value, in per cent: at 0 and 100 it lies outside
+    the simulated range.
 
     Args:
         errors: errors.csv of one case.
@@ -121,18 +121,18 @@ def place_published(errors: pd.DataFrame, published: pd.DataFrame) -> pd.DataFra
     for method, group in _groups(errors[errors["alignment"] == "raw"], "method"):
         state = INITIAL if method == INITIAL else "calibrated"
         for quantity in QUANTITIES:
-            ours = group[quantity].dropna().to_numpy(dtype=float)
+            simulated = group[quantity].dropna().to_numpy(dtype=float)
             value = float(states[quantity][state])
             rows.append(
                 {
                     "method": method,
                     "quantity": quantity,
                     "published": value,
-                    "simulated_mean": ours.mean() if len(ours) else float("nan"),
-                    "simulated_min": ours.min() if len(ours) else float("nan"),
-                    "simulated_max": ours.max() if len(ours) else float("nan"),
-                    "percentile": 100.0 * np.mean(ours < value) if len(ours) else float("nan"),
-                    "seeds": len(ours),
+                    "simulated_mean": simulated.mean() if len(simulated) else float("nan"),
+                    "simulated_min": simulated.min() if len(simulated) else float("nan"),
+                    "simulated_max": simulated.max() if len(simulated) else float("nan"),
+                    "percentile": 100.0 * np.mean(simulated < value) if len(simulated) else float("nan"),
+                    "seeds": len(simulated),
                 }
             )
     return pd.DataFrame(rows)
@@ -176,13 +176,13 @@ def headline_numbers(
             for row in of_placed.to_dict("records")
         }
         methods[str(method)] = entry
-    live: Any = singular_values.loc[~singular_values["null"], "singular_value"]
+    nonzero: Any = singular_values.loc[~singular_values["null"], "singular_value"]
     return {
         "methods": methods,
         "identifiability": {
             "columns": len(singular_values),
-            "zero_singular_values": len(singular_values) - len(live),
-            "smallest_nonzero": float(live.min()),
+            "zero_singular_values": len(singular_values) - len(nonzero),
+            "smallest_nonzero": float(nonzero.min()),
             "held": list(null_directions["held"]),
         },
     }

@@ -24,7 +24,7 @@ STATES = ("before_mm", "after_mm", "predicted_mm")
 
 
 def correlation(calibration: Calibration) -> pd.DataFrame:
-    """Return the correlations of the free parameters, ``parameter`` and a column each; what never moved has none (NaN)."""
+    """Return the correlations of the free parameters, ``parameter`` and a column each; NaN where a standard error is zero."""
     std = np.sqrt(np.diag(calibration.covariance))
     with np.errstate(divide="ignore", invalid="ignore"):
         matrix = calibration.covariance / std / std[:, None]
@@ -36,7 +36,7 @@ def correlation(calibration: Calibration) -> pd.DataFrame:
 def map_errors(
     data_dirs: Sequence[str | Path], calibration_dirs: Sequence[str | Path]
 ) -> tuple[pd.DataFrame, int]:
-    """Return root mean square position errors over the seeds by place of the scanner, and how many seeds they are of.
+    """Return root mean square position errors over the seeds by place of the scanner, and the number of seeds.
 
     Args:
         data_dirs: As ``simulate_seeds`` wrote them, a folder a batch.

@@ -1,6 +1,6 @@
-"""Which measured sets can be studied here and now: those whose original files lie in a folder, were fetched before, or can be fetched.
+"""Which measured sets can be studied: those whose original files lie in a folder, were fetched before, or can be fetched.
 
-What is missing is said once, with what to do about it, and stops nothing.
+A warning names the missing files and says what to do; the other sets are studied all the same.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from study.measured.originals import Original, answers
 
 @dataclass(frozen=True)
 class SetsAtHand:
-    """The measured sets at hand. They are looked for when they are first asked for, since that may ask the network, and once.
+    """The measured sets at hand. They are looked for once, when they are first asked for, since the search may use the network.
 
     Attributes:
         originals: ``{set: its original files}``.

@@ -1,6 +1,6 @@
 """The error of each joint's gear over its angle, as two campaigns found it, and how far they agree.
 
-Angles a full turn apart are one: gears come round. A campaign says something of an angle only where it has poses nearby.
+Angles a full turn apart are the same angle of the gear. An angle counts as measured (``seen``) only if a campaign has poses nearby.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from scalar.geometry.se3 import Array
 from scalar.units import DEG, MRAD
 
 STEP_DEG = 2.0
-NEAR = 3  # poses within half a step on each side, or within two steps, that make an angle one that was seen
+NEAR = 3  # poses within 1.5 steps of an angle for which it counts as measured
 COLUMNS = ("joint", "angle_deg", "error_mrad", "std_mrad", "seen")
 
 
@@ -70,15 +70,15 @@ def _error(found: Calibration, joint: int, angles: Array) -> tuple[Array, Array]
 
 
 def _seen(poses_deg: Array, angles_deg: Array) -> Array:
-    """Return whether enough poses stand within a step and a half of each angle, a turn being nothing."""
+    """Return whether at least ``NEAR`` poses lie within 1.5 steps of each angle, modulo full turns."""
     apart = np.abs((poses_deg[:, None] - angles_deg + 180.0) % 360.0 - 180.0)
     return np.sum(apart <= 1.5 * STEP_DEG, axis=0) >= NEAR
 
 
 def agreement(one: pd.DataFrame, other: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return for every joint how far two campaigns agree on its error, at the angles that both have seen.
+    """Return for every joint how far two campaigns agree on its error, at the angles that both have measured.
 
-    The straight line through each is taken off first: a campaign that saw part of a turn cannot tell it from the arm's geometry.
+    The straight line through each is subtracted first: data of a part of a turn do not distinguish it from the arm's geometry.
 
     Args:
         one, other: As `gear_errors` gives them.

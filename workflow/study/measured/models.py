@@ -2,8 +2,8 @@
 
 Truth is not known here: the one judge is how well poses are predicted that no fit has seen. Three models are
 compared with the diagnosis: only the places of base (tracker, planes) and sensor fitted; the geometry as well;
-and the geometry with another campaign's effects, held as they were found there. Two checks guard what the diagnosis says: a split of the
-poses that it never saw, with fits of their own, and a control in which it must not work: effects on joints that are told the angles of
+and the geometry with another campaign's effects, fixed as they were found there. Two checks guard what the diagnosis says: another split of the
+poses, with fits of its own, and a control in which effects must explain nothing: effects on joints that are given the angles of
 other poses.
 """
 
@@ -47,13 +47,13 @@ def compare(dataset: Dataset) -> dict[str, dict[str, float]]:
     """Return the errors [mm] with only base and sensor fitted, and with the geometry as well."""
     cleaned, prepared = _prepared(dataset)
     model = prepared.initial.model
-    held = set(model.robot.parameter_names)
+    fixed = set(model.robot.parameter_names)
     if not prepared.residuals.measurement.observes_orientation:
-        held |= {"sensor_rx", "sensor_ry", "sensor_rz"}
-    placed = np.array([name not in held for name in model.names])
+        fixed |= {"sensor_rx", "sensor_ry", "sensor_rz"}
+    placed = np.array([name not in fixed for name in model.names])
     return {
-        BASE_AND_TOOL: _errors(_settled(cleaned, model, placed, ())),
-        BEFORE: _errors(_settled(cleaned, model, prepared.free, ())),
+        BASE_AND_TOOL: _errors(_refitted(cleaned, model, placed, ())),
+        BEFORE: _errors(_refitted(cleaned, model, prepared.free, ())),
     }
 
 
@@ -63,9 +63,9 @@ def _prepared(dataset: Dataset) -> tuple[Dataset, Prepared]:
 
 
 def transferred(dataset: Dataset, effects: Sequence[Effect]) -> dict[str, float]:
-    """Return the errors [mm] with the geometry fitted and the effects held as another campaign found them."""
+    """Return the errors [mm] with the geometry fitted and the effects fixed as another campaign found them."""
     cleaned, prepared = _prepared(dataset)
-    return _errors(_settled(cleaned, prepared.initial.model, prepared.free, effects))
+    return _errors(_refitted(cleaned, prepared.initial.model, prepared.free, effects))
 
 
 def on_a_fresh_split(dataset: Dataset, found: Calibration) -> dict[str, float]:
@@ -105,9 +105,9 @@ def on_shuffled_angles(dataset: Dataset, found: Calibration) -> dict[str, float]
 def _fitted(
     dataset: Dataset, prepared: Prepared, effects: Sequence[Effect], found: Calibration, seen: Dataset
 ) -> FittedState:
-    """Return the optimum of geometry and effects, from effects of nothing, the effects told the poses of ``seen``.
+    """Return the optimum of geometry and effects, started without effects; the effects are computed from the poses of ``seen``.
 
-    Rows are weighed by what the calibration left, so that its beliefs of the effects' sizes hold.
+    Rows are weighted by the residual that the calibration left, as the priors of the effects' sizes assume.
     """
     nothing = tuple(effect.with_coefficients(np.zeros(len(effect.coefficients))) for effect in effects)
     model = replace(prepared.coarse, effects=nothing).rebased()
@@ -129,8 +129,8 @@ def _fitted(
     )
 
 
-def _settled(dataset: Dataset, model: Any, free: Array, effects: Sequence[Effect]) -> FittedState:
-    """Return the optimum of a model whose effects are held."""
+def _refitted(dataset: Dataset, model: Any, free: Array, effects: Sequence[Effect]) -> FittedState:
+    """Return the optimum of a model whose effects are fixed."""
     model = replace(model, effects=tuple(effects)).rebased()
     all_free = np.r_[free, np.zeros(sum(len(effect.coefficients) for effect in effects), dtype=bool)]
     residuals = Residuals.of(dataset, model).reweighted(model)

@@ -49,7 +49,7 @@ def setup(scene: Path, tilted: Path, seeds: int) -> dict[str, Any]:
     Args:
         scene: Config of its scene. tilted: The same with leaning walls. seeds: Repetitions.
     """
-    # The simulator is an extra; a study of one's own data does without.
+    # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.config import load_config, poses_wanted
 
     config = load_config(scene)

@@ -13,7 +13,7 @@ from scalar.geometry.se3 import Array
 from scalar.planning.separation import Question
 
 _STEPS = 300
-_GAP = 0.01  # of the value: closer to the maximum the bound says nothing more
+_GAP = 0.01  # of the value: where bound and value are this close, the search ends
 
 
 def best_noncentrality(question: Question, start: Array, rows: Array, count: int) -> float:

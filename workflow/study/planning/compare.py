@@ -26,17 +26,17 @@ from scalar.units import MM
 from study.common.memory import dataset_in_memory
 
 RANDOM, PLANNED = "random", "planned"
-POSES = 1000  # the first of the evaluation poses: their mean is sure to some 2 %
+POSES = 1000  # the first of the evaluation poses: the standard error of their mean is some 2 %
 DIGITS = 6  # of a number in the table: further ones follow the last bit of a fit's last step
 PLANNING_COLUMNS = {
     "seed": "of the declared arm, the noise and the random choice",
     "way": f"{RANDOM} or {PLANNED}",
     "poses": "that were calibrated",
     "status": "calibrated, or how it failed",
-    "expected_error_mm": "root mean square over random poses, said before measuring",
+    "expected_error_mm": "root mean square over random poses, as the plan states it before measuring",
     "position_mean_mm": f"over the first {POSES} evaluation poses, after the best rigid motion of the base",
     "position_max_mm": "the largest of them",
-    "orientation_mean_deg": "angle of the error rotation over the same poses",
+    "orientation_mean_deg": "mean angle of the error rotation over the same poses",
     "orientation_max_deg": "the largest of them",
     "position_rms_mm": "root mean square over the same poses",
 }
@@ -57,7 +57,7 @@ def compare_plans(
         InvalidInput: The scene is at fault.
         SimulationError: Too few postures see a target plane.
     """
-    # The simulator is an extra; a study of one's own data does without.
+    # Imported here: the simulator needs pybullet, an optional dependency.
     from dataclasses import replace
 
     from scalar.simulation.config import complete_config, load_config
@@ -89,7 +89,7 @@ def compare_plans(
 
 
 def _known_before(pool: Dataset, config: Any) -> Information:
-    """Return what the poses of the pool are expected to tell, by what is declared."""
+    """Return the information that the poses of the pool are expected to give, computed with the declared workcell."""
     view = View(points=config["sensor"]["points_per_scan"])
     cell = Workcell.of(pool.robot, pool.sensor, pool.planes, view=view)
     return information(cell.model, cell.dataset(pool.q, pool.plane_index), 0.0)

@@ -35,7 +35,7 @@ PLANNED, RANDOM = "planned", "random"
 SEPARATION_COLUMNS = {
     "case": "of the blind trials",
     "workcell": "robot, scanner and target planes",
-    "seed": "of all chance in the scene",
+    "seed": "of all random draws in the scene",
     "size": "multiple of the effect's natural size",
     "pairs": "of confounded causes in the set; without any the rest of the row is empty",
     "effect": "that was found",
@@ -87,7 +87,7 @@ def separate_sets(
         InvalidInput: The scene is at fault.
         SimulationError: Too few postures see a target plane.
     """
-    # The simulator is an extra; a study of one's own data does without.
+    # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.plan import PosePlan, plan_poses
 
     scene = root / study.workcells[workcell]["scene"]

@@ -34,7 +34,7 @@ def separation_numbers(pairs: pd.DataFrame) -> dict[str, Any]:
         "sets_with_pairs": len(confounded.groupby(sets)),
         "pairs": len(confounded),
     }
-    # What the poses at hand separate already, by this measure, tests no plan.
+    # Pairs that the poses at hand separate already, by this measure, are no test of a plan.
     still_open = confounded[confounded["now"] < _ANSWERED]
     for name, column in (("separable", "separable"), ("separable_by_all", "separable_by_all")):
         part = still_open[still_open[column].astype(bool)]

@@ -1,6 +1,6 @@
 """Compare the headline's errors between processors: how far means over seeds and single seeds differ.
 
-A calibration that passes rounding on as it is differs in its last digits; one whose path is led by rounding differs visibly.
+Rounding changes the last digits of every calibration. Where it changes the path of the iterations, results differ visibly.
 """
 
 from __future__ import annotations
@@ -60,9 +60,9 @@ def compare_processors(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
 
 def relative_range(values: np.ndarray) -> np.ndarray:
     """Return ``(max - min) / |mean|`` along each row ``(S, K)``, ``(S,)``; 0 where all are the same."""
-    spread = np.ptp(values, axis=1)
+    range_ = np.ptp(values, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(spread == 0.0, 0.0, spread / np.abs(values.mean(axis=1)))
+        return np.where(range_ == 0.0, 0.0, range_ / np.abs(values.mean(axis=1)))
 
 
 def processor_numbers(tables: Mapping[str, pd.DataFrame], compared: pd.DataFrame) -> dict[str, Any]:

@@ -29,7 +29,7 @@ def repeat_on(
         out: The table, columns of ``study.headline.evaluate.ERROR_COLUMNS``.
 
     Raises:
-        subprocess.CalledProcessError: The process failed, for instance since this machine cannot run the kernels.
+        subprocess.CalledProcessError: The process failed, for instance because this machine cannot run the kernels.
     """
     command = [
         sys.executable,

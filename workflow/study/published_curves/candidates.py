@@ -1,7 +1,7 @@
-"""The candidates: which effects, with which magnitudes free and over what range, and what each predicts.
+"""The candidates: which effects each has, over which range its magnitudes are fitted, and what it predicts.
 
-A magnitude runs over a logarithmic grid; its prior is even on that axis. A pair has two. Predictions are tabulated
-over the grid once; every question afterwards is a look-up.
+A magnitude runs over a logarithmic grid, on which its prior is uniform. A pair of effects has two magnitudes. Predictions are tabulated
+over the grid once; all later steps look them up.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def _doubling(low: float, count: int) -> tuple[float, ...]:
 
 
 STEPS = _doubling(1e-4, 7)
-"""Of rounded ranges [m]; each costs the rounding of every point."""
+"""Steps to which ranges are rounded [m]. There are few, because for each step all points are rounded anew."""
 
 MAGNITUDES = {
     "noise": Magnitude("noise", "factor", 1.0, _doubling(0.5, 6)),
@@ -53,16 +53,16 @@ MAGNITUDES = {
     "tolerance": Magnitude("tolerance", "relative", 1.0, tuple(0.9 * 4.0**k for k in range(-10, 1))),
     "iterations": Magnitude("iterations", "count", 1.0, tuple(float(k) for k in range(2, 16))),
 }
-"""By name. Grids double: between two nodes the logarithm of an error is all but linear."""
+"""By name. Most grids double from node to node: between two nodes the logarithm of an error is nearly linear."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """An explanation: the effects it has, or the method of a sweep that it is.
+    """An explanation of the curves: effects that act in the workcell, or a method of a sweep.
 
     Attributes:
-        name: In tables. label: In figures. magnitudes: Fitted; none, one or two.
-        method: Of a sweep's fits, where the explanation is a way to calibrate; else "".
+        name: In tables. label: In figures. magnitudes: Names of those that are fitted; none, one or two.
+        method: Of a sweep's fits, if the explanation is a way to calibrate; else "".
     """
 
     name: str
@@ -114,11 +114,11 @@ CANDIDATES = (
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """What a candidate says of every published run: log errors ~ N(mean, covariance), at every node of its grid.
+    """What a candidate predicts for every published run: log errors ~ N(mean, covariance), at every node of its grid.
 
     Attributes:
-        candidate: Whose. nodes: ``(n, k)`` [SI]. mean: ``(n, R, 4)``. covariance: ``(n, R, 4, 4)``.
-        shares: ``(n, R, 3)`` of the squared error by errors of points, scans and joints.
+        candidate: That predicts it. nodes: ``(n, k)`` [SI]. mean: ``(n, R, 4)``. covariance: ``(n, R, 4, 4)``.
+        shares: ``(n, R, 3)``, of the squared error, that errors of points, scans and joints cause.
     """
 
     candidate: Candidate
@@ -128,7 +128,7 @@ class Prediction:
     shares: Array
 
 
-JITTER = 4e-4  # added to variances of log errors (2 %): our evaluation poses are some hundreds, theirs others
+JITTER = 4e-4  # added to variances of log errors (2 %): some hundred evaluation poses are used, and the paper has others
 
 
 def predict(
@@ -148,7 +148,7 @@ def predict(
         for candidate in chosen:
             tables = mean[candidate.name], cov[candidate.name], shares[candidate.name]
             if first != i and not {"tolerance", "iterations"} & set(candidate.magnitudes):
-                for table in tables:  # initial guesses of the planes matter to the solver's path alone
+                for table in tables:  # initial guesses of the planes change only the path of the solver
                     table[:, i] = table[:, first]
                 continue
             for k, node in enumerate(nodes[candidate.name]):
@@ -166,10 +166,10 @@ def moments(samples: Array) -> tuple[Array, Array]:
 def predict_from_fits(
     candidate: Candidate, curves: Curves, sweeps: Mapping[str, pd.DataFrame], walls: str
 ) -> Prediction | None:
-    """Return what a sweep's own fits say, or None where a run has none.
+    """Return the prediction of the fits of a sweep; None if a published run has no such fits.
 
     Args:
-        candidate: With a method. curves: The runs. sweeps: errors.csv by sweep. walls: To take.
+        candidate: With a method. curves: The published runs. sweeps: errors.csv by sweep. walls: Kind of walls.
     """
     mean, cov = [], []
     for row in curves.table.to_dict("records"):
@@ -194,4 +194,4 @@ def predict_from_fits(
 
 
 MIN_FITS = 8
-"""Converged fits of a published point that a covariance of four numbers is taken from."""
+"""Fewest converged fits from which the covariance of the four errors is computed."""

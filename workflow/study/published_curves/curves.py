@@ -1,4 +1,4 @@
-"""The published curves as runs: a setting each, and the logarithms of its four errors."""
+"""The published curves as runs, one for each point: its setting, and the logarithms of its four errors."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from study.common.statistics import QUANTITIES
 
 @dataclass(frozen=True)
 class Setting:
-    """What a run was made with.
+    """The setting of a run.
 
     Attributes:
         poses: On all planes. points: A scan. sigma: Stated noise of a point [m].
@@ -30,7 +30,7 @@ class Setting:
 
     @property
     def design(self) -> tuple[int, int]:
-        """Return poses and points: what the derivatives depend on."""
+        """Return poses and points, on which the derivatives depend."""
         return self.poses, self.points
 
 
@@ -52,7 +52,7 @@ class Curves:
 LEFT_OUT = "left out by the config"
 """The reason of a run that could be weighed and is not."""
 
-# Column of Setting that each published sweep varies, and what its unit is in SI (degrees stay).
+# The field of Setting that each published sweep varies, and its unit in SI (degrees stay degrees).
 _VARIED: dict[str, tuple[str, float]] = {
     "noise": ("sigma", MM),
     "poses": ("poses", 1.0),
@@ -69,9 +69,9 @@ def read_curves(
 
     Args:
         table: Of published_curves.csv.
-        base: What a sweep leaves alone.
+        base: The setting of all that a sweep does not vary.
         leave_out: ``{sweep: values}`` that are not weighed.
-        least_poses: With fewer the equations are fewer than the unknowns.
+        least_poses: Fewest poses that give as many equations as there are unknowns.
     """
     settings, used, dropped, reasons = [], [], [], []
     seen: set[tuple[float, ...]] = set()

@@ -1,7 +1,7 @@
-"""Many workcells together: samples of the four errors for any effects of any sizes, at any setting.
+"""Simulated workcells over many seeds: samples of the four errors for effects of any sizes, at any setting.
 
-Shifts of the poses add up before they become errors, so effects are combined where they are linear, and the
-errors' scatter and their correlation come out by themselves.
+The displacements of the poses by several effects are added before errors are computed from them, so that the scatter of the errors
+and their correlation need no further assumption.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from study.published_curves.stops import ITERATIONS, SolverPath, follow, stops_a
 from study.published_curves.workcell import Shifts, Workcell, shifts, simulate_workcell
 
 POOL = 2000  # evaluation poses among which those of the largest errors are looked for
-FOR_MEAN = 250  # poses: the mean over them is sure to about 2 %
-FOR_MAX = 60  # of the pool, those that most often have the largest error
+FOR_MEAN = 250  # poses over which means are taken, with a standard error of about 2 %
+FOR_MAX = 60  # further poses of the pool, those whose errors are most often the largest
 
 
 @dataclass(frozen=True)
@@ -30,11 +30,11 @@ class Sizes:
     """How large each effect is; nothing but the stated noise by default.
 
     Attributes:
-        noise: Factor on the stated noise of a point. shared: Noise common to a scan, as a share of the stated.
-        scan: Error common to a scan [m]. joint: Spread of every joint [rad].
-        step: Of rounded ranges [m]; one of those the ensemble was made with, or 0.
-        tolerance: At which the solver stops (relative, on the sum of squares); 0: it does not.
-        iterations: After which the solver stops; 0: it does not.
+        noise: Factor on the stated noise of a point. shared: Noise common to a scan, as a share of the stated noise.
+        scan: Standard deviation of an error common to a scan [m]. joint: Standard deviation of every joint angle [rad].
+        step: To which ranges are rounded [m]; one of those that the ensemble was made with, or 0 for none.
+        tolerance: Relative decrease of the sum of squares at which the solver stops; 0: it does not stop early.
+        iterations: After which the solver stops; 0: it does not stop early.
     """
 
     noise: float = 1.0
@@ -48,12 +48,13 @@ class Sizes:
 
 @dataclass(eq=False)
 class Ensemble:
-    """Workcells over seeds, and R draws of every unit error for each.
+    """Workcells over seeds, and ``draws`` draws of every unit error for each.
 
     Attributes:
-        seeds: Of the workcells. D: ``(P, 6, F)`` of the evaluation poses kept, those for the mean first.
-        units: ``{design: one Shifts a seed}``. incidence: mean square of n . u a seed.
-        paths: ``{(poses, offset, tilt): one path a seed, of the first seeds}``.
+        seeds: Of the workcells.
+        D: Derivatives ``(P, 6, F)`` of the evaluation poses that are kept, those for the mean first, by the free coordinates.
+        units: ``{design: one Shifts for each seed}``. incidence: Mean square of n . u for each seed.
+        paths: ``{(poses, offset, tilt): one path for each of the first seeds}``.
     """
 
     seeds: tuple[int, ...]
@@ -66,7 +67,7 @@ class Ensemble:
     _squares: dict[Any, float] = field(default_factory=dict, repr=False)
 
     def log_errors(self, setting: Setting, sizes: Sizes) -> Array:
-        """Return samples ``(S, 4)`` of the logarithms of the errors [mm, deg], those of a seed together."""
+        """Return samples ``(S, 4)`` of the logarithms of the errors [mm, deg]; those of a seed follow one another."""
         point, scan, joint = (self._moved(setting.design, kind) for kind in ("point", "scan", "joint"))
         common = np.hypot(sizes.scan, sizes.shared * setting.sigma)
         total = point * np.float32(sizes.noise * setting.sigma)
@@ -81,7 +82,7 @@ class Ensemble:
         return log_errors(total)
 
     def shares(self, setting: Setting, sizes: Sizes) -> Array:
-        """Return which part of the squared position error is by errors of points, of scans and of joints, ``(3,)``."""
+        """Return the shares ``(3,)`` of the squared position error that errors of points, of scans and of joints cause."""
         parts = [
             (sizes.noise * setting.sigma) ** 2 * self._square(setting.design, "point"),
             (sizes.scan**2 + (sizes.shared * setting.sigma) ** 2) * self._square(setting.design, "scan"),
@@ -98,14 +99,14 @@ class Ensemble:
         return self._squares[key]
 
     def forget_others(self, setting: Setting) -> None:
-        """Drop what was computed for other settings: all of it at once is some hundred megabytes."""
+        """Drop what was computed for other settings, since all of it together takes some hundred megabytes."""
         for key in list(self._fields):
             design, kind = key
             if design != setting.design or (isinstance(kind, tuple) and kind[0] != setting.sigma):
                 del self._fields[key]
 
     def _moved(self, design: tuple[int, int], kind: Any) -> Array:
-        """Return ``(S, P, 6)`` float32 by a unit error, computed once."""
+        """Return the displacements ``(S, P, 6)`` of the evaluation poses by a unit error, as float32; computed once."""
         key = design, kind
         if key not in self._fields:
             units = self.units[design]
@@ -133,7 +134,7 @@ class Ensemble:
 
 
 def log_errors(moved: Array) -> Array:
-    """Return the logarithms ``(S, 4)`` of mean and maximum, position [mm] and orientation [deg], of ``(S, P, 6)``."""
+    """Return the logarithms ``(S, 4)`` of mean and maximum, position [mm] and orientation [deg], of displacements ``(S, P, 6)`` [rad, m]."""
     squares = moved * moved
     turn, move = (np.sqrt(squares[..., k : k + 3].sum(axis=-1)) for k in (0, 3))
     errors = [move[:, :FOR_MEAN].mean(axis=1) / MM, move.max(axis=1) / MM]
@@ -154,9 +155,9 @@ def build_ensemble(
     """Return workcells over seeds, at the designs of all settings.
 
     Args:
-        config: Of the scene; its points a scan and poses are set to the most that any setting asks for.
-        base_dir: Where its robot's path starts. seeds: Of the workcells. draws: Of noise a workcell.
-        settings: To be served. steps: Of rounding [m].
+        config: Of the scene; its poses and points per scan are set to the most that any setting asks for.
+        base_dir: Where its robot's path starts. seeds: Of the workcells. draws: Of the noise, for each workcell.
+        settings: For which errors will be asked. steps: To which ranges are rounded [m].
         followed: Seeds for which the solver's path is recorded.
         kept: Indices of the evaluation poses; None: chosen here.
     """
@@ -206,7 +207,7 @@ def _poses_to_keep(D: Array, units: Shifts) -> Array:
 
 
 def initial_planes(workcell: Workcell, offset: float, tilt: float, rng: np.random.Generator) -> Planes:
-    """Return the true planes off by ``offset`` [m] with drawn signs and tilted by ``tilt`` [deg] in drawn directions."""
+    """Return the true planes, shifted by ``offset`` [m] with random signs and tilted by ``tilt`` [deg] in random directions."""
     target = workcell.planes
     signs = rng.choice([-1.0, 1.0], len(target.normals))
     ways = rng.uniform(0.0, 2.0 * np.pi, len(target.normals))

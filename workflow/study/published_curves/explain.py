@@ -1,4 +1,4 @@
-"""What the curves say of each candidate, how sure that is, and what the method can tell."""
+"""Weigh each candidate by the published curves, and test by injected candidates which of them this method distinguishes."""
 
 from __future__ import annotations
 
@@ -19,8 +19,10 @@ from study.published_curves.predict import Predictions, runs_to_weigh
 from study.published_curves.recovery import inject, inject_from_fits, recover
 from study.published_curves.support import Fine, Weighed, refine, weigh
 
-WANTED = 2.0  # of the logarithm of the likelihood, by which a magnitude must help to count as found
-FRESH = 1000  # seeds of injected curves count up from here
+WANTED = (
+    2.0  # least gain in log likelihood over the stated noise alone for which a fitted magnitude is injected
+)
+FRESH = 1000  # first seed of the workcells of injected curves, which the predictions do not use
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,7 @@ def explain_published_curves(
     predicted: Predictions,
     options: Mapping[str, Any],
 ) -> Findings:
-    """Return what the published curves say of every candidate.
+    """Return the support of every candidate by the published curves, and the recovery of injected candidates.
 
     Args:
         scene: Config file of the paper's workcell. published: Of published_curves.csv. sweeps: errors.csv by sweep.
@@ -86,12 +88,12 @@ def _recovery(
     offset: Array,
     options: Mapping[str, Any],
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return confusion and coverage, every candidate injected as large as the curves would have it."""
+    """Return confusion and coverage, with every candidate injected in the size that the curves give it."""
     values = {name: verdicts[name].best for name in fines}
     for name, fine in fines.items():
-        # Where the curves want nothing of it there is nothing to inject: the middle of its range instead.
-        idle = verdicts[name].log_peak < verdicts[STATED].log_peak + WANTED
-        if idle or verdicts[name].at_edge.any():
+        # A candidate that does not help, or whose fitted size is at the end of its range, is injected in the middle of that range.
+        useless = verdicts[name].log_peak < verdicts[STATED].log_peak + WANTED
+        if useless or verdicts[name].at_edge.any():
             axes = fine.prediction.candidate.axes
             values[name] = np.array([axis.values[len(axis.values) // 2] for axis in axes])
     steps = {

@@ -1,4 +1,4 @@
-"""What was found, as tables and as the numbers that a paper quotes."""
+"""The support of the candidates as tables, and as the numbers that the paper quotes."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from study.published_curves.recovery import EXCLUDED, INDISTINGUISHABLE
 from study.published_curves.support import ALL, Fine, Weighed, held_out, offsets_found, refine, weigh
 
 MEANS = (0, 2)  # of QUANTITIES
-FEW_POSES = 25  # with fewer, the weakest directions of the parameters decide
+FEW_POSES = 25  # with fewer, the least observable directions of the parameters dominate the errors
 LOUD = (
     2.0  # times the headline's noise: the published curves bend below it, and runs above it say little of why
 )
-Z95 = 1.645  # a band of 5 to 95 % of a normal law
+Z95 = 1.645  # standard deviations from the median to the 95 % quantile of a normal distribution
 
 
 WAYS = (
@@ -34,7 +34,7 @@ WAYS = (
     "without_points_curve",
     "without_large_noise",
 )
-"""Other ways to weigh that are as good as the first: a ranking that turns with one of them is no finding."""
+"""Other reasonable ways to weigh: a ranking that changes with one of them is no finding."""
 
 
 def ways_to_weigh(curves: Curves, offset: Array) -> dict[str, tuple[tuple[int, ...], Array, Array | None]]:
@@ -65,9 +65,11 @@ def candidate_table(
     """Return a row a candidate: magnitudes, misfit, evidence, held-out curves, verdict."""
     y, groups = curves.log_errors, curves.table["sweep"].to_numpy()
     evidence = {"all": {name: one.log_evidence for name, one in verdicts.items()}}
-    for name, (quantities, spread, runs) in ways_to_weigh(curves, offset).items():
+    for name, (quantities, offset_covariance, runs) in ways_to_weigh(curves, offset).items():
         finer = fines if quantities == ALL else {n: refine(p, quantities) for n, p in predictions.items()}
-        evidence[name] = {n: weigh(f, y[None], spread, runs)[0].log_evidence for n, f in finer.items()}
+        evidence[name] = {
+            n: weigh(f, y[None], offset_covariance, runs)[0].log_evidence for n, f in finer.items()
+        }
     behind = {
         way: {name: max(values.values()) - value for name, value in values.items()}
         for way, values in evidence.items()
@@ -120,14 +122,14 @@ def candidate_table(
 
 
 def _verdict(behind: float, ways: Sequence[float]) -> str:
-    """Return ``supported`` where a candidate is indistinguishable from the best, ``excluded`` where all ways put it far behind."""
+    """Return ``supported`` if a candidate is indistinguishable from the best, ``excluded`` if all ways put it far behind, else ``disfavoured``."""
     if behind < INDISTINGUISHABLE:
         return "supported"
     return "excluded" if min(ways) > EXCLUDED else "disfavoured"
 
 
 def _factor(log_ratio: Array) -> float:
-    """Return the root mean square of logarithms as a factor, 1 being perfect."""
+    """Return the root mean square of log ratios as a factor; 1 means no misfit."""
     return float(np.exp(np.sqrt(np.mean(log_ratio**2))))
 
 

@@ -1,7 +1,7 @@
-"""How far the errors of another workcell lie from ours: the spread that an unknown workcell lends to every prediction.
+"""How much the errors differ from workcell to workcell: the uncertainty that the unknown workcell of the paper adds to every prediction.
 
-The paper states neither ranges nor fan, nor where the target planes stand. Whole curves shift by it, all runs alike, and a
-candidate must not win or lose by that shift.
+The paper states neither ranges nor fan, nor where the target planes stand. A different workcell shifts whole curves, all runs alike, and
+this shift must not decide between candidates.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ def offset_covariance(
     seeds: Sequence[int],
     draws: int,
 ) -> tuple[Array, dict[str, list[float]]]:
-    """Return the second moment ``(12, 12)`` of log errors of other workcells about ours, and each workcell's mean offset.
+    """Return the second moment ``(12, 12)`` of the differences of log errors between other workcells and this one, and each one's mean offset.
 
-    Errors of points, of scans and of joints, four quantities each: a narrow fan harms the one and not the others.
+    The 12 are the four quantities for errors of points, of scans and of joints, which differ: a narrow fan enlarges some and not others.
 
     Args:
-        config: Of our scene. base_dir: Where its robot's path starts.
+        config: Of this project's scene. base_dir: Where its robot's path starts.
         others: ``{name: {dotted key: value}}``, changes of the scene. base: The run that is compared.
         seeds, draws: As for ``build_ensemble``; the same in all workcells.
     """
@@ -47,8 +47,8 @@ def offset_covariance(
         ensemble = build_ensemble(scene, base_dir, seeds, draws, [base], (), 0)
         return np.array([ensemble.log_errors(base, sizes).mean(axis=0) for sizes in _ONE_EFFECT])
 
-    ours = means(config)
-    differences = {name: means(with_overrides(config, changes)) - ours for name, changes in others.items()}
-    rows = np.array([d.ravel() for d in differences.values()]).reshape(-1, ours.size)
-    moment = rows.T @ rows / max(len(rows), 1) + _LEAST * np.eye(ours.size)
+    own = means(config)
+    differences = {name: means(with_overrides(config, changes)) - own for name, changes in others.items()}
+    rows = np.array([d.ravel() for d in differences.values()]).reshape(-1, own.size)
+    moment = rows.T @ rows / max(len(rows), 1) + _LEAST * np.eye(own.size)
     return moment, {name: [float(x) for x in d.mean(axis=0)] for name, d in differences.items()}

@@ -1,4 +1,4 @@
-"""What every candidate predicts, before any published error is looked at; kept in a file, for it is most of the work."""
+"""The predictions of all candidates, made without the published errors, and kept in a file, since they take most of the time."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _TABLES = ("nodes", "mean", "covariance", "shares")
 
 @dataclass(frozen=True, eq=False)
 class Predictions:
-    """Predictions, and how far all may be off together.
+    """Predictions, and the uncertainty that they have in common.
 
     Attributes:
         predictions: Of the candidates that are effects, by name.
@@ -84,9 +84,9 @@ def predict_runs(scene: str | Path, published: pd.DataFrame, options: Mapping[st
 
 
 def runs_to_weigh(config: Mapping[str, Any], published: pd.DataFrame, options: Mapping[str, Any]) -> Curves:
-    """Return the published runs; a scan of a plane gives two equations, and the unknowns ask for so many poses."""
-    joints, held = len(config["robot"]["joints"]), config.get("initial_model", {}).get("exact", ())
-    unknowns = 4 * joints + 6 + 3 * len(config["planes"]) - len(held)
+    """Return the published runs, without those whose poses give fewer equations than unknowns (a scan of a plane gives two)."""
+    joints, fixed = len(config["robot"]["joints"]), config.get("initial_model", {}).get("exact", ())
+    unknowns = 4 * joints + 6 + 3 * len(config["planes"]) - len(fixed)
     return read_curves(published, _base(config), options["leave_out"], -(-unknowns // 2))
 
 

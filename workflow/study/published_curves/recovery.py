@@ -1,7 +1,7 @@
-"""Can the method tell? Inject each candidate, make curves as the published ones, and weigh them the same way.
+"""Test whether the method recovers a known explanation: inject each candidate, simulate curves like the published ones, and weigh them alike.
 
-The curves come from workcells that the predictions have not seen (other seeds, other draws), each run a workcell of its
-own, with the size that the published curves give the candidate. Two rates matter: how often the injected candidate is
+The curves come from workcells that the predictions did not use (other seeds, other draws). Each run is a workcell of its
+own, and a candidate has the size that the published curves give it. Two rates matter: how often the injected candidate is
 not excluded, and how often a wrong one is.
 """
 
@@ -47,7 +47,7 @@ def inject(
 
 
 def inject_from_fits(fine: Fine, sets: int, rng: np.random.Generator) -> Array:
-    """Return log errors ``(sets, R, 4)`` drawn from what a sweep's fits say; for candidates that are methods."""
+    """Return log errors ``(sets, R, 4)`` drawn from the prediction of a sweep's fits; for candidates that are methods."""
     factor = np.linalg.cholesky(fine.covariance[0])
     return fine.mean[0] + np.einsum("rij,srj->sri", factor, rng.standard_normal((sets, *fine.mean[0].shape)))
 

@@ -1,7 +1,7 @@
-"""The path of the published solver to the optimum, recorded once without noise: where would an early stop leave it?
+"""The path of the published solver to the optimum, recorded once without noise, to see where an early stop would leave it.
 
-MINPACK's Levenberg-Marquardt (as lmfit calls it) from the rough model. How far the path is from its end matters long
-before the noise does, so one noise-free path serves every noise; the end is then moved by the noise's own shift.
+The solver is MINPACK's Levenberg-Marquardt (as lmfit calls it), started at the initial model. Far from the optimum the noise matters little, so
+one path without noise is used for every noise, and the displacement by the noise is added to it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from scalar.sensors.linear_guess import linear_guess
 from study.published_curves.workcell import Workcell, first_poses
 
 ITERATIONS = 40
-"""Beyond which a path is not followed: all have ended."""
+"""Iterations after which a path is no longer followed; all have converged by then."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +33,8 @@ class SolverPath:
     """Iterates of one run.
 
     Attributes:
-        left: ``(I, P, 6)``, the start first, turn [rad] and move [m] by which the evaluation poses are still wrong.
-        excess: ``(I,)`` [m^2], the sum of squared distances above that of the optimum. points: a scan, there.
+        left: ``(I, P, 6)``, rotation [rad] and translation [m] by which the evaluation poses are still wrong at each iterate, the start first.
+        excess: ``(I,)`` [m^2], the sum of squared distances above that of the optimum. points: Per scan, of the recorded path.
     """
 
     left: Array
@@ -106,7 +106,7 @@ def stops_at(path: SolverPath, floor: float, tolerance: float) -> int:
     """Return the first iterate after a step that lowered the sum of squares by less than a share ``tolerance``.
 
     Args:
-        path: The iterates. floor: What noise adds to the sum of squares [m^2]. tolerance: lmfit's ftol.
+        path: The iterates. floor: Sum of squares that the noise leaves [m^2]. tolerance: lmfit's ftol.
     """
     cost = path.excess + floor
     share = 1.0 - cost[1:] / cost[:-1]

@@ -1,10 +1,10 @@
-"""The curves weigh a candidate: likelihood over its grid, magnitudes with intervals, evidence, and curves held out.
+"""The support of a candidate by the curves: likelihood over its grid, magnitudes with intervals, evidence, and curves held out.
 
-The log errors of run i are ``y_i ~ N(mu_i + F_i delta, kappa^2 Sigma_i)``, mu and Sigma from the simulated seeds. Two things
-that nobody knows are the same for all runs and free. delta: the authors' workcell is not ours, so errors of points, of scans
-and of joints are each off by a factor a quantity (12 numbers, whose spread over workcells of other shapes is measured; F_i mixes
-them by their shares in run i). kappa: runs may share their poses (less scatter than from workcell to workcell) or differ
-in what is not stated (more).
+The log errors of run i are ``y_i ~ N(mu_i + F_i delta, kappa^2 Sigma_i)``, mu and Sigma from the simulated seeds. Two unknowns
+are common to all runs. delta: the authors' workcell is not the simulated one, so that the errors caused by points, scans
+and joints each differ by a factor for each quantity (12 numbers, whose covariance is that over simulated workcells of other shapes; F_i weighs
+them by their shares in run i). kappa: runs may share their poses, so that they scatter less than workcells do, or differ
+in what the paper does not state, so that they scatter more.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from scalar.geometry.se3 import Array
 from study.published_curves.candidates import Prediction
 
 KAPPA = np.geomspace(0.4, 2.5, 9)
-"""Values of kappa that are summed over, all alike on a logarithmic axis."""
+"""Values of kappa, over which the likelihood is averaged with equal weights."""
 
 REFINE = {
     1: 16,
@@ -133,7 +133,7 @@ def _prior(offset: Array, quantities: list[int]) -> Array:
 
 
 def offsets_found(fine: Fine, node: int, kappa: float, y: Array, offset: Array) -> Array:
-    """Return ``F_i delta`` ``(R, Q)`` that curves ``(R, 4)`` ask for at a node, the prior taken into account."""
+    """Return the most probable ``F_i delta`` ``(R, Q)`` given curves ``(R, 4)`` at a node."""
     q = list(fine.quantities)
     P, mixed = fine.precision[node] / kappa**2, fine.shares[node]
     size = mixed.shape[1] * len(q)
@@ -145,7 +145,7 @@ def offsets_found(fine: Fine, node: int, kappa: float, y: Array, offset: Array) 
 
 @dataclass(frozen=True, eq=False)
 class Weighed:
-    """What the curves say of a candidate.
+    """The support of a candidate by one set of curves.
 
     Attributes:
         log_evidence: Logarithm of the likelihood averaged over the priors of magnitudes and kappa.
@@ -168,7 +168,7 @@ LEVELS = (0.68, 0.95)
 
 
 def weigh(fine: Fine, y: Array, offset: Array, use: Array | None = None) -> list[Weighed]:
-    """Return the verdict of each of S sets of curves on a candidate; arguments as for ``log_likelihood``."""
+    """Return the support of a candidate by each of S sets of curves; arguments as for ``log_likelihood``."""
     found = log_likelihood(fine, y, offset, use)
     return [_weighed(fine, found[..., s]) for s in range(found.shape[-1])]
 

@@ -1,8 +1,8 @@
-"""One simulated workcell, linearised at the truth: what errors of the points of a scan do to the calibrated poses.
+"""One simulated workcell, linearised at the truth: how errors of measured points change the calibrated poses.
 
 Near the optimum the fit is linear: errors e [m] of the distances from the planes shift the parameters by
-``K e``, ``K = (J' J)^-1 J'`` (every point with the same weight, as published), and the poses by ``D K e``. So an
-effect of any size is the same few numbers times its size, and needs no fit.
+``K e``, ``K = (J' J)^-1 J'`` (every point with the same weight, as published), and the poses by ``D K e``. The displacements by an
+effect are therefore proportional to its size, and no fit is needed.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ class Workcell:
     """A workcell of N poses with M points a scan, without noise.
 
     Attributes:
-        dataset: As simulated. model: At the truth. planes: There. free: ``(C,)`` bool, which coordinates are estimated.
-        J: ``(N, M, F)`` of the distances [m] by the free coordinates. by_joint: ``(N, M, n)`` [m/rad], by the angles.
-        incidence: ``(N, M)``, n . u of each ray. ranges: ``(N, M)`` [m]. plane: ``(N,)``.
-        D: ``(P, 6, F)``, turn [rad] and move [m] of the evaluation poses by the free coordinates.
-        evaluated: the evaluation poses. T_true: ``(P, 4, 4)``, the sensor there.
+        dataset: As simulated. model: At the truth. planes: The true ones. free: ``(C,)`` bool, which coordinates are estimated.
+        J: ``(N, M, F)``, derivatives of the distances [m] by the free coordinates. by_joint: ``(N, M, n)`` [m/rad], by the joint angles.
+        incidence: ``(N, M)``, n . u of each ray. ranges: ``(N, M)`` [m]. plane: ``(N,)``, index of each pose's plane.
+        D: ``(P, 6, F)``, derivatives of rotation [rad] and translation [m] of the evaluation poses by the free coordinates.
+        evaluated: The evaluation poses. T_true: ``(P, 4, 4)``, true frames of the sensor at them.
     """
 
     dataset: Dataset
@@ -62,14 +62,14 @@ def simulate_workcell(config: Mapping[str, Any], base_dir: Path, poses: int) -> 
     Raises:
         SimulationError: Too few postures see a target plane.
     """
-    # The simulator is an extra; a study of one's own data does without.
+    # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.scene import simulate
 
-    held = config.get("initial_model", {}).get("exact", ())
+    fixed = config.get("initial_model", {}).get("exact", ())
     scene = simulate({**config, "noise": {}, "truth_poses": poses}, base_dir=base_dir)
     dataset = dataset_in_memory(scene)
     model = true_model(dataset, scene.truth)
-    free = candidate_mask(model, held)
+    free = candidate_mask(model, fixed)
     own = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
     kinematics = Kinematics.of(model, own, EffectBases.of(model.nominal, own, ()))
     index = dataset.plane_index.astype(np.intp)
@@ -125,12 +125,12 @@ def first_poses(workcell: Workcell, poses: int) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Shifts:
-    """What errors of unit size do to the free coordinates, over R draws.
+    """Displacements of the free coordinates by errors of unit standard deviation, over R draws.
 
     Attributes:
-        point: ``(R, F)`` for 1 m of independent error a point along its ray. scan: for 1 m common to a scan.
-        joint: for 1 rad of spread in every joint of every pose.
-        rounded: ``{(sigma, step): (R, F)}``, for ranges with noise sigma [m] rounded to a step [m], the noise set apart.
+        point: ``(R, F)`` for independent errors of 1 m of each point along its ray. scan: For an error of 1 m common to a scan.
+        joint: For independent errors of 1 rad of every joint of every pose.
+        rounded: ``{(sigma, step): (R, F)}``, by the rounding to a step [m] of ranges with noise sigma [m], without that of the noise itself.
     """
 
     point: Array
@@ -150,9 +150,9 @@ def shifts(
     """Return unit shifts for a part of a workcell: its first poses of every plane, points of each scan chosen at random.
 
     Args:
-        workcell: To take from. design: Poses on all planes, points a scan.
-        sigmas: Stated noises [m]. steps: Of rounding [m]. draws: R.
-        rng: Of choice and noise.
+        workcell: The whole one. design: Poses on all planes, points per scan.
+        sigmas: Stated noises [m]. steps: To which ranges are rounded [m]. draws: R.
+        rng: Draws the points of each scan, and the noise.
     """
     poses, M = design
     rows = first_poses(workcell, poses)
@@ -168,7 +168,7 @@ def shifts(
 
     noise = rng.standard_normal((draws, *w.shape))
     common = rng.standard_normal((draws, len(rows)))
-    spread = rng.standard_normal((draws, len(rows), by_joint.shape[-1]))
+    joint_errors = rng.standard_normal((draws, len(rows), by_joint.shape[-1]))
 
     def carried(errors: Array) -> Array:
         return errors.reshape(draws, -1) @ K.T
@@ -181,6 +181,6 @@ def shifts(
     return Shifts(
         point=carried(w * noise),
         scan=carried(w * common[..., None]),
-        joint=carried(np.einsum("nmj,rnj->rnm", by_joint, spread)),
+        joint=carried(np.einsum("nmj,rnj->rnm", by_joint, joint_errors)),
         rounded=rounded,
     )

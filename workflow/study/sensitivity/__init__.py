@@ -1,1 +1,1 @@
-"""What each threshold of the diagnosis decides: halved and doubled, one at a time, on blind sets."""
+"""Which answers depend on each threshold of the diagnosis: halved and doubled, one at a time, on blind sets."""

@@ -1,4 +1,4 @@
-"""What a diagnosis answers, and in which of its statements two answers differ."""
+"""The answer of a diagnosis as plain values, and the statements in which two answers differ."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ def _of_the_same_effects(default: Answer, other: Answer) -> dict[str, str]:
 
 
 def _coefficients_change(a: Mapping[str, float], b: Mapping[str, float]) -> float:
-    """Return the largest change of a coefficient over the largest of its effect."""
+    """Return the largest change of a coefficient, divided by the largest coefficient of the effect."""
     if set(a) != set(b):
         return np.inf
     size = max((abs(value) for value in a.values()), default=0.0)
@@ -147,7 +147,7 @@ def _coefficients_change(a: Mapping[str, float], b: Mapping[str, float]) -> floa
 
 
 def relative_change(before: float, after: float) -> float:
-    """Return how far a positive number moved, over what it was; nothing where both are missing."""
+    """Return the relative change of a positive number; 0 if it is missing (NaN) before and after."""
     if np.isnan(before) and np.isnan(after):
         return 0.0
     if np.isnan(before) or np.isnan(after) or before == 0.0:

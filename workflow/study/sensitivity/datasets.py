@@ -1,8 +1,9 @@
-"""A blind set as a dataset, with true poses that it does not hold: a line laser's by the simulator, other sensors' from the same arm.
+"""A blind set as a dataset, with true poses that are not in it. The simulator measures with a line laser; other sensors measure the same arm here.
 
 A tracker follows the sensor's origin at the postures of the scans. A probe has a stylus along the sensor's z axis; each posture is bent,
-by least squares over the joints, until the tip stands where a contact with the target plane, and its noise, puts it. Both ask the physics
-engine where the arm stands, with what is injected into the arm; what is injected into the scanner or the target planes is not theirs.
+by least squares over the joints, until the tip touches the target plane up to the noise. For both, the physics
+engine computes where the arm stands, with the effects that are injected into the arm. What is injected into the scanner or the target planes is left
+out.
 """
 
 from __future__ import annotations
@@ -24,9 +25,9 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 STYLUS = 0.2  # m: about the scanner's stand-off, so that a scan's posture is nearly a contact
-STREAM = 51_423  # beside the seed, of what this module draws
+STREAM = 51_423  # with the seed of the set, the seed of what this module draws
 _STEP = 1e-5  # rad, of central differences
-_CONTACTS = 8  # rounds of bending; three reach a nanometre
+_CONTACTS = 8  # most steps of the least squares towards a contact; three reach a nanometre
 
 
 def make_dataset(wanted: BlindSet, sets: Sets, root: Path) -> tuple[Dataset, pd.DataFrame]:
@@ -38,7 +39,7 @@ def make_dataset(wanted: BlindSet, sets: Sets, root: Path) -> tuple[Dataset, pd.
     Raises:
         SimulationError: Too few postures see a target plane.
     """
-    # The simulator is an extra; a diagnosis of one's own data does without.
+    # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.scene import simulate
 
     workcell = sets.workcells[wanted.workcell]

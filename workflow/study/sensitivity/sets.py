@@ -1,7 +1,7 @@
 """The blind sets of the study: a config, checked, and a row a set.
 
-The first ones are the screening: every setting is varied on them. The others see only settings that changed an answer there, or
-that no set of the screening put to use.
+The first sets are the screening: every setting is varied on them. On the others only settings are varied that changed an answer there, or
+whose change could alter the course of the diagnosis in no set of the screening.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class BlindSet:
     Attributes:
         name: Fit for a path.
         workcell: A key of ``Sets.workcells``.
-        seed: Of all chance in it.
+        seed: Of all random draws in it.
         sensor: ``line_laser``, ``tracker`` or ``probe``.
         injected: Entries of the scene's ``injected``; targets that are not given are drawn from the seed.
         gross_errors: Shares of stray points, corrupted poses and wrong labels.

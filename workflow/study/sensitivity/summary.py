@@ -1,4 +1,4 @@
-"""What depends on each setting: a row a setting, from the rows of all variants and sets; and the numbers that the paper quotes."""
+"""How answers depend on each setting: a table with a row for each, and the numbers that the paper quotes."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from study.sensitivity.vary import RUN, UNUSED
 
 COLUMNS = {
     "setting": "dotted name of a threshold",
-    "value": "by default",
+    "value": "its default",
     "unit": "of the value",
-    "halved": "what it became",
-    "doubled": "what it became; a share that would exceed one goes half-way there",
+    "halved": "its value when halved",
+    "doubled": "its value when doubled; a share that would exceed one goes half-way to one instead",
     "sets": "blind sets on which both were tried",
     "used": "of them, those whose diagnosis puts the setting to use",
     "run": "of them, those in which the path of the diagnosis might differ, so that it was run",
@@ -48,14 +48,14 @@ def tabulate(rows: pd.DataFrame, guards: pd.DataFrame) -> pd.DataFrame:
     groups: Any = rows.groupby("setting", sort=False)
     table = []
     for name, of_setting in groups:
-        if name not in documented:  # a setting that the rows led to remove
+        if name not in documented:  # a setting that was removed since
             continue
-        # A count of one has no half: its other direction speaks for both.
+        # A count of one cannot be halved and has one variant only, the doubled one.
         by_direction: dict[str, Any] = {d: of_setting[of_setting["direction"] == d] for d in DIRECTIONS}
         changed = {d: part[part["changed"] != ""] for d, part in by_direction.items()}
         naming = {d: part[part["changed"].map(touches_naming)] for d, part in changed.items()}
-        silent = not any(map(len, changed.values()))
-        guard = known[name] if silent and name in known else {"guards": "", "test": ""}
+        changes_nothing = not any(map(len, changed.values()))
+        guard = known[name] if changes_nothing and name in known else {"guards": "", "test": ""}
         table.append(
             {
                 "setting": name,
@@ -115,7 +115,7 @@ def _worst(rows: pd.DataFrame, what: str) -> float:
 
 
 def still_open(rows: pd.DataFrame) -> list[str]:
-    """Return the settings worth varying on more sets: those that changed an answer, and those that no set put to the test."""
+    """Return the settings to vary on more sets: those that changed an answer, and those for which no variant had to be run."""
     groups: Any = rows.groupby("setting", sort=False)
     return [
         name

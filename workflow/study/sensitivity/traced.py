@@ -1,15 +1,15 @@
-"""Numbers that carry other values they might have had, and notice the first operation that would have come out otherwise.
+"""Numbers that carry alternative values, and record which alternatives would have changed the course of a computation.
 
 One diagnosis with traced thresholds stands for many. Each traced number holds its value and, by name, its alternatives: this
 threshold halved, that one doubled. Arithmetic is done on the value and on every alternative, and goes on. Where a result steers
 the computation or leaves Python's arithmetic (a comparison, a loop's end, an array, a conversion to a plain number) it is taken
-with the value and with every alternative: an alternative under which it is another is noted in ``Trace.parted`` and followed no
+with the value and with every alternative: an alternative with another result is recorded in ``Trace.parted`` and followed no
 further. By induction, an alternative that is not in ``parted`` at the end would have taken every step that the diagnosis took,
 with the same numbers: its answer is known without a run. One that is in ``parted`` has to be run; its answer may still be the same.
 
-``Traced`` is not a ``float``: C code reads a float's bits without asking, and would escape notice. What it cannot be used for
-fails, and the set is then run in full. A loop ``for _ in range(threshold)`` converts its bound; counted by ``counted`` instead, a loop
-that ends by itself before either bound is the same loop.
+``Traced`` is not a ``float``: C code reads the bits of a float directly, which could not be recorded. Where it cannot stand for a number, the
+computation fails, and the set is then run in full. A loop ``for _ in range(threshold)`` would convert its bound to a plain number at once;
+``counted`` compares the count with the bound in each round, so that a loop that ends before any of the bounds counts as the same.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ class Traced:
     __slots__ = ("alternatives", "trace", "value")
 
     def __init__(self, value: Any, alternatives: Mapping[Any, Any], trace: Trace) -> None:
-        """Take a plain number, its alternatives and where to note what becomes of them."""
+        """Take a plain number, its alternatives by name, and the trace in which they are recorded."""
         self.value, self.alternatives, self.trace = value, dict(alternatives), trace
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
-        """Return what a ufunc makes of it; where it writes into an array, all alternatives part."""
+        """Return the result of a NumPy ufunc; if it writes into a given array, all alternatives part."""
         call = getattr(ufunc, method)
         if "out" in options:
             _traces(inputs).parted.update(_names(inputs))
@@ -57,31 +57,31 @@ class Traced:
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
         """Return it as an array, in which no alternative is followed."""
-        return np.array(_settled(lambda value: value, self), dtype=dtype)
+        return np.array(_plain_result(lambda value: value, self), dtype=dtype)
 
     def __float__(self) -> float:
         """Return the plain number."""
-        return _settled(float, self)
+        return _plain_result(float, self)
 
     def __int__(self) -> int:
         """Return the plain whole number."""
-        return _settled(int, self)
+        return _plain_result(int, self)
 
     def __index__(self) -> int:
         """Return the plain whole number, for an index or a count."""
-        return _settled(operator.index, self)
+        return _plain_result(operator.index, self)
 
     def __bool__(self) -> bool:
         """Return whether it is not zero."""
-        return _settled(bool, self)
+        return _plain_result(bool, self)
 
     def __hash__(self) -> int:
         """Return the number's hash."""
-        return _settled(hash, self)
+        return _plain_result(hash, self)
 
     def __str__(self) -> str:
         """Return the number's text."""
-        return _settled(str, self)
+        return _plain_result(str, self)
 
     __repr__ = __str__
 
@@ -91,7 +91,7 @@ class Traced:
 
     def __len__(self) -> int:
         """Return the length of an array."""
-        return _settled(len, self)
+        return _plain_result(len, self)
 
     def __iter__(self) -> Iterator[Any]:
         """Yield what an array holds."""
@@ -107,7 +107,7 @@ class Traced:
 
     def __format__(self, form: str) -> str:
         """Return the number's text in a format."""
-        return _settled(lambda value: format(value, form), self)
+        return _plain_result(lambda value: format(value, form), self)
 
 
 def _operation(function: Callable[..., Any], reflected: bool = False) -> Callable[..., Any]:
@@ -130,7 +130,7 @@ Number.register(Traced)  # NumPy and SciPy take it for a scalar where they ask
 
 
 def _applied(function: Callable[..., Any], inputs: tuple[Any, ...]) -> Any:
-    """Return a function's result, traced where it is a number that an alternative makes another."""
+    """Return a function's result, traced if it is a number that differs under an alternative."""
     trace = _traces(inputs)
     names = _names(inputs)
     trace.used |= names
@@ -139,7 +139,7 @@ def _applied(function: Callable[..., Any], inputs: tuple[Any, ...]) -> Any:
     for name in names - trace.parted:
         try:
             other = function(*(_under(x, name) for x in inputs))
-        except Exception:  # whatever it is, the diagnosis did not meet it
+        except Exception:  # the alternative fails where the value does not
             trace.parted.add(name)
             continue
         if _same(other, value):
@@ -151,8 +151,8 @@ def _applied(function: Callable[..., Any], inputs: tuple[Any, ...]) -> Any:
     return Traced(value, followed, trace) if followed else value
 
 
-def _settled(function: Callable[[Any], Any], number: Traced) -> Any:
-    """Return what a function makes of the value; alternatives of which it makes something else part."""
+def _plain_result(function: Callable[[Any], Any], number: Traced) -> Any:
+    """Return a function's result for the value; alternatives with another result part."""
     trace = number.trace
     trace.used.update(number.alternatives)
     value = function(number.value)
@@ -167,7 +167,7 @@ def _settled(function: Callable[[Any], Any], number: Traced) -> Any:
 
 
 def _under(given: Any, name: Any) -> Any:
-    """Return what is given as it is under an alternative; None: as it is."""
+    """Return a number under the alternative of a name (None: its value); anything else as it is."""
     return given.alternatives.get(name, given.value) if isinstance(given, Traced) else given
 
 
@@ -180,7 +180,7 @@ def _traces(inputs: tuple[Any, ...]) -> Trace:
 
 
 def _is_numeric(value: Any) -> bool:
-    """Return whether a result is a number or an array of numbers; truths and whatever else decide, and are not followed."""
+    """Return whether a result is a number or an array of numbers; truth values and everything else steer the computation, and are not followed."""
     if isinstance(value, np.ndarray):
         return value.dtype.kind in "iuf"
     return isinstance(value, Number | np.number) and not isinstance(value, bool | np.bool_)

@@ -22,7 +22,7 @@ class Variant:
     Attributes:
         setting: Its dotted name.
         direction: ``halved`` or ``doubled``.
-        value: What it becomes.
+        value: The changed value.
     """
 
     setting: str
@@ -36,7 +36,7 @@ class Variant:
 
 
 def variants(names: Iterable[str] | None = None) -> list[Variant]:
-    """Return the variants of some settings, or of all; truths and what is left open are no numbers and have none."""
+    """Return the variants of some settings, or of all; settings that are true, false or None have none."""
     found = []
     for name, entry in documentation(DEFAULTS).items():
         value = entry["value"]

@@ -22,7 +22,7 @@ ROW_COLUMNS = {
     "commit": "of the code that diagnosed; null outside a repository",
     "setting": "dotted name of a threshold",
     "direction": "halved or doubled",
-    "value": "what it became",
+    "value": "the changed value",
     "how": "unused: it entered no operation; same: every operation came out the same, so the answer is known; "
     "run: diagnosed with it",
     "changed": "kinds of statements that differ from the default's answer, the gravest first, with ; between",
@@ -39,7 +39,7 @@ AnswerTo = Callable[[Settings], Answer]
 
 
 def answering(dataset: Dataset, truth_poses: pd.DataFrame) -> AnswerTo:
-    """Return what the diagnosis of a dataset answers to settings.
+    """Return the function that gives the diagnosis' answer for a dataset with given settings.
 
     Args:
         dataset: One set.
@@ -53,8 +53,8 @@ def vary(name: str, answer_to: AnswerTo, wanted: Sequence[Variant]) -> pd.DataFr
 
     Args:
         name: Of the set.
-        answer_to: What the diagnosis of the set answers to settings.
-        wanted: Variants.
+        answer_to: Gives the diagnosis' answer for the set with given settings.
+        wanted: The variants to try.
     """
 
     def answer(settings: Settings) -> Answer:

@@ -1,9 +1,9 @@
 """The estimator under a trace: its loops count by comparisons, and some of its functions are judged by what they return.
 
-A function that sets a few wrong points aside compares every point with a threshold, and its alternatives part at the first that falls
-between; often the function returns the same all the same. Where a function depends on nothing but its arguments, its result is worth a
-look: it is called once more under every alternative that parted inside it, and only alternatives with another result part for good. All
-that follows is then the same, which spares a whole diagnosis for a few milliseconds.
+A function that sets wrong points aside compares every point with a threshold. An alternative threshold parts as soon as one point lies between
+the two, though the function often returns the same. A function that depends on its arguments alone is therefore called again under
+every alternative that parted inside it, and only alternatives with another result part for good. This takes milliseconds and often saves a whole
+diagnosis.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from study.sensitivity.traced import Trace, Traced, counted
 
 
 def same_content(a: Any, b: Any) -> bool:
-    """Return whether two results hold the same, to the last bit; what is of an unknown kind is the same only if it is the same object."""
+    """Return whether two results hold the same, to the last bit; values of other types are the same only if they are the same object."""
     if a is b:
         return True
     if isinstance(a, np.ndarray | float | int | str | None) and isinstance(
@@ -45,7 +45,7 @@ def same_content(a: Any, b: Any) -> bool:
 
 
 def same_side(a: float, b: float) -> bool:
-    """Return whether two confidences are both worth acting upon, or neither: an answer says no more of them."""
+    """Return whether two confidences are both ``SURE`` or above, or both below: the compared answers hold no more of them."""
     return (a >= SURE) == (b >= SURE)
 
 
@@ -82,7 +82,7 @@ def judged(function: Callable[..., Any], same: Callable[[Any, Any], bool]) -> Ca
         for name in asked - trace.parted:
             try:
                 is_same = same(under(name), plain)
-            except Exception:  # whatever it is, the diagnosis did not meet it
+            except Exception:  # the alternative fails where the value does not
                 is_same = False
             if not is_same:
                 trace.parted.add(name)
@@ -120,7 +120,7 @@ def _is_settings(given: Any) -> bool:
 
 @contextmanager
 def watched_estimator(package: str = "scalar") -> Iterator[None]:
-    """Let the modules of the estimator count by ``counted`` and call the functions of ``JUDGED`` as ``judged``, for a while."""
+    """Let the modules of the estimator count by ``counted`` and call the functions of ``JUDGED`` as ``judged``, within the block."""
     modules = [
         module
         for name, module in list(sys.modules.items())

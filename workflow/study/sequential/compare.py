@@ -1,11 +1,11 @@
 """Scanner and arm at once, or one after the other? The same data and the same start, in every order.
 
-A *pass* fits one block with the other held, then the other: ``scanner`` and planes with the arm as it is, ``robot`` and planes with the
+A *pass* fits one block with the other fixed, then the other: ``scanner`` and planes with the arm as it is, ``robot`` and planes with the
 scanner as it is. One pass is the sequential calibration of practice; passes repeated are block coordinate descent, which ends at the
 optimum of all at once. Near that optimum a pass shrinks what is left by ``cos^2`` of the smallest principal angle between the columns
-of the two blocks, the planes' projected out: known from one Jacobian, so that the passes that are counted have a second opinion.
+of the two blocks, with those of the planes projected out. This rate follows from one Jacobian, and is compared with the number of passes.
 
-All ways hold the same unseen parameters and minimise the same objective. Left out: a sequence with scans of its own for the scanner.
+All orders fix the same unobservable parameters and minimise the same objective. Left out: a sequence with scans of its own for the scanner.
 """
 
 from __future__ import annotations
@@ -45,11 +45,13 @@ ORDERS: dict[str, tuple[str, tuple[str, str]]] = {
 """{way: (where the scanner starts, order of the blocks)}."""
 
 CONVERGED_WITHIN = (
-    0.1  # standard errors: alternating is over when no more than this is left to the joint optimum
+    0.1  # standard errors: alternating ends when the joint optimum is no farther away than this
 )
 MAX_PASSES = 100
-REWEIGHTED_PASSES = 6  # the weights follow the scanner for so long, then stay, so that the passes have an end
-POSES = 1000  # the first of the evaluation poses: their mean is sure to some 2 %
+REWEIGHTED_PASSES = (
+    6  # the weights are computed anew in the first passes only; then they stay, so that the passes converge
+)
+POSES = 1000  # the first of the evaluation poses: the standard error of their mean is some 2 %
 DIGITS = 6  # of a number in the table: further ones follow the last bit of a fit's last step
 SEQUENTIAL_COLUMNS = {
     "case": "row of the grid",
@@ -57,15 +59,15 @@ SEQUENTIAL_COLUMNS = {
     "noise_mm": "of a point",
     "length_error_mm": "standard deviation of the initial model's lengths",
     "angle_error_deg": "the same for its angles",
-    "seed": "of all chance in the scene",
-    "way": "initial, at_once, scanner_first, robot_first, or robot_first_linear (the scanner held at the linear guess)",
+    "seed": "of all random draws in the scene",
+    "way": "initial, at_once, scanner_first, robot_first, or robot_first_linear (the scanner starts at the linear guess)",
     "passes": "done so far; 0 for initial and at_once",
     "last": "whether this is where the way ends",
     "status": "converged, or stopped (passes run out), or how it failed; one_pass where only one was asked for",
     "alignment": "raw: poses as predicted; aligned: after the best rigid motion of the base",
     "position_mean_mm": f"over the first {POSES} evaluation poses (equation 18)",
     "position_max_mm": "the largest of them",
-    "orientation_mean_deg": "angle of the error rotation over the same poses",
+    "orientation_mean_deg": "mean angle of the error rotation over the same poses",
     "orientation_max_deg": "the largest of them",
     "residual_rms_mm": "distance of points and planes",
     "remaining_std": "length of the Gauss-Newton step that is left to the joint optimum, in standard errors",
@@ -89,7 +91,7 @@ class Blocks:
 
     @classmethod
     def of(cls, prepared: Prepared) -> Blocks:
-        """Return the blocks of what a dataset shows."""
+        """Return the blocks of the free coordinates of a prepared dataset."""
         model, free = prepared.initial.model, prepared.free
 
         def only(name: str) -> Array:
@@ -116,7 +118,7 @@ def compare_sequential(
         InvalidInput: The scene is at fault.
         SimulationError: Too few postures see a target plane, or a scan leaves its target plane.
     """
-    # The simulator is an extra; a study of one's own data does without.
+    # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.config import complete_config, load_config, poses_wanted
     from scalar.simulation.plan import plan_poses
     from scalar.simulation.scene import simulate
@@ -132,7 +134,9 @@ def compare_sequential(
         plan = plan_poses(base | {"seed": seed, "poses_per_plane": most}, base_dir=scene.parent)
         for name, config in configs.items():
             simulated = simulate(config | {"seed": seed}, base_dir=scene.parent, plan=plan)
-            if truth_poses is None or "true_robot_errors" in base:  # else every seed has the same true arm
+            if (
+                truth_poses is None or "true_robot_errors" in base
+            ):  # otherwise every seed has the same true arm
                 truth_poses = simulated.truth_poses.head(POSES)
             dataset = dataset_in_memory(simulated)
             key = {

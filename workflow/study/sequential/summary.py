@@ -1,4 +1,4 @@
-"""What the comparison of orders says over the seeds: errors, and how many times those of all at once."""
+"""The comparison of orders over the seeds: the errors, and their ratio to those of fitting all at once."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from study.common.methods import CONVERGED, INITIAL
-from study.common.statistics import BAND, QUANTITIES, STATISTICS, spread
+from study.common.statistics import BAND, QUANTITIES, STATISTICS, summary_statistics
 from study.sequential.compare import AT_ONCE, ORDERS
 
 STAGES = ("before", "at_once", "one_pass", "alternating")
@@ -63,7 +63,7 @@ def summarise_sequential(errors: pd.DataFrame) -> pd.DataFrame:
             rows.append(
                 common
                 | {"quantity": quantity}
-                | spread(values.to_numpy(dtype=float))
+                | summary_statistics(values.to_numpy(dtype=float))
                 | {
                     "times_at_once_p05": float(low),
                     "times_at_once_median": float(middle),
@@ -105,5 +105,5 @@ def sequential_numbers(errors: pd.DataFrame, summary: pd.DataFrame) -> dict[str,
         rates: Any = errors[
             (errors["case"] == name) & (errors["way"] == AT_ONCE) & (errors["status"] == CONVERGED)
         ]
-        case["pass_leaves"] = spread(rates.drop_duplicates("seed")["rate"].to_numpy(dtype=float))
+        case["pass_leaves"] = summary_statistics(rates.drop_duplicates("seed")["rate"].to_numpy(dtype=float))
     return {"cases": cases}

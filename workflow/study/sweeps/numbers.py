@@ -1,4 +1,4 @@
-"""What a text quotes of the sweeps: slopes, ratios to the bound, how far guesses may be wrong, who failed, which published points lie inside.
+"""The numbers of the sweeps that a text quotes: slopes, ratios to the bound, how wrong guesses may be, failures, published points inside the bands.
 
 All from the tables of the sweeps, raw errors, over the fits that converged. A fit has *succeeded* where it converged
 and its mean position error is at most ``LOST_MM``. Questions about a sweep or a point that a run does not have
@@ -14,13 +14,13 @@ import numpy as np
 import pandas as pd
 
 from study.common.methods import BOUND, CONVERGED, EFFICIENT, INITIAL
-from study.common.statistics import QUANTITIES, spread
+from study.common.statistics import QUANTITIES, summary_statistics
 from study.sweeps.summary import LOST_MM
 
 MAIN = QUANTITIES[0]
 """The error that ratios and slopes are about, where nothing else is said: the mean position error."""
 NEAR_BOUND = 0.10
-"""Of the bound: within so much an estimate counts as efficient."""
+"""Relative distance from the bound within which an estimate counts as efficient."""
 EDGES = ("plane_tilt", "plane_offset", "initial_model")
 """Sweeps of how wrong the start may be: up to where does every fit succeed?"""
 ENOUGH = {"poses": (60.0, 120.0), "points": (20.0, 100.0)}
@@ -61,7 +61,7 @@ def sweep_numbers(
 
 
 def join_placed(placed: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """Return the published points of all sweeps among ours, as one table."""
+    """Return where the published points of all sweeps fall among the simulated ones, as one table."""
     parts = [table.assign(sweep=name) for name, table in placed.items() if len(table)]
     empty = pd.DataFrame(columns=["sweep", *next(iter(placed.values())).columns])
     whole: Any = pd.concat(parts, ignore_index=True) if parts else empty
@@ -80,7 +80,7 @@ def _by_walls(table: Any, ask: Any) -> dict[str, Any]:
 
 
 def _by_method(ask: Any) -> Any:
-    """Return a question asked of each way to calibrate; one without an answer (None) is left out."""
+    """Return a function that applies ``ask`` to the rows of each method; a method without an answer (None) is left out."""
 
     def asked(table: Any) -> dict[str, Any]:
         answers = {method: ask(rows, table) for method, rows in _methods(table)}
@@ -123,10 +123,10 @@ def _ends(rows: Any) -> dict[str, int]:
 
 
 def _errors(rows: Any) -> dict[str, Any]:
-    """Return the spread over the seeds of the fits that converged, for each quantity."""
+    """Return statistics over the seeds of the fits that converged, for each quantity."""
     ended = rows[rows["converged"]]
     names = ("mean", "median", "p05", "p95", "min", "max")
-    over = {q: spread(ended[q].to_numpy(dtype=float)) for q in QUANTITIES}
+    over = {q: summary_statistics(ended[q].to_numpy(dtype=float)) for q in QUANTITIES}
     return {q: {name: values[name] for name in names} for q, values in over.items()}
 
 
@@ -146,7 +146,7 @@ def _over(rows: Any, case: Any) -> dict[str, Any]:
 
 
 def _slope(rows: Any, _: Any) -> dict[str, float] | None:
-    """Return the slope of log error against log noise, over all noises above zero, and how even error over noise is."""
+    """Return the slope of log error against log noise, over all noises above zero, and the least and greatest error over noise."""
     mean = rows[rows["converged"] & (rows["value"] > 0)].groupby("value")[MAIN].mean()
     if len(mean) < 2:
         return None
@@ -217,7 +217,7 @@ def _edge(rows: Any, _: Any) -> dict[str, Any]:
 
 
 def _ratio(few: float, many: float) -> Any:
-    """Return a question: each quantity's mean error at a value over that at another."""
+    """Return a function that gives each quantity's mean error at one value divided by that at another."""
 
     def ask(rows: Any, _: Any) -> dict[str, float] | None:
         ended = rows[rows["converged"]]
@@ -230,7 +230,7 @@ def _ratio(few: float, many: float) -> Any:
 
 
 def _fewest(placed: Any) -> dict[str, Any]:
-    """Return by number of poses where the published mean position error falls among our fits that converged."""
+    """Return by number of poses where the published mean position error falls among the simulated fits that converged."""
     names = (
         "simulated_min",
         "simulated_median",
@@ -256,7 +256,7 @@ def _failures(raw: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _inside(placed: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
-    """Return how many published values lie inside our bands and ranges, by walls and method, whole and by sweep."""
+    """Return how many published values lie inside the simulated bands and ranges, by walls and method, whole and by sweep."""
     whole: Any = join_placed(placed)
     points = whole[["sweep", "value"]].drop_duplicates()
     values = whole[["sweep", "value", "quantity"]].drop_duplicates()

@@ -1,7 +1,7 @@
-"""Postures and true scans found once for each seed and shared by all cases of all sweeps: most of a simulation's work.
+"""Postures and true scans, made once for each seed and shared by all cases of all sweeps, since they are most of a simulation's work.
 
 The first postures of a longer plan are those of a shorter one, and fewer points a scan are a subset of more, so
-a case takes from the plan what it needs. Noise and the model declared come on top.
+a case takes from the plan what it needs. Noise and the declared model are added for each case.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def write_plans(scene: str | Path, poses_per_plane: int, seeds: Sequence[int], p
         InvalidInput: The scene is at fault.
         SimulationError: Too few postures see a target plane.
     """
-    # The simulator is an extra; a study of one's own data does without.
+    # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.config import load_config, poses_wanted
     from scalar.simulation.plan import plan_poses
     from scalar.simulation.scene import simulate

@@ -1,7 +1,7 @@
-"""Cases of a sweep over walls and seeds, in memory: simulate, calibrate in every way, compare with the truth.
+"""Cases of a sweep over walls and seeds, in memory: simulate, calibrate by every method, compare with the truth.
 
-No dataset is kept; a row of the table is a seed and a way, and a fit that fails keeps its row. In a sweep the
-baseline holds what the paper holds, the parameters that the scene declares exact, however few the poses are,
+No dataset is kept; a row of the table is a seed and a method, and a fit that fails keeps its row. In a sweep the
+baseline fixes what the paper fixes, the parameters that the scene declares exact, however few the poses are,
 and errors are taken over the first 2,000 of the 10,000 evaluation poses: the mean over them differs by some 1 %
 of itself, the maximum is some 1 % lower.
 """
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 SWEEP_COLUMNS = {
     "walls": "kind of walls, a scene each",
     "case": "row of the grid",
-    "seed": "of all chance in the scene",
+    "seed": "of all random draws in the scene",
     "method": "proposed, baseline-READING (the original paper's method), initial (before), cramer-rao (the bound), efficient (at it)",
     **POSE_ERROR_COLUMNS,
     "residual_rms_mm": "distance of points and planes after the fit",
@@ -46,7 +46,7 @@ SWEEP_COLUMNS = {
 _AS_IT_IS = Method("baseline-raise", "raise")
 _SAME_WITHOUT_A_NEGATIVE_ROOT = (Method("baseline-abs", "abs"), Method("baseline-clip", "clip"))
 MAX_EVALUATIONS = 2000
-"""Of the baseline; a fit that ends takes some hundreds, and one that does not is capped."""
+"""Of the baseline: a fit that converges takes some hundreds, and one that takes more is stopped (``capped``)."""
 FINEST = 9
 """Decimals of an error in mm or deg: a picometre. Below it a noise-free fit shows the rounding of its own arithmetic."""
 DIGITS = 6
@@ -90,13 +90,13 @@ def _rows_of_scene(
     methods: Sequence[str],
     shared: Mapping[int, Shared],
 ) -> Iterator[dict[str, Any]]:
-    # The simulator is an extra; a study of one's own data does without.
+    # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.config import complete_config, load_config
     from scalar.simulation.scene import simulate
 
     config = complete_config(with_overrides(load_config(scene), overrides), base_dir=scene.parent)
     config["truth_poses"] = min(config["truth_poses"], POSES)
-    held = config.get("initial_model", {}).get("exact", ())
+    fixed = config.get("initial_model", {}).get("exact", ())
     truth_poses: pd.DataFrame | None = None
     T_true, q_evaluated = np.zeros((0, 4, 4)), np.zeros((0, 0))
     for seed in seeds:
@@ -108,13 +108,13 @@ def _rows_of_scene(
             plan=shared[seed].plan if known else None,
             cast=shared[seed].scans if known else None,
         )
-        if truth_poses is None or "true_robot_errors" in config:  # else every seed has the same true arm
+        if truth_poses is None or "true_robot_errors" in config:  # otherwise every seed has the same true arm
             truth_poses = simulated.truth_poses
             T_true = true_frames(truth_poses)
             q_evaluated = truth_poses[[f"q{i + 1}" for i in range(simulated.q.shape[1])]].to_numpy()
         dataset = dataset_in_memory(simulated)
         ends = []
-        bound = bound_errors(dataset, simulated.truth, held, truth_poses)
+        bound = bound_errors(dataset, simulated.truth, fixed, truth_poses)
         for name, errors in zip((BOUND, EFFICIENT), bound or (), strict=False):
             yield {"seed": seed, "method": name, "status": name, "alignment": "raw"} | errors
         as_it_is: list[dict[str, Any]] | None = None
@@ -125,7 +125,7 @@ def _rows_of_scene(
                 found = [row | {"method": method} for row in as_it_is]
             else:
                 key = {"seed": seed, "method": method}
-                found = _rows_of_method(key, dataset, held, T_true, q_evaluated)
+                found = _rows_of_method(key, dataset, fixed, T_true, q_evaluated)
             as_it_is = found if method == _AS_IT_IS.name else as_it_is
             ends.append(f"{method} {found[0]['status']}")
             yield from found
@@ -133,11 +133,11 @@ def _rows_of_scene(
 
 
 def _rows_of_method(
-    key: dict[str, Any], dataset: Dataset, held: Sequence[str], T_true: Array, q_evaluated: Array
+    key: dict[str, Any], dataset: Dataset, fixed: Sequence[str], T_true: Array, q_evaluated: Array
 ) -> list[dict[str, Any]]:
     """Return the raw and the aligned row of one method."""
     try:
-        calibration, ended = _calibrated(key["method"], dataset, held)
+        calibration, ended = _calibrated(key["method"], dataset, fixed)
     except ScalarError as error:
         status = _status(error)
         reason = str(error).splitlines()[0]
@@ -149,13 +149,13 @@ def _rows_of_method(
     ]
 
 
-def _calibrated(method: str, dataset: Dataset, held: Sequence[str]) -> tuple[Calibration, dict[str, Any]]:
+def _calibrated(method: str, dataset: Dataset, fixed: Sequence[str]) -> tuple[Calibration, dict[str, Any]]:
     """Return a calibration, and how its fit ended."""
     if method == INITIAL:
         return Calibration.nominal(dataset), {"status": INITIAL}
     wanted = EVERY_METHOD[method]
     if wanted.reading is not None:
-        end = fit_baseline(dataset, wanted.reading, held, MAX_EVALUATIONS, wanted.defaults, wanted.nan_policy)
+        end = fit_baseline(dataset, wanted.reading, fixed, MAX_EVALUATIONS, wanted.defaults, wanted.nan_policy)
         ended = {"status": end.status, "evaluations": end.evaluations, "residual_rms_mm": end.rms / MM}
         return Calibration(end.model, sensor_mapping(dataset)), ended
     found = calibrate(dataset, explain=False)

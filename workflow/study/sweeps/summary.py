@@ -1,4 +1,4 @@
-"""A sweep from its cases: all errors in one table, and over the seeds what each point of a figure needs."""
+"""The tables of a sweep: the errors of all its cases, and their statistics over the seeds for each point of a figure."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from study.common.methods import BOUND, CONVERGED, EFFICIENT, INITIAL
-from study.common.statistics import QUANTITIES, spread
+from study.common.statistics import QUANTITIES, summary_statistics
 
 LOST_MM = 5.0
 """Mean position error [mm] beyond which a fit that says it converged has found another solution."""
@@ -18,7 +18,7 @@ PLACED_COLUMNS = [
     *("simulated_min", "simulated_p05", "simulated_median", "simulated_p95", "simulated_max"),
     *("inside_band", "inside_range", "percentile", "seeds"),
 ]
-"""Of the table of published points among ours."""
+"""Of the table that says where published points fall among the simulated ones."""
 
 
 def join_cases(tables: Sequence[pd.DataFrame], values: Mapping[str, float]) -> pd.DataFrame:
@@ -36,11 +36,11 @@ def join_cases(tables: Sequence[pd.DataFrame], values: Mapping[str, float]) -> p
 
 
 def summarise_sweep(errors: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a walls, case, method, alignment and quantity: how the fits ended, and the spread of those that converged.
+    """Return a row a walls, case, method, alignment and quantity: how the fits ended, and statistics of those that converged.
 
     ``failed`` counts every fit that did not converge, of which ``refused`` have no model at all, ``raised`` met
     a NaN and ``capped`` ran on; ``lost`` counts those that converged farther than ``LOST_MM`` from the truth,
-    which stay in the spread. The columns from ``mean`` on are in the unit in the quantity's name.
+    which stay in the statistics. The columns from ``mean`` on are in the unit in the quantity's name.
     """
     rows: list[dict[str, Any]] = []
     by: Any = ["walls", "case", "value", "method", "alignment"]
@@ -59,15 +59,17 @@ def summarise_sweep(errors: pd.DataFrame) -> pd.DataFrame:
         }
         for quantity in QUANTITIES:
             values = ended[quantity].to_numpy(dtype=float)
-            rows.append(dict(zip(by, key, strict=True)) | {"quantity": quantity} | counts | spread(values))
+            rows.append(
+                dict(zip(by, key, strict=True)) | {"quantity": quantity} | counts | summary_statistics(values)
+            )
     return pd.DataFrame(rows)
 
 
 def place_published_curve(errors: pd.DataFrame, published: pd.DataFrame) -> pd.DataFrame:
-    """Return for every published point, walls, method and quantity where it falls among our converged fits, raw.
+    """Return for every published point, walls, method and quantity where it falls among the simulated fits that converged, raw errors.
 
-    ``inside_band`` says whether it lies between our 5 and 95 % quantiles over the seeds, ``inside_range`` whether
-    between our least and greatest; ``percentile`` is the share of our seeds below it, in per cent.
+    ``inside_band`` says whether it lies between the 5 and 95 % quantiles over the seeds, ``inside_range`` whether
+    between the least and the greatest; ``percentile`` is the share of the seeds below it, in per cent.
 
     Args:
         errors: A whole sweep. published: Rows of published_curves.csv of that sweep.
@@ -81,7 +83,7 @@ def place_published_curve(errors: pd.DataFrame, published: pd.DataFrame) -> pd.D
                 values = here[quantity].to_numpy(dtype=float)
                 if not len(values):
                     continue
-                value, over = float(point[quantity]), spread(values)
+                value, over = float(point[quantity]), summary_statistics(values)
                 rows.append(
                     {
                         "walls": walls,

@@ -1,4 +1,4 @@
-"""One diagnosis told step by step: the residual, the candidates, the effect, the errors, as tables to draw and to quote.
+"""One diagnosis step by step, as tables for figures and text: the residual, the candidates, the effect, the errors.
 
 The diagnosis itself is made by the command line. Here its files are read; nothing is selected again. The numbers behind the pictures, one
 for each pose, follow from the saved calibrations and the dataset.
@@ -24,7 +24,7 @@ from scalar.estimation.gross_errors import clean
 from scalar.estimation.result import Calibration, load_calibration
 from scalar.evaluate import Evaluation, evaluate
 from scalar.evaluate.truth import read_truth
-from scalar.units import DEG, MM
+from scalar.units import DEG, MM, MRAD
 from study.blind_trials.score import same
 
 RANKED = 8  # candidates that are shown
@@ -36,7 +36,7 @@ def write_control(config: Path, out_dir: Path) -> None:
     Raises:
         InvalidInput: The config is at fault.
     """
-    # The simulator is an extra; a diagnosis of one's own data does without.
+    # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation import load_config, simulate, write_scene
 
     write_scene(simulate({**load_config(config), "injected": []}, base_dir=config.parent), out_dir)
@@ -50,8 +50,9 @@ def tell(dataset_dir: Path, diagnosis_dir: Path) -> dict[str, pd.DataFrame]:
         diagnosis_dir: With before.json, after.json and diagnosis.json.
 
     Returns:
-        ``poses``: of each pose the joint's angle, the residual before and after, and what it asks of the joint given all
-        else. ``curve``: the effect over the angle, with its standard error. ``ranking``: the candidates on the residual before.
+        ``poses``: for each pose the joint's angle, the residual before and after, and the joint's error that the pose shows if only the
+        effect is left out of the model (``asked_deg``) and with it (``left_deg``). ``curve``: the effect over the angle, with its standard
+        error. ``ranking``: the candidates on the residual before.
     """
     diagnosis = read(diagnosis_dir / "diagnosis.json")
     data = _cleaned(read_dataset(dataset_dir), diagnosis)
@@ -86,7 +87,7 @@ def _cleaned(dataset: Dataset, diagnosis: Mapping[str, Any]) -> Dataset:
 
 
 def _state(dataset: Dataset, calibration: Calibration) -> FittedState:
-    """Return a calibration as a state: its own model at the optimum, for which no prior from the data sheet was needed."""
+    """Return a saved calibration as a fitted state; it must not have needed priors from the data sheet."""
     assert not calibration.summary["kept_near_data_sheet"]
     model = calibration.model
     geometry = model.names[: model.blocks["effects"].start]
@@ -148,7 +149,7 @@ def numbers(
         "injected": {
             "joint": injected["target"]["joint"],
             "order": injected["target"]["order"],
-            "amplitude_mrad": injected["size"] / MM,
+            "amplitude_mrad": injected["size"] / MRAD,
             "poses": len(tables["poses"]),
         },
         "found": {
@@ -157,8 +158,8 @@ def numbers(
             "joint": first["target"]["joint"],
             "order": first["target"]["order"],
             "right": same(first, injected),
-            "amplitude_mrad": float(np.hypot(sin, cos)) / MM,
-            "amplitude_std_mrad": first["coefficients"]["sin_rad"]["std"] / MM,
+            "amplitude_mrad": float(np.hypot(sin, cos)) / MRAD,
+            "amplitude_std_mrad": first["coefficients"]["sin_rad"]["std"] / MRAD,
             "p_value": first["p_value"],
         },
         "held_out_rms_mm": {
