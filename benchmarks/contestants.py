@@ -1,6 +1,6 @@
-"""Ways to the same optimum from the same start, through lmfit.
+"""Ways to fit the same model from the same start: by lmfit, by SciPy and by ``scalar``.
 
-All points against compressed ones, finite differences against the analytic Jacobian. All of them minimise the
+They differ in whether points are compressed and whether the Jacobian is analytic. All minimise the
 same weighted sum of squares over the same free coordinates (normals on the sphere, rotation vectors), but for
 the published one, which has its own parameters and weights all points alike.
 """
@@ -32,7 +32,7 @@ from scalar.sensors.profile import contact
 
 @contextmanager
 def numpy_alone() -> Iterator[None]:
-    """Leave the compiled kernels out, as where the set-up found no C compiler."""
+    """Work without the compiled kernels within the block, as if the installation had found no C compiler."""
     modules = (kernels, residuals_module)
     library = kernels.LIBRARY
     try:
@@ -46,7 +46,7 @@ def numpy_alone() -> Iterator[None]:
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """Free parameters of the arm ``(G,)``, the same in all ways, their standard errors, and evaluations made."""
+    """The free parameters of the arm ``(G,)`` [m, rad], the same in all ways; their standard errors; the number of evaluations."""
 
     values: np.ndarray
     std: np.ndarray
@@ -54,7 +54,7 @@ class Result:
 
 
 class Contest:
-    """A dataset at its start, and every way from there."""
+    """A dataset, the start of its fit, and a method for each way to fit."""
 
     def __init__(self, dataset: Dataset) -> None:
         self.dataset = dataset
@@ -127,8 +127,8 @@ class Contest:
 
     def published(self) -> Result:
         """As printed: 43 parameters, every point, finite differences, ``clip``; from the paper's start."""
-        held = self.prepared.identifiability.fixed_names
-        found = calibrate_baseline(self.dataset, reading="clip", points="all", fixed=held)
+        fixed = self.prepared.identifiability.fixed_names
+        found = calibrate_baseline(self.dataset, reading="clip", points="all", fixed=fixed)
         return self._result(found.model.vector, found.covariance, int(found.summary["evaluations"]))
 
     def _all_points(self, model: Model) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Corrected joint angles: poses a second on one core, for six joints that all give way under gravity and err by gear harmonics.
+"""Time the correction of joint angles: poses per second on one core, for an arm whose six joints all have compliance and gear harmonics.
 
 Poses are uniform within the joint limits, so one in ten is near a singularity and takes more steps; the second figure leaves these out.
 """
@@ -39,7 +39,7 @@ def corrected_model() -> Model:
 
 
 def correction(rounds: int) -> None:
-    """Print poses a second."""
+    """Print how many poses are corrected per second of processor time."""
     model = corrected_model()
     n = model.robot.n_joints
     low, high = model.robot.limits.T

@@ -1,4 +1,4 @@
-"""How all of ``calibrate`` grows with the number of poses: time and peak memory, a process of its own for each size.
+"""Time and peak memory of all of ``calibrate`` over the number of poses; each size runs in a process of its own.
 
 ``python -m benchmarks.growth POSES`` measures one size: the headline scene repeated to that many poses of 100 points.
 """
@@ -18,7 +18,7 @@ from scalar.units import MS
 
 SIZES = (120, 1200, 12_000)
 LARGEST = 100_000
-MOST_BYTES = 3 * 1024**3  # what is asked for at the largest
+MOST_BYTES = 3 * 1024**3  # the goal for the largest
 _KIB = 1024
 
 

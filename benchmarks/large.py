@@ -1,4 +1,4 @@
-"""A tracked arm with 12,000 poses, of which one joint's gear is off centre and another is out of scale: diagnosed with every candidate.
+"""Diagnose a tracked arm with 12,000 poses and two effects, an eccentric gear of one joint and a scale error of another, with every candidate.
 
 The dataset comes from the tests' own kinematics (``tests/random_scene.py``), which share nothing with what is fitted. The diagnosis runs in a
 process of its own, so that its memory is its own as well.
@@ -22,8 +22,8 @@ from tests.workcell import Scene
 
 POSES = 12_000
 NOISE = 2e-5  # m, along each axis
-MOST_SECONDS, MOST_BYTES = 60.0, 2 * 1024**3  # what is asked for
-_ROUNDS = 20  # of the fixed point between what encoders read and where the arm stands
+MOST_SECONDS, MOST_BYTES = 60.0, 2 * 1024**3  # the goals
+_ROUNDS = 20  # of the fixed-point iteration that finds what the encoder reads for a given true angle
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,8 @@ def tracked(poses: int = POSES, seed: int = 1) -> Scene:
     read = q2.copy()
     for _ in range(_ROUNDS):
         read = q2 - 3e-4 * np.sin(5 * read)
-    poses = scene.dataset.poses.assign(q2=read, q4=q4 / (1 + 1e-3))
-    return replace(scene, dataset=replace(scene.dataset, poses=poses))
+    table = scene.dataset.poses.assign(q2=read, q4=q4 / (1 + 1e-3))
+    return replace(scene, dataset=replace(scene.dataset, poses=table))
 
 
 def diagnosed(scene: Scene) -> Run:

@@ -1,4 +1,4 @@
-"""What the time of a finished run went into: seconds by rule, and what bounds them, from the times that Snakemake keeps of each output.
+"""The time of a finished run by rule, and how busy the cores were, from the times that Snakemake records for each output.
 
 ``python -m benchmarks.run_times [FOLDER]`` prints the table for a folder in which the workflow ran; jobs that were not run there are left out.
 """
@@ -30,7 +30,7 @@ class Job:
 
 
 def jobs_of(records: Iterable[dict[str, Any]]) -> list[Job]:
-    """Return the jobs behind Snakemake's records, one a job however many outputs it has, by their start."""
+    """Return the jobs of Snakemake's records, sorted by their start; a job with several outputs counts once."""
     found: dict[tuple[str, ...], Job] = {}
     for record in records:
         rule, start, end = (record.get(key) for key in ("rule", "starttime", "endtime"))
@@ -40,7 +40,7 @@ def jobs_of(records: Iterable[dict[str, Any]]) -> list[Job]:
 
 
 def table(jobs: Sequence[Job], cores: int = CORES) -> str:
-    """Return the table: a line a rule, the most seconds first, then the whole run and what bounds it."""
+    """Return the table: a line for each rule, the most seconds first, then the whole run and the share of time in which cores had no job."""
     rules = sorted({job.rule for job in jobs})
     seconds = {rule: [job.seconds for job in jobs if job.rule == rule] for rule in rules}
     lines = [f"{'rule':36s}{'jobs':>6s}{'sum [s]':>10s}{'longest [s]':>13s}"]

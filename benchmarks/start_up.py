@@ -1,4 +1,4 @@
-"""What a short command costs where Python may not write bytecode, beside importing NumPy and pandas alone."""
+"""Processor time of short commands where Python may not write bytecode, compared with importing NumPy and pandas alone."""
 
 from __future__ import annotations
 

@@ -30,11 +30,13 @@ from scalar.report.axes import in_words, range_of, shown
 PICTURES = Path(__file__).parent / "pictures/effects"
 POSES_PER_PLANE = 60
 ORANGE, BLUE, DOT = "#d55e00", "#0072b2", "#5b6770"
-_TYPICAL, _SHARE, _COLOURS = 0.98, 0.99, 64
+_COLOUR_SCALE = 0.98  # quantile of the sizes at which the colours of a map end
+_SHOWN = 0.99  # share of the dots that lie within the axes
+_COLOURS = 64  # of a picture as a file
 
 
 def pictures_of(name: str, entry: Shown) -> list[Profile | Map]:
-    """Return what the report shows of an effect that is injected and fitted."""
+    """Return the report's pictures of an effect that is injected and fitted."""
     dataset = simulated(entry, poses_per_plane=POSES_PER_PLANE)
     effect: Effect
     if entry.words:
@@ -84,7 +86,7 @@ def _profile(ax: Axes, picture: Any, values: Any, fitted: bool) -> None:
     if picture.mark is not None:
         ax.axvline(picture.mark, color="black", linestyle=":", linewidth=1)
     both = [shown(picture.y_axis, part[sure]) for part in (picture.y, picture.rest)]
-    ax.set_ylim(*range_of(both, _SHARE))
+    ax.set_ylim(*range_of(both, _SHOWN))
     ax.set_xlabel(in_words(picture.x_axis))
     if fitted:
         ax.set_ylabel(in_words(picture.y_axis))
@@ -92,7 +94,7 @@ def _profile(ax: Axes, picture: Any, values: Any, fitted: bool) -> None:
 
 def _map(ax: Axes, picture: Any, values: Any, first: bool) -> None:
     u, v = shown(picture.u_axis, picture.u), shown(picture.v_axis, picture.v)
-    y, largest = shown(picture.y_axis, values), np.nanquantile(np.abs(picture.y), _TYPICAL)
+    y, largest = shown(picture.y_axis, values), np.nanquantile(np.abs(picture.y), _COLOUR_SCALE)
     limit = float(shown(picture.y_axis, np.array([largest]))[0])
     drawn = ax.scatter(u, v, c=y, s=7, cmap="RdBu_r", vmin=-limit, vmax=limit)
     ax.set_xlabel(in_words(picture.u_axis))

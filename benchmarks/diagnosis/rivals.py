@@ -1,9 +1,9 @@
-"""First rivals of the diagnosis: textbook selection on the same candidate columns, at the same fitted model without effects.
+"""Rivals of the diagnosis: textbook methods of selection, on the same candidate columns and the same fitted model without effects.
 
 ``stepwise`` is orthogonal least squares (Chen, Billings and Luo, 1989): the candidate of greatest evidence is added and all is refitted, until
 no candidate lowers the Bayesian information criterion. ``lasso`` (Tibshirani, 1996) shrinks the coefficients of all columns together; the
 penalty is the one of least BIC, nonzero coefficients being counted. Neither holds poses out, lists what is confounded, or can say that it
-does not know. The lasso has no columns for changes at a moment: there are as many as poses.
+does not know. The lasso has no columns for changes at a moment, since there would be as many as poses.
 """
 
 from __future__ import annotations
@@ -22,19 +22,14 @@ from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 
 MOST_EFFECTS = 10
-LEAST_SHARE = (
-    1e-3  # of a column's squared length that the model does not explain: below it, the column is rounding
-)
-PENALTIES, LEAST_PENALTY = (
-    60,
-    1e-3,
-)  # on the path; the last as a share of the one at which the first column enters
-PATIENCE = 10  # steps of the path without a lower criterion, after which it ends
-ROUNDS, SWEEPS, TOLERANCE = (
-    20,
-    300,
-    1e-5,
-)  # of coordinate descent; the tolerance in units of the largest correlation
+LEAST_SHARE = 1e-3
+"""Least share of a column's squared length that the model does not explain; with less, the column is mostly rounding errors."""
+PENALTIES, LEAST_PENALTY = 60, 1e-3
+"""Number of penalties on the path, and the last of them as a share of the one at which the first column enters."""
+PATIENCE = 10
+"""Steps of the path without a lower criterion, after which it ends."""
+ROUNDS, SWEEPS, TOLERANCE = 20, 300, 1e-5
+"""Of coordinate descent; the tolerance in units of the largest correlation."""
 
 
 def stepwise(before: FittedState) -> list[dict[str, Any]]:
@@ -146,5 +141,5 @@ def descend(
 
 
 def entries(effects: Sequence[Effect]) -> list[dict[str, Any]]:
-    """Return effects as entries of ``diagnosis.json``, in their order; nothing is confounded with them, for nobody looked."""
+    """Return effects as entries of ``diagnosis.json``, in their order; the rivals do not look for confounded effects."""
     return [{"name": e.name, "target": e.target, "confounded_with": []} for e in effects]

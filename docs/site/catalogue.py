@@ -24,7 +24,7 @@ class Shown:
     """An effect as its page shows it.
 
     Attributes:
-        words: As ``scalar calibrate --effects`` takes it; empty where a command line cannot ask for it.
+        words: The effect as ``scalar calibrate --effects`` takes it; empty if it cannot be given there.
         changes: Top-level keys of the scene that inject it.
         note: A sentence on the injection, if one is needed.
     """

@@ -28,7 +28,8 @@ def write_pages(folder: Path, dataset: Dataset) -> None:
     """Write a page for every effect, and the list of them.
 
     Args:
-        folder: To write to. dataset: Of the scene of the pages: words and advice name its joints and planes.
+        folder: To write to.
+        dataset: Of the scene of the pages, whose joints and planes words and advice name.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for kind in BUILT_IN:

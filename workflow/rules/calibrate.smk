@@ -37,6 +37,6 @@ rule observe:
         ENVIRONMENT
     threads: 1
     message:
-        "Finding what the poses of {wildcards.study} {wildcards.case} can show"
+        "Finding what the poses of {wildcards.study} {wildcards.case} determine"
     script:
         "../scripts/observe.py"

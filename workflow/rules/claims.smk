@@ -1,4 +1,4 @@
-# Every claim of the original paper beside what this run found; a table that a run lacks leaves its claims open.
+# Judge every claim of the original paper by this run's tables; claims whose table the run lacks are "not in this run".
 CLAIMS_DIR = f"{RESULTS}/claims"
 CLAIMED_SWEEPS = [name for name in ("noise", "poses", "points", "plane_offset", "plane_tilt") if name in AXES]
 CLAIMS_TABLES = [f"{CLAIMS_DIR}/claims.csv", f"{CLAIMS_DIR}/claims.json"]

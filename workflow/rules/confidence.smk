@@ -1,5 +1,5 @@
-# The confidence: fitted to the answers of the trials of some designs, each half reported by the fit to the other. A target of its own, about
-# an hour of one core; a run that was stopped goes on where it was. What it fits is a part of the package, and its tables are committed:
+# The confidence: fitted to the answers of trials of two designs; each half of the trials is reported by the fit to the other half. A target of its own, about
+# an hour of one core; a run that was stopped goes on where it was. The fitted coefficients are part of the package, and the tables are committed:
 #   snakemake confidence --cores 2
 #   cp results/confidence/coefficients.json scalar/diagnosis/confidence_coefficients.json
 #   cp results/confidence/{answers.csv,reliability.csv,numbers.json} paper/summaries/confidence/

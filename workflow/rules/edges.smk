@@ -1,4 +1,4 @@
-# Where it breaks: accuracy and answers against stray points, wrong labels, missing poses, a wrong statement of noise and poor initial guesses.
+# At which point the diagnosis fails: accuracy and answers against stray points, wrong labels, missing poses, a wrong statement of noise and poor initial guesses.
 # A target of its own, a quarter of an hour or so; its summaries may be committed:
 #   snakemake edges --cores 2
 from study.edges.axes import AXES as AXES_OF_EDGES
@@ -33,7 +33,7 @@ rule run_edges:
         values=lambda w: EDGE_VALUES[w.axis],
         seeds=lambda w: batch_seeds(w.batch),
     message:
-        "Where it breaks: {wildcards.axis}, {wildcards.batch}"
+        "Diagnosing spoiled data: {wildcards.axis}, {wildcards.batch}"
     script:
         "../scripts/run_edges.py"
 
@@ -51,7 +51,7 @@ rule collect_edges:
         summary=report(
             f"{EDGES_DIR}/summaries/summary.csv",
             caption="../report/edges.rst",
-            category="Where it breaks",
+            category="Spoiled data",
             labels={"shows": "errors and answers"},
         ),
         numbers=f"{EDGES_DIR}/summaries/numbers.json",
@@ -61,7 +61,7 @@ rule collect_edges:
         ENVIRONMENT
     threads: 1
     message:
-        "Collecting where it breaks"
+        "Collecting the diagnoses of spoiled data"
     script:
         "../scripts/collect_edges.py"
 
@@ -72,14 +72,14 @@ rule draw_edges:
         summary=rules.collect_edges.output.summary,
         modules=modules("study.plots.edges", "study.common.tables"),
     output:
-        **figure(f"{EDGES_DIR}/figures/edges", "figure_edges", "Where it breaks", shows="curves"),
+        **figure(f"{EDGES_DIR}/figures/edges", "figure_edges", "Spoiled data", shows="curves"),
     log:
         f"{RESULTS}/logs/edges/draw.log",
     conda:
         ENVIRONMENT
     threads: 1
     message:
-        "Drawing where it breaks"
+        "Drawing the diagnoses of spoiled data"
     script:
         "../scripts/draw_edges.py"
 

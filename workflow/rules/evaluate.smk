@@ -82,7 +82,7 @@ rule summarise_headline:
             f"{HEADLINE}/published_among_simulated.csv",
             caption="../report/published_among_simulated.rst",
             category="Tables",
-            labels={"study": "headline", "shows": "published values among ours"},
+            labels={"study": "headline", "shows": "published values among simulated ones"},
         ),
     log:
         f"{RESULTS}/logs/summarise_headline.log",

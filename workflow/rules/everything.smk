@@ -1,5 +1,5 @@
 # Everything by one version of the code: the default target, the studies that have targets of their own, and a second paper from their fresh
-# summaries instead of the committed ones. Many hours on two cores, and the files of the measured robots.
+# summaries instead of the committed ones. It takes many hours on two cores, and needs the files of the measured robots.
 #   snakemake everything --cores 2
 FRESH_SUMMARIES = {
     "blind_trials": f"{TRIALS_DIR}/summaries",

@@ -1,5 +1,5 @@
-# Pictures from tables: each rule reads what it draws and computes nothing. The first drawing of a figure is the
-# one the report shows; the other is for print.
+# Figures from tables: each rule draws what it reads, and computes nothing. A figure is written as PNG, which the report shows,
+# and as SVG for print.
 rule draw_errors:
     input:
         errors=f"{HEADLINE}/errors.csv",

@@ -29,7 +29,7 @@ rule get_originals:
     conda:
         ENVIRONMENT
     threads: 1
-    resources:  # and not params: files known by their checksums are the same wherever they came from
+    resources:  # not params, so that another folder runs nothing again: the files are known by their checksums
         folder=FOLDER,
     params:
         addresses=lambda w: ADDRESSES,

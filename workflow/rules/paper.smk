@@ -29,7 +29,7 @@ if PUBLISHED_CURVES:
     for name in PUBLISHED_CURVES_PICTURES:
         PAPER_FIGURES[f"published_curves/{name}.svg"] = f"{PUBLISHED_CURVES_DIR}/figures/{name}.svg"
 
-# What takes hours, or files that are not ours, is committed as small summaries; figures are drawn from them here.
+# Studies that take hours, or need files of others, have small committed summaries; figures are drawn from them here.
 TRIALS_SUMMARIES = PAPER / "summaries/blind_trials"
 if (TRIALS_SUMMARIES / "numbers.json").exists():
     PAPER_NUMBERS["blind_trials"] = local(TRIALS_SUMMARIES / "numbers.json")

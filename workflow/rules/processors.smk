@@ -5,7 +5,7 @@ from study.processors.kernels import KERNELS
 
 PROCESSORS_DIR = f"{RESULTS}/processors"
 PROCESSORS_CASE = FIRST_CASE.name
-# The headline's own, and the reading whose end depends on the last bit most.
+# The methods of the headline, and the reading of the root whose results depend most on rounding.
 PROCESSORS_METHODS = list(dict.fromkeys([*STUDIES["headline"]["methods"], "baseline-abs-2018"]))
 
 

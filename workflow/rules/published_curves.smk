@@ -55,7 +55,7 @@ rule explain_published_curves:
             f"{PUBLISHED_CURVES_DIR}/candidates.csv",
             caption="../report/published_curves_candidates.rst",
             category="Published curves",
-            labels={"shows": "what the published curves say of each candidate"},
+            labels={"shows": "the support of each candidate by the published curves"},
         ),
         predictions=f"{PUBLISHED_CURVES_DIR}/predictions.csv",
         recovery=f"{PUBLISHED_CURVES_DIR}/recovery.csv",
@@ -73,7 +73,7 @@ rule explain_published_curves:
         options=PUBLISHED_CURVES_OPTIONS,
         sweeps=list(PUBLISHED_CURVES_SWEEPS),
     message:
-        "Weighing what made the published curves go flat"
+        "Weighing explanations of the flat published curves"
     script:
         "../scripts/explain_published_curves.py"
 
@@ -101,6 +101,6 @@ rule draw_published_curves:
         ENVIRONMENT
     threads: 1
     message:
-        "Drawing what made the published curves go flat"
+        "Drawing explanations of the flat published curves"
     script:
         "../scripts/draw_published_curves.py"

@@ -1,4 +1,4 @@
-# The headline in pictures beyond its error: the workcell, what can be distinguished how well, and where in the workspace errors lie.
+# Further figures of the headline: the workcell, the correlations of the parameters, and where in the workspace the errors lie.
 from types import SimpleNamespace
 
 FIRST_BATCH = batches("headline")[0]

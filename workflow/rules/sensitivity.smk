@@ -1,5 +1,4 @@
-# What depends on each setting of the diagnosis, halved and doubled on blind sets. A target of its own, `snakemake sensitivity`, and about
-# an hour of one core; a run that was stopped goes on with the set where it was. Its summaries are committed:
+# Which answers depend on each setting of the diagnosis, halved and doubled on blind sets. A target of its own, `snakemake sensitivity`, an hour or two; a run that was stopped goes on with the set where it was. Its summaries are committed:
 #   cp results/sensitivity/summaries/* paper/summaries/sensitivity/
 from study.sensitivity.sets import load_sets
 
@@ -84,7 +83,7 @@ rule summarise_sensitivity:
             f"{SENSITIVITY_DIR}/summaries/settings.csv",
             caption="../report/sensitivity.rst",
             category="Tables",
-            labels={"study": "sensitivity", "shows": "what depends on each setting"},
+            labels={"study": "sensitivity", "shows": "which answers depend on each setting"},
         ),
         numbers=f"{SENSITIVITY_DIR}/summaries/numbers.json",
     log:
@@ -93,7 +92,7 @@ rule summarise_sensitivity:
         ENVIRONMENT
     threads: 1
     message:
-        "Tabulating what depends on each setting"
+        "Tabulating which answers depend on each setting"
     script:
         "../scripts/summarise_sensitivity.py"
 
@@ -112,7 +111,7 @@ rule draw_sensitivity:
         ENVIRONMENT
     threads: 1
     message:
-        "Drawing what depends on each setting"
+        "Drawing which answers depend on each setting"
     script:
         "../scripts/draw_sensitivity.py"
 

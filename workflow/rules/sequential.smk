@@ -1,4 +1,4 @@
-# Does calibrating at once beat one after the other? The same data in every order; a config without `sequential` has none.
+# Is it better to calibrate scanner and arm at once, or one after the other? The same data are fitted in every order; a config without `sequential` has none.
 SEQUENTIAL = config.get("sequential") or {**STUDIES["headline"], "seeds_per_job": 1, "alternate": []}
 SEQUENTIAL_CASES = checked_grids({"sequential": SEQUENTIAL})["sequential"]
 SEQUENTIAL_DIR = f"{RESULTS}/sequential"

@@ -33,7 +33,7 @@ wildcard_constraints:
     group=r"[A-Za-z0-9][A-Za-z0-9_.-]*",
 
 
-# What the longest chain waits for comes first: plans, sweeps, the published curves, the paper. All else fills the other cores meanwhile.
+# Priorities: the longest chain of jobs (plans, sweeps, the published curves, the paper) comes first; all other jobs fill the cores beside it.
 rule plan_sweeps:
     input:
         scene=lambda w: local(WALLS[w.walls]),
@@ -132,7 +132,7 @@ rule summarise_sweeps:
             f"{SWEEP_DIR}/published_inside.csv",
             caption="../report/sweep_published.rst",
             category="Sweeps",
-            labels={"sweep": "all", "walls": "all", "shows": "published points among ours"},
+            labels={"sweep": "all", "walls": "all", "shows": "published points among simulated ones"},
         ),
     log:
         f"{RESULTS}/logs/summarise_sweeps.log",

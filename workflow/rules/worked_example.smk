@@ -1,4 +1,4 @@
-# One diagnosis from scratch, by the command line: a workcell with a gear error of which its dataset tells nothing.
+# One diagnosis from scratch, by the command line: a workcell with a gear error that its dataset does not mention.
 EXAMPLE = f"{RESULTS}/worked_example"
 EXAMPLE_SCENE = "configs/scenes/worked_example.yaml"
 OF_CONDA = workflow.deployment_settings.deployment_method
@@ -87,7 +87,7 @@ rule tell_example:
         ENVIRONMENT
     threads: 1
     message:
-        "Telling the worked example"
+        "Making the tables of the worked example"
     script:
         "../scripts/tell_example.py"
 

@@ -1,4 +1,4 @@
-"""Draw where it breaks."""
+"""Draw the diagnoses of spoiled data."""
 
 from job import logged
 

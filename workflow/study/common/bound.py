@@ -31,13 +31,13 @@ from scalar.geometry.se3 import Array, transform_from_rotation_vector
 DRAWS = 64  # of parameter errors: the standard error of their mean is about 2 %
 POSES = 2000  # the first of the evaluation poses; the maximum over 10,000 lies about 1 % higher
 DRAWS_SEED = 0
-_LEAST_SINGULAR_VALUE = 1e-6  # of the Jacobian with columns of unit length, over the largest: below it a direction is unobservable, and no bound exists
+_LEAST_SINGULAR_VALUE = 1e-6  # of the Jacobian with columns of unit length, over the largest; below it a direction is unobservable
 
 
 def bound_errors(
     dataset: Dataset, truth: Mapping[str, Any], fixed: Sequence[str], truth_poses: pd.DataFrame
 ) -> tuple[dict[str, float], dict[str, float]] | None:
-    """Return the errors expected at the bound, and those of the efficient estimate with this noise (``PoseErrors.to_mapping``).
+    """Return the errors expected at the bound, and those of the efficient estimate, as ``PoseErrors.to_mapping``.
 
     None if the sensor has no noise, or if some direction of the parameters is unobservable.
 

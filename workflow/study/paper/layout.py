@@ -1,4 +1,4 @@
-"""Whether every figure, caption, table and formula of the paper has a place of its own: by the typesetter's own boxes, not by pixels.
+"""Check that no figure, caption, table or formula of the paper overlaps another or leaves the page, by the boxes of the typesetter.
 
 ``style.typ`` marks the upper left and the lower right corner of each, and the natural width of formulas and tables. No two boxes of a
 page may overlap, none may reach over the margins or be cut off, and nothing may be wider than its column.
@@ -16,7 +16,7 @@ SLACK = 0.5  # [pt] by which boxes may reach into one another: rounding
 
 @dataclass(frozen=True)
 class Box:
-    """A box on a page: what it is, its edges from the upper left corner of the page, and the height that it would have on an endless one [pt]."""
+    """A box on a page: what it is, its edges from the upper left corner of the page, and the height that it would have on a page without end [pt]."""
 
     what: str
     page: int

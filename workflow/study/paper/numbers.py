@@ -31,7 +31,7 @@ UNITS = {
 }
 """Last word of a name: what stands behind the number."""
 SMALL = {"m": ("mm", 1 / MM)}
-"""Units in which nobody reads small errors, and what they become where the number is below a tenth."""
+"""By unit: the unit, and the factor to it, in which numbers below a tenth are written."""
 ANGLES = {"rad": ("deg", 1 / DEG), "mrad": ("deg", MRAD / DEG), "urad": ("deg", UM / DEG)}
 """All angles of the paper are in degrees, whatever the results have."""
 POWER = "×10^"

@@ -1,4 +1,4 @@
-"""Parts of the paper's numbers that no study writes: the setup, what the method is set to, what the original paper states, and ratios."""
+"""Numbers of the paper that no study writes: the setup, the settings of the method, the statements of the original paper, and ratios."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from study.sweeps.numbers import NEAR_BOUND
 EQUATIONS_PER_POSE = 2
 """A scan of a plane is a straight line: an offset and a slope, however many points it has."""
 CLIPPED = "baseline-clip"
-"""The reading of the root that needs no more than a root that is defined: what the manifold adds is judged beside it."""
+"""The reading of the root with which the proposed method is compared: it only makes the root defined."""
 FEW_POSES = 60
 """Poses of the row of the stratified trials that is named after them."""
 SIZE_UNITS = {
@@ -38,7 +38,7 @@ SIZE_UNITS = {
     "relative": ("tolerance", 1.0),
     "count": ("iterations", 1.0),
 }
-"""What the magnitudes of explanations of the published curves are given in: σ is the stated noise, angles are in degrees."""
+"""By unit of a magnitude in the results: the unit in the paper, and the factor to it. σ is the stated noise."""
 VARIANCE_COMPONENTS = 2
 """Effects that are variance components: jitter of the poses, and an error common to a scan."""
 
@@ -92,7 +92,7 @@ def setup(scene: Path, tilted: Path, seeds: int) -> dict[str, Any]:
 
 
 def settings() -> dict[str, Any]:
-    """Return what the method is set to, as the code has it."""
+    """Return the settings of the method, from the code."""
     return {
         "null_tolerance": DEFAULTS.estimation.identifiability.null_tolerance,
         "near_parallel_rad": parallel_axes.NEAR_PARALLEL,
@@ -174,8 +174,8 @@ def stated(
 def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
     """Return ratios between numbers of the parts, by part; units have gone from the names.
 
-    For the headline: how many times nearer to the truth we come than the original paper states, and than where we began.
-    For the comparison of orders: the share of seeds in which a single pass wins where little can be gained.
+    For the headline: the errors that the original paper states, and those of the initial model, over those of the proposed method.
+    For the comparison of orders: the share of seeds in which a single pass is better, in the case of a good arm and few noisy data.
     """
     methods = parts["headline"]["methods"]
     ours, initial = methods[PROPOSED], methods[INITIAL]
@@ -201,12 +201,12 @@ def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
     found["nonparallel"] = _nonparallel(parts.get("measured", {}).get("sets", {}))
     curve = sorted(map(float, parts["published"]["curves"]["noise"]))
     setup = parts["setup"]
-    held = parts["headline"]["identifiability"]["zero_singular_values"]
+    n_fixed = parts["headline"]["identifiability"]["zero_singular_values"]
     found["published_noise"] = {"low_mm": curve[0], "next_mm": curve[1]}
     few = min(map(int, parts["published"]["curves"]["poses"]))
     found["poses"] = {
         "equations_at_fewest": EQUATIONS_PER_POSE * few,
-        "unknowns": setup["parameters_independent"] - held,
+        "unknowns": setup["parameters_independent"] - n_fixed,
     }
     case = parts.get("sequential", {}).get("cases", {}).get("good-arm-few-noisy")
     if case:
@@ -241,17 +241,17 @@ def _sizes(candidates: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _workcells(curves: Mapping[str, Any], times: Mapping[str, float]) -> dict[str, Any]:
-    """Return by what factor errors differ from workcell to workcell, and how many such factors lie between the published error and ours.
+    """Return by what factor errors differ between workcells, and how many such factors the published error is from that of this project.
 
     Args:
-        curves: The numbers of the published curves. times: The published errors over ours.
+        curves: The numbers of the published curves. times: The published errors over those of the proposed method.
     """
-    spread = {_unitless(name): std for name, std in curves["offset_std"]["point"].items()}
+    log_std = {_unitless(name): std for name, std in curves["offset_std"]["point"].items()}
     shifts = [offsets[QUANTITIES[0]] for offsets in curves["other_workcells"].values()]
     return {
         "count": len(shifts),
-        "factor": {name: exp(std) for name, std in spread.items()},
-        "published_in_std": {name: log(times[name]) / std for name, std in spread.items()},
+        "factor": {name: exp(std) for name, std in log_std.items()},
+        "published_in_std": {name: log(times[name]) / std for name, std in log_std.items()},
         "least_factor": exp(min(shifts)) if shifts else None,
         "greatest_factor": exp(max(shifts)) if shifts else None,
     }

@@ -1,7 +1,7 @@
-"""What the paper says of the blind trials beyond their own numbers: from the committed tables, bad cases with the good ones.
+"""Numbers of the blind trials that the paper quotes besides ``numbers.json``, from the committed tables.
 
 Rates count every effect, a range gain that leaves no residual too, with intervals that draw whole scenes. Errors after a correction are given for
-each effect with the 95 % quantile. Unknown causes are told apart by whether the estimator has a flexible term of the same formula.
+each effect with the 95 % quantile. Unknown causes are grouped by whether the estimator has a flexible term of the same formula.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ SAME_FORMULA = (
 )
 """Unknown causes for which the estimator has a flexible term of the same formula (``effects/flexible``)."""
 IMITATED = ("worn_teeth", "belt")
-"""Those that one of its terms imitates: a plateau the worn teeth, waves the belt."""
+"""Unknown causes that a flexible term imitates: a plateau imitates worn teeth, waves imitate a belt."""
 NAMED = ("right", "listed", "elsewhere", "wrong")
 """Outcomes in which a name was given."""
 
@@ -86,7 +86,7 @@ def _share(right: Any, scene: Any, workcell: Any) -> dict[str, Any]:
 
 
 def _smaller(power: Any) -> dict[str, Any]:
-    """Return what is said below the natural size."""
+    """Return the answers about effects smaller than the natural size."""
     rows = power[power["size"] < NATURAL]
     count = {name: int(rows[name].sum()) for name in (*NAMED, "missed", "unattributed", "unobservable")}
     sets, named = int(rows["right_sets"].sum()), sum(count[name] for name in NAMED)

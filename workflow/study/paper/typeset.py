@@ -25,7 +25,7 @@ MAIN = "paper/paper.typ"
 NUMBERS = "results/numbers.json"
 FILES = "results/files.json"
 CREATED = datetime.datetime(2018, 10, 1, tzinfo=datetime.UTC)
-"""What a PDF says of its making: a date of no meaning (the first day of IROS 2018), since a true one would change the bytes."""
+"""The date of creation in a PDF: always the first day of IROS 2018, since the true one would change the bytes."""
 
 ARCHIVE = "a-2b"
 """PDF/A: everything embedded, and a letter that no font has is an error instead of a box."""
@@ -61,7 +61,7 @@ def typeset(
 
 
 def placed(text: Path, numbers: Mapping[str, Any], figures: Mapping[str, Path]) -> list[dict[str, Any]]:
-    """Return what the typesetter says of the places of figures, captions, tables and formulas: the metadata ``<placed>`` of style.typ.
+    """Return the places of figures, captions, tables and formulas: the metadata ``<placed>`` that style.typ writes.
 
     Arguments and errors as for ``typeset``.
     """
@@ -74,8 +74,8 @@ def placed(text: Path, numbers: Mapping[str, Any], figures: Mapping[str, Path]) 
 
 @contextmanager
 def _compiler(text: Path, numbers: Mapping[str, Any], figures: Mapping[str, Path]) -> Iterator[Any]:
-    """Lay out text and results under one root; what the compiler cannot do is a fault of the text."""
-    import typst  # of the workflow's extra: calibrating one's own data does not need it
+    """Copy text and results below one root and yield a compiler; raise its errors as faults of the text."""
+    import typst  # imported here: an optional dependency, of the extra `workflow`
 
     with tempfile.TemporaryDirectory(prefix="paper-") as folder:
         root = Path(folder)
@@ -88,7 +88,7 @@ def _compiler(text: Path, numbers: Mapping[str, Any], figures: Mapping[str, Path
         write_json(root / FILES, sorted(figures))
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("error")  # a font that is missing is no paper
+                warnings.simplefilter("error")  # as that a font is missing
                 yield typst.Compiler(root / MAIN, root=root, ignore_system_fonts=True)
         except (typst.TypstError, typst.TypstWarning) as error:
             reason = str(error).replace(str(root), "").replace("\n", " ")
@@ -101,7 +101,7 @@ def write_paper(
     """Write the paper to a PDF, whole or not at all; arguments as for ``typeset``.
 
     Raises:
-        InvalidInput: As for ``typeset``, or something hides something else or reaches over the edge of a page. A draft may.
+        InvalidInput: As for ``typeset``, or parts overlap or reach over the margins; in a draft this is only printed.
     """
     (document,) = typeset(text, numbers, figures)
     if faults := layout_faults(placed(text, numbers, figures)):

@@ -1,4 +1,4 @@
-"""The blind trials: what was named for what, how large an effect has to be, errors after, and what answers are worth."""
+"""Figures of the blind trials: names against what was injected, answers over the size of an effect, errors after, right answers by confidence."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def _frame(x: float, y: float) -> Any:
 
 
 def draw_power(power: pd.DataFrame, thresholds: pd.DataFrame) -> Figure:
-    """Return a panel a case: how often it is named right over its size, and what is said instead.
+    """Return a panel for each case: how often it is named right over its size, and which answers are given instead.
 
     Args:
         power: power.csv. thresholds: thresholds.csv.
@@ -138,7 +138,7 @@ def draw_power(power: pd.DataFrame, thresholds: pd.DataFrame) -> Figure:
 
 
 def _power_panel(ax: Axes, rows: Any, half: Any) -> None:
-    """Draw one case: a stack of outcomes a size, the half point above."""
+    """Draw one case: a stack of outcomes for each size, and above them the size at which half of the sets are named right."""
     sizes = rows["size_in_unit"].to_numpy(dtype=float)
     place = np.log10(sizes)
     width = 0.72 * np.min(np.diff(place)) if len(place) > 1 else 0.3
@@ -168,7 +168,7 @@ def _power_panel(ax: Axes, rows: Any, half: Any) -> None:
 
 
 def _short(value: float) -> str:
-    """Return a number rounded to one digit; what is smaller than any that matters as less than that."""
+    """Return a number rounded to one digit; below ``_LEAST``, that it is less than that."""
     return f"{float(f'{value:.1g}'):.4g}" if value >= _LEAST else f"<{_LEAST:.4f}"
 
 
@@ -208,7 +208,7 @@ def draw_errors_after(errors: pd.DataFrame, size: float = 1.0) -> Figure:
 
 
 def draw_reliability(reliability: pd.DataFrame) -> Figure:
-    """Return the share of named effects that are injected, against how sure the diagnosis said it was.
+    """Return the share of named effects that are injected, over the confidence that the diagnosis states.
 
     Args:
         reliability: reliability.csv.

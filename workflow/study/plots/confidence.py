@@ -1,4 +1,4 @@
-"""How often answers are right, against how sure they say they are."""
+"""The share of right answers over the stated confidence."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TITLES = {
 
 
 def draw_confidence(reliability: pd.DataFrame) -> Figure:
-    """Return a reliability diagram for each kind of answer, each half of the trials by the fit to the other.
+    """Return a reliability diagram for each kind of answer; each half of the trials has the confidence fitted to the other half.
 
     Args:
         reliability: reliability.csv.

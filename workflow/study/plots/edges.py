@@ -1,4 +1,4 @@
-"""Where it breaks: the error of positions, and the shares of right, wrong and refused answers, over what is wrong with the data."""
+"""Mean position error, and the shares of right, wrong and refused answers, over the degree of what is wrong with the data."""
 
 from __future__ import annotations
 

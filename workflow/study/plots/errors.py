@@ -1,4 +1,4 @@
-"""Pose errors before and after calibration, over the seeds, beside the published values."""
+"""Pose errors before and after calibration, over the seeds, with the published values."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from matplotlib.patches import Patch
 
 from study.plots.style import BAND, LINE, LOOKS, PUBLISHED, QUANTITY_LABELS, new_figure, numeral, styled
 
-_SPREAD = 0.11  # half the width over which the dots of one column stand
-_CROSS, _RAW, _ALIGNED = -0.5, -0.17, 0.19  # where things stand beside the tick
+_HALF_WIDTH = 0.11  # over which the dots of one column stand
+_CROSS, _RAW, _ALIGNED = -0.5, -0.17, 0.19  # places of the cross and of both columns, relative to the tick
 _PANELS = (("position_mean_mm", "position_max_mm"), ("orientation_mean_deg", "orientation_max_deg"))
 
 
@@ -60,10 +60,10 @@ def _column(
     ].iloc[0]
     if rows[quantity].isna().all():
         return
-    width = 2.6 * _SPREAD
+    width = 2.6 * _HALF_WIDTH
     height = band["p95"] - band["p05"]
     ax.bar(x, height, width, bottom=band["p05"], color=look.colour, alpha=0.22, linewidth=0)
-    at = x + np.linspace(-_SPREAD, _SPREAD, len(rows))
+    at = x + np.linspace(-_HALF_WIDTH, _HALF_WIDTH, len(rows))
     ended = rows["status"].isin(["converged", "initial"]).to_numpy(dtype=bool)
     for which, marker in ((ended, look.marker), (~ended, "x")):
         ax.plot(

@@ -1,4 +1,4 @@
-"""Our initial models as a distribution, and where the published one falls in it."""
+"""The errors of the simulated initial models as a distribution, and where the published model falls in it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from study.plots.style import LOOKS, PUBLISHED, QUANTITY_LABELS, new_figure, sty
 
 
 def draw_initial(errors: pd.DataFrame, placed: pd.DataFrame) -> Figure:
-    """Return a panel a quantity: the share of our initial models below each value, and the paper's model.
+    """Return a panel for each quantity: the share of the simulated initial models below each value, and the paper's model.
 
     Args:
         errors: errors.csv. placed: published_among_simulated.csv.

@@ -1,4 +1,4 @@
-"""Measured robots: errors from the bare model upwards, and the errors of the gears over their angles."""
+"""Measured robots: held-out errors of models of increasing size, and the errors of the gears over the joint angles."""
 
 from __future__ import annotations
 

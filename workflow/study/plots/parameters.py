@@ -1,4 +1,4 @@
-"""The error of each parameter beside the standard error stated for it (the paper's section IV-D)."""
+"""The error of each parameter and the standard error stated for it (section IV-D of the original paper)."""
 
 from __future__ import annotations
 

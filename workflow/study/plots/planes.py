@@ -1,4 +1,4 @@
-"""How near the calibrated planes come to the true ones, beside what the paper states."""
+"""Errors of the calibrated planes, and the bounds that the paper states."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _COLUMNS = {
 }
 
 _EDGE = 1e-5
-"""Smaller errors are drawn here: a log axis would hide a plane that stayed at a guess without error."""
+"""Smaller errors are drawn at this value, since a logarithmic axis has no place for zero, as of a plane that stayed at an exact guess."""
 
 
 def draw_planes(planes: pd.DataFrame, published: pd.DataFrame) -> Figure:
@@ -35,10 +35,10 @@ def draw_planes(planes: pd.DataFrame, published: pd.DataFrame) -> Figure:
             for (method, name), rows in shown.groupby(["method", "plane"], sort=False):
                 look, k = LOOKS[method], names.index(name)
                 x = k + (methods.index(method) - (len(methods) - 1) / 2) * step
-                spread = np.linspace(-0.3, 0.3, len(rows)) * step
+                beside = np.linspace(-0.3, 0.3, len(rows)) * step
                 label_once = look.label if k == 0 else None
                 ax.plot(
-                    x + spread,
+                    x + beside,
                     rows[column].abs().clip(lower=_EDGE),
                     look.marker,
                     color=look.colour,

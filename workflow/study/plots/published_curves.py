@@ -1,4 +1,4 @@
-"""Published points with what candidates predict, the support of each, and what the method can tell."""
+"""The published points with the predictions of candidates, the support of each candidate, and the recovery of injected ones."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _SWEEPS = {
     "plane_tilt": "tilt of the initial planes [°]",
 }
 _STATED = "stated"
-_SHOWN = 2  # explanations beside the stated noise: more bands than this hide one another
+_SHOWN = 2  # explanations besides the stated noise; with more, the bands hide one another
 _LOOKS = ((COLOURS["first explanation"], "-"), (COLOURS["second explanation"], "--"))
 _QUANTITIES = (
     "position_mean_mm",

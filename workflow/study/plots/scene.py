@@ -1,4 +1,4 @@
-"""The setup in 3D: the renderer's picture, with names on its parts."""
+"""The workcell: the picture of pybullet's renderer, with names on its parts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from study.plots.style import new_figure, styled
 
 _WIDTH = 5.0  # in: text of 9 pt is 6 pt in a column of the paper
 _MARGIN = 12  # pixels that stay around what is not background
-_BACKGROUND = 0.995
+_BACKGROUND = 0.995  # brightness from which a pixel counts as background
 
 
 def draw_scene(picture: str | Path, places: Mapping[str, Sequence[float]]) -> Figure:

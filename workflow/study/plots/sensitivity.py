@@ -1,4 +1,4 @@
-"""The sensitivity to settings: for each that changes an answer, the share of blind sets in which it does, halved and doubled."""
+"""For each setting that changes an answer when it is halved or doubled: the share of blind sets in which it does."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Errors after every pass of a sequential calibration, and what a single pass costs in each case, beside all at once."""
+"""Errors after every pass of a sequential calibration, and errors of a single pass in each case, over those of fitting all at once."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _WAYS = {
 }
 _QUANTITY = "position_mean_mm"
 _BAND = (0.05, 0.95)
-_SPREAD = 0.26  # of a row's height: where its ways stand
+_FROM_MIDDLE = 0.26  # of a row's height: how far above and below its middle the ways stand
 
 
 def draw_sequential(errors: pd.DataFrame, summary: pd.DataFrame) -> Figure:
-    """Return errors by passes of the case that alternates, and single passes of every case over all at once.
+    """Return the errors over the passes of the case in which passes are repeated, and those of a single pass in every case over all at once.
 
     Args:
         errors, summary: As ``study.sequential.compare`` and ``study.sequential.summary`` give them.
@@ -74,7 +74,7 @@ def _by_passes(ax: Axes, rows: Any) -> None:
 def _single_passes(ax: Axes, raw: Any, summary: pd.DataFrame) -> None:
     """Draw a dot a seed: the error after one pass over that of all at once, a row a case."""
     cases = list(dict.fromkeys(raw["case"]))
-    places = dict(zip(_WAYS, np.linspace(_SPREAD, -_SPREAD, len(_WAYS)), strict=True))
+    places = dict(zip(_WAYS, np.linspace(_FROM_MIDDLE, -_FROM_MIDDLE, len(_WAYS)), strict=True))
     for i, case in enumerate(cases):
         own = raw[raw["case"] == case]
         at_once = own[own["way"] == "at_once"].set_index("seed")[_QUANTITY]

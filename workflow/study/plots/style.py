@@ -1,4 +1,4 @@
-"""One look for all figures: the table of colours, each with one meaning throughout, a marker each for grey paper, symbols of parameters."""
+"""The common style of all figures: colours, each with one meaning throughout; markers, for prints in grey; symbols of parameters."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Look:
 
 
 COLOURS = {
-    "ours": "#0072b2",  # the proposed method, and what the diagnosis makes of it
+    "ours": "#0072b2",  # the proposed method, and the answers of the diagnosis
     "published": "#000000",
     "initial": "#7f7f7f",
     "baseline-abs": "#d55e00",
@@ -54,9 +54,9 @@ COLOURS = {
 """The one table of colours, by what they mean; none means two things. Okabe and Ito's for the methods."""
 OURS, PUBLISHED = COLOURS["ours"], COLOURS["published"]
 OURS_LIGHT, OURS_DARK = "#c6dbef", "#08306b"
-"""Shades of ours, where a figure shows ours alone: less of it, more of it."""
+"""Lighter and darker shades of ``OURS``, for figures that show nothing else."""
 LINE, EDGE, FAINT, GRID = "#000000", "#444444", "#bbbbbb", "#dddddd"
-"""What has no meaning of its own: axes and limits, edges of bars, lines between dots, grids."""
+"""Colours without a meaning: of axes and limits, edges of bars, lines between dots, grids."""
 BAND = "#555555"
 """A band or a dot in a legend, of any method."""
 

@@ -1,4 +1,4 @@
-"""Errors over a sweep: a panel a quantity, a band a method, the bound, the published points, and what failed below."""
+"""Errors over a sweep: a panel for each quantity with bands of the methods, the bound and published points; failed fits below."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ _LINES: dict[str, Any] = {
     "baseline-raise": ":",
 }
 _FLOOR = {"mm": 1e-4, "deg": 1e-5}  # smaller errors are drawn as triangles on the lower edge
-_ZERO = 3.0  # on a logarithmic axis 0 stands this factor left of the smallest value
+_ZERO = 3.0  # on a logarithmic axis, zero is drawn at the smallest value divided by this
 _NEAR_IN = 0.36  # labels of ticks nearer than this to one another are left out [in]
 _END = 0.04  # by how much of the axis the first and the last cell of a strip reach beyond their case
-_STRIP = 0.8  # height of the strip of failures of a method, of what a line has
+_STRIP = 0.8  # height of a method's strip of failures, as a share of its line
 
 
 def draw_sweep(summary: pd.DataFrame, published: pd.DataFrame, label: str, scale: str = "log") -> Figure:
@@ -168,15 +168,16 @@ def draw_failures(ax: Axes, raw: Any, methods: list[str], values: np.ndarray, sc
 
 
 def legend_entries(methods: list[str], seeds: int, has_published: bool) -> list[Line2D | Patch]:
-    ways: list[Line2D | Patch] = []
+    """Return the entries of the legend: the methods, the band, the bound, and the published points if there are any."""
+    entries: list[Line2D | Patch] = []
     for method in methods:
         look = LOOKS[method]
         style = {"linestyle": _LINES[method], "marker": look.marker, "markersize": 4.5}
-        ways.append(Line2D([], [], color=look.colour, label=look.label, **style))
-    ways.append(Patch(facecolor=BAND, alpha=0.2, label=f"5 to 95 % of {seeds} seeds; line: median"))
-    ways.append(Line2D([], [], color=LINE, linestyle=":", linewidth=1.8, label="Cramér-Rao bound"))
+        entries.append(Line2D([], [], color=look.colour, label=look.label, **style))
+    entries.append(Patch(facecolor=BAND, alpha=0.2, label=f"5 to 95 % of {seeds} seeds; line: median"))
+    entries.append(Line2D([], [], color=LINE, linestyle=":", linewidth=1.8, label="Cramér-Rao bound"))
     if has_published:
-        ways.append(
+        entries.append(
             Line2D([], [], color=PUBLISHED, linestyle="none", marker="o", label="published (one run a point)")
         )
-    return ways
+    return entries

@@ -20,14 +20,14 @@ from study.plots.sweep import (
 )
 
 COLUMNS = 3
-_LONG = 36  # letters of a label that a panel has room for
+_LONG = 36  # most letters for which a label fits on one line below a panel
 QUANTITY = "position_mean_mm"
 
 
 def draw_overview(
     summaries: Mapping[str, pd.DataFrame], published: pd.DataFrame, axes: Mapping[str, Mapping[str, Any]]
 ) -> Figure:
-    """Return a panel a sweep, what failed below each.
+    """Return a panel for each sweep, with the fits that failed below it.
 
     Args:
         summaries: ``{sweep: rows of its summary.csv of these walls}``.

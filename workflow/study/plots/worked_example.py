@@ -1,4 +1,4 @@
-"""A diagnosis to follow by eye: residual, candidates, what the poses ask of the joint, what is left, errors."""
+"""A diagnosis in five panels: residual, candidates, the joint's error by each pose, the remaining residual, errors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from study.plots.style import COLOURS, EDGE, LINE, OURS, new_figure, numeral, pl
 
 _MARKERS = ("^", "s", "v", "D", "P", "X")
 _COLOURS = tuple(COLOURS[name] for name in ("floor", "first wall", "second wall"))
-_SURE = 3.0  # times the median standard error: poses that hardly see the joint are left out of that panel
+_SURE = 3.0  # times the median standard error; poses that determine the joint's error less well are left out of that panel
 _SHOWN = 0.995  # of the dots lie within the axes
 
 
@@ -68,7 +68,7 @@ def _residuals(ax: Axes, poses: pd.DataFrame, when: str, limit: float) -> None:
 
 
 def _asked(ax: Axes, poses: pd.DataFrame, curve: pd.DataFrame) -> None:
-    """Draw what each pose asks of the joint, and the effect that was fitted."""
+    """Draw the joint's error by each pose (``asked_deg``), and the effect that was fitted."""
     std = poses["asked_std_deg"].to_numpy(dtype=float)
     sure: Any = poses[std <= _SURE * np.nanmedian(std)]
     ax.plot(
@@ -105,7 +105,7 @@ def _candidates(ax: Axes, ranking: pd.DataFrame) -> None:
 
 
 def _errors(ax: Axes, errors: pd.DataFrame, numbers: dict[str, Any]) -> None:
-    """Draw held-out residuals and true errors, before, after, and what noise alone leaves."""
+    """Draw held-out residuals and true errors: before, after, and at the noise floor."""
     by_when: Any = errors.set_index("when")
     held = numbers["held_out_rms_mm"]
     groups = [

@@ -1,4 +1,4 @@
-"""Position errors over the workspace, from the side and from above: before, after, and as the calibration claims."""
+"""Position errors over the workspace, from the side and from above: before, after, and as the calibration predicts."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def draw_workspace(errors: pd.DataFrame, seeds: int) -> Figure:
 
 
 def _range(errors: Any, states: list[str]) -> tuple[float, float]:
-    """Return between what [mm] the colours lie: the cells' values but for the last per cents."""
+    """Return the least and the greatest value [mm] of the colours: the 2 and 98 % quantiles of the cells."""
     values = errors[states].to_numpy()
     return float(np.quantile(values, 0.02)), float(np.quantile(values, 0.98))
 
