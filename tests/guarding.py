@@ -3,7 +3,7 @@
     python -m tests.guarding [NAME ...]
 
 The defaults are changed in place, so that whatever reads them sees the other value, and the test is run as it is. It has to pass with the
-defaults. A setting with which its test passes halved and doubled is one on which nothing is known to depend.
+defaults. If the test passes with the setting halved and doubled, nothing is known to depend on the setting.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ QUIET = (
 
 @contextlib.contextmanager
 def set_to(name: str, value: float) -> Iterator[None]:
-    """Let one of the defaults be another number, for a while."""
+    """Give one of the defaults another value within the block."""
     *groups, last = name.split(".")
     owner = DEFAULTS
     for group in groups:
         owner = getattr(owner, group)
     before = getattr(owner, last)
-    object.__setattr__(owner, last, value)  # they are frozen, against accidents
+    object.__setattr__(owner, last, value)  # the settings are frozen dataclasses
     try:
         yield
     finally:

@@ -1,7 +1,7 @@
 """An arm on a linear axis, simulated without the estimator's formulas: a shift along a line in space, then elementary matrices.
 
-The rail's direction is off by milliradians, the arm stands on its carriage a little off and askew, every length and angle of the
-arm is off. The estimator is told the nominal arm as a chain of seven joints, the first of them prismatic.
+The rail's direction is off by milliradians, the arm is slightly displaced and tilted on its carriage, and every length and angle of the
+arm has an error. The estimator gets the nominal arm as a chain of seven joints, the first of them prismatic.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class RailAndArm:
 
     @classmethod
     def drawn(cls, rng: np.random.Generator, name: str = "vs060") -> RailAndArm:
-        """Return a workcell with errors of a millimetre and some milliradians."""
+        """Return a random workcell with errors of a millimetre and some milliradians."""
         arm = robot_mapping(name)
         geometry = np.array([[j.get(kind, 0.0) for j in arm["joints"]] for kind in PARAMETER_KINDS])
         size = np.array([1e-3, 2e-3, 1e-3, 2e-3, 0.0])[:, None]
@@ -93,7 +93,7 @@ class RailAndArm:
         q_true: np.ndarray | None = None,
         columns: dict[str, np.ndarray] | None = None,
     ) -> Dataset:
-        """Return what a tracker sees of the tool's origin at poses that the encoders read as ``q``."""
+        """Return what a tracker measures of the tool's origin where the encoders read ``q`` ``(N, 7)`` and the joints stand at ``q_true``."""
         T = self.T_tracker_base @ self.tool(q if q_true is None else q_true)
         points = T[:, :3, 3] + noise * rng.normal(size=(len(q), 3))
         guess = (

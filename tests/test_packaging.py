@@ -32,10 +32,12 @@ for module in sys.argv[1:]:
 
 
 def python_files(*folders: str) -> list[Path]:
+    """Return the Python files below folders of the repository."""
     return sorted(path for folder in folders for path in (ROOT / folder).rglob("*.py"))
 
 
 def in_simulation(path: Path) -> bool:
+    """Return whether a file belongs to the simulator."""
     return path.is_relative_to(ROOT / "scalar" / "simulation")
 
 

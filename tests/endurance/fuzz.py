@@ -64,7 +64,7 @@ def patience(seconds: int) -> Iterator[None]:
 
 @contextmanager
 def parsed_once(texts: Collection[str]) -> Iterator[None]:
-    """Take the YAML events of some texts, those of good files, from memory within the block: nothing is learnt from parsing them again."""
+    """Parse each of some texts, those of good files, only once within the block, since parsing YAML takes most of the time."""
     known: dict[str, list[Any]] = {}
 
     class Parser(YAML):
@@ -81,7 +81,7 @@ def parsed_once(texts: Collection[str]) -> Iterator[None]:
 
 
 class Fuzzed:
-    """Good files of one reader, and what became of damaged copies.
+    """Good files of one reader, and the counts and finds of damaged copies.
 
     Attributes:
         counts: Of inputs that were read, refused, and finds.

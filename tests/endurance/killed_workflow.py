@@ -19,7 +19,7 @@ ARGUMENTS = (*TARGETS, "--configfile", "configs/small.yaml")
 
 
 def endure(kills: int, rng: random.Random, root: Path) -> Outcome:
-    """Return what was seen of the workflow that was killed some times in a copy of the checkout below a folder."""
+    """Return the outcome of killing the workflow some times, in a copy of the checkout below a folder."""
     whole, disturbed = (copy_checkout(root / name) for name in ("whole", "disturbed"))
     for folder in (whole, disturbed):
         (folder / "configs/small.yaml").write_text(SMALL)

@@ -24,7 +24,6 @@ from pathlib import Path
 
 import pandas as pd
 
-from scalar.data.io.lock import LOCK
 from tests.endurance import killed_workflow
 from tests.endurance.outcome import HOWS, Outcome
 
@@ -82,7 +81,15 @@ def killed(arguments: Sequence[str], after: float, how: signal.Signals, whole_gr
 
 
 def endure(name: str, datasets: tuple[Path, Path], kills: int, rng: random.Random, root: Path) -> Outcome:
-    """Return what was seen of one command that was killed some times."""
+    """Return the outcome of killing one command some times.
+
+    Args:
+        name: Key of ``COMMANDS``.
+        datasets: The first has been run before; the run of the second is killed.
+        kills: How many have to meet a living process.
+        rng: Draws moments, signals, and whether the process group is killed.
+        root: Folder to work in.
+    """
     old, new, out = root / "old", root / "new", root / "out"
     for folder, data in ((old, datasets[0]), (new, datasets[1])):
         started = time.monotonic()
@@ -127,7 +134,7 @@ def endure(name: str, datasets: tuple[Path, Path], kills: int, rng: random.Rando
 def _read_a_mix(
     out: Path, left: dict[str, bytes], of_new: dict[str, bytes], data: Path, outcome: Outcome, case: str
 ) -> None:
-    """Count files of two runs, and whether a reader of the new one refuses it."""
+    """If the folder holds a calibration of the new run and the diagnosis of the old, count it, and whether ``predict`` refuses the calibration."""
     new = [file for file in ("before.json", "after.json") if left[file] == of_new[file]]
     if not new or left["diagnosis.json"] == of_new["diagnosis.json"]:
         return
@@ -204,7 +211,7 @@ def main() -> None:
             faults += len(outcome.faults)
             if wanted.table:
                 pd.DataFrame(rows).to_csv(wanted.table, index=False)
-    print(f"{sum(row['kills'] for row in rows)} kills, {faults} faults; the lock is called {LOCK}")
+    print(f"{sum(row['kills'] for row in rows)} kills, {faults} faults")
     sys.exit(1 if faults else 0)
 
 

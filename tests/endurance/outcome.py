@@ -1,4 +1,4 @@
-"""What was seen of something that was killed some times."""
+"""The outcome of killing a command, or the workflow, some times."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ HOWS = (signal.SIGTERM, signal.SIGKILL)
 
 @dataclass
 class Outcome:
-    """What was seen of one command, or of the workflow.
+    """Counts and faults of one command, or of the workflow.
 
     Attributes:
-        kills: That met a living process.
+        kills: Number of kills that met a living process.
         hows: Number of kills by signal and by what it was sent to.
         partial: Number of kills after which some files of the new run were there, and others were not.
         left: Number of kills after which files of two runs lay in the folder.
         refused: Number of those that a reader refused.
-        faults: What should not have been, a sentence each.
+        faults: A sentence for each thing that should not have happened.
     """
 
     kills: int = 0

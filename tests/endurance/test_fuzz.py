@@ -23,7 +23,7 @@ def fuzzed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 
 
 def keep(config: pytest.Config, find: str) -> None:
-    """Write a find to a file, for the words of a random failure are easily lost: .pytest_cache/d/fuzz/finds.txt."""
+    """Append a find to .pytest_cache/d/fuzz/finds.txt, since the message of a failure that comes at random is easily lost."""
     with (config.cache.mkdir("fuzz") / "finds.txt").open("a") as file:
         file.write(f"{find}\n")
 

@@ -142,13 +142,14 @@ class Cluster:
         node.kill()
         node.wait()
         for pid in self._of_node(name, jobs):
-            with_group_killed(pid)
+            kill_process(pid)
         self.run("scontrol", "update", f"nodename={name}", "state=down", "reason=killed")
 
     def _of_node(self, name: str, jobs: Sequence[str]) -> list[int]:
-        """Return the processes of jobs, which carry the name of their node in their environment, and those that watch their steps.
+        """Return the ids of the processes of a node's jobs, and of the ``slurmstepd`` that watch them.
 
-        The daemons of other nodes have ``slurmstepd`` among their arguments as well.
+        Processes of jobs have the name of their node in their environment. A ``slurmstepd`` is known by its title, which begins with the job:
+        the daemons of other nodes also have the word among their arguments.
         """
         found = []
         for folder in Path("/proc").iterdir():
@@ -170,7 +171,7 @@ class Cluster:
         return [(line.split()[0], [*line.split(), ""][1]) for line in lines]
 
 
-def with_group_killed(pid: int) -> None:
+def kill_process(pid: int) -> None:
     """Kill a process that may have ended already."""
     try:
         os.kill(pid, 9)

@@ -11,7 +11,7 @@ from snakemake.utils import validate
 
 
 def checkout(rules):
-    """Return the root of the checkout that a folder of rules belongs to; rules from afar (`github(...)`) get one below .snakemake."""
+    """Return the root of the checkout that a folder of rules belongs to; rules of a remote repository (`github(...)`) get one below .snakemake."""
     if not isinstance(rules, HostingProviderFile):
         return Path(rules.get_path_or_uri(secret_free=True)).parents[1]
     repository = rules.hosted_repo.repo
@@ -27,7 +27,7 @@ def checkout(rules):
 
 ROOT = checkout(workflow.current_basedir)
 ENVIRONMENT = str(ROOT / "workflow/envs/scalar.yaml")  # of every job, with --sdm conda
-HOMES = {"scalar": ROOT, "study": ROOT / "workflow"}  # {package of ours: folder it lies in}
+HOMES = {"scalar": ROOT, "study": ROOT / "workflow"}  # {package of this repository: folder it lies in}
 sys.path[:0] = map(str, HOMES.values())
 
 from scalar.errors import InvalidInput

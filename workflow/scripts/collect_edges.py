@@ -1,4 +1,4 @@
-"""Join the rows of all axes, and say up to where it holds."""
+"""Join the rows of all axes, and summarise up to which degree the diagnosis holds."""
 
 from job import logged
 

@@ -1,4 +1,4 @@
-"""Join the batches of planned and random poses, and say what the seeds say together."""
+"""Join the batches of planned and random poses, and summarise them over the seeds."""
 
 from job import logged
 

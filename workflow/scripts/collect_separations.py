@@ -1,4 +1,4 @@
-"""Join the confounded pairs of all sets, and say how many the further poses separate."""
+"""Join the confounded pairs of all sets, and count how many the further poses separate."""
 
 from job import logged
 

@@ -1,4 +1,4 @@
-"""Join the batches of the comparison of orders, and say what the seeds say together."""
+"""Join the batches of the comparison of orders, and summarise them over the seeds."""
 
 from job import logged
 

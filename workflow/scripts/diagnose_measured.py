@@ -1,4 +1,4 @@
-"""Diagnose a measured set, and anew without each part of its poses: the errors on poses that nothing has seen."""
+"""Diagnose a measured set, and repeat the diagnosis without each part of its poses for the errors on unseen poses."""
 
 from job import logged
 

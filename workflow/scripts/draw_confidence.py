@@ -1,4 +1,4 @@
-"""Draw how often answers are right against how sure they are."""
+"""Draw the share of right answers over the stated confidence."""
 
 from job import logged
 

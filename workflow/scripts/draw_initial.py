@@ -1,4 +1,4 @@
-"""Draw our initial models and the published one."""
+"""Draw the simulated initial models and the published one."""
 
 from job import logged
 

@@ -1,4 +1,4 @@
-"""Weigh what made the published curves go flat, and show what the weighing can tell apart."""
+"""Weigh explanations of the flat published curves, and test which of them can be distinguished."""
 
 from job import logged
 

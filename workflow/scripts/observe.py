@@ -1,4 +1,4 @@
-"""Write what the poses of a case's first seed can show."""
+"""Write what the poses of a case's first seed determine."""
 
 from job import logged
 

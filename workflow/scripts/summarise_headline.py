@@ -1,4 +1,4 @@
-"""Write the numbers of the headline, and where the published values fall among ours."""
+"""Write the numbers of the headline, and where the published values fall among the simulated ones."""
 
 from job import logged
 

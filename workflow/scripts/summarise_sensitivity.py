@@ -1,4 +1,4 @@
-"""Tabulate what depends on each setting."""
+"""Tabulate which answers depend on each setting."""
 
 from job import logged
 

@@ -1,4 +1,4 @@
-"""Write the numbers of all sweeps, and where the published points fall among ours, point by point."""
+"""Write the numbers of all sweeps, and where each published point falls among the simulated ones."""
 
 from job import logged
 

@@ -1,4 +1,4 @@
-"""Put the worked example into tables and numbers."""
+"""Write the tables and numbers of the worked example."""
 
 from job import logged
 

@@ -1,4 +1,4 @@
-"""Calibrate a measured set with the effects of another campaign held, and hold out its poses."""
+"""Calibrate a measured set with the effects of another campaign fixed, and predict held-out poses."""
 
 from job import logged
 

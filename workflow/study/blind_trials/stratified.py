@@ -23,18 +23,10 @@ from scalar.errors import Fault, InvalidInput
 
 SCHEMA = Path(__file__).parent / "schemas/stratified.schema.json"
 FACTORS = ("scanner", "surface", "injected", "poses", "robot")
-CANDIDATES = (
-    60  # conditions that are looked at before one is dealt; chosen: pairs come out even within a few per cent
-)
-TOGETHER = {
-    "none": 0,
-    "one": 1,
-    "three": 3,
-    "four": 4,
-    "five": 5,
-    "cause": 1,
-    "shape": 1,
-}  # how many things each level of "injected" injects
+CANDIDATES = 60
+"""Random conditions of which the one is dealt whose pairs are rarest; with 60, pairs come out even within a few per cent."""
+TOGETHER = {"none": 0, "one": 1, "three": 3, "four": 4, "five": 5, "cause": 1, "shape": 1}
+"""By level of ``injected``: how many effects, causes or shapes a set has."""
 PLANES = 3  # of every scene
 
 

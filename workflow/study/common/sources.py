@@ -12,10 +12,10 @@ from pathlib import Path
 
 
 def source_files(names: Iterable[str], homes: Mapping[str, Path]) -> set[Path]:
-    """Return the files of modules and of all that they import of our packages, with the schemas and the C sources beside them.
+    """Return the files of modules and of all that they import from this repository's packages, with the schemas and the C sources beside them.
 
     Args:
-        names: Modules with dots. homes: ``{package of ours: folder it lies in}``; imports of other packages are left out.
+        names: Modules with dots. homes: ``{package of this repository: folder it lies in}``; imports of other packages are left out.
     """
     waiting, seen, found = list(names), set[str](), set[Path]()
     while waiting:

@@ -35,14 +35,14 @@ def draw_initial(errors: pd.DataFrame, placed: pd.DataFrame) -> Figure:
             ax.set_xlim(left=0)
             ax.set_ylim(-0.08, 1.02)
             if quantity == "position_mean_mm":
-                ax.set_ylabel(f"share of our {int(row['seeds'])} initial models")
+                ax.set_ylabel(f"share of {int(row['seeds'])} simulated initial models")
     return figure
 
 
 def _place(row: Any, quantity: str) -> str:
     value = f"published {with_unit(row['published'], quantity, 4)}:"
     if row["percentile"] >= 100:
-        return f"{value}\nabove all of ours"
+        return f"{value}\nabove all simulated ones"
     if row["percentile"] <= 0:
-        return f"{value}\nbelow all of ours"
-    return f"{value}\nabove {row['percentile']:.0f} % of ours"
+        return f"{value}\nbelow all simulated ones"
+    return f"{value}\nabove {row['percentile']:.0f} % of the simulated"

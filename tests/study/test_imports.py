@@ -1,4 +1,4 @@
-"""What only the paper needs lives in rooms: one idea a file, and imports without a circle."""
+"""The modules of the studies: no file is too long, and imports have no circle."""
 
 import ast
 from graphlib import TopologicalSorter
@@ -32,13 +32,13 @@ def test_imports_have_no_circle():
 
 
 def test_pictures_are_drawn_for_the_studies_and_import_none_that_computes():
-    """No room imports the plots, and what the studies share imports no single study."""
+    """No study imports the plots, and what the studies share imports no single study."""
     for name, path in MODULES.items():
-        rooms = {module.split(".")[1] for module in imported(path) if "." in module}
+        packages = {module.split(".")[1] for module in imported(path) if "." in module}
         if not name.startswith("study.plots"):
-            assert "plots" not in rooms, name
+            assert "plots" not in packages, name
         if name.startswith("study.common"):
-            assert rooms <= {"common"}, name
+            assert packages <= {"common"}, name
 
 
 @pytest.mark.parametrize("name", MODULES)
@@ -49,6 +49,6 @@ def test_a_file_has_one_idea(name):
     assert ast.get_docstring(ast.parse(text))
 
 
-def test_every_module_stands_in_a_room():
-    """The top of the package holds rooms and nothing else."""
+def test_every_module_stands_in_a_package_of_its_study():
+    """Directly in ``workflow/study`` there is no module."""
     assert [path.name for path in STUDY.glob("*.py")] == ["__init__.py"]

@@ -1,4 +1,4 @@
-"""The order of the rooms: a package imports only what stands below it, no two modules import each other, and the linter would say so."""
+"""The order of the packages: each imports only packages below it, no two modules import each other, and the linter names what breaks this."""
 
 import re
 import tomllib
@@ -46,15 +46,15 @@ def test_every_package_has_its_place():
     assert found - {"__init__", "__pycache__", "simulation"} == placed
 
 
-def room_of(module):
-    """Return the room of a module: the package or module directly in `scalar/`, or `study`; None for `scalar` itself."""
+def package_of(module):
+    """Return the part of the code that a module belongs to: the package or module directly in `scalar/`, or `study`; None for `scalar` itself."""
     parts = module.split(".")
     return parts[0] if parts[0] == "study" else parts[1] if len(parts) > 1 else None
 
 
-def reached(edges, room, without):
-    """Return the rooms that can be reached from a room along edges, one edge left out."""
-    found, ahead = set(), [b for a, b in edges if a == room and (a, b) != without]
+def reached(edges, package, without):
+    """Return the packages that can be reached from a package along edges (importing, imported), without one of the edges."""
+    found, ahead = set(), [b for a, b in edges if a == package and (a, b) != without]
     while ahead:
         here = ahead.pop()
         if here not in found:
@@ -63,16 +63,16 @@ def reached(edges, room, without):
     return found
 
 
-def test_the_picture_of_the_house_is_the_house():
-    """CONTRIBUTING draws every room, and exactly the imports between rooms that do not follow from others."""
+def test_the_picture_in_contributing_shows_the_imports():
+    """CONTRIBUTING draws every package, and exactly the imports between packages that do not follow from others."""
     graph = grimp.build_graph("scalar", "study")
     imports = {(a, b) for a in graph.modules for b in graph.find_modules_directly_imported_by(a)}
     ignored = {tuple(text.split(" -> ")) for text in contracts()["order"].get("ignore_imports", [])}
     everywhere = {None, "errors", "units"}
-    edges = {(room_of(a), room_of(b)) for a, b in imports - ignored}
+    edges = {(package_of(a), package_of(b)) for a, b in imports - ignored}
     edges = {(a, b) for a, b in edges if a != b and not {a, b} & everywhere}
     needed = {edge for edge in edges if edge[1] not in reached(edges, edge[0], edge)}
     picture = (PROJECT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     picture = picture.split("```mermaid")[1].split("```")[0]
-    assert set(re.findall(r"(?m)^ +(\w+)\[", picture)) == {room_of(m) for m in graph.modules} - everywhere
+    assert set(re.findall(r"(?m)^ +(\w+)\[", picture)) == {package_of(m) for m in graph.modules} - everywhere
     assert set(re.findall(r"(\w+) --> (\w+)", picture)) == needed
