@@ -18,7 +18,7 @@ rule judge_claims:
             f"{CLAIMS_DIR}/claims.csv",
             caption="../report/claims.rst",
             category="Claims",
-            labels={"shows": "claims of the paper, and what we find"},
+            labels={"shows": "claims of the paper, judged by this run"},
         ),
         numbers=f"{CLAIMS_DIR}/claims.json",
     log:

@@ -1,4 +1,4 @@
-"""What every script of the workflow needs: its output in its log."""
+"""Send what a script of the workflow prints to its log; every script uses this."""
 
 import sys
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ from study.common.take_over import end_with_workflow
 
 @contextmanager
 def logged(log: list[str]) -> Iterator[None]:
-    """Send stdout and stderr, and a failure's traceback, to the rule's log: `script:` leaves it empty."""
+    """Send stdout and stderr, and a failure's traceback, to the rule's log, which Snakemake would leave empty."""
     with (
         open(log[0], "w", encoding="utf-8", buffering=1) as file,
         redirect_stdout(file),

@@ -47,10 +47,10 @@ class Fine:
 
 
 def refine(prediction: Prediction, quantities: tuple[int, ...] = ALL) -> Fine:
-    """Return a prediction between its nodes: linear in the logarithm of each magnitude.
+    """Return a prediction on a finer grid, interpolated linearly in the logarithm of each magnitude.
 
     Args:
-        prediction: On its grid. quantities: To weigh, of the four.
+        prediction: On its own grid. quantities: Indices of those of the four errors that are weighed.
     """
     axes = [np.array(axis.values) for axis in prediction.candidate.axes]
     shape = [len(axis) for axis in axes]
