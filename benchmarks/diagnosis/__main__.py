@@ -39,7 +39,7 @@ def answers(
 
 
 def main() -> None:
-    """Print a line a set, then the counts of outcomes of each contestant and how many further names each gave."""
+    """Print a line for each set, then the counts of outcomes of each contestant and how many further names each gave."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--config", default=str(ROOT / "configs/blind_trials.yaml"))
     parser.add_argument("--repetitions", type=int, default=1, help="scenes of each workcell")

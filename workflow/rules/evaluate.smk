@@ -38,7 +38,7 @@ rule collect:
             f"{RESULTS}/{{study}}/errors.csv",
             caption="../report/errors.rst",
             category="Tables",
-            labels={"study": "{study}", "shows": "errors, a row a seed and method"},
+            labels={"study": "{study}", "shows": "errors, a row for each seed and method"},
         ),
         planes=f"{RESULTS}/{{study}}/planes.csv",
         parameters=f"{RESULTS}/{{study}}/parameters.csv",

@@ -157,7 +157,7 @@ rule summarise_measured:
             f"{MEASURED}/summaries/errors.csv",
             caption="../report/measured_summary.rst",
             category="Measured robots",
-            labels={"set": "all", "shows": "held-out errors, a row a set and model"},
+            labels={"set": "all", "shows": "held-out errors, a row for each set and model"},
         ),
         gears=f"{MEASURED}/summaries/gears.csv",
     log:

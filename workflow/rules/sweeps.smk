@@ -1,4 +1,4 @@
-# Sweeps: errors over one key of the scene, a figure a sweep and kind of walls. A config without `sweeps` has none.
+# Sweeps: errors over one key of the scene, a figure for each sweep and kind of walls. A config without `sweeps` has none.
 from study.sweeps.cases import in_groups, most_poses, refuse_cases_off_the_axis, values_on_axis
 
 SWEEPS = config.get("sweeps") or {

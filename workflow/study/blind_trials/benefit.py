@@ -27,7 +27,7 @@ HELD_OUT = ("before", "after", "noise_floor")
 
 
 def position_errors(judged: Frame) -> pd.DataFrame:
-    """Return a row a case and size: mean position errors over the evaluation poses, medians over the sets named right."""
+    """Return a row for each case and size: mean position errors over the evaluation poses, medians over the sets named right."""
     rows = []
     by: Any = ["case", "size"]
     for (case, size), group in judged[judged["status"] == "diagnosed"].groupby(by, sort=False):
@@ -95,7 +95,7 @@ def wrong_answers(judged: Frame) -> pd.DataFrame:
 
 
 def unobservable(judged: Frame) -> pd.DataFrame:
-    """Return a row a case: effects of the natural size that leave no residual, and whether the diagnosis says so.
+    """Return a row for each case: effects of the natural size that leave no residual, and whether the diagnosis says so.
 
     ``hidden`` sets are those whose signal is below ``HIDDEN`` of the noise; ``declared`` of them list the effect and
     its target as unobservable. ``seen_declared`` counts sets that do leave a residual and are declared unobservable all the same.

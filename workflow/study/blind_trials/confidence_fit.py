@@ -45,7 +45,7 @@ _LEAST_STD = 1e-9
 
 
 def answers_of(sets: pd.DataFrame) -> pd.DataFrame:
-    """Return a row an answer of all sets: its half, kind, name, whether it is right, and the features of its grounds."""
+    """Return a row for each answer of all sets: its half, kind, name, whether it is right, and the features of its grounds."""
     rows = []
     for row in sets.to_dict("records"):
         truth, found = truth_in(row), json.loads(row["found"])

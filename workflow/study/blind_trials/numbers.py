@@ -1,4 +1,4 @@
-"""The figures of the blind trials in one mapping, for the paper."""
+"""The numbers of the blind trials in one mapping, for the paper."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Inject, diagnose blind, compare with the truth: a row a set, in memory.
+"""Inject, diagnose blind, compare with the truth: a row for each set, in memory.
 
 The diagnosis is given the ``Dataset`` that its folder would be read as, and nothing else. Beside it stands a matched control:
 the same scene, seeds and noise without what was injected, calibrated; its error is what a perfect diagnosis would reach.
@@ -78,7 +78,7 @@ class MatchedControl:
 
 
 def run_sets(study: Study, case: str, workcell: str, repetitions: str, root: Path) -> pd.DataFrame:
-    """Return the sets of a job: a row a set, columns ``SET_COLUMNS``.
+    """Return the sets of a job: a row for each set, columns ``SET_COLUMNS``.
 
     Args:
         study: The blind trials. case, workcell, repetitions: A job of it.

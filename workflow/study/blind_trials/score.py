@@ -109,7 +109,7 @@ def judged(sets: pd.DataFrame) -> pd.DataFrame:
 
 
 def findings(sets: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a finding of all sets: its name, p value, confidence where stated, and whether it is injected.
+    """Return a row for each finding of all sets: its name, p value, confidence where stated, and whether it is injected.
 
     ``listed`` says whether an injected effect stands in its ``confounded_with``.
     """

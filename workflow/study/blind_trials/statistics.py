@@ -25,7 +25,7 @@ def wilson(successes: int, trials: int, level: float = LEVEL) -> tuple[float, fl
     centre = share + z * z / (2 * trials)
     half = z * np.sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials))
     scale = 1 + z * z / trials
-    # Without successes, or failures, the end is exactly there, and rounding would miss it.
+    # Without successes the lower end is exactly 0, without failures the upper end is exactly 1, which rounding would miss.
     low = float((centre - half) / scale) if successes > 0 else 0.0
     high = float((centre + half) / scale) if successes < trials else 1.0
     return low, high
@@ -53,13 +53,13 @@ def clustered(hits: Array, groups: Sequence[object], level: float = LEVEL) -> tu
 
 
 def half_point(x: Array, found: Array) -> float:
-    """Return the x at which the share found, taken to rise with x, passes one half; NaN where it never does.
+    """Return the x at which the share of hits, assumed to rise with x, passes one half; NaN if it never does.
 
     The shares are those of isotonic regression, and log x is interpolated between the values that were tried.
-    A share above one half everywhere gives 0: smaller values were not tried.
+    If the share is above one half everywhere, 0 is returned: smaller values were not tried.
 
     Args:
-        x: ``(k,)``, positive. found: ``(k,)`` of 0 and 1.
+        x: Size of each trial ``(k,)``, positive. found: Whether it was a hit ``(k,)``, 0 or 1.
     """
     values, place = np.unique(x, return_inverse=True)
     tried = np.bincount(place).astype(float)
@@ -85,7 +85,7 @@ def half_point_interval(
     for _ in range(DRAWS):
         chosen = np.concatenate([rows[i] for i in rng.integers(len(rows), size=len(rows))])
         drawn.append(half_point(x[chosen], found[chosen]))
-    # A draw that never passes one half lies beyond the largest value, not nowhere.
+    # In a draw that never passes one half, the half point lies beyond the largest value.
     drawn = np.where(np.isnan(drawn), np.inf, drawn)
     low, high = np.quantile(drawn, [0.5 - level / 2, 0.5 + level / 2], method="nearest")
     return float(low), float(high if np.isfinite(high) else np.nan)

@@ -51,7 +51,7 @@ def _only(injected: str) -> str:
 
 
 def power(judged: Frame, study: Study) -> pd.DataFrame:
-    """Return a row a case and size of the single effects: how often each outcome, and how large the effect is."""
+    """Return a row for each case and size of the single effects: how often each outcome, and how large the effect is."""
     rows = []
     by: Any = ["case", "size"]
     for (case, size), group in of_kind(judged, "single").groupby(by, sort=False):
@@ -109,7 +109,7 @@ def thresholds(judged: Frame, study: Study) -> pd.DataFrame:
 
 
 def nulls(judged: Frame) -> pd.DataFrame:
-    """Return the false alarms, a row a kind of gross error and one for all: a systematic effect was named where there is none."""
+    """Return the false alarms, a row for each kind of gross error and one for all: a systematic effect was named where there is none."""
     rows = []
     sets = of_kind(judged, "null")
     for case, group in [*sets.groupby("case", sort=False), ("all", sets)]:
@@ -127,7 +127,7 @@ def nulls(judged: Frame) -> pd.DataFrame:
 
 
 def pairs(judged: Frame) -> pd.DataFrame:
-    """Return a row a set of two effects: what was injected, how many were named, and what was named besides."""
+    """Return a row for each set of two effects: what was injected, how many were named, and what was named besides."""
     rows = []
     for row in of_kind(judged, "pair").to_dict("records"):
         first, second = (
@@ -160,7 +160,7 @@ def in_words(target: Mapping[str, Any] | None) -> str:
 
 
 def unknown(judged: Frame) -> pd.DataFrame:
-    """Return a row a kind and size of unmodelled structure: how often it was called unattributed, given a name, or taken for noise."""
+    """Return a row for each kind and size of unmodelled structure: how often it was called unattributed, given a name, or taken for noise."""
     rows = []
     by: Any = ["case", "size"]
     for (case, size), group in of_kind(judged, "unknown").groupby(by, sort=False):
@@ -182,7 +182,7 @@ def unknown(judged: Frame) -> pd.DataFrame:
 
 
 def by_workcell(judged: Frame) -> pd.DataFrame:
-    """Return how many sets of the natural size are named right, a row a case and workcell."""
+    """Return how many sets of the natural size are named right, a row for each case and workcell."""
     rows = []
     natural = of_kind(judged, "single")
     natural = natural[natural["size"] == NATURAL]
@@ -194,7 +194,7 @@ def by_workcell(judged: Frame) -> pd.DataFrame:
 
 
 def by_scene(judged: Frame) -> pd.DataFrame:
-    """Return a row a set of one effect of the natural size: its scene (workcell and seed) and whether it was named right.
+    """Return a row for each set of one effect of the natural size: its scene (workcell and seed) and whether it was named right.
 
     Sets of one scene share poses and noise: intervals of shares draw whole scenes (``statistics.clustered``).
     """

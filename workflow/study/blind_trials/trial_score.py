@@ -122,7 +122,7 @@ def _ratio(errors: Mapping[str, float | None], above: str, below: str) -> float:
 
 
 def answers(truth: Mapping[str, Any], found: Sequence[Entry]) -> list[dict[str, Any]]:
-    """Return a row an entry that has a name: its stated confidence, and whether it is acceptable."""
+    """Return a row for each entry that has a name: its stated confidence, and whether it is acceptable."""
     return [
         {
             "name": e["name"],

@@ -37,7 +37,7 @@ DRAWS, SEED = 1000, 20_261_122  # of the bootstrap
 
 
 def table(scored: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a kind of set and rate: count, share and its 95 % interval (Wilson's; each set is a scene of its own)."""
+    """Return a row for each kind of set and rate: count, share and its 95 % interval (Wilson's; each set is a scene of its own)."""
     rows = []
     for row, group in _groups(scored):
         for rate in RATES:
@@ -51,7 +51,7 @@ def table(scored: pd.DataFrame) -> pd.DataFrame:
 
 
 def ratios(scored: pd.DataFrame) -> pd.DataFrame:
-    """Return quantiles of after over floor and after over before, a row a kind of set, with intervals by drawing scenes anew."""
+    """Return quantiles of after over floor and after over before, a row for each kind of set, with intervals by drawing scenes anew."""
     rows = []
     rng = np.random.default_rng(SEED)
     for row, group in _groups(scored):

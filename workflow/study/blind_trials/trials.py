@@ -1,4 +1,4 @@
-"""Run stratified sets: simulate, diagnose blind, compare with the truth; a row a set, in memory.
+"""Run stratified sets: simulate, diagnose blind, compare with the truth; a row for each set, in memory.
 
 The floor is the noise-limited error. It is that of the same scene with the same poses and draws of noise, but without what was injected, bent
 target planes, a crooked lens and effects of edges, calibrated by the rigid model. A fit reaches it that knows the form of all causes and need not

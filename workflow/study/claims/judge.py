@@ -140,7 +140,7 @@ def _by_ratio(ratio: float, why: str) -> tuple[str, str]:
 
 
 def judge_claims(published: pd.DataFrame, results: Results) -> pd.DataFrame:
-    """Return a row a claim and way, the columns of ``CLAIM_COLUMNS``.
+    """Return a row for each claim and way, the columns of ``CLAIM_COLUMNS``.
 
     Args:
         published: judged_claims.csv.

@@ -1,4 +1,4 @@
-"""What the schema of a configuration refuses, a line a fault: which key, what was found, and what is wanted."""
+"""What the schema of a configuration refuses, a line for each fault: which key, what was found, and what is wanted."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ def calibrate_seeds(data_dir: str | Path, method: str, out_dir: str | Path) -> N
     Args:
         data_dir: As ``simulate_seeds`` wrote it.
         method: One of ``METHODS``.
-        out_dir: Gets a file a seed; made if missing.
+        out_dir: Gets a file for each seed; made if missing.
     """
     for seed, folder in found_seeds(data_dir):
         path = Path(out_dir) / f"{folder.name}.json"

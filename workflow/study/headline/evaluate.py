@@ -62,7 +62,7 @@ PARAMETER_COLUMNS = {
 
 @dataclass(frozen=True, eq=False)
 class Tables:
-    """What an evaluation gives: a row a seed, method and alignment; a row a plane; a row a parameter."""
+    """What an evaluation gives: a row for each seed, method and alignment; a row for each plane; a row for each parameter."""
 
     errors: pd.DataFrame
     planes: pd.DataFrame

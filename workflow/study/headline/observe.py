@@ -17,7 +17,7 @@ def observe(dataset_dir: str | Path) -> tuple[pd.DataFrame, pd.DataFrame]:
 
     Returns:
         ``index, singular_value, null, tolerance``: of the Jacobian with columns of unit length, the largest
-        being 1, and whether it counts as zero. ``held, cause, moves_with, reason``: a row a null direction,
+        being 1, and whether it counts as zero. ``held, cause, moves_with, reason``: a row for each null direction,
         named by the parameter that is fixed because of it (``held``).
     """
     found = prepare(read_dataset(dataset_dir)).identifiability

@@ -19,7 +19,7 @@ def simulate_seeds(
         scene: Config file of the scene.
         overrides: ``{dotted key: value}`` of the case.
         seeds: Each a dataset.
-        out_dir: Gets a folder a seed, ``seed-001`` and so on.
+        out_dir: Gets a folder for each seed, ``seed-001`` and so on.
 
     Raises:
         InvalidInput: The scene is at fault.

@@ -13,7 +13,7 @@ from study.common.statistics import QUANTITIES, STATISTICS, summary_statistics
 
 
 def summarise_errors(errors: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a case, method, alignment and quantity: seeds, failures, mean, standard deviation, quantiles.
+    """Return a row for each case, method, alignment and quantity: seeds, failures, mean, standard deviation, quantiles.
 
     The columns from ``mean`` on are in the unit in the quantity's name. Fits without a calibration are
     counted and left out; those that did not converge are counted and stay in, as they are.
@@ -48,7 +48,7 @@ def _groups(table: Any, *columns: str) -> Iterator[tuple[Any, Any]]:
 
 
 def summarise_parameters(parameters: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a case, method and estimated parameter: the errors found, and the standard errors stated.
+    """Return a row for each case, method and estimated parameter: the errors found, and the standard errors stated.
 
     ``normalized_rms`` is near 1 and ``within_2_std`` near 0.95 where the standard errors are true.
     """
@@ -77,7 +77,7 @@ def summarise_parameters(parameters: pd.DataFrame) -> pd.DataFrame:
 
 
 def summarise_planes(planes: pd.DataFrame, published: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a case, method and plane: errors, and the share of seeds within what the paper states.
+    """Return a row for each case, method and plane: errors, and the share of seeds within what the paper states.
 
     Args:
         planes: planes.csv.
@@ -107,7 +107,7 @@ def summarise_planes(planes: pd.DataFrame, published: pd.DataFrame) -> pd.DataFr
 
 
 def place_published(errors: pd.DataFrame, published: pd.DataFrame) -> pd.DataFrame:
-    """Return where each published value falls among the simulated ones: a row a method and quantity, raw errors only.
+    """Return where each published value falls among the simulated ones: a row for each method and quantity, raw errors only.
 
     ``percentile`` is the share of the seeds below the published value, in per cent: at 0 and 100 it lies outside
     the simulated range.

@@ -39,11 +39,11 @@ def map_errors(
     """Return root mean square position errors over the seeds by place of the scanner, and the number of seeds.
 
     Args:
-        data_dirs: As ``simulate_seeds`` wrote them, a folder a batch.
+        data_dirs: As ``simulate_seeds`` wrote them, a folder for each batch.
         calibration_dirs: As ``calibrate_seeds`` wrote them, in the same order.
 
     Returns:
-        ``view, u_m, v_m, poses, before_mm, after_mm, predicted_mm``, a row a cell of the map that any evaluation pose lies in. View ``side``:
+        ``view, u_m, v_m, poses, before_mm, after_mm, predicted_mm``, a row for each cell of the map that any evaluation pose lies in. View ``side``:
         distance from the base's axis and height; ``above``: x and y. ``u_m`` and ``v_m`` are the cell's middle. ``predicted_mm`` is the root
         of the mean trace of the covariance that the calibration itself gives.
     """

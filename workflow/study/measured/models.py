@@ -166,7 +166,7 @@ def summarise(
     gears: Mapping[str, pd.DataFrame],
     agreements: Mapping[str, Sequence[Mapping[str, Any]]],
 ) -> tuple[dict[str, Any], pd.DataFrame, pd.DataFrame]:
-    """Return the summary of all sets, the same errors as a table with a row a set and model, and the errors of all gears.
+    """Return the summary of all sets, the same errors as a table with a row for each set and model, and the errors of all gears.
 
     Args:
         files: by set, the SHA-256 of each original file.

@@ -38,7 +38,7 @@ def typeset(
     output_format: Literal["pdf", "png"] = "pdf",
     points_per_inch: float = 110.0,
 ) -> list[bytes]:
-    """Return the paper: one document as PDF, or a picture a page as PNG.
+    """Return the paper: one document as PDF, or a picture for each page as PNG.
 
     Args:
         text: Folder of the text, with ``paper.typ`` in it.

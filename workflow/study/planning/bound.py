@@ -2,7 +2,7 @@
 
 The noncentrality ``lambda(w) = min_r (c, r)' M(w) (c, r)`` with ``M(w) = M_0 + sum_i w_i A_i' A_i`` is a minimum of functions that are linear in the
 weights w, and so concave. Its maximum over ``0 <= w <= 1, sum w = count`` is not below that of any choice of poses. The method of Frank and Wolfe
-(1956) climbs towards it, and tells with every step how far above its present value the maximum may be.
+(1956) climbs towards it, and gives at every step a bound on how far above its present value the maximum may be.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def best_noncentrality(question: Question, start: Array, rows: Array, count: int
 
     Args:
         question: To be answered.
-        start: ``(P, P)``, information that is there.
+        start: ``(P, P)``, information of the poses that were measured.
         rows: ``(N, m, P)``, whitened, of the candidates.
         count: How many are added.
     """

@@ -27,7 +27,7 @@ from study.common.memory import dataset_in_memory
 
 RANDOM, PLANNED = "random", "planned"
 POSES = 1000  # the first of the evaluation poses: the standard error of their mean is some 2 %
-DIGITS = 6  # of a number in the table: further ones follow the last bit of a fit's last step
+DIGITS = 6  # significant digits in the table; further ones depend on rounding in the last step of a fit
 PLANNING_COLUMNS = {
     "seed": "of the declared arm, the noise and the random choice",
     "way": f"{RANDOM} or {PLANNED}",
@@ -45,7 +45,7 @@ PLANNING_COLUMNS = {
 def compare_plans(
     scene: str | Path, seeds: Sequence[int], sizes: Sequence[int], pool_per_plane: int
 ) -> pd.DataFrame:
-    """Return the errors of planned and random poses: a row a seed, way and number of poses.
+    """Return the errors of planned and random poses: a row for each seed, way and number of poses.
 
     Args:
         scene: Config file of a scene whose true arm is the same for every seed.

@@ -12,7 +12,7 @@ from study.planning.compare import PLANNED, RANDOM
 
 
 def summarise_planning(errors: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a way and number of poses: medians and quartiles of the mean position error over the seeds, and failures."""
+    """Return a row for each way and number of poses: medians and quartiles of the mean position error over the seeds, and failures."""
     rows: list[dict[str, Any]] = []
     table: Any = errors
     for (way, poses), group in table.groupby(["way", "poses"], sort=True):

@@ -173,7 +173,7 @@ def _short(value: float) -> str:
 
 
 def draw_errors_after(errors: pd.DataFrame, size: float = 1.0) -> Figure:
-    """Return the position error before, after and of the matched control, a row a case, medians over the sets named right.
+    """Return the position error before, after and of the matched control, a row for each case, medians over the sets named right.
 
     Args:
         errors: errors.csv. size: Which size is shown; a multiple of the natural one.

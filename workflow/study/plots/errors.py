@@ -19,10 +19,10 @@ _PANELS = (("position_mean_mm", "position_max_mm"), ("orientation_mean_deg", "or
 
 
 def draw_errors(errors: pd.DataFrame, summary: pd.DataFrame, published: pd.DataFrame) -> Figure:
-    """Return a panel a quantity, a column a method: a dot a seed, a band, the median, the paper's values.
+    """Return a panel for each quantity, a column for each method: a dot for each seed, a band, the median, the paper's values.
 
     Args:
-        errors: errors.csv. summary: summary.csv. published: published_headline.csv, one row a state.
+        errors: errors.csv. summary: summary.csv. published: published_headline.csv, one row for each state.
     """
     methods = list(dict.fromkeys(errors["method"]))
     stated: Any = published.set_index("state")
@@ -49,7 +49,7 @@ def draw_errors(errors: pd.DataFrame, summary: pd.DataFrame, published: pd.DataF
 def _column(
     ax: Axes, x: float, errors: pd.DataFrame, summary: pd.DataFrame, key: tuple[str, str, str]
 ) -> None:
-    """Draw one method and alignment: band, median, a dot a seed, a cross where it did not converge."""
+    """Draw one method and alignment: band, median, a dot for each seed, a cross where it did not converge."""
     method, alignment, quantity = key
     look, raw = LOOKS[method], alignment == "raw"
     rows: Any = errors[(errors["method"] == method) & (errors["alignment"] == alignment)]

@@ -59,7 +59,7 @@ def draw_errors(errors: pd.DataFrame) -> Figure:
 
 
 def draw_gears(gears: pd.DataFrame) -> Figure:
-    """Return the error of every joint's gear over its angle, a panel a joint, as each campaign with several erring joints found it.
+    """Return the error of every joint's gear over its angle, a panel for each joint, as each campaign with several erring joints found it.
 
     Faint where a campaign had no poses; bands of twice the standard error where it had.
 

@@ -15,7 +15,7 @@ _LIMIT = 5.0  # standard errors: what lies farther is drawn at the edge
 
 
 def draw_parameters(parameters: pd.DataFrame, summary: pd.DataFrame, method: str) -> Figure:
-    """Return lengths, angles, and normalised errors, a column a parameter.
+    """Return lengths, angles, and normalised errors, a column for each parameter.
 
     Args:
         parameters: parameters.csv. summary: parameter_summary.csv. method: which to draw.

@@ -20,7 +20,7 @@ _EDGE = 1e-5
 
 
 def draw_planes(planes: pd.DataFrame, published: pd.DataFrame) -> Figure:
-    """Return the errors of distance and normal, a column a plane and method, a dot a seed that converged.
+    """Return the errors of distance and normal, a column for each plane and method, a dot for each seed that converged.
 
     Args:
         planes: planes.csv. published: published_plane_errors.csv.

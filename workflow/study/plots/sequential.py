@@ -72,7 +72,7 @@ def _by_passes(ax: Axes, rows: Any) -> None:
 
 
 def _single_passes(ax: Axes, raw: Any, summary: pd.DataFrame) -> None:
-    """Draw a dot a seed: the error after one pass over that of all at once, a row a case."""
+    """Draw a dot for each seed: the error after one pass over that of all at once, a row for each case."""
     cases = list(dict.fromkeys(raw["case"]))
     places = dict(zip(_WAYS, np.linspace(_FROM_MIDDLE, -_FROM_MIDDLE, len(_WAYS)), strict=True))
     for i, case in enumerate(cases):

@@ -138,7 +138,7 @@ def _along(at: np.ndarray, scale: str) -> np.ndarray:
 
 
 def draw_failures(ax: Axes, raw: Any, methods: list[str], values: np.ndarray, scale: str) -> None:
-    """Draw a strip a method: a cell a case, the darker the more of its fits failed or converged elsewhere; their sum on the right.
+    """Draw a strip for each method: a cell for each case, the darker the more of its fits failed or converged elsewhere; their sum on the right.
 
     A cell reaches half the way to its neighbours, so that it stands below its case.
     """

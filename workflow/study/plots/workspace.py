@@ -21,7 +21,7 @@ _FEWEST = 3  # poses in a cell that is shown
 
 
 def draw_workspace(errors: pd.DataFrame, seeds: int) -> Figure:
-    """Return a map a state and view; the two after calibration share one scale.
+    """Return a map for each state and view; the two after calibration share one scale.
 
     Args:
         errors: As ``study.headline.workspace.map_errors`` gives them. seeds: Of which they are.

@@ -19,7 +19,7 @@ COMPARED = (*QUANTITIES, "predicted_position_std_mean_mm", "residual_rms_mm", "e
 
 
 def compare_processors(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """Return how far processors differ: a row a method and quantity.
+    """Return how far processors differ: a row for each method and quantity.
 
     A difference is the largest value over the processors less the smallest, divided by their mean; columns ``mean``, of the
     mean over seeds; ``single_seed``, the largest of any seed; ``median_seed``; ``seeds_differing``, the seeds with any

@@ -27,7 +27,7 @@ FRESH = 1000  # first seed of the workcells of injected curves, which the predic
 
 @dataclass(frozen=True)
 class Findings:
-    """All outputs: a row a candidate; a row a candidate, run and quantity; confusion; coverage; numbers."""
+    """All outputs: a row for each candidate; a row for each candidate, run and quantity; confusion; coverage; numbers."""
 
     candidates: pd.DataFrame
     predictions: pd.DataFrame

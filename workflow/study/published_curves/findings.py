@@ -62,7 +62,7 @@ def candidate_table(
     verdicts: Mapping[str, Weighed],
     offset: Array,
 ) -> pd.DataFrame:
-    """Return a row a candidate: magnitudes, misfit, evidence, held-out curves, verdict."""
+    """Return a row for each candidate: magnitudes, misfit, evidence, held-out curves, verdict."""
     y, groups = curves.log_errors, curves.table["sweep"].to_numpy()
     evidence = {"all": {name: one.log_evidence for name, one in verdicts.items()}}
     for name, (quantities, offset_covariance, runs) in ways_to_weigh(curves, offset).items():

@@ -55,7 +55,7 @@ def inject_from_fits(fine: Fine, sets: int, rng: np.random.Generator) -> Array:
 def recover(
     injected: Mapping[str, tuple[Array, Array]], fines: Mapping[str, Fine], offset: Array
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the confusion, a row an injected and a tried candidate, and the coverage, a row an injected magnitude.
+    """Return the confusion, a row for each injected and each tried candidate, and the coverage, a row for each injected magnitude.
 
     Args:
         injected: ``{name: (curves (S, R, 4), magnitudes (k,))}``. fines: All candidates tried. offset: As in ``weigh``.

@@ -1,4 +1,4 @@
-"""The blind sets of the study: a config, checked, and a row a set.
+"""The blind sets of the study: a config, checked, and a row for each set.
 
 The first sets are the screening: every setting is varied on them. On the others only settings are varied that changed an answer there, or
 whose change could alter the course of the diagnosis in no set of the screening.

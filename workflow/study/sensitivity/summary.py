@@ -38,7 +38,7 @@ TOP = 10
 
 
 def tabulate(rows: pd.DataFrame, guards: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a setting, columns ``COLUMNS``, the most influential first.
+    """Return a row for each setting, columns ``COLUMNS``, the most influential first.
 
     Args:
         rows: Of all sets, as ``vary`` gives them. guards: workflow/resources/guarding_settings.csv.

@@ -1,4 +1,4 @@
-"""One blind set, diagnosed with the default settings and with every variant that could come out otherwise: a row a variant."""
+"""One blind set, diagnosed with the default settings and with every variant that could come out otherwise: a row for each variant."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ REWEIGHTED_PASSES = (
     6  # the weights are computed anew in the first passes only; then they stay, so that the passes converge
 )
 POSES = 1000  # the first of the evaluation poses: the standard error of their mean is some 2 %
-DIGITS = 6  # of a number in the table: further ones follow the last bit of a fit's last step
+DIGITS = 6  # significant digits in the table; further ones depend on rounding in the last step of a fit
 SEQUENTIAL_COLUMNS = {
     "case": "row of the grid",
     "poses": "in the data",
@@ -106,7 +106,7 @@ class Blocks:
 def compare_sequential(
     scene: str | Path, cases: Mapping[str, Mapping[str, Any]], seeds: Sequence[int], alternate: Sequence[str]
 ) -> pd.DataFrame:
-    """Return the errors of every way after every pass: a row a case, seed, way, pass and alignment.
+    """Return the errors of every way after every pass: a row for each case, seed, way, pass and alignment.
 
     Args:
         scene: Config file of the scene.

@@ -17,7 +17,7 @@ CASE_COLUMNS = ["case", "poses", "noise_mm", "length_error_mm", "angle_error_deg
 
 
 def staged(errors: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows that are compared, with their ``stage``: a row a case, seed, way, stage and alignment."""
+    """Return the rows that are compared, with their ``stage``: a row for each case, seed, way, stage and alignment."""
     single: Any = errors[errors["way"].isin([INITIAL, AT_ONCE])]
     ordered: Any = errors[errors["way"].isin(ORDERS)]
     goes_on = ordered.groupby(["case", "way"])["passes"].transform("max") > 1
@@ -33,7 +33,7 @@ def staged(errors: pd.DataFrame) -> pd.DataFrame:
 
 
 def summarise_sequential(errors: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a case, way, stage, alignment and quantity.
+    """Return a row for each case, way, stage, alignment and quantity.
 
     ``mean`` to ``max`` are over the seeds, in the unit in the quantity's name; ``times_at_once_*`` is the error over that of all at once
     in the same seed, ``worse_than_at_once`` the share of seeds in which it is larger. ``passes_*`` count those that were done;

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from scalar.simulation.plan import PosePlan
     from scalar.simulation.scans import Scans
 
-_TABLES = ("T_base_sensor", "angles", "ranges")  # of Scans, a table a plane
+_TABLES = ("T_base_sensor", "angles", "ranges")  # of Scans, a table for each plane
 
 
 @dataclass(frozen=True, eq=False)

@@ -50,7 +50,7 @@ MAX_EVALUATIONS = 2000
 FINEST = 9
 """Decimals of an error in mm or deg: a picometre. Below it a noise-free fit shows the rounding of its own arithmetic."""
 DIGITS = 6
-"""Of a number in a table: a fit ends where its last steps no longer count, and further digits follow the last bit."""
+"""Significant digits of a number in a table; further ones depend on rounding in the last step of a fit."""
 
 
 def sweep_cases(
@@ -60,7 +60,7 @@ def sweep_cases(
     methods: Sequence[str],
     plans: Mapping[str, str | Path],
 ) -> pd.DataFrame:
-    """Return the errors of every method, of the initial model and of the bound: a row a walls, case, seed, method and alignment.
+    """Return the errors of every method, of the initial model and of the bound: a row for each kind of walls, case, seed, method and alignment.
 
     Args:
         cases: ``{case: {dotted key: value}}``.

@@ -36,7 +36,7 @@ def join_cases(tables: Sequence[pd.DataFrame], values: Mapping[str, float]) -> p
 
 
 def summarise_sweep(errors: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a walls, case, method, alignment and quantity: how the fits ended, and statistics of those that converged.
+    """Return a row for each kind of walls, case, method, alignment and quantity: how the fits ended, and statistics of those that converged.
 
     ``failed`` counts every fit that did not converge, of which ``refused`` have no model at all, ``raised`` met
     a NaN and ``capped`` ran on; ``lost`` counts those that converged farther than ``LOST_MM`` from the truth,
