@@ -14,7 +14,7 @@ _SOURCES = ("*.py", "*.json", "*.jinja")
 
 
 def code_version() -> dict[str, str | None]:
-    """Return ``{"version", "commit", "sources_sha256"}``; the commit is None outside a repository, or ``..-modified``.
+    """Return ``{"version", "commit", "sources_sha256"}``; the commit is None outside a repository, and ends in ``-modified`` if sources differ.
 
     The checksum is over the names and contents of all sources of both packages, so that it says the same of a
     checkout and of a copy.

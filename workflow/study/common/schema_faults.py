@@ -1,4 +1,4 @@
-"""What the schema of a configuration refuses, a line for each fault: which key, what was found, and what is wanted."""
+"""Check a configuration against its JSON schema: a line for each fault names the key, what was found, and what is wanted."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scalar.errors import Fault, InvalidInput
 
 
 def schema_faults(config: Any, schema: Path) -> list[str]:
-    """Return a line for every fault that a JSON schema finds in a configuration; none where it has none."""
+    """Return a line for every fault that a JSON schema finds in a configuration; an empty list if there is none."""
     return [f"{place or 'configuration'}: {message}" for place, message in _faults(config, schema)]
 
 

@@ -1,4 +1,4 @@
-"""What one calibration says of its own errors, and where in the workspace they lie: correlations, and a map over many seeds."""
+"""Correlations of the parameters of one calibration, and a map of position errors over the workspace from many seeds."""
 
 from __future__ import annotations
 

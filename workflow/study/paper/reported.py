@@ -1,4 +1,4 @@
-"""The committed tables that the paper reads beside ``numbers.json``: names alone, so that a rule that lists the files imports no statistics."""
+"""The committed tables that the paper reads beside ``numbers.json``: names alone, so that the rule that lists the files imports nothing slow."""
 
 TABLES = ("by_scene", "power", "errors", "unknown")
-"""Of the blind trials."""
+"""Names of those of the blind trials."""

@@ -1,8 +1,7 @@
 """The paper from its text and the results: one compilation by Typst, in a folder of its own, the same bytes each time.
 
-The text and what it shows are laid out together under one root, since Typst reads nothing outside it: ``paper/`` as it is, ``results/``
-with the numbers and figures. Left out on purpose, so that only the inputs decide the bytes: the fonts of the machine, the date,
-the network.
+All files are copied below one root, since Typst reads nothing outside it: ``paper/`` as it is, and ``results/``
+with the numbers and figures. The fonts of the machine, the date and the network are not used, so that only the inputs decide the bytes.
 """
 
 from __future__ import annotations
@@ -88,7 +87,7 @@ def _compiler(text: Path, numbers: Mapping[str, Any], figures: Mapping[str, Path
         write_json(root / FILES, sorted(figures))
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("error")  # as that a font is missing
+                warnings.simplefilter("error")  # such as that of a missing font
                 yield typst.Compiler(root / MAIN, root=root, ignore_system_fonts=True)
         except (typst.TypstError, typst.TypstWarning) as error:
             reason = str(error).replace(str(root), "").replace("\n", " ")

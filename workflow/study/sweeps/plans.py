@@ -83,7 +83,7 @@ def read_plans(path: str | Path) -> dict[int, Shared]:
 
 
 def serves(plan: PosePlan, config: Mapping[str, Any]) -> bool:
-    """Return whether a plan holds the postures that a complete config asks for: same workcell, enough of them."""
+    """Return whether a plan can be used for a complete config: it has the same workcell, and at least as many postures of each plane."""
     from scalar.simulation.config import poses_wanted
     from scalar.simulation.plan import workcell_text
 
