@@ -155,7 +155,9 @@ def _calibrated(method: str, dataset: Dataset, fixed: Sequence[str]) -> tuple[Ca
         return Calibration.nominal(dataset), {"status": INITIAL}
     wanted = EVERY_METHOD[method]
     if wanted.reading is not None:
-        end = fit_baseline(dataset, wanted.reading, fixed, MAX_EVALUATIONS, wanted.defaults, wanted.nan_policy)
+        end = fit_baseline(
+            dataset, wanted.reading, fixed, MAX_EVALUATIONS, wanted.defaults, wanted.nan_policy
+        )
         ended = {"status": end.status, "evaluations": end.evaluations, "residual_rms_mm": end.rms / MM}
         return Calibration(end.model, sensor_mapping(dataset)), ended
     found = calibrate(dataset, explain=False)
