@@ -1,4 +1,4 @@
-"""Compensation by a Gaussian process: what geometry leaves, predicted from the joint angles without the name of any cause.
+"""Compensation by a Gaussian process: the residual error of the geometry is predicted from the joint angles, without naming a cause.
 
 The error of the position of the scanner is a vector ``e(q)`` of three independent Gaussian processes with one kernel,
 ``a^2 exp(-sum_i (2 sin((q_i - q'_i) / 2))^2 / (2 l^2))``: angles a turn apart are the same. A scan shows of it the component along the normal
@@ -14,16 +14,16 @@ from scipy.linalg import cho_factor, cho_solve
 from scalar.geometry.se3 import Array
 
 LENGTHS = (0.3, 0.6, 1.2, 2.4, 4.8)
-"""Of the kernel [rad, as a chord]."""
+"""Lengths of the kernel that are tried, as chords [rad]."""
 SHARES = (0.03, 0.1, 0.3, 0.6, 0.9, 0.97)
-"""Of the residual's variance that the process may have; the rest is noise."""
+"""Shares of the residual's variance that are tried for the process; the rest is noise."""
 
 
 class Compensation:
     """Gaussian process of the position's error over the joint angles."""
 
     def __init__(self, q: Array, normals: Array, distances: Array) -> None:
-        """Fit it.
+        """Fit size, length and noise of the process.
 
         Args:
             q: ``(N, n)`` [rad], of the measured poses. normals: ``(N, 3)``, of their target planes.

@@ -1,8 +1,8 @@
 """Run all contestants on stratified sets: ``python -m benchmarks.diagnosis.stratified --sets 40 -o benchmarks/diagnosis/results.csv``.
 
-A row a set and contestant: what it named, scored by the rules of the blind trials, and the mean position error over unseen poses before and
-after its correction. The rivals begin with the cleaned dataset and the calibration without effects of the diagnosis, so that gross errors
-are theirs to ignore. Every rival's correction is its whole answer, refitted; the diagnosis decides for itself what it ships.
+The table has a row for each set and contestant: what it named, scored by the rules of the blind trials, and the mean position error over
+unseen poses before and after its correction. The rivals begin with the cleaned dataset and the calibration without effects of the diagnosis, so
+that none has to deal with gross errors. Every rival's correction is its whole answer, refitted; the diagnosis decides for itself what it ships.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ COLUMNS = (
 
 
 def run(design: Design, trial: Trial) -> list[dict[str, Any]]:
-    """Return a row a contestant; none if the scene cannot be simulated."""
+    """Return a row for each contestant; an empty list if the scene cannot be simulated."""
     for attempt in range(ATTEMPTS):
         again = design.trial(trial.number, trial.conditions, attempt) if attempt else trial
         try:
@@ -117,7 +117,7 @@ def _row(
 def _position_after(
     state: FittedState, chosen: tuple[Effect, ...], simulated: SimulatedScene
 ) -> float | None:
-    """Return the mean position error [mm] over unseen poses with the chosen effects refitted; None where no fit is to be had."""
+    """Return the mean position error [mm] over unseen poses with the chosen effects refitted; None if they cannot be fitted."""
     try:
         model = state.refitted(chosen).model
         calibration = Calibration(model, sensor_mapping(state.dataset))
@@ -163,7 +163,7 @@ def summary(table: pd.DataFrame) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Run the sets that the table lacks, a line each; a run that is broken off goes on where it stopped."""
+    """Run the sets that the table lacks, and print a line for each; a run that was stopped goes on where it was."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--config", default=str(ROOT / "configs/blind_trials_benchmark.yaml"))
     parser.add_argument("--sets", type=int, default=None, help="only the first of the design")

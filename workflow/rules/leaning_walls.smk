@@ -1,4 +1,5 @@
-# The published curves again, with walls that lean by up to three degrees, a root that is passed on as no number, and the run that is left out.
+# The published curves again: with walls that lean by up to three degrees, with roots of negative numbers passed on as NaN, and with the run that
+# the config leaves out.
 # A target of its own, some ten minutes of processor time; its summaries are committed:
 #   cp results/leaning_walls/summaries/* paper/summaries/leaning_walls/
 from study.published_curves.leaning_walls import LEANS_DEG

@@ -1,4 +1,4 @@
-"""What the published curves say of each reading of the root with walls that lean, and of all explanations with the run that was left out."""
+"""The support of each reading of the root by the published curves if walls lean, and of all explanations if the left-out run is used too."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from study.published_curves.predict import predict_runs, runs_to_weigh
 from study.published_curves.support import ALL, refine, weigh
 
 WITH_LEFT_OUT = "with_the_run_left_out"
-"""The way of weighing that has the published runs which the config leaves out as well."""
+"""Name of the way of weighing that also uses the published runs which the config leaves out."""
 _WALLS = "leaning"
 
 
 def weigh_leaning_walls(
     scene: str | Path, published: pd.DataFrame, fits: pd.DataFrame, options: Mapping[str, Any]
 ) -> tuple[pd.DataFrame, dict[str, Any]]:
-    """Return how far each explanation lies behind the best: a row an explanation, lean and way of weighing; and what the paper quotes.
+    """Return how far each explanation lies behind the best: a row for each explanation, lean and way of weighing; and the paper's numbers.
 
     Args:
         scene: Config file of the paper's workcell. published: Of published_curves.csv.
@@ -83,7 +83,7 @@ def _of_runs(prediction: Prediction, kept: Array) -> Prediction:
 
 
 def _from_fits(fits: pd.DataFrame, curves: Curves) -> Any:
-    """Yield ``((reading, lean), prediction)`` of those whose fits converged often enough at every run."""
+    """Yield ``((reading, lean), prediction)`` for readings and leans with enough converged fits of every run."""
     for lean, of_lean in fits.groupby("lean_deg", sort=True):
         by_sweep: dict[str, Any] = {
             str(sweep): rows.assign(walls=_WALLS) for sweep, rows in of_lean.groupby("sweep")

@@ -1,7 +1,7 @@
-"""Fits at the published settings with walls that lean by less than three degrees, and with a root that is handed on as no number.
+"""Fits at the published settings with walls that lean by up to three degrees, and with roots of negative numbers passed on as NaN.
 
-The original does not say how upright its walls were, nor what its solver made of the root of a negative number. How far a reading of the
-root lies behind the best explanation may depend on both, so each is fitted in the same workcell with its walls turned.
+The original paper does not say how upright its walls were, nor what its solver did with the root of a negative number. The support of a reading of
+the root may depend on both, so every reading is fitted in the same workcell with its walls turned.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ READINGS = {
 }
 """Methods that are fitted, with their labels."""
 _AXES = (0, 1)
-"""Of the walls' normals, the floor being the first plane."""
+"""The coordinate, x or y, along which each wall's normal points mainly; the first plane is the floor."""
 _SIGNS = (1.0, -1.0)
 """One wall leans towards the arm, the other away from it, as in configs/scenes/paper_tilted.yaml."""
 
@@ -52,7 +52,7 @@ def all_runs(config: Mapping[str, Any], published: pd.DataFrame, options: Mappin
 
 
 def overrides(setting: Setting, planes: int) -> dict[str, Any]:
-    """Return the keys of a scene that make it a published run's."""
+    """Return the overrides ``{dotted key: value}`` that give a scene the setting of a published run, for a number of planes."""
     return {
         "poses_per_plane": setting.poses // planes,
         "sensor.points_per_scan": setting.points,
@@ -69,7 +69,7 @@ def fit_leaning_walls(
     lean_deg: float,
     seeds: Sequence[int],
 ) -> pd.DataFrame:
-    """Return the raw errors of every reading at every published setting: a row a run, seed and method.
+    """Return the raw errors of every reading at every published setting: a row for each run, seed and method.
 
     Args:
         scene: Config file of the paper's workcell. published: Of published_curves.csv.
@@ -92,13 +92,13 @@ def fit_leaning_walls(
         write_plans(turned, most, seeds, plans)
         table = sweep_cases(cases, {"leaning": turned}, seeds, list(READINGS), {"leaning": plans})
     run = table["case"].astype(int).to_numpy()
-    told = pd.DataFrame(
+    of_run = pd.DataFrame(
         {
             "lean_deg": lean_deg,
             "sweep": curves.table["sweep"].to_numpy()[run],
             "value": curves.table["value"].to_numpy()[run],
         }
     )
-    table = pd.concat([told, table.drop(columns="case")], axis=1)
+    table = pd.concat([of_run, table.drop(columns="case")], axis=1)
     rows: Any = table[(table["alignment"] == "raw") & table["method"].isin(list(READINGS))]
     return rows.reset_index(drop=True)
