@@ -13,15 +13,15 @@ from functools import cached_property
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.diagnosis.elsewhere import (
+from scalar.diagnosis.fitted_state import FittedState, whitened
+from scalar.diagnosis.harmonic_spectrum import as_whitened
+from scalar.diagnosis.predicted_displacements import (
     displacement_columns,
     joint_limits,
     measured_ranges,
     poses_measured,
     poses_within,
 )
-from scalar.diagnosis.fitted_state import FittedState, whitened
-from scalar.diagnosis.harmonic_spectrum import as_whitened
 from scalar.geometry.se3 import Array
 
 N_POSES = 200  # random poses at which predictions are compared
@@ -43,12 +43,12 @@ class Moves:
     @property
     def std(self) -> float:
         """Return the standard error of a predicted position [m], root mean square over the random poses."""
-        return _spread(self.left_out)
+        return _standard_error(self.left_out)
 
     def apart(self, other: Moves) -> tuple[float, float]:
         """Return by how much two fits of the same poses differ in their predictions [m], and the standard error of that difference [m]."""
         difference = self.to_optimum - other.to_optimum
-        return _length(difference), _spread(self.left_out - other.left_out)
+        return _length(difference), _standard_error(self.left_out - other.left_out)
 
 
 class Linearised:
@@ -147,7 +147,7 @@ def variance_of(steps: Array, columns: Array) -> float:
     return float((N - 1) / N * np.sum((columns @ (about.T @ about)) * columns) / (len(columns) / 3))
 
 
-def _spread(left_out: Array) -> float:
+def _standard_error(left_out: Array) -> float:
     N = len(left_out)
     about = left_out - left_out.mean(axis=0)
     return float(np.sqrt((N - 1) / N * np.sum(about * about) / (about.shape[1] / 3)))

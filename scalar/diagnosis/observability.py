@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from scalar.diagnosis.elsewhere import displacements, poses_anywhere
 from scalar.diagnosis.fitted_state import FittedState, whitened
+from scalar.diagnosis.predicted_displacements import displacements, random_poses
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 
@@ -88,7 +88,7 @@ def prediction_errors(state: FittedState, effect: Effect, E: Array) -> Array:
     """
     J = whitened(state.whitening, state.linearised()[1])[: len(E)]
     taken_up = np.linalg.lstsq(J, E * effect.natural_sizes, rcond=_RANK_TOLERANCE)[0]
-    poses = poses_anywhere(state)
+    poses = random_poses(state)
     errors = []
     for k, size in enumerate(effect.natural_sizes):
         steps = np.zeros(len(state.free) + len(effect.coefficients))

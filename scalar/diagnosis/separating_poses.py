@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scalar.diagnosis.elsewhere import displacements, joint_limits, poses_anywhere
 from scalar.diagnosis.fitted_state import FittedState, whitened
+from scalar.diagnosis.predicted_displacements import displacements, joint_limits, random_poses
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 
@@ -49,7 +49,7 @@ def separation(state: FittedState, index: int, other: Effect) -> Separation | No
     steps = _steps(state, index, other)
     if steps is None:
         return None
-    limits, seen, anywhere = joint_limits(state), state.residuals.poses, poses_anywhere(state)
+    limits, seen, anywhere = joint_limits(state), state.residuals.poses, random_poses(state)
     q = anywhere.q
     here, there = (displacements(state, [other], steps, poses) for poses in (seen, anywhere))
     best: tuple[float, int, float, float] | None = None

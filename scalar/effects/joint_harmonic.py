@@ -26,7 +26,7 @@ from scalar.units import DEG
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-MAX_ORDER = 32
+MAX_ORDER = 32  # of a gear's error; higher orders are a ripple (``joint_ripple``)
 MAX_RIPPLE_ORDER = 64
 HIGH_ORDER = 5  # from this order on a curve is hard to follow over a whole turn; it is then shown folded to one period as well
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 REFERENCES = "references"
 CLOCKS = ("time", "order")
-WAVES = (1, 2, 3)
+WAVES = (1, 2, 3)  # numbers of half waves over the campaign
 LEAST_POSES = 40  # chosen: each half wave has six coefficients
 _COMPONENTS = ("rx", "ry", "rz", "x", "y", "z")
 

@@ -2,10 +2,9 @@
 
 The line of least absolute deviations withstands between 29 % of stray points (all at one end of the scan, all to one side) and nearly one
 half (anywhere, to either side). Beyond that it follows the stray points, and the limit beyond which a point is stray grows with them: hardly a
-point is set aside, and nothing looks wrong. It shows in the points that are kept. If they are of one law, their mean square about their line
-is that of the points nearest to any line. If stray points are left among them, a part of the points lies far closer to some line than all do to
-theirs. That part need not be more than half of the points, as for the least median of squares (Rousseeuw, 1984), since stray points are
-scattered: a third is enough.
+point is set aside, and nothing looks wrong. The points that are kept show the breakdown. Without stray points among them, their densest part
+scatters about some line as all of them do about theirs. With stray points among them, it scatters far less. That part need not be more than
+half of the points, as for the least median of squares (Rousseeuw, 1984), since stray points are scattered: a third is enough.
 """
 
 from __future__ import annotations
@@ -54,7 +53,7 @@ def line_has_broken_down(points: Array, settings: GrossErrorSettings = DEFAULTS.
     """Return whether the points of a scan scatter about their line far more than the densest third of them about some line.
 
     Args:
-        points: ``(M, 2)`` [m], those that were kept. With fewer than twelve there is no answer but no.
+        points: ``(M, 2)`` [m], those that were kept; fewer than twelve never count as broken down.
         settings: Thresholds.
     """
     quiet = settings.least_point_error / settings.point_sigmas

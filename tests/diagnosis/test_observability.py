@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.candidate_set import candidates
-from scalar.diagnosis.elsewhere import poses_anywhere
 from scalar.diagnosis.fitted_state import refit, whitened
 from scalar.diagnosis.observability import prediction_errors, unobservable_effects
+from scalar.diagnosis.predicted_displacements import random_poses
 from scalar.effects import registry
 from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
@@ -30,7 +30,7 @@ def state():
 
 def displaced(state, steps, effect, size):
     """Return the root mean square distance [m] between predictions with parameters off by ``steps``, and the truth with the effect."""
-    poses = poses_anywhere(state)
+    poses = random_poses(state)
 
     def positions(model):
         return Kinematics.of(model, poses, EffectBases.of(model.nominal, poses, model.effects)).T_base_sensor[

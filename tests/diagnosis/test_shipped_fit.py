@@ -9,10 +9,10 @@ import pytest
 
 from scalar.data.dataset import Dataset
 from scalar.diagnosis import diagnose
-from scalar.diagnosis.elsewhere import displacement_columns, poses_anywhere
 from scalar.diagnosis.fitted_state import FittedState, refit, whitened
 from scalar.diagnosis.hold_out import held_out_errors
 from scalar.diagnosis.jackknife import N_POSES, moves
+from scalar.diagnosis.predicted_displacements import displacement_columns, random_poses
 from scalar.diagnosis.shipped_fit import BEFORE, BY_COMPONENT, EQUAL, shipped_fit
 from scalar.diagnosis.variance_components import WhitenedMeasurement
 from scalar.effects.joint_harmonic import JointHarmonic
@@ -55,7 +55,7 @@ def test_leaving_a_pose_out_is_a_fit_without_it(jittering, weighted):
     weights = state.whitening if weighted else None
     residual, J = (whitened(weights, rows) for rows in state.linearised())
     m = state.residuals.measurement.rows_per_pose
-    columns = displacement_columns(state, poses_anywhere(state, N_POSES))[:, state.free]
+    columns = displacement_columns(state, random_poses(state, N_POSES))[:, state.free]
     found = moves(state, weights)
     all_rows = np.linalg.lstsq(J, -residual, rcond=None)[0]
     np.testing.assert_allclose(found.to_optimum, columns @ all_rows, rtol=0, atol=1e-9)
@@ -71,7 +71,7 @@ def test_the_standard_error_is_that_of_repeated_campaigns():
     model, prepared = geometry_fit(dataset)
     states = [refit(with_more_noise(dataset, 3e-4, k), model, prepared.free, ()) for k in range(12)]
     stated = np.array([moves(state, None).std for state in states])
-    anywhere = poses_anywhere(states[0], N_POSES)
+    anywhere = random_poses(states[0], N_POSES)
     columns = displacement_columns(states[0], anywhere)[:, states[0].free]
     vectors = np.array([state.model.vector[state.free] for state in states])
     moved = (vectors - vectors.mean(axis=0)) @ columns.T

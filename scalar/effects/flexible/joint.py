@@ -21,8 +21,8 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-SINGLE_DEGREE = 6
-PAIR_DEGREE = 3
+SINGLE_DEGREE = 6  # of the polynomials in one variable
+PAIR_DEGREE = 3  # in each of two variables
 LARGEST_DRAWN_STD = (
     3.0  # times the median standard error: a pose with a larger standard error is not drawn in a map
 )

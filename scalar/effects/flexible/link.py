@@ -15,7 +15,7 @@ from scalar.effects.places import LinkEffect
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.geometry.se3 import Array
 
-WOBBLE_ORDERS = (1, 2, 3)
+WOBBLE_ORDERS = (1, 2, 3)  # periods in a turn of the joint
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
 COMPONENTS = ("rx", "ry", "rz", "x", "y", "z")  # of a screw, the turns first
-HALF_WAVES = 8
+HALF_WAVES = 8  # over the acquisition
 
 
 @dataclass(frozen=True, eq=False)

@@ -93,18 +93,18 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
     for count in range(1, MOST_SIGNS + 1):
         tried = alternatives(dataset) if count == 1 else several_signs(dataset, count)
         found += _explaining(tried, as_it_is, before)
-        if count > 1 and any(look.off <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in found):
+        if count > 1 and any(look.turn <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in found):
             break  # a pair is reported beside a single alternative that explains the data as well; three are not tried then
     if not found:
         return ()
     lowest = min(trial.rms for _, _, trial in found)
-    off = min(look.off for look, _, _ in found)
+    turn = min(look.turn for look, _, _ in found)
     shift = min(look.shift for look, _, _ in found)
     likely = [
         (alternative, trial)
         for look, alternative, trial in found
         if trial.rms <= AS_GOOD * lowest
-        and look.off <= off + CLEARLY_NEARER
+        and look.turn <= turn + CLEARLY_NEARER
         and look.shift <= max(shift + CLEARLY_NEARER_SHIFT, TIMES_NEARER * shift)
     ]
     return tuple(
@@ -122,10 +122,10 @@ def _explaining(
     worth = [
         (look, a) for look, a in looks if look.rms <= min(limit, NOMINAL_LEFT) and _better(look, a, as_it_is)
     ]
-    worth.sort(key=lambda entry: entry[0].off)
+    worth.sort(key=lambda entry: entry[0].turn)
     found: list[tuple[Look, Alternative, Trial]] = []
     for look, alternative in worth[:MOST_FITTED]:
-        if found and look.off > found[0][0].off + CLEARLY_NEARER:
+        if found and look.turn > found[0][0].turn + CLEARLY_NEARER:
             break
         trial = full_fit(alternative.dataset)
         if trial is not None and _explains(look, alternative, trial, as_it_is, before):
@@ -143,7 +143,7 @@ def _better(look: Look, alternative: Alternative, as_it_is: Look) -> bool:
 
 def _nearer(look: Look, as_it_is: Look) -> bool:
     """Return whether sensor and planes stand near their places under an alternative, and clearly do not without it."""
-    return look.off <= min(NEAR, as_it_is.off - CLEARLY_NEARER)
+    return look.turn <= min(NEAR, as_it_is.turn - CLEARLY_NEARER)
 
 
 def _explains(

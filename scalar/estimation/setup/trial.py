@@ -43,13 +43,13 @@ class Look:
 
     Attributes:
         rms: As in ``Trial``; infinite where no look was possible.
-        off: How far sensor and planes ended from where dataset.yaml has them: the larger of the angle by which the sensor is turned and
-            that of the worst plane's normal [rad].
-        shift: The same as a length: the larger of the sensor's distance from its stated place and the worst plane's from its own [m].
+        turn: How far sensor and planes ended from where dataset.yaml has them, as an angle [rad]: the largest of the turn of the sensor and the
+            turns of the planes' normals.
+        shift: The same as a length [m]: the largest of the shift of the sensor and the shifts of the planes.
     """
 
     rms: float
-    off: float
+    turn: float
     shift: float
 
 
@@ -66,7 +66,7 @@ def first_look(dataset: Dataset) -> Look:
             model = _few_steps(Residuals.of(dataset, model, measurement), model)
             look = Look(
                 typical_distance(Residuals.of(dataset, model, measurement), model),
-                *_off(model, guess, T_nominal),
+                *_turn_and_shift(model, guess, T_nominal),
             )
             best = min(best, look, key=lambda x: x.rms)
     except (ScalarError, np.linalg.LinAlgError, ValueError, FloatingPointError):
@@ -98,19 +98,19 @@ def _few_steps(residuals: Residuals, model: Model) -> Model:
     return model
 
 
-def _off(model: Model, guess: Any, T_nominal: Array | None) -> tuple[float, float]:
+def _turn_and_shift(model: Model, guess: Any, T_nominal: Array | None) -> tuple[float, float]:
     """Return how far sensor and planes are turned [rad] and shifted [m] from where dataset.yaml has them, the worst of them."""
-    off = shift = 0.0
+    turn = shift = 0.0
     if T_nominal is not None:
-        off = float(np.linalg.norm(log_so3(T_nominal[:3, :3].T @ model.T_flange_sensor[:3, :3])))
+        turn = float(np.linalg.norm(log_so3(T_nominal[:3, :3].T @ model.T_flange_sensor[:3, :3])))
         shift = float(np.linalg.norm(T_nominal[:3, 3] - model.T_flange_sensor[:3, 3]))
     if isinstance(model.target, Planes):
         cosines = np.sum(model.target.normals * guess.normals, axis=1)
-        off = max(off, float(np.max(np.arccos(np.minimum(np.abs(cosines), 1.0)))))
+        turn = max(turn, float(np.max(np.arccos(np.minimum(np.abs(cosines), 1.0)))))
         # (-n, -d) is the same plane as (n, d).
         distances = np.where(cosines < 0, -1.0, 1.0) * model.target.distances
         shift = max(shift, float(np.max(np.abs(distances - guess.distances))))
-    return off, shift
+    return turn, shift
 
 
 def full_fit(dataset: Dataset) -> Trial | None:

@@ -28,7 +28,7 @@ def measured_ranges(state: FittedState) -> Array:
     return seen_ranges(state.residuals.poses.q)
 
 
-def poses_anywhere(state: FittedState, count: int = N_POSES) -> Poses:
+def random_poses(state: FittedState, count: int = N_POSES) -> Poses:
     """Return random poses within the joint limits, the same for every call; other columns take measured values."""
     return poses_within(joint_limits(state), state, count)
 
