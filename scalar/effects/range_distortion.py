@@ -19,6 +19,8 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
+ZERO_STD = 2e-5  # m: a parabola of 0.01 per metre, about a middle that is wrong by 0.045 m
+
 
 @dataclass(frozen=True, eq=False)
 class RangeDistortion(RangeError):
@@ -58,6 +60,11 @@ class RangeDistortion(RangeError):
     def coefficient_units(self) -> list[str]:
         """One over metres, metres a metre, metres."""
         return ["1/m", "m/m", "m"]
+
+    @property
+    def prior_std(self) -> Array:
+        """Return the usual prior standard deviations, but for the zero the size that a wrong middle gives it: a larger one is a ``range_offset``."""
+        return np.array([*super().prior_std[:2], ZERO_STD])
 
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array

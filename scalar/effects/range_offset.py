@@ -37,6 +37,11 @@ class RangeOffset(RangeError):
     )
     basis_names: ClassVar[tuple[str, ...]] = ("ux", "uz")
 
+    @classmethod
+    def nuisances(cls, dataset: Dataset) -> list[Effect]:
+        """Return the offset: no scanner's zero is exact."""
+        return cls.candidates(dataset)
+
     def generalised(self, dataset: Dataset) -> Effect | None:
         """Return a map of the scanner's error over its profile, where it scans profiles."""
         return next(iter(SensorMap.candidates(dataset)), None)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from scalar.diagnosis import diagnose
 from scalar.effects.acquisition import range_middle
 from scalar.effects.command_line import parse_effects
 from scalar.effects.saving import effect_from_mapping, effect_to_mapping
@@ -37,6 +38,20 @@ def test_the_middle_does_not_depend_on_where_most_poses_are():
     means = [np.linalg.norm(each.points, axis=1).mean() for each in (dataset, fewer)]
     assert means[1] < means[0] - 0.02
     assert range_middle(fewer) == pytest.approx(range_middle(dataset), abs=0.01)
+
+
+@pytest.mark.slow
+def test_a_zero_beside_a_curvature_has_a_name_of_its_own():
+    """A range that is curved about its middle and 0.4 mm too long everywhere: both are named, each alone is named alone."""
+    middle = (0.10 + 0.45) / 2
+    curvatures = {
+        "range_distortion": lambda r: 0.01 * (r - middle) ** 2,
+        "range_offset": lambda r: 0 * r + 4e-4,
+    }
+    for names in (["range_distortion"], ["range_offset"], ["range_distortion", "range_offset"]):
+        flaws = Flaws(measured=lambda r, names=names: r + sum(curvatures[name](r) for name in names))
+        found = diagnose(make_cell(flaws, seed=34, poses_per_plane=30).dataset).findings
+        assert sorted(finding.effect.name for finding in found) == names
 
 
 def test_the_middle_is_kept():
