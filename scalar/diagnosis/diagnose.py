@@ -15,7 +15,7 @@ from scalar.diagnosis.finding import Finding
 from scalar.diagnosis.fold_odds import fold_odds
 from scalar.diagnosis.grounds import FinalResiduals, grounds_of_component, grounds_of_effect
 from scalar.diagnosis.harmonic_spectrum import as_whitened, has_all_orders, is_shrunk
-from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors
+from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors, moving_joints
 from scalar.diagnosis.identified_components import identified_components, only_place
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.observability import unobservable_effects
@@ -25,6 +25,7 @@ from scalar.diagnosis.repeated_changes import repeated_changes_doubted
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.shipped_fit import ShippedFit, shipped_fit
+from scalar.diagnosis.two_halves import limited_by_halves, two_halves
 from scalar.diagnosis.unmodelled_structure import evidence_without_a_name
 from scalar.diagnosis.variance_components import VarianceComponent, whitening_for
 from scalar.effects import Effect
@@ -49,8 +50,9 @@ def diagnose(
         progress: Called with the name of each stage.
         settings: Thresholds.
         outer_folds: Number of parts of the outer split. The whole diagnosis is repeated without each part, and the errors on its poses are
-            those on unseen poses. With zero, nothing is repeated: findings are not confirmed, and these errors stay unknown.
-            ``settings.hold_out.folds`` is the usual number.
+            those on unseen poses. With zero, findings are not confirmed, and these errors stay unknown. ``settings.hold_out.folds`` is the usual
+            number. With any number, the diagnosis is repeated on two halves of the poses where residuals of similar poses are alike
+            (``two_halves``).
         on_fold: Called after each of these runs, with the number of runs that are done and the number of all.
         cores: Number of these runs at once; None for as many as there are processors that this process may use.
 
@@ -68,14 +70,19 @@ def diagnose(
     run = explained(dataset, settings, progress)
     final_residuals, candidates = FinalResiduals.of(run.after), run.candidates
     found = _findings(run, final_residuals)
-    outer = outer_split(dataset, run.cleaned, answer_without, settings, outer_folds, on_fold, cores)
+    moving = moving_joints(run.before)
+    outer = outer_split(dataset, run.cleaned, answer_without, settings, outer_folds, on_fold, cores, moving)
+    progress("comparing halves of the poses")
+    halves = two_halves(dataset, run, answer_without, settings, cores)
+    found = limited_by_halves(found, halves, settings.naming.least_confidence)
     run, found, refused = _confirmed(run, found, outer)
     before, after = run.before, run.after
     if refused:
         final_residuals = FinalResiduals.of(after)
     ranking = rank(before, before.background(), CandidateColumns(before, candidates), MAX_RANKING)
     noise = identified_components(after)
-    unseen = None if outer is None else outer.errors
+    judged = halves if outer is None else outer
+    unseen = None if judged is None else judged.errors
     component = after.variance_components[0] if noise else None
     final, shipped = _shipped(run, component, unseen)
     progress("calibrating")
@@ -101,6 +108,7 @@ def diagnose(
         unobservable=tuple(unobservable_effects(after, [candidate for candidate, _ in candidates.tried])),
         ranking=tuple(ranking),
         outer=outer,
+        halves=halves,
     )
 
 

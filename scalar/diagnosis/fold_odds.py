@@ -13,7 +13,7 @@ import numpy as np
 
 from scalar.diagnosis.conditional_scores import columns_of_effects
 from scalar.diagnosis.fitted_state import FittedState, whitened
-from scalar.diagnosis.hold_out import blocks
+from scalar.diagnosis.hold_out import blocks_of
 from scalar.diagnosis.score_test import Background, Projected, evidence
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
@@ -39,7 +39,7 @@ def fold_odds(state: FittedState, i: int, others: Sequence[Effect]) -> Array:
     prior_std = np.concatenate([prior_std, *(effect.prior_std for effect in others)])
     ends = np.cumsum([int(of_effect.sum()), *(len(effect.coefficients) for effect in others)])
     groups = np.split(np.arange(E.shape[1]), ends[:-1])
-    fold = blocks(state.dataset.q, state.settings.hold_out)[1]
+    fold = blocks_of(state)[1]
     parts = _parts(state, i, of_effect)
     odds_by_fold = []
     for f in np.unique(fold):

@@ -4,7 +4,8 @@ Forward selection chooses effects by these errors, so they are somewhat too smal
 that the whole diagnosis has not seen. Residuals of neighbours in time are correlated, so a pose next to a training pose is hardly independent of
 it. Poses are therefore divided into blocks in the order of acquisition. The blocks are dealt out to the folds in turn, so that every fold spans
 the whole time and a change at any time has poses of every fold on both sides. Repetitions of a pose are held out together, because an error that
-belongs to the pose repeats with it. The fit of a fold is one Gauss-Newton step from the joint optimum, which is accurate as long as the model is
+belongs to the pose repeats with it. Poses that differ only in joints that move nothing that is measured (a reflector on the last axis) are
+repetitions as well. The fit of a fold is one Gauss-Newton step from the joint optimum, which is accurate as long as the model is
 nearly linear over that step.
 
 Poses near the measured ones say little of others. Whole regions of the joint space are therefore held out as well: what predicts a region well
@@ -72,6 +73,17 @@ def blocks(q: Array, settings: HoldOutSettings = DEFAULTS.hold_out) -> tuple[Arr
     return block, block % settings.folds
 
 
+def moving_joints(state: FittedState) -> Array:
+    """Return whether each joint moves what is measured, ``(n,)`` bool."""
+    sizes = state.rows.derivatives_by_joint(state.residuals, state.model)
+    return sizes >= state.settings.hold_out.still
+
+
+def blocks_of(state: FittedState) -> tuple[Array, Array]:
+    """Return the block ``(N,)`` and the fold ``(N,)`` of every pose of a state, by the joints that move what is measured."""
+    return blocks(state.dataset.q[:, moving_joints(state)], state.settings.hold_out)
+
+
 def first_times(q: Array, same_pose: float = DEFAULTS.hold_out.same_pose) -> Array:
     """Return for every pose the index of the first pose with the same joint angles ``(N,)``, which is its own if it is new."""
     first = np.arange(len(q))
@@ -90,7 +102,7 @@ def held_out_errors(state: FittedState, whitening: Array | None = None) -> HeldO
     """
     key = id(whitening)
     if key not in state.held_out:
-        block, fold = blocks(state.dataset.q, state.settings.hold_out)
+        block, fold = blocks_of(state)
         state.held_out[key] = whitening, _held_out_errors(state, whitening, block, fold)
     return state.held_out[key][1]
 
@@ -102,7 +114,7 @@ def held_out_regions(state: FittedState, whitening: Array | None = None) -> Held
         state: Model and data at the joint optimum.
         whitening: ``(N, m, m)``, of a variance component of whole poses, if any.
     """
-    region = similar_poses(state.dataset.q, REGIONS, LEAST_POSES)
+    region = similar_poses(state.dataset.q[:, moving_joints(state)], REGIONS, LEAST_POSES)
     return _held_out_errors(state, whitening, region, region) if region.any() else None
 
 

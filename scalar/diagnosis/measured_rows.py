@@ -7,10 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import WithinScanNoiseSettings
+from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement, PoseNoise, measure
 
 _LITTLE = 0.1  # relative change of an estimated noise that is within its own error for a hundred measurements
@@ -33,6 +36,7 @@ class MeasuredRows:
         self._like = like
         self.noise = noise
         self._known: dict[tuple[str, ...], Measurement] = {}
+        self._derivatives: Array | None = None
 
     def keeping(self, extra_basis: Sequence[str]) -> Measurement:
         """Return the rows with some functions of a point kept, as ``scalar.sensors.measure`` gives them."""
@@ -41,6 +45,23 @@ class MeasuredRows:
             rows = measure(self._dataset, names).given_noise(self.noise)
             self._known[names] = rows if self._like is None else rows.weighted_like(self._like)
         return self._known[names]
+
+    def derivatives_by_joint(self, residuals: Residuals, model: Model) -> Array:
+        """Return the size of the derivative of the rows by each joint ``(n,)``, root mean square over the poses, relative to the largest.
+
+        It is computed once, so that all models of one selection hold out the same poses.
+
+        Args:
+            residuals: Of the same dataset.
+            model: Near the optimum.
+        """
+        known = self._derivatives
+        if known is None:
+            jacobian = residuals.linearise_measured(model)[1]
+            by_joint = jacobian[:, model.blocks["geometry"]][:, model.robot.by_joint]
+            sizes = np.linalg.norm(by_joint, axis=0)
+            known = self._derivatives = sizes / max(float(sizes.max()), 1e-300)
+        return known
 
     def reweighted(self, residuals: Residuals, model: Model) -> MeasuredRows | None:
         """Return the rows with weights estimated anew from the residual of a model; None where no weight is estimated, or all change little.

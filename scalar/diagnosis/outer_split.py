@@ -126,6 +126,7 @@ def outer_split(
     folds: int,
     on_fold: Callable[[int, int], None],
     cores: int | None = None,
+    moving: Array | None = None,
 ) -> OuterSplit | None:
     """Return the errors on poses that took no part in a diagnosis, or None without an outer split.
 
@@ -137,11 +138,16 @@ def outer_split(
         folds: Number of parts; with fewer than two there is no outer split.
         on_fold: Called with the number of runs that are done and the number of all runs.
         cores: How many runs at once; None: as many as this process may use processors.
+        moving: ``(n,)`` bool, the joints by which poses differ (``hold_out.moving_joints``); None for all.
     """
     if folds < 2:
         return None
     numbered = _numbered(dataset)
-    block, fold = blocks(dataset.q, replace(settings.hold_out, folds=folds))
+    q = dataset.q if moving is None else dataset.q[:, moving]
+    n_blocks = settings.hold_out.folds * settings.hold_out.blocks_per_fold
+    block, fold = blocks(
+        q, replace(settings.hold_out, folds=folds, blocks_per_fold=max(n_blocks // folds, 1))
+    )
     parts = [np.flatnonzero(fold == k) for k in range(folds) if np.any(fold == k)]
     jobs = [(run, numbered.subset(np.delete(np.arange(dataset.n_poses), out)), settings) for out in parts]
     row = {int(pose): i for i, pose in enumerate(dataset.pose_ids)}

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import plain
 from scalar.diagnosis.confidence import confidence
@@ -19,6 +17,8 @@ from scalar.diagnosis.observability import Unobservable
 from scalar.diagnosis.outer_split import OuterSplit
 from scalar.diagnosis.ranking import Scored
 from scalar.diagnosis.shipped_fit import ShippedFit
+from scalar.diagnosis.stated_errors import held_out, of_halves, unseen
+from scalar.diagnosis.two_halves import most_confidence
 from scalar.diagnosis.variance_components import VarianceComponent
 from scalar.estimation.gross_errors import Cleaned
 from scalar.estimation.result import Calibration
@@ -48,6 +48,7 @@ class Diagnosis:
         unobservable: Effects that these data cannot show.
         ranking: Of all candidates on the residual before, best first.
         outer: Answers of the diagnoses without a part of the poses, or None if there were none.
+        halves: Answers of the diagnoses of one half of the poses each, where residuals of similar poses are alike (``two_halves``), or None.
     """
 
     dataset: Dataset
@@ -68,11 +69,17 @@ class Diagnosis:
     not_confirmed: tuple[Finding, ...] = ()
     noise_place: str | None = None
     outer: OuterSplit | None = None
+    halves: OuterSplit | None = None
 
     @property
     def _ships_geometry_alone(self) -> bool:
         """Return whether effects were found but none is shipped; the errors of runs that shipped effects then do not hold for this calibration."""
         return self.shipped.without_effects or (bool(self.not_confirmed) and not self.findings)
+
+    @property
+    def ships_effects(self) -> bool:
+        """Return whether ``after.json`` corrects for effects that were chosen, so that held-out poses have taken part in its choice."""
+        return bool(self.findings) and not self.shipped.without_effects
 
     @property
     def held_out_after(self) -> HeldOutErrors:
@@ -103,6 +110,8 @@ class Diagnosis:
         """Return the estimated probability that the likeliest variance component is what it is called."""
         assert self.noise_grounds is not None
         sure = confidence(self.noise_grounds, self.noise[0].name)
+        if self.halves is not None:
+            sure = min(sure, most_confidence(self.halves.noise_selected_in(self.noise[0].name), self.halves))
         return sure if self.confirmed_noise else min(sure, self._noise_selected_in or 0.0)
 
     @property
@@ -178,13 +187,15 @@ class Diagnosis:
                 ],
             },
             "residual": {
-                "before": _residual(self.calibration_before, self.held_out_before)
-                | _unseen(self.outer, 0, self.calibration_before),
-                "after": _residual(self.calibration_after, self.held_out_after)
-                | _unseen(self.outer, 0 if self._ships_geometry_alone else 1, self.calibration_after),
+                "before": held_out(self.calibration_before, self.held_out_before)
+                | unseen(self.outer, 0, self.calibration_before),
+                "after": held_out(
+                    self.calibration_after, self.held_out_after, self.halves if self.ships_effects else None
+                )
+                | unseen(self.outer, 0 if self._ships_geometry_alone else 1, self.calibration_after),
                 "floor_mm": floor(self.after) / MM,
             },
-            "shipped": self.shipped.to_mapping(),
+            "shipped": self.shipped.to_mapping() | {"halves": of_halves(self.halves)},
             "not_confirmed": not_confirmed,
             "outer_split": None if self.outer is None else self.outer.to_mapping(),
             "candidates": self._candidates(),
@@ -264,21 +275,3 @@ class Diagnosis:
             depends = list(self.depends_on) or joint or self._joint_columns
             entry |= {"name": UNATTRIBUTED, "confounded_with": [], "depends_on": depends, "most_like": []}
         return entry
-
-
-def _residual(calibration: Calibration, error: HeldOutErrors) -> dict[str, float]:
-    return {
-        "train_rms_mm": calibration.residual_rms / MM,
-        "held_out_rms_mm": error.rms / MM,
-        "held_out_max_mm": error.largest / MM,
-    }
-
-
-def _unseen(outer: OuterSplit | None, which: int, shipped: Calibration) -> dict[str, float | None]:
-    """Return the errors on poses that nothing has seen, and their spread over the parts; null where they are not known."""
-    keys = ("unseen_rms_mm", "unseen_max_mm", "unseen_rms_spread_mm", "unseen_max_spread_mm")
-    if outer is None or not len(outer.errors[which].metric):
-        return dict.fromkeys(keys)
-    error = outer.errors[which]
-    values = (outer.unseen_rms(which, shipped.residual_rms), error.largest, *outer.spread(error))
-    return {key: value / MM if np.isfinite(value) else None for key, value in zip(keys, values, strict=True)}

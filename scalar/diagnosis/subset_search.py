@@ -23,7 +23,7 @@ from scalar.diagnosis.beam_search import SearchElements
 from scalar.diagnosis.candidate_columns import CandidateSet
 from scalar.diagnosis.conditional_scores import columns_of_effects
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.hold_out import blocks
+from scalar.diagnosis.hold_out import blocks_of
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.score_test import Background, in_prior_units
 from scalar.effects import Effect
@@ -63,7 +63,7 @@ def best_subset(state: FittedState, candidates: CandidateSet) -> tuple[Effect, .
     elements = elements.only(chosen)
     complete_set = tuple(range(len(chosen)))
     sets = [complete_set, *(tuple(q for q in complete_set if q != p) for p in complete_set)]
-    fold = blocks(state.dataset.q, state.settings.hold_out)[1]
+    fold = blocks_of(state)[1]
     # For each chosen element: in how many of the subsets of the poses, each without one fold, it adds evidence to the set.
     n_needed = np.zeros(len(chosen))
     for f in np.unique(fold):

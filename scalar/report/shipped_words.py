@@ -89,8 +89,9 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
             f"after.json is the model without effects, because with them predictions at other poses are expected to err by {with_all}, "
             f"and by {without} without them{gain}. The effects are findings only, and nothing is corrected for them."
         ]
-    if shipped.decided_by == "unseen" and diagnosis.outer is not None:
-        poses, errors = "poses that took no part in the diagnosis", diagnosis.outer.errors
+    judged = diagnosis.halves if diagnosis.outer is None else diagnosis.outer
+    if shipped.decided_by == "unseen" and judged is not None:
+        poses, errors = "poses that took no part in the diagnosis", judged.errors
     elif shipped.decided_by == "regions" and shipped.regions is not None:
         poses, errors = "regions of the joint space that are held out as a whole", shipped.regions
     else:

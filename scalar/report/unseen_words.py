@@ -16,13 +16,19 @@ QUICK = (
 )
 
 
+QUICK_WITH_HALVES = (
+    "This is a quick answer. Run 'scalar diagnose' without --quick for errors on unseen poses that are estimated with more of the poses, and to see "
+    "which findings they confirm."
+)
+
+
 def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
     """Return whole sentences on the errors on unseen poses, or on how to get them after a quick answer."""
     outer = diagnosis.outer
     if outer is None:
-        return [QUICK]
+        return [*_halves(mapping), QUICK if mapping["shipped"]["halves"] is None else QUICK_WITH_HALVES]
     before, after = (mapping["residual"][when] for when in ("before", "after"))
-    sentences = []
+    sentences = _halves(mapping)
     if after["unseen_rms_mm"] is not None:
         sentences.append(
             f"On poses that took no part in the diagnosis ({len(outer.answers)} runs, each without a part of the poses) the error is "
@@ -39,6 +45,20 @@ def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[s
             f"Not confirmed: {name} was chosen in {share(entry, diagnosis)}. It is not counted as a finding, and after.json does not correct for it."
         )
     return sentences
+
+
+def _halves(mapping: Mapping[str, Any]) -> list[str]:
+    """Return what two runs on one half of the poses each say; nothing where they were not made."""
+    halves = mapping["shipped"]["halves"]
+    if halves is None:
+        return []
+    without, effects = (number(halves[f"{which}_effects_rms_mm"]) for which in ("without", "with"))
+    return [
+        "Similar poses still err alike with the effects in the model, so poses held out from the fit say too little. The whole diagnosis was "
+        f"therefore run on each half of the poses: the other half is predicted to {effects} mm RMS with the effects found there, and to {without} mm "
+        "without. The error stated for held-out poses is that of these runs where it is larger, corrected for the smaller number of poses. A name "
+        "that only one of the halves shows has a confidence of at most 50 %, and one that neither shows of at most 25 %."
+    ]
 
 
 def share(entry: Mapping[str, Any], diagnosis: Diagnosis) -> str:

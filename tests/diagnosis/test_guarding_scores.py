@@ -4,12 +4,13 @@
 """
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from scalar.diagnosis.hold_out import HeldOutErrors, blocks, first_times, improvement, no_worse
+from scalar.diagnosis.hold_out import HeldOutErrors, blocks, first_times, improvement, moving_joints, no_worse
 from scalar.diagnosis.score_test import Background, Projected, in_prior_units, remainder
 from scalar.diagnosis.settings import DEFAULTS
 from tests.diagnosis.stand_ins import doubled
@@ -70,6 +71,13 @@ def test_poses_within_reach_of_one_another_are_repetitions():
     q = np.array([[0.0, 1.0], [0.003, 1.0], [0.5, 0.5]])
     assert list(first_times(q, HOLD_OUT.same_pose)) == [0, 1, 2]
     assert list(first_times(q, 2 * HOLD_OUT.same_pose)) == [0, 0, 2]
+
+
+def test_a_joint_that_hardly_moves_what_is_measured_makes_no_other_pose():
+    """Derivatives of 0.007 and 0.015 of the largest: the first joint is still, the second moves; halved or doubled, they are alike."""
+    rows = SimpleNamespace(derivatives_by_joint=lambda residuals, model: np.array([0.007, 0.015, 1.0]))
+    state: Any = SimpleNamespace(rows=rows, residuals=None, model=None, settings=DEFAULTS)
+    assert list(moving_joints(state)) == [False, True, True]
 
 
 def test_poses_are_held_out_in_folds_of_blocks():

@@ -1,18 +1,23 @@
 """Held-out errors: every pose judged once, by a fit that never saw its block."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from scalar.data.dataset import Dataset
 from scalar.diagnosis.fitted_state import refit
 from scalar.diagnosis.hold_out import (
     REGIONS,
     HeldOutErrors,
     blocks,
+    blocks_of,
     held_out_errors,
     held_out_regions,
     improvement,
+    moving_joints,
 )
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.command_line import parse_effects
@@ -21,6 +26,7 @@ from scalar.estimation.least_squares import fit
 from scalar.estimation.residuals import Residuals
 from tests.diagnosis.cases import scale
 from tests.effects.injected import make_cell
+from tests.random_scene import make_scene
 
 FOLDS, BLOCKS_PER_FOLD = DEFAULTS.hold_out.folds, DEFAULTS.hold_out.blocks_per_fold
 
@@ -56,6 +62,26 @@ def test_a_pose_commanded_again_is_held_out_with_its_first_time(times):
     expected, _ = blocks(once)
     np.testing.assert_array_equal(block, np.tile(expected, times))
     np.testing.assert_array_equal(fold, block % FOLDS)
+
+
+@pytest.mark.parametrize("off_axis", [0.0, 0.05])
+def test_turning_the_tool_about_its_own_axis_makes_no_other_pose(off_axis):
+    """A reflector on the last axis: five poses that differ in the last joint alone are held out together. Five centimetres off the axis they are
+    five poses, and a block may end between them."""
+    rng = np.random.default_rng(8)
+    scene = make_scene(kind="tracker", seed=8, poses_per_plane=50).dataset
+    q = np.repeat(scene.q[:29], 5, axis=0)
+    q[:, 5] = rng.uniform(-2, 2, len(q))
+    tool = np.array([off_axis, 0.0, 0.1])
+    frames = scene.robot.flange(q)
+    points = frames[:, :3, :3] @ tool + frames[:, :3, 3] + 1e-5 * rng.standard_normal((len(q), 3))
+    T = np.eye(4)
+    T[:3, 3] = tool
+    sensor = replace(scene.sensor, T_flange_sensor=T)
+    state = settled(Dataset.from_arrays(name="turning", robot=scene.robot, sensor=sensor, q=q, points=points))
+    assert list(moving_joints(state)) == [True] * 5 + [off_axis > 0]
+    of_five = blocks_of(state)[0].reshape(-1, 5)
+    assert np.all(of_five == of_five[:, :1]) == (off_axis == 0)
 
 
 def test_the_step_is_a_refit_without_the_fold():

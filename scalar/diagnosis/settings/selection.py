@@ -53,6 +53,10 @@ class HoldOutSettings:
         "a pose nearer than this in every joint is another's repetition",
         "chosen: a tenth of a degree, far above any repeatability",
     )
+    still: float = setting(
+        0.01, "of the largest derivative", "a joint with a smaller derivative of what is measured by its angle makes no pose another one",
+        "chosen: its own error is then a hundredth of that of another joint; a tool on the last axis has a thousandth",
+    )  # fmt: skip
     most_gain: float = setting(
         5.0, "of the median drop", "that one block's gain counts for at most",
         "chosen: a single block must not carry an effect, nor hide one by its scatter",

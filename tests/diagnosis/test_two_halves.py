@@ -1,0 +1,103 @@
+"""Two halves of the poses: when they are diagnosed, what they decide, and what they leave of a confidence."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scalar.diagnosis import diagnose
+from scalar.diagnosis.fitted_state import FittedState, refit
+from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors
+from scalar.diagnosis.outer_split import Answer, OuterSplit
+from scalar.diagnosis.settings import DEFAULTS
+from scalar.diagnosis.two_halves import errs_alike, limited_by_halves, most_confidence, two_halves
+from scalar.effects.joint_scale import JointScale
+from scalar.estimation.geometry_fit import geometry_fit
+from scalar.report.unseen_words import unseen_sentences
+from tests.diagnosis.cases import scale
+from tests.effects.injected import Flaws, make_cell, on_joint
+
+DIAGNOSE = sys.modules["scalar.diagnosis.diagnose"]  # the package's own name for it is the function
+LEAST = DEFAULTS.naming.least_confidence
+
+
+@dataclass(frozen=True)
+class SimpleFinding:
+    """What a limit reads of a finding."""
+
+    effect: Any
+    confidence: float = 0.97
+    doubtful: bool = False
+
+
+def fitted(flaws: Flaws) -> FittedState:
+    """Return 120 poses fitted without effects."""
+    dataset = make_cell(flaws, seed=5, poses_per_plane=40, points_per_scan=20).dataset
+    model, prepared = geometry_fit(dataset)
+    return refit(dataset, model, prepared.free, ())
+
+
+def halves_of(errors: HeldOutErrors, factors: tuple[float, float], chosen: tuple[bool, ...]) -> OuterSplit:
+    """Return two halves with errors in proportion to given ones, without and with effects, and which of them chose the scale of joint 4."""
+    without, effects = (replace(errors, metric=errors.metric * factor**2) for factor in factors)
+    answers = tuple(Answer(None, None, (JointScale(4),) if one else (), None) for one in chosen)  # type: ignore[arg-type]
+    level = float(np.mean(errors.metric))
+    return OuterSplit(2, answers, (), (without, effects), np.arange(len(errors.metric)) % 2, (level, level))
+
+
+def test_independent_residuals_need_no_halves():
+    """Noise alone: similar poses err no more alike than others. A joint's error that the model lacks: they do."""
+    assert not errs_alike(fitted(Flaws()))
+    assert errs_alike(fitted(Flaws(joints=on_joint(3, lambda at: 1e-3 * np.sin(3 * at.q[:, 2])))))
+
+
+def test_no_halves_without_effects():
+    """What is chosen by nobody needs no judge, however alike the residuals are."""
+    found: Any = SimpleNamespace(after=SimpleNamespace(effects=()))
+    assert two_halves(None, found, None, DEFAULTS, 1) is None  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("chosen", "most"), [((True, True), 1.0), ((True, False), 0.5), ((False, False), 0.25)]
+)
+def test_a_name_is_as_sure_as_the_halves_that_chose_it(chosen, most):
+    """Both: no limit. One: a half. None: a quarter, and the name is doubtful."""
+    errors = HeldOutErrors(np.ones(8), np.ones(8), np.ones(8), np.arange(8))
+    halves = halves_of(errors, (1.0, 1.0), chosen)
+    assert most_confidence(halves.selected_in(JointScale(4)), halves) == pytest.approx(most)
+    diagnosed = SimpleFinding(JointScale(4))
+    (limited,) = limited_by_halves([diagnosed], halves, LEAST)  # type: ignore[list-item]
+    assert limited.confidence == pytest.approx(min(0.97, most)) and limited.doubtful == (most < LEAST)
+
+
+@pytest.mark.parametrize(
+    ("factors", "fit", "stated"), [((4.0, 3.0), "equal_weights", 3.0), ((4.0, 5.0), "before", None)]
+)
+def test_the_stated_error_is_that_of_the_halves_where_it_is_larger(monkeypatch, factors, fit, stated):
+    """Halves that predict each other better with the effects: the effects are shipped with the error of the halves, corrected for the number of
+    poses. Worse: the model without effects is shipped, with its own held-out error, since nothing in it was chosen."""
+    found: dict[str, Any] = {}
+
+    def halves(dataset, run, answer, settings, cores):
+        errors = held_out_errors(run.after)
+        found["halves"] = halves_of(errors, factors, (True, True))
+        return found["halves"]
+
+    monkeypatch.setattr(DIAGNOSE, "two_halves", halves)
+    diagnosis = diagnose(scale(3, poses_per_plane=20, points_per_scan=12)[0].dataset)
+    mapping = diagnosis.to_mapping()
+    error = mapping["residual"]["after"]["held_out_rms_mm"]
+    assert mapping["shipped"]["fit"] == fit
+    held_out = 1e3 * diagnosis.held_out_after.rms
+    if stated is None:
+        assert mapping["shipped"]["decided_by"] == "unseen" and error == pytest.approx(held_out)
+    else:
+        seen = diagnosis.calibration_after.residual_rms
+        assert error == pytest.approx(1e3 * found["halves"].unseen_rms(1, seen)) and error > 2 * held_out
+    first, *_ = unseen_sentences(diagnosis, mapping)
+    assert "on each half of the poses" in first
