@@ -28,11 +28,13 @@ from scalar.diagnosis.outer_split import OuterSplit, Run, outer_split
 from scalar.diagnosis.settings import Settings
 from scalar.estimation.design_effect import design_effect
 
+EQUATIONS_FOR_EFFECTS = 4.0  # for each parameter: chosen, 64 scans of an arm of six joints; with 60, half of the trials are wholly right
+
 
 def two_halves(
     dataset: Dataset, found: Explained, run: Run, settings: Settings, cores: int | None
 ) -> OuterSplit | None:
-    """Return the answers of the two halves of the poses, or None where they are not needed or no half can be diagnosed.
+    """Return the answers of the two halves of the poses, or None where they are not needed, or where a half has too few poses to show effects.
 
     Args:
         dataset: All that was measured, gross errors included.
@@ -41,7 +43,9 @@ def two_halves(
         settings: Thresholds.
         cores: How many runs at once; None: as many as this process may use processors.
     """
-    if not found.after.effects or not errs_alike(found.after):
+    equations = float(found.before.residuals.measurement.equations.sum())
+    enough = equations / 2 >= EQUATIONS_FOR_EFFECTS * int(found.before.free.sum())
+    if not (found.after.effects and enough and errs_alike(found.after)):
         return None
     halves = outer_split(
         dataset, found.cleaned, run, settings, 2, lambda done, total: None, cores, moving_joints(found.before)

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scalar.diagnosis.two_halves import EQUATIONS_FOR_EFFECTS
+
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
-
-EQUATIONS_FOR_EFFECTS = 4.0  # for each parameter: chosen, 64 scans of an arm of six joints; with 60, half of the trials are wholly right
 
 
 def few_poses(diagnosis: Diagnosis) -> list[str]:

@@ -56,10 +56,21 @@ def test_independent_residuals_need_no_halves():
     assert errs_alike(fitted(Flaws(joints=on_joint(3, lambda at: 1e-3 * np.sin(3 * at.q[:, 2])))))
 
 
-def test_no_halves_without_effects():
-    """What is chosen by nobody needs no judge, however alike the residuals are."""
-    found: Any = SimpleNamespace(after=SimpleNamespace(effects=()))
-    assert two_halves(None, found, None, DEFAULTS, 1) is None  # type: ignore[arg-type]
+@pytest.mark.parametrize(
+    ("effects", "equations", "judged"), [(1, 80.0, True), (0, 80.0, False), (1, 79.0, False)]
+)
+def test_halves_judge_what_was_chosen_from_enough_poses(monkeypatch, effects, equations, judged):
+    """What nobody chose needs no judge; and a half with fewer than four equations for each of ten parameters shows no effects, true or not."""
+    module = sys.modules["scalar.diagnosis.two_halves"]
+    monkeypatch.setattr(module, "errs_alike", lambda state: True)
+    monkeypatch.setattr(module, "moving_joints", lambda state: None)
+    monkeypatch.setattr(module, "outer_split", lambda *_: SimpleNamespace(answers=("one", "other")))
+    measurement = SimpleNamespace(equations=np.array([equations / 2, equations / 2]))
+    before = SimpleNamespace(residuals=SimpleNamespace(measurement=measurement), free=np.ones(10, dtype=bool))
+    found: Any = SimpleNamespace(
+        before=before, after=SimpleNamespace(effects=(None,) * effects), cleaned=None
+    )
+    assert (two_halves(None, found, None, DEFAULTS, 1) is not None) == judged  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
