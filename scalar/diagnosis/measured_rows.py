@@ -58,7 +58,7 @@ class MeasuredRows:
         known = self._derivatives
         if known is None:
             jacobian = residuals.linearise_measured(model)[1]
-            by_joint = jacobian[:, model.blocks["geometry"]][:, model.robot.by_joint]
+            by_joint = jacobian[:, model.blocks["geometry"]][:, model.robot.joint_columns]
             sizes = np.linalg.norm(by_joint, axis=0)
             known = self._derivatives = sizes / max(float(sizes.max()), 1e-300)
         return known

@@ -78,7 +78,7 @@ def test_turning_the_tool_about_its_own_axis_makes_no_other_pose(off_axis):
     T = np.eye(4)
     T[:3, 3] = tool
     sensor = replace(scene.sensor, T_flange_sensor=T)
-    state = settled(Dataset.from_arrays(name="turning", robot=scene.robot, sensor=sensor, q=q, points=points))
+    state = fitted(Dataset.from_arrays(name="turning", robot=scene.robot, sensor=sensor, q=q, points=points))
     assert list(moving_joints(state)) == [True] * 5 + [off_axis > 0]
     of_five = blocks_of(state)[0].reshape(-1, 5)
     assert np.all(of_five == of_five[:, :1]) == (off_axis == 0)
