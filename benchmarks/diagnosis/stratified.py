@@ -25,11 +25,13 @@ from study.blind_trials.stratified import Design, Trial, load_design  # noqa: E4
 from study.blind_trials.trial_score import trial_score  # noqa: E402
 from study.blind_trials.trials import ATTEMPTS, scenes, truth_of  # noqa: E402
 from study.common.memory import dataset_in_memory  # noqa: E402
+from study.common.provenance import code_version  # noqa: E402
 from study.common.tables import write_table  # noqa: E402
 
 from benchmarks.diagnosis.compensation import Compensation  # noqa: E402
 from benchmarks.diagnosis.rivals import chosen_by_lasso, chosen_by_steps, entries  # noqa: E402
 from benchmarks.diagnosis.stability import chosen_by_stability  # noqa: E402
+from scalar.data.io.atomic import write_json  # noqa: E402
 from scalar.diagnosis.diagnose import diagnose  # noqa: E402
 from scalar.diagnosis.fitted_state import FittedState  # noqa: E402
 from scalar.effects import Effect  # noqa: E402
@@ -168,6 +170,7 @@ def main() -> None:
     parser.add_argument("--config", default=str(ROOT / "configs/blind_trials_benchmark.yaml"))
     parser.add_argument("--sets", type=int, default=None, help="only the first of the design")
     parser.add_argument("-o", "--out", type=Path, default=Path("benchmark_diagnosis.csv"))
+    parser.add_argument("--summary", type=Path, default=None, help="where the counts are written as JSON")
     options = parser.parse_args()
     design = load_design(options.config)
     table = pd.read_csv(options.out) if options.out.exists() else pd.DataFrame(columns=list(COLUMNS))
@@ -179,7 +182,10 @@ def main() -> None:
         write_table(options.out, table)
         ratios = dict(zip(rows["contestant"], rows["after_over_before"].round(2), strict=True))
         print(f"set {trial.number} {trial.row}: {ratios}", flush=True)
-    print(json.dumps(summary(table), indent=1))
+    numbers = {"code": code_version()} | summary(table)
+    print(json.dumps(numbers, indent=1))
+    if options.summary is not None:
+        write_json(options.summary, numbers)
 
 
 if __name__ == "__main__":

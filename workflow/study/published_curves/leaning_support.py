@@ -109,6 +109,7 @@ def _numbers(table: pd.DataFrame, fits: pd.DataFrame, usual: int, every: int) ->
             entries.append(
                 {
                     "lean_deg": lean,
+                    "seeds": len(set(done["seed"])),
                     "fits": len(done),
                     "not_converged": int(np.count_nonzero(done["status"] != CONVERGED)),
                 }
@@ -123,8 +124,13 @@ def _numbers(table: pd.DataFrame, fits: pd.DataFrame, usual: int, every: int) ->
     behind = dict(zip(left_out["explanation"], left_out["behind"], strict=True))
     upright: Any = table[(table["way"] == WITH_LEFT_OUT) & (table["lean_deg"] == 0)]
     behind |= dict(zip(upright["explanation"], upright["behind"], strict=True))
+    quiet = fits[(fits["sweep"] == "noise") & (fits["value"] == fits.loc[fits["sweep"] == "noise", "value"].min())]
+    at_least = quiet[(quiet["status"] == CONVERGED) & (quiet["lean_deg"] > 0)].groupby(["method", "lean_deg"])
+    medians = at_least["position_mean_mm"].median()
     return {
         "seeds": len(set(fits["seed"])),
+        "least_behind_leaning": float(table.loc[table["lean_deg"] > 0, "behind"].min()),
+        "smallest_noise_position_mean_mm": {"least": float(medians.min()), "most": float(medians.max())},
         "runs": usual,
         "runs_with_those_left_out": every,
         "fits": len(fits),
