@@ -124,13 +124,17 @@ def _numbers(table: pd.DataFrame, fits: pd.DataFrame, usual: int, every: int) ->
     behind = dict(zip(left_out["explanation"], left_out["behind"], strict=True))
     upright: Any = table[(table["way"] == WITH_LEFT_OUT) & (table["lean_deg"] == 0)]
     behind |= dict(zip(upright["explanation"], upright["behind"], strict=True))
-    quiet = fits[(fits["sweep"] == "noise") & (fits["value"] == fits.loc[fits["sweep"] == "noise", "value"].min())]
-    at_least = quiet[(quiet["status"] == CONVERGED) & (quiet["lean_deg"] > 0)].groupby(["method", "lean_deg"])
-    medians = at_least["position_mean_mm"].median()
+    noise: Any = fits[(fits["sweep"] == "noise") & (fits["status"] == CONVERGED) & (fits["lean_deg"] > 0)]
+    quiet = noise[noise["value"] == noise["value"].min()]
+    medians = [float(m) for m in quiet.groupby(["method", "lean_deg"])["position_mean_mm"].median()]
+    leaning = [float(b) for b in table.loc[table["lean_deg"] > 0, "behind"]]
     return {
         "seeds": len(set(fits["seed"])),
-        "least_behind_leaning": float(table.loc[table["lean_deg"] > 0, "behind"].min()),
-        "smallest_noise_position_mean_mm": {"least": float(medians.min()), "most": float(medians.max())},
+        "least_behind_leaning": min(leaning, default=None),
+        "smallest_noise_position_mean_mm": {
+            "least": min(medians, default=None),
+            "most": max(medians, default=None),
+        },
         "runs": usual,
         "runs_with_those_left_out": every,
         "fits": len(fits),
