@@ -1,8 +1,8 @@
-"""Return datasets that a robot workcell in pybullet would give, and the truth behind them.
+"""Simulate datasets of a robot workcell in pybullet, with the truth behind them.
 
-The only part of the package that needs pybullet; nothing outside imports it but the command `scalar
-simulate`. It shares no formula with the estimator: kinematics and rays are pybullet's, and the little matrix
-code around them is its own.
+This is the only part of the package that needs pybullet. Outside it, only the commands that simulate or test for
+collisions import it, and studies. It shares no formula with the estimator: kinematics and rays are pybullet's, and
+the little matrix code around them is its own.
 
 Example::
 

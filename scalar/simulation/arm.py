@@ -1,8 +1,8 @@
-"""The arm that stands in the workcell: its true geometry, as numbers, before pybullet gets it.
+"""The geometry of an arm as numbers, from which pybullet's arm is made.
 
 T_{i-1,i} = Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d), Craig's modified DH with Hayati's beta.
-`sensor_frames` repeats pybullet's forward kinematics in NumPy, thousands of postures at a time: it throws out
-hopeless candidates cheaply. It decides nothing and measures nothing; pybullet does that.
+`sensor_frames` repeats pybullet's forward kinematics in NumPy, thousands of postures at a time. It is a fast filter of
+candidate poses; every pose that is kept, and every measured number, comes from pybullet.
 """
 
 from collections.abc import Mapping
@@ -31,12 +31,13 @@ class Arm:
     """A serial arm of n revolute joints with a sensor on its flange.
 
     Attributes:
-        name: of the robot.
-        a, d: (n,) [m]. alpha, theta, beta: (n,) [rad].
+        name: name of the robot.
+        a, d: (n,) [m].
+        alpha, theta, beta: (n,) [rad].
         limits: (n, 2) [rad].
         T_base_0, T_n_flange, T_flange_sensor: (4, 4).
         gravity: (3,) [m/s^2] in the base frame.
-        weights: of its links, where something depends on them.
+        weights: masses and centres of mass of its links; None where nothing depends on them.
     """
 
     name: str
@@ -60,8 +61,7 @@ class Arm:
     def joint_origin(self, i: int) -> Array:
         """Return T_{i,i+1} at q = 0, (4, 4), for the joint of index `i` from 0.
 
-        Rz(q) commutes with Tz(d), so this one fixed transform followed by a turn about its own z is the
-        joint.
+        Rz(q) commutes with Tz(d), so the joint is this fixed transform followed by a rotation q about its z axis.
         """
         R = rotation_x(self.alpha[i])
         R_out = R @ rotation_y(self.beta[i]) @ rotation_z(self.theta[i])
@@ -109,7 +109,7 @@ def pose_mapping(T: Array) -> dict[str, list[float]]:
 def arm_from_mapping(robot: Mapping[str, Any], sensor_pose: Mapping[str, Any] | None) -> Arm:
     """Return the arm of the `robot:` block of a dataset.yaml, its sensor at `sensor_pose` on the flange.
 
-    Standard DH, Rz(q + theta) Tz(d) Tx(a) Rx(alpha), becomes modified DH by moving each a and alpha one joint
+    Standard DH, Rz(q + theta) Tz(d) Tx(a) Rx(alpha), becomes modified DH by moving each a and alpha to the next joint
     outwards; the last pair goes into the flange transform. Joints without limits get +-pi.
     """
     joints = robot["joints"]

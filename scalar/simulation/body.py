@@ -1,11 +1,11 @@
-"""Where the arm is solid: capsules along its skeleton, for collision tests and for pictures.
+"""The solids of an arm: capsules along its skeleton, for collision tests and for pictures.
 
-Nothing of the true housings is known but the kinematics, so each link is the capsule of its a and of its d,
-as thick as the reach of the arm suggests: `THICK_BASE` of it at the base, `THICK_WRIST` at the flange, evenly
-between. For a VS060 this gives radii of 51 to 27 mm, for a UR10e of 120 to 64 mm, which is about what they
-have. The sensor is a box behind its origin and a rod from the flange. A config may state all of these.
+Only the kinematics of an arm are known, not its housings. So each link is a capsule along its a and another along its d. The
+radius is a share of the arm's reach, which falls linearly from `THICK_BASE` at the base to `THICK_WRIST` at the flange.
+For a VS060 this gives radii of 51 to 27 mm, for a UR10e of 120 to 64 mm, which is about what they
+have. The sensor is a box behind its origin, with a rod from the flange. A config may state all of these sizes.
 
-Left out: housings beside the skeleton, cables, the exact shape. Such simplification makes poses a little
+Housings beside the skeleton, cables and the exact shapes are left out. This makes poses a little
 easier or harder to find; it cannot change a measured number.
 """
 
@@ -22,7 +22,7 @@ from scalar.simulation.transforms import Array
 THICK_BASE = 0.075  # radius over reach
 THICK_WRIST = 0.04
 NEGLIGIBLE = 1e-3  # m; a shorter piece of skeleton (a perturbed zero, say) has no body of its own
-SENSOR_GAP = 2e-3  # m; from the sensor's origin back to its box, so that no ray begins inside it
+SENSOR_GAP = 2e-3  # m; the box stands this far behind the sensor's origin, so that no ray begins inside it
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +58,8 @@ class Body:
 
     Attributes:
         solids: capsules and boxes.
-        pairs: (link, link) that are tested for self collision; links joined to each other, directly or by
-            pieces shorter than the two are thick, always touch and are left out.
+        pairs: (link, link) that are tested for self collision. Left out are links that always touch because they are
+            joined directly, or by a piece of skeleton that is shorter than both are thick.
         clearance: distance [m] below which things count as touching.
     """
 

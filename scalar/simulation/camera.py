@@ -9,14 +9,21 @@ from scalar.simulation.transforms import Array
 from scalar.units import DEG
 
 FIELD_OF_VIEW_DEG = 24.0
-NEAREST, FARTHEST = 0.3, 3.0  # that is drawn, in distances of the camera
-MARGIN = 1.04
+# Least and largest depth that is drawn, over the camera's distance from its target.
+NEAREST, FARTHEST = 0.3, 3.0
+MARGIN = 1.04  # of the picture over what is to be seen
 AMBIENT, DIFFUSE, SPECULAR = 0.66, 0.40, 0.08
 
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """View and projection ``(4, 4)`` of a picture of width and height."""
+    """A camera.
+
+    Attributes:
+        view: ``(4, 4)``, base frame to camera frame.
+        lens: ``(4, 4)``, projection of the camera frame.
+        width, height: of the picture [pixels].
+    """
 
     view: Array
     lens: Array
@@ -37,7 +44,7 @@ class Camera:
     def fitted(cls, points: Array, towards: Array, width: int, height: int) -> "Camera":
         """Return a camera in a direction that just sees all points (N, 3)."""
         target, distance = (points.min(0) + points.max(0)) / 2, 10.0
-        for _ in range(4):  # each look tells where the middle is, and how much nearer the camera may come
+        for _ in range(4):  # each round finds the middle of the points, and how near the camera may come
             camera = cls.of(target, towards, distance, width, height)
             seen = camera.pixels(points)
             off = (seen.min(0) + seen.max(0)) / 2 - [width / 2, height / 2]

@@ -1,6 +1,7 @@
-"""Whether an arm as it is declared touches itself or a plane: for poses that are planned, not simulated.
+"""Test whether an arm, as a dataset.yaml declares it, touches itself or a plane: for `scalar plan`.
 
-The body is the one of the simulator's defaults: capsules along the skeleton and a box for the sensor. Planes are as large as the arm reaches.
+The arm's solids are the simulator's defaults: capsules along the skeleton and a box for the sensor. The planes extend beyond the arm's
+reach.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -27,7 +28,7 @@ def collision_test(
 
     Args:
         robot: The ``robot:`` block of a dataset.yaml.
-        sensor_pose: Of the sensor on the flange, as dataset.yaml has it.
+        sensor_pose: The sensor's pose on the flange, as dataset.yaml has it.
         planes: Name, normal and distance [m] of each, as dataset.yaml has them.
     """
     arm = arm_from_mapping(robot, sensor_pose)

@@ -1,7 +1,6 @@
-"""The config of a scene: read, checked against its schema, completed with the schema's defaults.
+"""The config of a scene: it is read, checked against its schema and completed with the schema's defaults.
 
-The schema is the one place where keys, units and defaults stand. A key that it does not know is refused by
-name.
+Keys, units and defaults are stated in the schema alone. A key that the schema does not have is refused by name.
 """
 
 import copy
@@ -50,8 +49,8 @@ def complete_config(config: Any, *, base_dir: Path | None = None, file: str = "c
     """Return a copy of a config with all defaults filled in and `robot` as a mapping.
 
     Args:
-        config: as read from YAML. base_dir: where a relative path of a robot file starts; None: the working
-            directory.
+        config: as read from YAML.
+        base_dir: the folder to which the path of a robot file is relative; None for the working directory.
         file: name of the config in messages.
 
     Raises:
@@ -87,7 +86,7 @@ def poses_wanted(config: Mapping[str, Any]) -> list[int]:
 
 
 def _contradictions(config: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return what a schema cannot say: (path of the key, message)."""
+    """Return the faults that a schema cannot find, as (path of the key, message)."""
     found: list[tuple[str, str]] = []
     names = [plane["name"] for plane in config["planes"]]
     for k, name in enumerate(names):
@@ -121,7 +120,10 @@ def _contradictions(config: dict[str, Any]) -> list[tuple[str, str]]:
         found += injected_faults(config["injected"], n, by_name, length_names(n))
     if "true_robot_errors" in config and "initial_model" in config:
         found.append(
-            ("initial_model", "stands beside true_robot_errors; perturb the arm or the model, not both")
+            (
+                "initial_model",
+                "is given together with true_robot_errors; perturb the arm or the model, not both",
+            )
         )
     known = parameter_names(n)
     for block in ("true_robot_errors", "initial_model"):
@@ -132,6 +134,7 @@ def _contradictions(config: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _meant(word: str, known: list[str]) -> str:
+    """Return the known name that is most like a word, as the end of a message, or all known names."""
     close = difflib.get_close_matches(word, known, n=1)
     return f"; did you mean {close[0]!r}?" if close else f"; known: {', '.join(known)}"
 
@@ -153,6 +156,7 @@ def _check(config: Any, schema: dict[str, Any], file: str) -> None:
 
 
 def _faults(error: Any, file: str) -> list[Fault]:
+    """Return the faults that one error of the schema's validator stands for."""
     place = join_path(tuple(error.absolute_path))
     if error.validator == "additionalProperties" and isinstance(error.instance, dict):
         known = list(error.schema.get("properties", {}))
@@ -164,7 +168,7 @@ def _faults(error: Any, file: str) -> list[Fault]:
 
 
 def _unknown(key: str, known: list[str]) -> str:
-    """Return what to say of a key that the schema does not know; a former name is answered with the present one."""
+    """Return the message for a key that the schema does not have; for a former name it gives the present one."""
     present = RENAMED.get(key)
     if present in known:
         return f"the key {key!r} is now called {present!r}; rename it"
@@ -172,6 +176,7 @@ def _unknown(key: str, known: list[str]) -> str:
 
 
 def _not_finite(value: Any, path: tuple[str | int, ...]) -> list[str]:
+    """Return the paths of all numbers that are not finite or too large."""
     if isinstance(value, int | float) and not abs(value) <= LARGEST:
         return [join_path(path)]
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()

@@ -1,7 +1,7 @@
 """What the dataset declares before calibration: a nominal arm and initial guesses of the planes, both wrong on purpose.
 
-Errors are drawn for every parameter and then struck out where a parameter is to be exact, so that the others
-keep theirs.
+An error is drawn for every parameter, and then set to zero for those that are to be exact, so that the errors of the
+others do not depend on which are exact.
 """
 
 from collections.abc import Mapping
@@ -41,9 +41,12 @@ def guess_plane(
     """Return the dataset's initial guess of a plane: `{name, normal, distance}`.
 
     The normal is tilted by `tilt_deg` in a drawn direction and by Gaussian angles about two axes; the
-    distance (of the base's origin, n . p) is off by `offset_m` with a drawn sign and by a Gaussian error.
-    Tilt and offset are applied to n and d as they stand, so a tilt swings the plane about its point next to
-    the origin.
+    distance n . p from the base's origin is off by `offset_m` with a drawn sign and by a Gaussian error. The tilt
+    leaves the distance as it is, so it turns the plane about the plane's point nearest to the origin.
+
+    Args:
+        target_plane: the true plane.
+        block: `tilt_deg`, `tilt_std_deg`, `offset_m` and `offset_std_m` of the config.
     """
     direction = rng.uniform(0.0, 2.0 * np.pi)
     sign = rng.choice(SIGNS)

@@ -1,9 +1,9 @@
-"""Where something may be injected in a scene that the published model does not know: the hooks, all idle here.
+"""The hooks by which injected effects change a scene; here, each of them changes nothing.
 
-An effect subclasses `Effects` and overrides what it changes (`scalar.simulation.injected`). Poses are chosen
-before effects act, on the plain arm and flat target planes, so scenes with and without an effect have the same poses
+An effect subclasses `Effects` and overrides the hooks of what it changes (`scalar.simulation.injected`). Poses are chosen
+without effects, on the plain arm and flat target planes, so scenes with and without an effect have the same poses
 and the same draws of noise. Effects that move the arm act on the evaluation poses too; those of target planes and of
-measuring do not.
+measurements do not.
 """
 
 from dataclasses import dataclass
@@ -24,29 +24,29 @@ Rows = Any
 
 @dataclass(frozen=True)
 class Effects:
-    """No effect at all; the base of those that are injected.
+    """No effect at all; the base class of all that are injected.
 
-    `poses` is the table of poses in acquisition order: q1..qn [rad] as the encoders read them, and every
+    In all methods `poses` is the table of poses in acquisition order: q1..qn [rad] as the encoders read them, and every
     optional column of poses.csv that the scene records (time, approach1.., temperature). `evaluating` is True
-    for the evaluation poses, at which the arm stands as at the end of the run.
+    for the evaluation poses, at which the arm is in its state at the end of the run.
     """
 
     def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
-        """Return dq (N, n) [rad]: the arm stands at q + dq. `world` holds it, for its inverse dynamics."""
+        """Return dq (N, n) [rad]: the arm is at q + dq. `world` contains the arm, for its inverse dynamics."""
         return np.zeros_like(q)
 
     def arms(self, arm: Arm, poses: pd.DataFrame, evaluating: bool) -> list[tuple[Rows, Arm]]:
-        """Return which arm stands at which poses: one for all, or one for each stretch of a drift or slip."""
+        """Return the arm at each pose, as (rows, arm): one for all poses, or one for each stretch of a drift or slip."""
         return [(slice(None), arm)]
 
     def motions(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
-        """Return T_base_moved (N, 4, 4) or (4, 4) of what moves the whole arm: a base that tilts."""
+        """Return the motion of the whole arm (N, 4, 4) or (4, 4) in the base frame, as of a base that tilts."""
         return np.eye(4)
 
     def target_planes(
         self, target_planes: tuple[TargetPlane, ...], poses: pd.DataFrame
     ) -> list[tuple[Rows, tuple[TargetPlane, ...]]]:
-        """Return which target planes stand at which poses: bowed ones, or ones that were knocked."""
+        """Return the target planes at each pose, as (rows, target planes): bowed ones, or ones that were moved."""
         return [(slice(None), target_planes)]
 
     def range_errors(self, readings: Array, angles: Array, poses: pd.DataFrame) -> Array:
@@ -57,7 +57,7 @@ class Effects:
         return np.zeros_like(readings)
 
     def noise(self, noise: Noise) -> Noise:
-        """Return the noise of the scene with what is injected of it: jitter, bias."""
+        """Return the noise of the scene with that of the effects added."""
         return noise
 
     def at_rest(self) -> Self:

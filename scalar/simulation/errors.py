@@ -1,4 +1,4 @@
-"""The simulator's own error: the config is well formed, and the workcell it describes cannot be simulated."""
+"""The simulator's own error: the config is well formed, but the workcell that it describes cannot be simulated."""
 
 from scalar.errors import ScalarError
 

@@ -12,10 +12,12 @@ from scalar.simulation.scene import SimulatedScene
 def write_scene(
     scene: SimulatedScene, out_dir: Path, *, table_format: str = "csv", force: bool = False
 ) -> None:
-    """Write `out_dir/dataset` and `out_dir/truth`, each whole or not at all and naming its run; the truth first.
+    """Write `out_dir/truth` and then `out_dir/dataset`, each whole or not at all, with the identifier of their run in both.
 
     Args:
-        scene: to write. out_dir: made if missing. table_format: "csv" or "parquet", of the scans.
+        scene: the scene to write.
+        out_dir: made if missing.
+        table_format: "csv" or "parquet", format of the scans.
         force: whether a dataset that was changed, or written by hand, is replaced.
 
     Raises:
@@ -39,5 +41,5 @@ def write_scene(
 
 
 def _is_truth(folder: Path) -> bool:
-    """Return whether a folder is a truth folder and nothing more, which may be replaced."""
+    """Return whether a folder has the files of a truth and no others, so that it may be replaced."""
     return {path.name for path in folder.iterdir()} == {"truth.json", "truth_poses.csv"}

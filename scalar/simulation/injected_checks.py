@@ -1,4 +1,4 @@
-"""What a schema cannot say of `injected`: joints, planes and moments that the workcell does not have."""
+"""Faults of `injected` that a schema cannot find: joints, planes, poses and lengths that the workcell does not have."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,10 +7,12 @@ from typing import Any
 def injected_faults(
     entries: Sequence[Mapping[str, Any]], n_joints: int, wanted: Mapping[str, int], known_lengths: list[str]
 ) -> list[tuple[str, str]]:
-    """Return what a schema cannot say of `injected`: (path of the key, message).
+    """Return the faults of `injected` that a schema cannot find, as (path of the key, message).
 
     Args:
-        entries: valid by the schema. n_joints: of the robot. wanted: poses of each plane, by its name.
+        entries: the entries, valid by the schema.
+        n_joints: number of joints of the robot.
+        wanted: number of poses of each plane, by its name.
         known_lengths: names of the arm's lengths.
     """
     found: list[tuple[str, str]] = []
@@ -23,9 +25,9 @@ def injected_faults(
                 if not 1 <= joint <= n_joints:
                     found.append((f"{place}.{key}", f"there is no joint {joint}; joints 1 to {n_joints}"))
         if "source" in target and target["source"] == target.get("joint"):
-            found.append((f"{place}.source", "a joint is no source of its own; name another"))
+            found.append((f"{place}.source", "is the joint itself; name another joint"))
         if {"order", "orders"} <= set(target):
-            found.append((f"{place}.orders", "stands beside order; give one of them"))
+            found.append((f"{place}.orders", "is given together with order; give one of them"))
         if target.get("plane", next(iter(wanted))) not in wanted:
             names = ", ".join(wanted)
             found.append((f"{place}.plane", f"no plane {target['plane']!r}; there are {names}"))

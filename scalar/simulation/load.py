@@ -1,4 +1,4 @@
-"""What the drives have to hold at each pose: the weight of the arm, by the engine's inverse dynamics, and that of a payload, by virtual work."""
+"""Torques that the drives have to hold at each pose: of the arm's weight, by the engine's inverse dynamics, and of a payload's, by virtual work."""
 
 import numpy as np
 import pandas as pd
@@ -33,6 +33,6 @@ def payload_torques(world: World, T_flange_sensor: Array, q: Array, poses: pd.Da
 
 
 def held_torques(world: World, T_flange_sensor: Array, q: Array, poses: pd.DataFrame) -> dict[str, Array]:
-    """Return the columns tau1.. of poses.csv (N,) [N m]: what the drives hold, against the weight of arm and payload."""
+    """Return the columns tau1.. of poses.csv (N,) [N m]: the drives' torques that hold arm and payload against their weight."""
     torques = world.gravity_torques(q) + payload_torques(world, T_flange_sensor, q, poses)
     return {f"tau{j + 1}": -column for j, column in enumerate(torques.T)}

@@ -1,6 +1,6 @@
-"""What measuring adds to the truth: errors on the range, on each scan, on the joints, and rounding.
+"""The noise of the measurements: of each range, of each scan and of the joints, and rounding.
 
-Each is declared in the config and off by default. Underlying draws are standard normal and scaled afterwards,
+Each is declared in the config and off by default. Draws are standard normal and scaled afterwards,
 so that scenes of one seed differ in the size of their noise and not in its pattern.
 """
 
@@ -17,10 +17,10 @@ class Noise:
     """Standard deviations of the noises.
 
     Attributes:
-        range_std: of each point, independent, Gaussian [m]; the paper's.
-        scan_bias_std: of each scan, common to its points, Gaussian [m].
-        joint_std: of each joint at each pose, Gaussian [rad]: encoders read q, the arm stands at q + noise.
-        range_quantum: the step [m] to which ranges are rounded, last of all; 0: not rounded.
+        range_std: of the error of each point, independent and Gaussian, as in the paper [m].
+        scan_bias_std: of the Gaussian error of each scan, common to its points [m].
+        joint_std: of the Gaussian error of each joint at each pose [rad]: encoders read q, and the arm is at q + error.
+        range_quantum: the step [m] to which ranges are rounded at the end; 0 if they are not rounded.
     """
 
     range_std: float
@@ -54,9 +54,11 @@ def noisy_points(
     kept.
 
     Args:
-        ranges: (N, M) [m] true, along the rays. angles: (N, M) [rad]. draws: (N, M) and bias_draws: (N,)
-            standard normal.
-        error_axis: "ray" or "z". systematic: (N, M) [m], errors that are no noise.
+        ranges: (N, M) [m] true, along the rays.
+        angles: (N, M) [rad].
+        draws: (N, M) and bias_draws: (N,) standard normal.
+        error_axis: "ray" or "z".
+        systematic: (N, M) [m], errors along the same axis that are not noise.
     """
     error = noise.range_std * draws + noise.scan_bias_std * bias_draws[:, None] + systematic
     x, z = ranges * np.sin(angles), ranges * np.cos(angles)

@@ -1,7 +1,7 @@
-"""What stands in the workcell, and from where its target planes are looked at.
+"""The workcell of a config, and a plan of the poses from which its target planes are scanned.
 
-A plan of poses is most of a scene's work, and independent of noise, points a scan and the declared model: a
-sweep plans once.
+Planning poses is most of a scene's work. The plan does not depend on the noise, the number of points in a scan or the
+declared model, so a sweep plans once.
 """
 
 import json
@@ -33,10 +33,17 @@ WORKCELL_SENSOR_KEYS = ("pose", "fan_half_angle_deg", "range_m", "incidence_max_
 
 @dataclass(frozen=True, eq=False)
 class Workcell:
-    """What stands in the workcell, in truth: arm, target planes, scanner; and the arm that the drawings show."""
+    """The true workcell.
+
+    Attributes:
+        arm: the true arm, with its weights.
+        nominal: the arm as the config states it.
+        target_planes: the true ones.
+        scanner: its geometry.
+    """
 
     arm: Arm
-    drawn: Arm
+    nominal: Arm
     target_planes: tuple[TargetPlane, ...]
     scanner: Scanner
 
@@ -47,8 +54,8 @@ class PosePlan:
 
     Attributes:
         q: for each plane (k, n) [rad], in the order in which they were found.
-        searches: how each search went. workcell: what the plan depends on, as text; a plan serves configs that
-            agree in it.
+        searches: counts of each search.
+        workcell: what the plan depends on, as text; a plan holds for all configs with the same text.
     """
 
     q: tuple[Array, ...]
@@ -57,17 +64,17 @@ class PosePlan:
 
 
 def workcell_of(config: Mapping[str, Any]) -> Workcell:
-    """Return what stands in the workcell of a complete config."""
-    drawn = arm_from_mapping(config["robot"], config["sensor"]["pose"])
-    arm = drawn
+    """Return the workcell of a complete config."""
+    nominal = arm_from_mapping(config["robot"], config["sensor"]["pose"])
+    arm = nominal
     if "true_robot_errors" in config:
-        errors = draw_errors(config["true_robot_errors"], drawn.n, stream(config["seed"], TRUE_ARM))
-        arm = drawn.shifted(errors)
-    weights = draw_weights(drawn, config["masses"], stream(config["seed"], WEIGHTS))
+        errors = draw_errors(config["true_robot_errors"], nominal.n, stream(config["seed"], TRUE_ARM))
+        arm = nominal.shifted(errors)
+    weights = draw_weights(nominal, config["masses"], stream(config["seed"], WEIGHTS))
     arm = replace(arm, weights=weights)
-    shoulder = (drawn.T_base_0 @ drawn.joint_origin(0))[:3, 3]
+    shoulder = (nominal.T_base_0 @ nominal.joint_origin(0))[:3, 3]
     target_planes = tuple(target_plane_from_mapping(plane, shoulder) for plane in config["planes"])
-    return Workcell(arm, drawn, target_planes, scanner_from_mapping(config["sensor"], DEG))
+    return Workcell(arm, nominal, target_planes, scanner_from_mapping(config["sensor"], DEG))
 
 
 def workcell_text(config: Mapping[str, Any]) -> str:
@@ -78,7 +85,7 @@ def workcell_text(config: Mapping[str, Any]) -> str:
 
 
 def scans_text(config: Mapping[str, Any]) -> str:
-    """Return what true scans depend on, beside their postures, as text that can be compared."""
+    """Return what true scans depend on, apart from their postures, as text that can be compared."""
     surface = "" if is_flat(config["surface"]) else json.dumps(config["surface"], sort_keys=True)
     return workcell_text(config) + surface
 
@@ -90,13 +97,13 @@ def plan_poses(
 
     Raises:
         InvalidInput: the config is at fault.
-        SimulationError: too few postures see a target plane; says which limit refused most.
+        SimulationError: too few postures see a target plane; the message says which limit refused most.
     """
     config = complete_config(config, base_dir=base_dir)
     workcell = workcell_of(config)
     q, searches = [], []
     with World(workcell.target_planes) as world:
-        world.place_arm(workcell.arm, body_of(workcell.drawn, config["body"]))
+        world.place_arm(workcell.arm, body_of(workcell.nominal, config["body"]))
         for k, wanted in enumerate(poses_wanted(config)):
             found, search = find_poses(
                 world,

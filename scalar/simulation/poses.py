@@ -59,18 +59,19 @@ class Search:
         )
 
 
-def looks_well(
+def sees_target_plane(
     arm: Arm, scanner: Scanner, target_plane: TargetPlane, q: Array, edge: float
 ) -> tuple[Array, Counter[str]]:
-    """Return the indices of candidates whose fan falls well on the target plane's plane, and counts of the refused.
+    """Return the indices of candidates whose whole fan falls on a target plane within the limits, and counts of the refused.
 
-    Range h / cos(phi - phi_0) and incidence are largest at an end of the fan; the range is smallest there
-    too, or at phi_0 where the fan holds it. A target plane is convex, so two ends on it put the line between them on
-    it.
+    Along the fan the range is h / cos(phi - phi_0). Range and incidence are largest at an end of the fan; the range is
+    smallest at an end too, or at phi_0 if the fan contains it. A target plane is convex, so if both ends of the scan
+    line are on it, the whole line is.
 
     Args:
-        arm, scanner, target plane: as they are in truth. q: (N, n) [rad]. edge: distance [m] to keep from the
-            target plane's edge.
+        arm, scanner, target_plane: the true ones.
+        q: (N, n) [rad].
+        edge: distance [m] to keep from the target plane's edge.
     """
     R, origin = arm.sensor_frames(q)
     w = target_plane.axes[:, 2]
@@ -103,16 +104,18 @@ def looks_well(
     return alive, refused
 
 
-def passes(
+def refusal(
     world: World, scanner: Scanner, index: int, target_plane: TargetPlane, q: Array, edge: float
 ) -> str | None:
-    """Return why pybullet refuses the posture q (n,) [rad], or None if it passes.
+    """Return why pybullet refuses the posture q (n,) [rad], or None if it does not.
 
-    Two more fans, `edge` to either side and wider by as much, keep that distance from everything in between,
-    so that noise and effects on the arm throw no ray onto another target plane.
+    Two more fans, at the distance `edge` on either side and wider by as much, have to fall on the target plane too, so
+    that noise and effects on the arm throw no ray onto another target plane.
 
     Args:
-        world: with all target planes, and the true arm with its body. index, target plane: the intended target plane. edge: [m].
+        world: with all target planes, and the true arm with its body.
+        index, target_plane: the intended target plane.
+        edge: [m].
     """
     touched = world.touching(q.tolist())
     if touched is not None:
@@ -151,12 +154,13 @@ def find_poses(
     """Return `wanted` postures (wanted, n) [rad] that scan target plane `index`, and how the search went.
 
     Args:
-        world: holds `target_planes` and `arm` with its body. edge: distance [m] of each scan from the target plane's edge
-            and from all else.
-        candidates_max: how many are drawn before giving up. progress: called with (stage, done, of).
+        world: contains `target_planes` and `arm` with its body.
+        edge: distance [m] of each scan from the target plane's edge and from all else.
+        candidates_max: how many are drawn before giving up.
+        progress: called with (stage, done, of).
 
     Raises:
-        SimulationError: the budget is used up; the message says which limit refused most.
+        SimulationError: `candidates_max` gave too few postures; the message says which limit refused most.
     """
     target_plane = target_planes[index]
     search = Search(target_plane.name)
@@ -166,11 +170,11 @@ def find_poses(
         if search.drawn >= candidates_max:
             raise SimulationError(search.complaint(wanted))
         q = rng.uniform(low, high, (BATCH, arm.n))
-        candidates, refused = looks_well(arm, scanner, target_plane, q, edge)
+        candidates, refused = sees_target_plane(arm, scanner, target_plane, q, edge)
         search.drawn += BATCH
         search.refused += refused
         for k in candidates:
-            reason = passes(world, scanner, index, target_plane, q[k], edge)
+            reason = refusal(world, scanner, index, target_plane, q[k], edge)
             if reason is not None:
                 search.refused[reason] += 1
                 continue

@@ -1,4 +1,4 @@
-"""How far the rays of all scans truly go: asked of the engine, and carried on to faces that are not flat."""
+"""True ranges of the rays of all scans: those of the engine, corrected for the waves and the bow of the faces."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -24,9 +24,9 @@ def true_ranges(
     plane_index: Array,
     poses: pd.DataFrame,
 ) -> Array:
-    """Return the true ranges (N, M) [m], asked of pybullet in a world without the arm.
+    """Return the true ranges (N, M) [m], by pybullet in a world without the arm.
 
-    That the arm does not stand in the beam was seen when the pose was chosen.
+    When a pose was chosen, a test made sure that the arm is not in the beam.
     """
     ranges = np.empty(angles.shape)
     surfaces = surfaces_of(config["surface"], workcell.target_planes, config["seed"])
@@ -45,8 +45,8 @@ def true_ranges(
                     "left the target plane, moved by noise or effects; raise edge_margin_m"
                 )
             for k, surface in enumerate(surfaces):
-                mine = np.arange(len(plane_index))[rows]
-                mine = mine[plane_index[mine] == k]
-                starts = T_base_sensor[mine, None, :3, 3]
-                ranges[mine] = to_surface(surface, target_planes[k], starts, u[mine], ranges[mine])
+                on_it = np.arange(len(plane_index))[rows]
+                on_it = on_it[plane_index[on_it] == k]
+                starts = T_base_sensor[on_it, None, :3, 3]
+                ranges[on_it] = to_surface(surface, target_planes[k], starts, u[on_it], ranges[on_it])
     return ranges

@@ -1,6 +1,6 @@
-"""What a workcell records of each pose beside its joint angles: time, temperature, directions of approach, the payload.
+"""The columns of poses.csv apart from joint angles: time, temperature, directions of approach, the payload.
 
-A workcell of which nothing is injected may record all of them as well, so that their presence tells nothing.
+A scene without injected effects may record all of them too, so that a column does not reveal an effect.
 """
 
 from collections.abc import Callable, Collection
@@ -15,10 +15,10 @@ SECONDS_A_POSE = (5.0, 15.0)
 COLD = 20.0  # degrees C, when the run begins
 WARMING = 6.0  # K, in the end, along 1 - exp(-LEVELLING * share of the run)
 LEVELLING = 3.0
-ROOM = 0.3  # K, by which the hall's own temperature swings, a few times a run
-SWINGS = (1.5, 4.0)
+ROOM = 0.3  # K, amplitude of the swings of the hall's own temperature
+SWINGS = (1.5, 4.0)  # number of these swings in a run
 LOADS = (0.0, 2.0, 5.0)  # kg; a third of the poses with each
-GRIPPED = 0.1  # m; a payload sits within so much of the flange's axis and beyond its face
+GRIPPED = 0.1  # m; largest coordinate x, y or z of a payload's centre of mass in the flange frame
 
 
 def recorded_columns(
@@ -27,8 +27,10 @@ def recorded_columns(
     """Return the columns that poses.csv gets: `time` [s], `temperature` [degrees C], `approach1`.. (-1, 1), `payload` [kg] and where it sits [m].
 
     Args:
-        names: of "time", "temperature", "approach", "payload". seed: of the scene. n_poses, n_joints: how many.
-        draws: gives (N, n) uniform draws of a use of chance, in acquisition order.
+        names: what to record, of "time", "temperature", "approach", "payload".
+        seed: of the scene.
+        n_poses, n_joints: their numbers.
+        draws: gives (N, n) uniform draws of one of the `streams`, in acquisition order.
     """
     columns: dict[str, Array] = {}
     time = np.cumsum(stream(seed, TIME).uniform(*SECONDS_A_POSE, n_poses))

@@ -1,8 +1,8 @@
 """A picture of the workcell: arm, target planes, scan lines and the laser's fan, drawn by pybullet's software renderer.
 
-For people to look at; no number depends on it. The renderer has hard edges, no glass, and shadows only of its own shapes. So
-several views are averaged, the camera moved by parts of a pixel and the light about its place; shadows are told by a
-second look, from the light; and the fan is mixed in where it is nearer than what stands there.
+The picture is for people to look at; no number depends on it. The renderer has hard edges, no transparency, and no soft shadows. So
+several views are averaged, with the camera moved by parts of a pixel and the light by a little; shadows come from a
+second view, from the light; and the fan is blended in where nothing stands before it.
 """
 
 from collections.abc import Mapping
@@ -30,12 +30,13 @@ LASER_COLOUR = (0.88, 0.07, 0.10)
 FAN_OPACITY = 0.38
 LINE_RADIUS = 1.8e-3  # m
 LASER_RADIUS = 4.0e-3  # m
-LIFT = 2.0e-3  # m: lines stand so far off their target plane
-LIGHT = (-1.0, -1.5, 2.6)  # towards it
+LIFT = 2.0e-3  # m, height of the scan lines above their target plane
+LIGHT = (-1.0, -1.5, 2.6)  # direction towards the light
 LIGHT_SPREAD = 0.12
 SHADE = 0.80
 SHADOW_PIXELS = 800
-SHADOW_BIAS = 12e-3  # m: so far off itself a surface is looked at, lest it shade itself
+# Height [m] above a surface at which its shadow is looked up, so that it does not shade itself.
+SHADOW_BIAS = 12e-3
 VIEWS = 8
 UPRIGHT = 0.5  # at most this much of a target plane's normal points up
 
@@ -66,9 +67,11 @@ def render_scene(
     """Return a picture of the arm at one pose of a scene, its laser on, and of all scan lines.
 
     Args:
-        scene: simulated. row: of the poses table; None: one whose fan is seen well.
-        width, height: in pixels. azimuth_deg, elevation_deg: of the camera, seen from the middle of the workcell.
-        views: that are averaged.
+        scene: the simulated scene.
+        row: row of the poses table; None for a pose whose fan is seen well.
+        width, height: in pixels.
+        azimuth_deg, elevation_deg: of the camera, seen from the middle of the workcell.
+        views: number of views that are averaged.
     """
     workcell = scene.workcell
     corners = np.concatenate([target_plane.solid()[0] for target_plane in workcell.target_planes])
@@ -106,7 +109,7 @@ def render_scene(
 
 
 def _averaged(camera: Camera, corners: Array, solid: int, marks: int, glass: int, views: int) -> Array:
-    """Return the picture (height, width, 3) uint8 of what is solid, of marks that cast no shadow, and of glass."""
+    """Return the picture (height, width, 3) uint8 of three pybullet clients: solids, marks that cast no shadow, and the transparent fan."""
     rng = np.random.default_rng(0)
     total = np.zeros((camera.height, camera.width, 3))
     for k in range(views):
@@ -145,7 +148,7 @@ def _show_arm(world: World, scene: SimulatedScene, row: int) -> None:
         for link in range(workcell.arm.n + 2)
     }
     colours = {"housing": HOUSING_COLOUR, "joint": JOINT_COLOUR, "sensor": SENSOR_COLOUR}
-    for link, kind, mesh in link_shapes(workcell.arm, body_of(workcell.drawn, scene.config["body"])):
+    for link, kind, mesh in link_shapes(workcell.arm, body_of(workcell.nominal, scene.config["body"])):
         _add(world.client, mesh.moved(frames[link]), colours[kind])
 
 

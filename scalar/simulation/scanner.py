@@ -1,4 +1,4 @@
-"""A line laser as rays: where its points lie, told by pybullet.
+"""A line laser as a fan of rays, of which pybullet finds the ranges.
 
 The rays leave the sensor's origin in its XZ plane, u(phi) = (sin phi, 0, cos phi), phi from -half to +half of
 the fan. Range is counted along the ray. A measured point is (x, z) = range * (sin phi, cos phi).
@@ -18,13 +18,15 @@ BEYOND = 1.02  # rays are cast this much farther than the far limit, so that a h
 
 @dataclass(frozen=True)
 class Scanner:
-    """What the laser can see.
+    """The geometry of a line laser.
 
     Attributes:
-        fan: half of the fan's opening angle [rad]. range_near, range_far: limits of the range [m].
-        incidence: largest angle [rad] between ray and surface normal. points: delivered a scan.
-        rays: measured a scan; with `selection` "random" the points are chosen among them, with "even" rays =
-            points.
+        fan: half of the fan's opening angle [rad].
+        range_near, range_far: limits of the range [m].
+        incidence: largest angle [rad] between ray and surface normal.
+        points: number of points delivered in a scan.
+        rays: number of rays in a scan, among which the points are chosen if the config's `selection` is "random"; with
+            "even" there are as many rays as points.
         error_axis: "ray" or "z", the direction in which range errors act.
     """
 
@@ -37,7 +39,7 @@ class Scanner:
     error_axis: str
 
     def angles(self) -> Array:
-        """Return the angle of each ray, (rays,) [rad]; one ray alone looks ahead."""
+        """Return the angle of each ray, (rays,) [rad]; a single ray points straight ahead."""
         return np.linspace(-self.fan, self.fan, self.rays) if self.rays > 1 else np.zeros(1)
 
 
@@ -65,8 +67,10 @@ def cast_fan(world: World, T_base_sensor: Array, angles: Array, length: float) -
     """Return what each ray of each scan hits (N, M) int and its range (N, M) [m], inf where it hits nothing.
 
     Args:
-        world: with the target planes that stand during these scans.
-        T_base_sensor: (N, 4, 4). angles: (N, M) or (M,) [rad]. length: of the rays [m].
+        world: with the target planes as they are during these scans.
+        T_base_sensor: (N, 4, 4).
+        angles: (N, M) or (M,) [rad].
+        length: of the rays [m].
     """
     u = directions(np.broadcast_to(angles, (len(T_base_sensor), np.shape(angles)[-1])))
     rays = np.einsum("nij,nmj->nmi", T_base_sensor[:, :3, :3], u) * length

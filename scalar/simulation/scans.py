@@ -1,6 +1,6 @@
-"""True scans kept from one scene and taken up by others of the same workcell and postures.
+"""True scans of one scene, for reuse by others with the same workcell and postures.
 
-Where the sensor stood and how far its rays went depend on neither the noise nor the model declared. A sweep
+Where the sensor was and how far its rays went depend neither on the noise nor on the declared model. A sweep
 casts its rays once for each seed; a scene with fewer poses or points takes a subset.
 """
 
@@ -14,11 +14,13 @@ from scalar.simulation.transforms import Array
 
 @dataclass(frozen=True, eq=False)
 class Scans:
-    """What rays met, without noise and without effects.
+    """True frames and ranges, without noise and without effects.
 
     Attributes:
-        workcell: what they depend on, as text. T_base_sensor: for each plane (k, 4, 4), in the
-            order of the plan. angles: for each plane (k, M) [rad] of the rays, rising. ranges: as many [m].
+        workcell: what they depend on, as text.
+        T_base_sensor: for each plane (k, 4, 4), in the order of the plan.
+        angles: for each plane (k, M) [rad], angles of the rays, rising.
+        ranges: for each plane (k, M) [m].
     """
 
     workcell: str
@@ -30,7 +32,8 @@ class Scans:
         """Return T_base_sensor (N, 4, 4) and ranges (N, m) [m] of a scene, None where a ray was not cast.
 
         Args:
-            wanted: poses of each plane. order: (N,), acquisition order of poses listed plane by plane.
+            wanted: number of poses of each plane.
+            order: (N,), acquisition order of poses listed plane by plane.
             chosen: (N, m) [rad], angles of the rays in that order, rising.
         """
         if any(len(T) < k for T, k in zip(self.T_base_sensor, wanted, strict=True)):

@@ -1,8 +1,8 @@
-"""A config becomes a dataset and its truth.
+"""Simulate the scene of a config: its dataset and its truth.
 
-Two stages. `plan_poses` finds postures from which each target plane is seen well: most of the work, and independent
-of noise, points a scan and the model declared. `simulate` lets the arm stand there, casts the laser's rays,
-adds noise, and writes down what a user would have. In a sweep, plan once and simulate often.
+There are two stages. `plan_poses` finds postures from which each target plane is seen well; this is most of the work, and
+does not depend on the noise, the number of points in a scan or the declared model. `simulate` puts the arm into these
+postures, casts the laser's rays, adds noise, and records what a user would have. A sweep plans once and simulates often.
 """
 
 from collections.abc import Mapping
@@ -58,15 +58,20 @@ class SimulatedScene:
     """A dataset and its truth, in memory.
 
     Attributes:
-        config: complete. dataset: the mapping for dataset.yaml. poses, scans: the tables poses.csv and
-            scans.csv.
+        config: the complete config.
+        dataset: the mapping for dataset.yaml.
+        poses, scans: the tables poses.csv and scans.csv.
         truth: the mapping for truth.json.
-        workcell: the true arm, target planes and scanner. effects: what was injected.
-        q: (N, n) [rad] as the encoders read, in acquisition order. q_true: with the joints' noise.
-        plane_index: (N,) into the planes.
-        T_base_sensor: (N, 4, 4), where the sensor truly was. ranges: (N, M) [m], true. angles: (N, M) [rad]
-            of the rays.
-        points: (N, M, 2) [m], measured. seen: (N, M) bool, those that the scanner delivers.
+        workcell: the true arm, target planes and scanner.
+        effects: what was injected.
+        q: (N, n) [rad], joint angles as the encoders read them, in acquisition order.
+        q_true: (N, n) [rad], the same with the joints' noise.
+        plane_index: (N,), index of the plane that each pose scans.
+        T_base_sensor: (N, 4, 4), the true frames of the sensor.
+        ranges: (N, M) [m], true ranges.
+        angles: (N, M) [rad], angles of the rays.
+        points: (N, M, 2) [m], measured points.
+        seen: (N, M) bool, the points that the scanner delivers.
     """
 
     config: dict[str, Any]
@@ -87,7 +92,7 @@ class SimulatedScene:
 
     @cached_property
     def truth_poses(self) -> pd.DataFrame:
-        """Return the table truth_poses.csv, computed when first asked for: a sweep may need it once only."""
+        """Return the table truth_poses.csv, computed at first use: a sweep may need it only once."""
         return evaluation_poses(self.workcell.arm, self.effects, self.config["truth_poses"], self.poses)
 
     def true_scans(self) -> Scans:
@@ -112,11 +117,13 @@ def simulate(
     """Return the dataset that a config describes, and its truth.
 
     Args:
-        config: of a scene. base_dir: where its robot path starts.
-        plan: postures found before for the same workcell, at least as many as are asked for; None: find them.
-        cast: true scans of these postures, taken up where they hold every ray and neither effects nor noise
-            of the joints act; else rays are cast.
-        effects: what to inject instead of the config's `injected`. progress: called with (stage, done, of).
+        config: of a scene.
+        base_dir: the folder to which the path of its robot file is relative.
+        plan: postures found before for the same workcell, at least as many as are asked for; None to find them.
+        cast: true scans of these postures, which are reused if they have every ray and neither effects nor noise of the
+            joints act; else rays are cast.
+        effects: what to inject instead of the config's `injected`.
+        progress: called with (stage, done, of).
 
     Raises:
         InvalidInput: the config is at fault.
@@ -186,17 +193,17 @@ def simulate(
         T_base_sensor, ranges = known
     readings = ranges * np.cos(angles) if scanner.error_axis == "z" else ranges
     normals = np.array([target_plane.axes[:, 2] for target_plane in workcell.target_planes])[plane_index]
-    faced = np.einsum("nij,nmj,ni->nm", T_base_sensor[:, :3, :3], directions(angles), -normals)
-    own_chance = [(k, i) for k, count in enumerate(wanted) for i in range(count)]
+    cosines = np.einsum("nij,nmj,ni->nm", T_base_sensor[:, :3, :3], directions(angles), -normals)
+    plane_and_pose = [(k, i) for k, count in enumerate(wanted) for i in range(count)]
     imperfect = imperfections(
         config["scanner"],
         scanner,
         ranges,
         angles,
-        faced,
+        cosines,
         chosen,
         np.take_along_axis(draws(RANGE_NOISE, scanner.rays), chosen, axis=1),
-        lambda row: stream(seed, SCANNER, *own_chance[order[row]]),
+        lambda row: stream(seed, SCANNER, *plane_and_pose[order[row]]),
         stream(seed, SCANNER),
     )
     points = noisy_points(
@@ -239,8 +246,7 @@ def simulate(
 def _acquisition_order(config: Mapping[str, Any], wanted: list[int]) -> Array:
     """Return the order in which poses, listed plane by plane, are measured.
 
-    Shuffling sorts by a number drawn for each pose, so poses keep their relative order when more are asked
-    for.
+    The random order sorts by a number drawn for each pose, so that poses keep their relative order if more are planned.
     """
     if config["order"] == "by_plane":
         return np.arange(sum(wanted))
@@ -249,9 +255,9 @@ def _acquisition_order(config: Mapping[str, Any], wanted: list[int]) -> Array:
 
 
 def _dataset_mapping(config: Mapping[str, Any], workcell: Workcell, noise: Noise) -> dict[str, Any]:
-    """Return the content of dataset.yaml: what a user would know, and nothing of the truth beyond it."""
+    """Return the content of dataset.yaml: what a user would know, and nothing else of the truth."""
     seed = config["seed"]
-    declared = workcell.drawn
+    declared = workcell.nominal
     if "initial_model" in config:
         errors = draw_errors(config["initial_model"], declared.n, stream(seed, INITIAL_MODEL))
         declared = declared.shifted(errors)

@@ -1,4 +1,4 @@
-"""Shapes to look at, as triangles with normals: tubes with round ends, boxes, sheets, and of these an arm."""
+"""Shapes for pictures, as triangles with normals: tubes with round ends, boxes, sheets, and an arm made of these."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,17 +11,19 @@ from scalar.simulation.transforms import Array
 
 AROUND = 40  # facets of a tube
 CAP_RINGS = 8
-JOINT_WIDER = 1.22  # a joint's housing over the link that it turns
-JOINT_LONG = 1.25  # half its length, in radii
+JOINT_WIDER = 1.22  # radius of a joint's housing over that of the thicker of its links
+JOINT_LONG = 1.25  # half the length of a joint's housing, in radii
 EDGE = 0.14  # of a radius: how far the rim of a joint's housing is rounded
 
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles.
+    """A mesh of triangles.
 
     Attributes:
-        vertices, normals: (V, 3) [m] and unit. triangles: (F, 3).
+        vertices: (V, 3) [m].
+        normals: (V, 3), unit vectors.
+        triangles: (F, 3), indices of vertices.
     """
 
     vertices: Array
@@ -29,7 +31,7 @@ class Mesh:
     triangles: Array
 
     def moved(self, T: Array) -> "Mesh":
-        """Return the mesh carried by T (4, 4)."""
+        """Return the mesh moved by T (4, 4)."""
         R = T[:3, :3]
         return Mesh(self.vertices @ R.T + T[:3, 3], self.normals @ R.T, self.triangles)
 

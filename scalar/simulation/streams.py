@@ -1,6 +1,6 @@
-"""One independent generator for each use of chance, all from one seed.
+"""One independent random generator for each purpose, all from one seed.
 
-Changing how much one part draws (more poses, more points) leaves every other part's draws as they were, so a
+If one part draws more numbers (for more poses or more points), the draws of all other parts stay the same, so a
 sweep compares like with like. Planes have generators of their own, by their place in the config.
 """
 
@@ -25,13 +25,13 @@ import numpy as np
     SURFACE,
     PAYLOAD,
 ) = range(17)
-"""The uses of chance. Numbers are part of what a seed means: append, never reorder."""
+"""The purposes. Their numbers are part of what a seed means: append, never reorder."""
 
 TRUTH_POSES_SEED = 20180710
 """The one seed of the evaluation poses, whatever the scene's seed: all calibrations are judged alike."""
 
 
 def stream(seed: int, use: int, plane: int = 0, pose: int | None = None) -> np.random.Generator:
-    """Return the generator of one use of chance, for one plane, or for one of its poses, in the order of finding them."""
+    """Return the generator of one purpose, for one plane, or for one pose of a plane, counted in the order of finding them."""
     key = (use, plane) if pose is None else (use, plane, pose)
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))

@@ -1,9 +1,10 @@
 """Faces that are not flat: waves that are fixed to the surface, and a target plane that bends under a load.
 
 Waves are left by milling and rolling: cosines of several lengths and directions, each with a phase of its own, fixed to the target plane's
-axes, so that whoever scans a place again finds the same height. A bent target plane is the first mode of one that is supported along its
-edges (Navier): sin(pi u / a) sin(pi v / b). Heights are micrometres to tenths of a millimetre on scans that meet the face at less
-than 80 degrees, so a ray's meeting point is found by iterating from the flat face.
+axes, so that a second scan of a place finds the same height. A bent target plane has the shape of the first mode of a plate that is
+supported along its edges (Navier), sin(pi u / a) sin(pi v / b) with u, v from a corner. Heights are micrometres to tenths of a millimetre,
+and rays meet the face at less than 80 degrees from its normal, so the point where a ray meets the face is found by iterating from the flat
+face.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,8 +25,11 @@ class Surface:
     """The height of one target plane's face over the ideal plane.
 
     Attributes:
-        waves: (K, 2) wave vectors [rad/m] along the target plane's u and v. phases: (K,) [rad]. amplitudes: (K,) [m].
-        bow: height in the middle [m], its sign drawn. size: (2,) of the target plane [m].
+        waves: (K, 2) wave vectors [rad/m] along the target plane's u and v.
+        phases: (K,) [rad].
+        amplitudes: (K,) [m].
+        bow: height in the middle [m], its sign drawn.
+        size: (2,) of the target plane [m].
     """
 
     waves: Array
@@ -36,10 +40,10 @@ class Surface:
 
     def height(self, uv: Array) -> Array:
         """Return heights (...) [m] at uv (..., 2) [m] from the target plane's centre."""
-        rolled = np.zeros(uv.shape[:-1])
+        waves = np.zeros(uv.shape[:-1])
         for k, phase, amplitude in zip(self.waves, self.phases, self.amplitudes, strict=True):
-            rolled += amplitude * np.cos(uv @ k + phase)
-        return rolled + self.bow * np.cos(np.pi * uv / self.size).prod(-1)
+            waves += amplitude * np.cos(uv @ k + phase)
+        return waves + self.bow * np.cos(np.pi * uv / self.size).prod(-1)
 
 
 def is_flat(block: Mapping[str, Any]) -> bool:
@@ -72,11 +76,13 @@ def _drawn(block: Mapping[str, Any], target_plane: TargetPlane, rng: np.random.G
 def to_surface(
     surface: Surface, target_plane: TargetPlane, starts: Array, directions: Array, ranges: Array
 ) -> Array:
-    """Return the ranges (..., M) [m] at which rays meet a face, from those at which they meet what lies under it.
+    """Return the ranges (..., M) [m] at which rays meet a face, from their ranges to the target plane without this surface.
 
     Args:
-        starts: (..., 1, 3) [m]. directions: (..., M, 3) unit, base frame. ranges: (..., M) [m] to the flat (or bowed) face.
-        target_plane: where it stands then.
+        starts: (..., 1, 3) [m], base frame.
+        directions: (..., M, 3) unit, base frame.
+        ranges: (..., M) [m] to the flat target plane, or to its mesh.
+        target_plane: as it is during these scans.
     """
     toward = -directions @ target_plane.axes[:, 2]
     reached = ranges

@@ -1,7 +1,7 @@
-"""A flat target plane: where its face lies, how large it is, and as what pybullet is to hold it.
+"""A target plane: the place and the size of its face, and the solid that pybullet gets.
 
-The face is the plane n . p = d. The target plane lies behind it, seen from the arm's shoulder, so that the arm faces
-it whichever way the normal was written.
+The face is the plane n . p = d. The solid lies behind the face as seen from the arm's shoulder, so that the arm looks at
+the face whichever sign the normal has.
 """
 
 from collections.abc import Mapping
@@ -27,10 +27,12 @@ class TargetPlane:
 
     Attributes:
         name: of the plane, as in the dataset.
-        normal: (3,) unit, base frame, as the user wrote it. distance: n . p on the face [m].
-        centre: (3,) [m] middle of the face. axes: (3, 3), columns u, v in the face and w out of it, towards
-            the arm.
-        size: (2,) [m] along u and v. thickness: [m], behind the face.
+        normal: (3,) unit, base frame, as the user wrote it.
+        distance: n . p on the face [m].
+        centre: (3,) [m] middle of the face.
+        axes: (3, 3), columns u, v in the face and w out of it, towards the arm.
+        size: (2,) [m] along u and v.
+        thickness: [m], behind the face.
         mesh: None for a flat target plane; else vertices (V, 3) [m] in the base frame and triangles (F, 3).
     """
 
@@ -50,16 +52,16 @@ class TargetPlane:
         return vertices, np.array(SOLID_TRIANGLES)
 
     def moved(self, **changes: Any) -> "TargetPlane":
-        """Return the target plane with some attributes replaced: for effects that bend or shift it."""
+        """Return the target plane with some attributes replaced, for effects that bend or move it."""
         return replace(self, **changes)
 
 
 def target_plane_from_mapping(plane: Mapping[str, Any], shoulder: Array) -> TargetPlane:
     """Return the target plane of an entry of the config's `planes`.
 
-    u is level where it can be: for an upright wall v points up; for a floor u is the base frame's x. The
-    given centre is moved onto the plane along its normal; without one, the point of the plane next to the
-    base is taken.
+    For an upright wall u is level and v points up; for a floor u is along the base frame's x and v along its y. The
+    given centre is moved onto the plane along its normal; without one, the centre is the point of the plane nearest to
+    the base's origin.
 
     Args:
         plane: name, normal (3,), distance_m, centre_m (3,) or None, size_m (2,), thickness_m.

@@ -1,4 +1,4 @@
-"""What was injected, for those who judge a calibration: never inside the dataset folder."""
+"""The truth of a scene, against which a calibration is judged: it is never written inside the dataset folder."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -29,10 +29,10 @@ def truth_mapping(
     poses: pd.DataFrame,
     config: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return truth.json: SI units, arrays by joint; t [m] and r [rad]: the sensor's pose on the flange.
+    """Return truth.json: SI units, arrays by joint; t [m] and r [rad] are the sensor's pose on the flange.
 
-    Parameters are those of the first pose, before anything drifts or slips. What the scanner and the surfaces do wrong stands
-    there as the complete `config` has it, where it has any.
+    Parameters are those of the first pose, before anything drifts or slips. The blocks `scanner` and `surface` of the
+    complete `config` are included if they add errors.
     """
     faults = {"scanner": config["scanner"]} if is_imperfect(config["scanner"]) else {}
     faults |= {} if is_flat(config["surface"]) else {"surface": config["surface"]}
@@ -67,8 +67,10 @@ def arm_frames(arm: Arm, effects: Effects, q: Array, poses: pd.DataFrame, evalua
     """Return where the sensor truly is, T_base_sensor (N, 4, 4), by pybullet.
 
     Args:
-        arm: plain. effects: that act on it. q: (N, n) [rad], encoders plus noise of the joints. poses: the
-            table of these poses.
+        arm: the arm without effects.
+        effects: the effects on it.
+        q: (N, n) [rad], encoders plus noise of the joints.
+        poses: the table of these poses.
         evaluating: whether these are evaluation poses.
     """
     T = np.empty((len(q), 4, 4))
@@ -90,9 +92,15 @@ def evaluation_poses(
 ) -> pd.DataFrame:
     """Return truth_poses.csv: pose, q1..qn [rad]; x, y, z [m] and rx, ry, rz [rad] of the sensor.
 
-    q is uniform within the joint limits, without a collision filter, from one seed for all scenes; no noise
-    acts. `recorded`: the poses of the scene; what they record beside angles is there too, time and
-    temperature as at their end, approaches drawn, torques as the drives hold them.
+    q is uniform within the joint limits, without a collision filter, from one seed for all scenes, and without noise.
+
+    Args:
+        arm: the true arm without effects.
+        effects: the effects on it.
+        count: number of poses.
+        recorded: the poses of the scene, or None. The table gets their other columns too: directions of approach are drawn,
+            torques are those that hold the arm at each pose, and all others have the value of the last pose.
+        progress: called with (stage, done, of).
     """
     rng = np.random.default_rng(TRUTH_POSES_SEED)
     q = rng.uniform(arm.limits[:, 0], arm.limits[:, 1], (count, arm.n))

@@ -1,12 +1,12 @@
 """The arm as a URDF, which pybullet reads: from then on pybullet's own kinematics is the truth.
 
 Each joint has one fixed origin, T_{i-1,i} at q = 0 with Tz(d) in it, and turns about its own z. Numbers are
-printed with 17 digits, so the arm in the engine is the arm that was asked for. The frames of flange and
+printed with 17 digits, so the engine's arm has exactly these numbers. The frames of flange and
 sensor are links of their own with their centre of mass at the origin, since the centre of mass is what
 pybullet reports in double precision.
 
-An arm without weights gets placeholders, since kinematics does not depend on them. Inertias always are: the
-arm stands still.
+An arm without weights gets placeholders, since kinematics does not depend on them. Inertias are always placeholders,
+since the arm never accelerates.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from scalar.simulation.arm import Arm
 from scalar.simulation.body import Body, Box, Capsule
 from scalar.simulation.transforms import Array, rpy_from_rotation
 
-UNLIMITED = 1e3  # effort and velocity, which URDF wants stated
+UNLIMITED = 1e3  # effort and velocity, which a URDF has to state
 NO_CENTRE = (0.0, 0.0, 0.0)
 WEIGHTLESS = 1e-9  # kg; a link of mass zero would be taken for one that never moves
 

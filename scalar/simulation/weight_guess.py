@@ -1,8 +1,8 @@
-"""A guess of what the arm weighs: no maker states the masses and centres of mass of links.
+"""A guess of the masses and centres of mass of an arm's links, which makers do not state.
 
-Each link is guessed from its piece of skeleton: a housing of `HOUSING` a metre and a drive of `DRIVE`, both lighter towards the
-wrist, its centre half-way along and a little beside it, drawn. A UR10e comes to 37 kg this way (33.5 in its data sheet), a Panda to
-32 (18), a VS060 to 27 (27). A config may state all of these.
+Each link is guessed from its piece of skeleton: a housing of `HOUSING` per metre and a drive of `DRIVE`, both lighter towards the
+wrist. The centre of mass is half-way along the skeleton, plus a small random offset. A UR10e comes to 37 kg this way (33.5 in its
+data sheet), a Panda to 32 (18), a VS060 to 27 (27). A config may state all of these.
 """
 
 from collections.abc import Mapping
@@ -15,9 +15,9 @@ from scalar.simulation.transforms import Array
 from scalar.simulation.weights import Weights
 
 HOUSING = 12.0  # kg/m of skeleton, before the taper
-DRIVE = 3.0  # kg a link, before the taper
-TAPER = (1.3, 0.5)  # of the first link and of the last
-BESIDE = 0.02  # m; standard deviation of each coordinate of a centre of mass
+DRIVE = 3.0  # kg for each link, before the taper
+TAPER = (1.3, 0.5)  # factor of the first link's mass and of the last's
+OFFSET = 0.02  # m; standard deviation of each coordinate of a centre of mass
 
 
 def draw_weights(arm: Arm, block: Mapping[str, Any], rng: np.random.Generator) -> Weights:
@@ -31,7 +31,7 @@ def draw_weights(arm: Arm, block: Mapping[str, Any], rng: np.random.Generator) -
         for e, t in zip(ends, tips, strict=True)
     ]
     masses = np.linspace(*TAPER, n) * (HOUSING * lengths + DRIVE)
-    centres = np.array(middles) + BESIDE * rng.standard_normal((n, 3))
+    centres = np.array(middles) + OFFSET * rng.standard_normal((n, 3))
     if block["links_kg"] is not None:
         masses = np.array(block["links_kg"], float)
     if block["centres_m"] is not None:

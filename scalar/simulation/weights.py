@@ -1,4 +1,4 @@
-"""Masses and centres of mass of an arm's links, which sag and tilt need."""
+"""Masses and centres of mass of an arm's links, which effects of gravity need."""
 
 from dataclasses import dataclass
 
@@ -10,8 +10,9 @@ class Weights:
     """Masses of the n links that move, and of the sensor.
 
     Attributes:
-        masses: (n,) [kg]. centres: (n, 3) [m], of mass, each in its link's frame.
-        sensor: [kg], at the sensor's origin.
+        masses: (n,) [kg].
+        centres: (n, 3) [m], centres of mass, each in its link's frame.
+        sensor: mass [kg] of the sensor, at its origin.
     """
 
     masses: Array

@@ -1,8 +1,8 @@
-"""The workcell in pybullet: an arm, its target planes, and what one can ask of them.
+"""The workcell in pybullet: an arm and its target planes.
 
 Everything runs in a DIRECT client of its own, with no window, no stepping of time and no shared state;
-leaving the `with` block always disconnects it. Of the engine we use four things: forward kinematics, rays,
-distances, and the torques of weight.
+leaving the `with` block always disconnects it. Four things of the engine are used: forward kinematics, rays,
+distances, and torques of gravity.
 """
 
 import os
@@ -54,7 +54,7 @@ class World:
 
     Use as a context manager::
 
-        with World(target planes) as world:
+        with World(target_planes) as world:
             world.place_arm(arm, body)
             T_base_sensor = world.sensor_frames(q)
     """
@@ -77,7 +77,7 @@ class World:
             raise
 
     def _begin(self, target_planes: Sequence[TargetPlane]) -> None:
-        """Put target planes up in an empty simulation."""
+        """Add target planes to an empty simulation."""
         # Without this, a URDF is cached by its path, and an arm could come back in place of another.
         pybullet.setPhysicsEngineParameter(enableFileCaching=0, physicsClientId=self._client)
         self._arm_id, self._asked_torques = NOTHING, False
@@ -93,7 +93,7 @@ class World:
         self.close()
 
     def close(self) -> None:
-        """Disconnect; twice does no harm."""
+        """Disconnect; a second call does nothing."""
         if self._client >= 0:
             pybullet.disconnect(physicsClientId=self._client)
             self._client = -1
@@ -113,11 +113,11 @@ class World:
 
     @property
     def arm(self) -> Arm | None:
-        """Return the arm that stands; None without one."""
+        """Return the arm in the workcell; None without one."""
         return self._arm
 
     def set_target_planes(self, target_planes: Sequence[TargetPlane]) -> None:
-        """Put these target planes up in place of those that stand; one that stands already stays."""
+        """Replace the target planes by these; one that is there already is kept."""
         standing = list(zip(self._target_planes, self.target_plane_ids, strict=True))
         kept = {
             target_plane_id
@@ -136,9 +136,9 @@ class World:
     def _add_target_plane(self, target_plane: TargetPlane) -> int:
         """Return the id of a new target plane, made of triangles.
 
-        Not a box: pybullet's GEOM_BOX answers about one ray in 270 up to 1.3 mm too early, anywhere on its
-        face, since it looks for the hit by iteration. A concave mesh meets each triangle's plane, to
-        rounding. (A convex mesh is off by millimetres, and a collision margin would move the face.)
+        It is not a box, because pybullet's GEOM_BOX finds the hit by iteration: for about one ray in 270 the range is up
+        to 1.3 mm too short, anywhere on the face. With a concave mesh the hit is on the triangle's plane, to rounding. (A
+        convex mesh is off by millimetres, and a collision margin would move the face.)
         """
         vertices, triangles = target_plane.solid() if target_plane.mesh is None else target_plane.mesh
         shape = pybullet.createCollisionShape(
@@ -151,7 +151,7 @@ class World:
         return pybullet.createMultiBody(0, shape, physicsClientId=self._client)
 
     def place_arm(self, arm: Arm, body: Body | None = None) -> None:
-        """Put this arm up in place of the one that stands."""
+        """Place this arm in the workcell, instead of any other."""
         if self._asked_torques:
             # pybullet keeps the inverse dynamics of a removed arm by its address, where the next one may lie.
             pybullet.resetSimulation(physicsClientId=self._client)
@@ -168,7 +168,7 @@ class World:
         self._arm, self._body = arm, body
 
     def move(self, q: Sequence[float]) -> None:
-        """Set the arm's joints to q (n,) [rad], at once and exactly."""
+        """Set the arm's joints to q (n,) [rad] exactly, without simulating the motion."""
         # One call for all joints: one at a time, pybullet would redo the kinematics at every joint.
         pybullet.resetJointStatesMultiDof(
             self._arm_id, range(len(q)), [[value] for value in q], physicsClientId=self._client
@@ -196,7 +196,7 @@ class World:
     def gravity_torques(self, q: Array) -> Array:
         """Return the torque of the arm's weight about each joint at rest, (N, n) [N m], by inverse dynamics.
 
-        What the weight does to the joint, the opposite of what its drive has to hold.
+        It is the torque that the weight applies to the joint, the negative of what the drive has to hold.
         """
         assert self._arm is not None and self._arm.weights is not None, "no arm with weights has been placed"
         still = [0.0] * self._arm.n
@@ -226,13 +226,13 @@ class World:
         return np.cross(first_moments, arm.gravity)
 
     def cast(self, starts: Array, ends: Array) -> tuple[Array, Array]:
-        """Return the body each ray meets first (R,) int, -1 for none, and the fraction of its length (R,).
+        """Return the id of the body that each ray meets first (R,) int, -1 for none, and at which fraction of its length (R,).
 
         Args:
             starts, ends: (R, 3) [m] in the base frame.
 
         Raises:
-            SimulationError: pybullet answered another number of rays than were asked.
+            SimulationError: pybullet returned another number of results than there are rays.
         """
         answers: list[Any] = []
         for k in range(0, len(starts), RAYS_PER_BATCH):
@@ -247,9 +247,9 @@ class World:
         return hit, fraction
 
     def touching(self, q: Sequence[float]) -> str | None:
-        """Return what the arm touches at q (n,) [rad]: "target plane", "itself", or None.
+        """Return what the arm touches at q (n,) [rad]: "target_plane", "itself", or None.
 
-        The base stands where it stands, possibly on a target plane, and is not tested against target planes.
+        The base, which may stand on a target plane, is not tested against target planes.
         """
         assert self._body is not None, "an arm without a body touches nothing"
         self.move(q)
@@ -268,5 +268,5 @@ class World:
         return None
 
     def refresh(self) -> None:
-        """Let rays see the arm where it stands now: moving a joint leaves its bounding boxes behind."""
+        """Update the arm's bounding boxes, which `move` does not, so that rays meet the arm where it is now."""
         pybullet.performCollisionDetection(physicsClientId=self._client)

@@ -54,7 +54,7 @@ def test_no_target_plane_stands_in_the_beam(scene):
 def test_nothing_touches(scene):
     """At every pose, links that could touch stay apart: sampled axes are farther off than the radii."""
     arm = scene.workcell.arm
-    body = body_of(scene.workcell.drawn, scene.config["body"])
+    body = body_of(scene.workcell.nominal, scene.config["body"])
     assert body.pairs  # there is something to collide with
     for q in scene.q:
         for first, second in body.pairs:
@@ -97,7 +97,7 @@ def test_self_collision_is_seen():
     scene = simulate(config)
     arm = scene.workcell.arm
     with World() as world:
-        world.place_arm(arm, body_of(scene.workcell.drawn, config["body"]))
+        world.place_arm(arm, body_of(scene.workcell.nominal, config["body"]))
         assert world.touching([0.0, 1.7, 0.0, -3.0, 0.0, 0.5, 0.0]) == "itself"
         assert world.touching([0.0, 0.3, 0.0, -1.2, 0.0, 1.6, 0.0]) is None
 

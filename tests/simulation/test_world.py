@@ -124,7 +124,7 @@ def test_the_client_is_closed_whatever_happens():
 def test_contact_is_told_where_geometry_tells_it(paper):
     """The arm touches a target plane where a capsule comes nearer to it than the clearance."""
     workcell = paper.workcell
-    body = body_of(workcell.drawn, paper.config["body"])
+    body = body_of(workcell.nominal, paper.config["body"])
     # No sensor box, so that what is left is capsules, whose distances are quickly told a second way.
     body = replace(body, solids=tuple(s for s in body.solids if isinstance(s, Capsule)), pairs=())
     rng = np.random.default_rng(5)

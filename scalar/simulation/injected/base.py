@@ -1,4 +1,4 @@
-"""What all injected effects have in common: a name, a target, a size, details for the truth."""
+"""The base classes of all injected effects, which have a name, a target, a size and details for the truth."""
 
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -19,8 +19,9 @@ class InjectedEffect(Effects):
     """One effect in one workcell.
 
     Attributes:
-        target: as in diagnosis.json. size: as the schema says for its name, in `unit`. details: whatever else was drawn
-            or follows from the workcell, with units in the names.
+        target: as in diagnosis.json.
+        size: its meaning is that of the schema for this effect, in `unit`.
+        details: whatever else was drawn or follows from the workcell, with units in the names.
     """
 
     target: dict[str, Any]
@@ -33,11 +34,11 @@ class InjectedEffect(Effects):
     @classmethod
     @abstractmethod
     def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
-        """Return the effect of a complete entry of the config; what it leaves open is drawn."""
+        """Return the effect that a complete entry of the config describes; what the entry leaves open is drawn."""
 
     @classmethod
     def needs(cls, entry: Mapping[str, Any]) -> set[str]:
-        """Return what has to be recorded of each pose: "time", "temperature", "approach", "payload", "torque"."""
+        """Return what poses.csv has to record for this effect, of "time", "temperature", "approach", "payload", "torque"."""
         return set()
 
     def record(self) -> list[dict[str, Any]]:

@@ -1,8 +1,8 @@
-"""All effects by name, and several of them in one scene.
+"""All injected effects by name, and the combination of several in one scene.
 
-Joint errors, range errors add up; arms, target planes and motions of the base follow each other in the config's
-order. Each entry draws from a generator of its own, by its place in the list, so that one effect's choices do
-not depend on another's, nor on any size.
+Joint errors add up, and so do range errors. Changes of the arm, of target planes and of the base are applied one after
+the other. Each entry draws from a generator of its own, by its place in the list, so that what one effect draws
+does not depend on the others, nor on any size.
 """
 
 from collections.abc import Mapping, Sequence
@@ -65,7 +65,7 @@ BY_NAME = {kind.name: kind for kind in CLASSES}
 
 
 def injected_records(entries: Sequence[Mapping[str, Any]]) -> set[str]:
-    """Return what has to be recorded of each pose for these entries of `injected`."""
+    """Return what poses.csv has to record for these entries of `injected`."""
     return set().union(*(class_of(entry).needs(entry) for entry in entries))
 
 
@@ -83,10 +83,10 @@ def inject(
     plane_index: Array,
     seed: int,
 ) -> Effects:
-    """Return what complete entries of `injected` make of a workcell and its poses.
+    """Return the effects that complete entries of `injected` describe, in a workcell and at its poses.
 
     Raises:
-        InvalidInput: an effect that this workcell cannot have, named by its place.
+        InvalidInput: this workcell cannot have an effect; the message has the effect's place in the config.
     """
     return Injected(
         tuple(
@@ -103,11 +103,11 @@ class Injected(Effects):
     parts: tuple[InjectedEffect, ...]
 
     def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
-        """Return the sum of their errors."""
+        """Return the sum of the effects' errors."""
         return sum((part.joint_errors(world, q, poses) for part in self.parts), np.zeros_like(q))
 
     def arms(self, arm: Arm, poses: pd.DataFrame, evaluating: bool) -> list[tuple[Rows, Arm]]:
-        """Return the stretches in which none of them changes the arm."""
+        """Return the stretches in which no effect changes the arm, each with its arm."""
         stretches: list[tuple[Rows, Arm]] = [(np.arange(len(poses)), arm)]
         for part in self.parts:
             stretches = [
@@ -118,7 +118,7 @@ class Injected(Effects):
         return [(rows, changed) for rows, changed in stretches if len(rows)]
 
     def motions(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
-        """Return one motion after the other."""
+        """Return the product of the effects' motions, the first effect's first."""
         motion = np.eye(4)
         for part in self.parts:
             motion = part.motions(world, q, poses) @ motion
@@ -127,7 +127,7 @@ class Injected(Effects):
     def target_planes(
         self, target_planes: tuple[TargetPlane, ...], poses: pd.DataFrame
     ) -> list[tuple[Rows, tuple[TargetPlane, ...]]]:
-        """Return the stretches in which none of them changes a target plane; bends before motions."""
+        """Return the stretches in which no effect changes a target plane, each with its target planes; bows come before motions."""
         stretches: list[tuple[Rows, tuple[TargetPlane, ...]]] = [(np.arange(len(poses)), target_planes)]
         for part in sorted(self.parts, key=lambda part: part.name):  # plane_bow, then plane_moved
             stretches = [
@@ -138,20 +138,20 @@ class Injected(Effects):
         return [(rows, changed) for rows, changed in stretches if len(rows)]
 
     def range_errors(self, readings: Array, angles: Array, poses: pd.DataFrame) -> Array:
-        """Return the sum of their errors."""
+        """Return the sum of the effects' errors."""
         errors = (part.range_errors(readings, angles, poses) for part in self.parts)
         return sum(errors, np.zeros_like(readings))
 
     def noise(self, noise: Noise) -> Noise:
-        """Return the noise with all of them."""
+        """Return the noise with that of all effects added."""
         for part in self.parts:
             noise = part.noise(noise)
         return noise
 
     def at_rest(self) -> Self:
-        """Return all of them at rest."""
+        """Return all effects at rest."""
         return replace(self, parts=tuple(part.at_rest() for part in self.parts))
 
     def record(self) -> list[dict[str, Any]]:
-        """Return all entries, in the config's order."""
+        """Return the entries of all effects, in the config's order."""
         return [entry for part in self.parts for entry in part.record()]

@@ -1,4 +1,4 @@
-"""What gives way: joints under the arm's weight, by the engine's inverse dynamics, or under a payload, by virtual work; and the pedestal."""
+"""Compliance of joints under the arm's weight, by the engine's inverse dynamics, and under a payload, by virtual work; and of the pedestal."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,23 +14,23 @@ from scalar.simulation.transforms import Array, rotation_from_vector, transform
 from scalar.simulation.world import World
 
 
-class GivingJoints(InjectedEffect):
-    """Joints that give way under a torque: those that are named, or all that carry weight."""
+class CompliantJoints(InjectedEffect):
+    """Compliance of joints under a torque: of the joints that the entry names, or of all that carry weight."""
 
     unit: ClassVar[str] = "rad/(N m)"
 
     @staticmethod
     def joints_of(entry: Mapping[str, Any], stage: Stage) -> list[int]:
-        """Return the joints, from 1."""
+        """Return the compliant joints, from 1."""
         return sorted(entry["target"].get("joints", stage.loaded))
 
-    def gives_way(self, q: Array) -> Array:
-        """Return which of the joints of q (N, n) give way, (n,) bool."""
+    def are_compliant(self, q: Array) -> Array:
+        """Return which of the joints of q (N, n) are compliant, (n,) bool."""
         return np.isin(np.arange(q.shape[1]) + 1, self.target["joints"])
 
 
 @dataclass(frozen=True, eq=False)
-class JointCompliance(GivingJoints):
+class JointCompliance(CompliantJoints):
     """dq_j = size times the torque of the weight about joint j [N m], for some joints or all that carry weight."""
 
     name: ClassVar[str] = "joint_compliance"
@@ -51,11 +51,11 @@ class JointCompliance(GivingJoints):
 
     def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
         """Return the deflections (N, n) [rad]."""
-        return self.size * self.gives_way(q) * world.gravity_torques(q)
+        return self.size * self.are_compliant(q) * world.gravity_torques(q)
 
 
 @dataclass(frozen=True, eq=False)
-class PayloadDeflection(GivingJoints):
+class PayloadDeflection(CompliantJoints):
     """dq_j = size times the torque of the payload about joint j [N m], for some joints or all that carry weight."""
 
     T_flange_sensor: Array
@@ -75,12 +75,12 @@ class PayloadDeflection(GivingJoints):
 
     def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
         """Return the deflections (N, n) [rad]."""
-        return self.size * self.gives_way(q) * payload_torques(world, self.T_flange_sensor, q, poses)
+        return self.size * self.are_compliant(q) * payload_torques(world, self.T_flange_sensor, q, poses)
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueCompliance(PayloadDeflection):
-    """dq_j = size times the torque of the weight of arm and payload about joint j [N m]; the torques are recorded."""
+    """dq_j = size times the torque of the weight of arm and payload about joint j [N m], where poses.csv records the torques."""
 
     name: ClassVar[str] = "torque_compliance"
 
@@ -91,14 +91,14 @@ class TorqueCompliance(PayloadDeflection):
 
     def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
         """Return the deflections (N, n) [rad]."""
-        return super().joint_errors(world, q, poses) + self.size * self.gives_way(q) * world.gravity_torques(
+        return super().joint_errors(world, q, poses) + self.size * self.are_compliant(
             q
-        )
+        ) * world.gravity_torques(q)
 
 
 @dataclass(frozen=True, eq=False)
 class BaseCompliance(InjectedEffect):
-    """The arm turns about its pedestal's pivot by size times the moment of its weight about it [N m]."""
+    """The arm turns about its pedestal's pivot by size times the moment of its weight about the pivot [N m]."""
 
     name: ClassVar[str] = "base_compliance"
     unit: ClassVar[str] = "rad/(N m)"

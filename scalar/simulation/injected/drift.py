@@ -1,4 +1,4 @@
-"""A base that settles on its floor in the course of the run; to what measures it, the same as measuring equipment that moves."""
+"""A base that settles on its floor during the run; the data are the same as if the measuring equipment moved."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,8 +12,8 @@ from scalar.simulation.injected.stage import Stage
 from scalar.simulation.transforms import Array, rotation_from_vector, transform
 from scalar.simulation.world import World
 
-LEVER = 3.0  # m; the base turns by size over this while it shifts by size
-SETTLES = (0.2, 1.0)  # of the run: time constant of the settling
+LEVER = 3.0  # m; the base turns by size / LEVER while it shifts by size
+SETTLES = (0.2, 1.0)  # time constant of the settling, as a share of the run
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class TargetDrift(InjectedEffect):
         return cls({}, entry["size"], details)
 
     def motions(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
-        """Return the motion of the base (N, 4, 4) at each pose of the run; poses without a time see none."""
+        """Return the motion of the base (N, 4, 4) at each pose of the run; the identity if the poses have no time."""
         if "time" not in poses:
             return np.eye(4)
         d = self.details

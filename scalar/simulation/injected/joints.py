@@ -1,4 +1,4 @@
-"""Gears and encoders: harmonics, scale, coupling, backlash."""
+"""Errors of gears and encoders: harmonics, scale, coupling, backlash."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
 HIGHEST_ORDER = 32
-NEIGHBOURS = 2  # wrist gears leak from the joint before, or from the one before that
+NEIGHBOURS = 2  # the gears of a wrist couple a joint to the one before it, or to the one before that
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class JointScale(JointError):
         return cls({"joint": stage.draw_joint(rng)} | entry["target"], entry["size"], {})
 
     def error(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
-        """Return the angle's share."""
+        """Return the error (N,) [rad], proportional to the joint's own angle."""
         return self.size * q[:, self.target["joint"] - 1]
 
 
@@ -69,9 +69,9 @@ class JointCoupling(JointError):
 
     @classmethod
     def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
-        """Draw joint and source among neighbours."""
+        """Draw the joint and its source, a neighbour."""
         near = range(1, NEIGHBOURS + 1)
-        pairs = [(j, j - k) for j in stage.mattering for k in near if j - k >= 1]
+        pairs = [(j, j - k) for j in stage.influential for k in near if j - k >= 1]
         given = entry["target"]
         fitting = [pair for pair in pairs if given.get("joint", pair[0]) == pair[0]]
         fitting = [pair for pair in fitting if given.get("source", pair[1]) == pair[1]]
@@ -81,29 +81,29 @@ class JointCoupling(JointError):
         return cls({"joint": joint, "source": source} | given, entry["size"], {})
 
     def error(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
-        """Return the source's share."""
+        """Return the error (N,) [rad], proportional to the source's angle."""
         return self.size * q[:, self.target["source"] - 1]
 
 
 @dataclass(frozen=True, eq=False)
 class JointBacklash(JointError):
-    """dq = size times the side of its play on which the joint rests: where it came from, or where its weight pulls."""
+    """dq = size times -1 or 1, the side of its play on which the joint rests: by the direction of approach, or the sign of gravity's torque."""
 
     name: ClassVar[str] = "joint_backlash"
     unit: ClassVar[str] = "rad"
 
     @classmethod
     def needs(cls, entry: Mapping[str, Any]) -> set[str]:
-        """Return the approaches, unless gravity decides."""
+        """Return the directions of approach, unless the torque of weight decides the side."""
         return {"approach"} if entry["recorded"] else set()
 
     @classmethod
     def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
-        """Draw the joint; where gravity decides, one that carries weight."""
+        """Draw the joint; if the torque of weight decides the side, one that carries weight."""
         if entry["recorded"]:
             joint = stage.draw_joint(rng)
         else:
-            loaded = [j for j in stage.mattering if j in stage.loaded]
+            loaded = [j for j in stage.influential if j in stage.loaded]
             joint = stage.draw_joint(rng, loaded, "no joint carries weight that could choose a side")
             if entry["target"].get("joint", joint) not in stage.loaded:
                 stage.refuse("target.joint", f"carries no weight that could choose a side; {stage.loaded} do")
@@ -111,7 +111,7 @@ class JointBacklash(JointError):
         return cls({"joint": joint} | entry["target"], entry["size"], details)
 
     def error(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
-        """Return half of the play, to the one side or the other."""
+        """Return half of the play (N,) [rad], to one side or the other."""
         joint = self.target["joint"]
         if self.details["by"] == "approach":
             return self.size * poses[f"approach{joint}"].to_numpy(float)

@@ -1,4 +1,4 @@
-"""Links: an axis that is not parallel to the one before, and lengths that grow."""
+"""Errors of links: an axis that is not parallel to the one before, and lengths that grow."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,13 +14,13 @@ from scalar.simulation.injected.base import InjectedEffect
 from scalar.simulation.injected.stage import Stage
 from scalar.simulation.transforms import Array
 
-NEARLY = 0.05  # rad; axes that lean less against each other are meant to be parallel
-LEVELLING = 3.0  # a warm-up by time has come to 1 - exp(-3) = 95 % of where it would end
+NEARLY = 0.05  # rad; axes at a smaller angle to each other are meant to be parallel
+LEVELLING = 3.0  # a warm-up ends at 1 - exp(-3) = 95 % of its final growth
 
 
 @dataclass(frozen=True, eq=False)
 class AxisNonparallel(InjectedEffect):
-    """Hayati's beta of a joint whose axis is meant to be parallel to the one before."""
+    """A tilt by Hayati's beta of a joint whose axis is meant to be parallel to the one before."""
 
     name: ClassVar[str] = "axis_nonparallel"
     unit: ClassVar[str] = "rad"
@@ -29,7 +29,7 @@ class AxisNonparallel(InjectedEffect):
     def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
         """Draw the joint among those with near-parallel axes."""
         n = stage.arm.n
-        parallel = [j for j in range(2, n + 1) if abs(np.sin(stage.workcell.drawn.alpha[j - 1])) < NEARLY]
+        parallel = [j for j in range(2, n + 1) if abs(np.sin(stage.workcell.nominal.alpha[j - 1])) < NEARLY]
         joint = entry["target"].get("joint")
         if joint is None:
             joint = stage.draw_joint(rng, parallel, "this arm has no axis parallel to the one before")
@@ -49,24 +49,24 @@ class AxisNonparallel(InjectedEffect):
 
 @dataclass(frozen=True, eq=False)
 class ThermalDrift(InjectedEffect):
-    """Lengths grow by size times the profile of the temperature or of time, which ends at 1."""
+    """Lengths grow by size times a profile over the temperature or the time, which is 0 at the first pose and 1 at the last."""
 
     name: ClassVar[str] = "thermal_drift"
     unit: ClassVar[str] = "m/m"
 
     @classmethod
     def needs(cls, entry: Mapping[str, Any]) -> set[str]:
-        """Return what drives the growth."""
+        """Return the column over which lengths grow."""
         return {entry["by"]}
 
     @classmethod
     def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
-        """Take all lengths, where none are named."""
+        """Take all lengths, if the entry names none."""
         lengths = entry["lengths"] or length_names(stage.arm.n)
         driver = stage.poses[entry["by"]].to_numpy(float)
         details = {
             "by": entry["by"],
-            "course": entry["profile"],
+            "course": entry["profile"],  # truth.json keeps the former name of the key
             "from": float(driver[0]),
             "to": float(driver[-1]),
             "lengths": lengths,
@@ -74,7 +74,7 @@ class ThermalDrift(InjectedEffect):
         return cls({}, entry["size"], details)
 
     def growth(self, poses: pd.DataFrame) -> Array:
-        """Return by how much of themselves the lengths have grown (N,)."""
+        """Return the relative growth of the lengths at each pose (N,) [m/m]."""
         start, end = self.details["from"], self.details["to"]
         share = (poses[self.details["by"]].to_numpy(float) - start) / (end - start or 1.0)
         if self.details["course"] == "warm_up":
@@ -83,7 +83,7 @@ class ThermalDrift(InjectedEffect):
         return self.size * share
 
     def arms(self, arm: Arm, poses: pd.DataFrame, evaluating: bool) -> list[tuple[Rows, Arm]]:
-        """Return an arm for each growth there is."""
+        """Return an arm for each different growth."""
         growths, which = np.unique(self.growth(poses), return_inverse=True)
         grows = np.isin(length_names(arm.n), self.details["lengths"]).reshape(len(LENGTHS), arm.n)
         grown = []

@@ -1,4 +1,4 @@
-"""What the way from the pose before leaves: angles that are logged on the way, and play on the side from which a joint came."""
+"""Errors that depend on the previous pose: angles that are logged before a joint comes to rest, and play on the side from which a joint came."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,29 +14,29 @@ from scalar.simulation.world import World
 
 
 @dataclass(frozen=True, eq=False)
-class LeftByMoves(JointError):
-    """An error of one joint that the order of the poses makes.
+class MoveError(JointError):
+    """An error of one joint that depends on the order of the poses.
 
     Attributes:
-        left: (N,) [rad], what the way to each pose of the scene left; None for the evaluation poses, which are reached one by one and rest.
+        errors: (N,) [rad], the joint's error at each pose of the scene; None for the evaluation poses, each of which is reached at rest.
     """
 
-    left: Array | None = None
+    errors: Array | None = None
 
     def at_rest(self) -> Self:
-        """Return the effect without what the ways left."""
+        """Return the effect without errors."""
         return type(self)(self.target, self.size, self.details)
 
     def error(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
-        """Return what the way to each pose left."""
-        return np.zeros(len(q)) if self.left is None else self.left[poses["pose"].to_numpy()]
+        """Return the joint's error at each pose."""
+        return np.zeros(len(q)) if self.errors is None else self.errors[poses["pose"].to_numpy()]
 
 
 @dataclass(frozen=True, eq=False)
-class PoseLag(LeftByMoves):
-    """A joint comes to rest exponentially, and its angle is logged when a share of the way is still to go.
+class PoseLag(MoveError):
+    """A joint comes to rest exponentially, and its angle is logged when a share `size` of the move is still to go.
 
-    With p where it rests: read = p - size (p - p_before), so p = (read - size p_before) / (1 - size), pose after pose.
+    With p the angle at rest: read = p - size (p - p_before), so p = (read - size p_before) / (1 - size), pose after pose.
     """
 
     name: ClassVar[str] = "pose_lag"
@@ -54,15 +54,15 @@ class PoseLag(LeftByMoves):
 
 
 @dataclass(frozen=True, eq=False)
-class BacklashByMoves(LeftByMoves):
-    """Play that nothing but the order of the poses tells: a joint that moved up rests on the one side, one that moved down on the other."""
+class BacklashByMoves(MoveError):
+    """Play whose side only the order of the poses shows: a joint that moved up rests on one side, one that moved down on the other."""
 
     name: ClassVar[str] = "joint_backlash"
     unit: ClassVar[str] = "rad"
 
     @classmethod
     def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
-        """Draw the joint; it came to the first pose from below."""
+        """Draw the joint, which reached the first pose from below."""
         target = {"joint": stage.draw_joint(rng)} | entry["target"]
         read = stage.q[:, target["joint"] - 1]
         side = np.ones(len(read))

@@ -1,6 +1,6 @@
-"""Noises that have names of their own: a spread of the joints from pose to pose, and an error common to a scan.
+"""Variance components that are injected by name: errors of the joints that differ from pose to pose, and an error common to a scan.
 
-They enlarge what the config's `noise` block states, from the same draws.
+They enlarge the standard deviations of the config's `noise` block, with the same draws.
 """
 
 from collections.abc import Mapping
@@ -16,33 +16,33 @@ from scalar.simulation.noise import Noise
 
 @dataclass(frozen=True, eq=False)
 class PoseJitter(InjectedEffect):
-    """Each joint repeats only to a spread of size, from pose to pose."""
+    """At each pose, every joint has a random error with standard deviation `size`."""
 
     name: ClassVar[str] = "pose_jitter"
     unit: ClassVar[str] = "rad"
 
     @classmethod
     def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
-        """Draw nothing: the joints' own stream does."""
+        """Draw nothing here: the errors come from the stream of the joints' noise."""
         return cls({}, entry["size"], {})
 
     def noise(self, noise: Noise) -> Noise:
-        """Return the noise with more spread of the joints."""
+        """Return the noise with a larger standard deviation of the joints."""
         return replace(noise, joint_std=float(np.hypot(noise.joint_std, self.size)))
 
 
 @dataclass(frozen=True, eq=False)
 class ScanBias(InjectedEffect):
-    """Each scan has an error of its own, with a spread of size."""
+    """Each scan has a random error common to its points, with standard deviation `size`."""
 
     name: ClassVar[str] = "scan_bias"
     unit: ClassVar[str] = "m"
 
     @classmethod
     def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
-        """Draw nothing: the scans' own stream does."""
+        """Draw nothing here: the errors come from the stream of the scans' noise."""
         return cls({}, entry["size"], {})
 
     def noise(self, noise: Noise) -> Noise:
-        """Return the noise with more spread of the scans."""
+        """Return the noise with a larger standard deviation of the scans."""
         return replace(noise, scan_bias_std=float(np.hypot(noise.scan_bias_std, self.size)))

@@ -1,4 +1,4 @@
-"""The sensor: a slip on the flange, and the laser's own range errors."""
+"""Errors of the sensor: a slip on the flange, and the laser's own range errors."""
 
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -14,28 +14,28 @@ from scalar.simulation.injected.base import InjectedEffect
 from scalar.simulation.injected.stage import Stage
 from scalar.simulation.transforms import Array
 
-ARM_OF_TURN = 1.0  # m; a knock of a millimetre turns by a milliradian as well
+LEVER = 1.0  # m; unless the entry states the turn, a shift of a millimetre comes with a turn by a milliradian
 
 
 def draw_direction(rng: np.random.Generator) -> Array:
-    """Return a direction (3,), all equally likely."""
+    """Return a random unit vector (3,), all directions being equally likely."""
     v = rng.standard_normal(3)
     return v / np.linalg.norm(v)
 
 
 @dataclass(frozen=True, eq=False)
 class SensorSlip(InjectedEffect):
-    """From a moment on the sensor sits size metres elsewhere on the flange, and is turned."""
+    """From one pose on, the sensor is shifted by size on the flange, and turned."""
 
     name: ClassVar[str] = "sensor_slip"
     unit: ClassVar[str] = "m"
 
     @classmethod
     def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
-        """Draw moment and directions."""
+        """Draw the pose and the directions of shift and turn."""
         order = stage.draw_moment(rng, np.arange(len(stage.poses)))
         order = entry["target"].get("at", {}).get("order", order)
-        turn = entry["size"] / ARM_OF_TURN if entry["turn_rad"] is None else entry["turn_rad"]
+        turn = entry["size"] / LEVER if entry["turn_rad"] is None else entry["turn_rad"]
         details = {
             "shift_m": (entry["size"] * draw_direction(rng)).tolist(),
             "turn_rad": (turn * draw_direction(rng)).tolist(),
@@ -43,7 +43,7 @@ class SensorSlip(InjectedEffect):
         return cls({"at": stage.at(order)}, entry["size"], details)
 
     def arms(self, arm: Arm, poses: pd.DataFrame, evaluating: bool) -> list[tuple[Rows, Arm]]:
-        """Return the arm before and after; for evaluation poses the one after."""
+        """Return the arm before and after the slip; for evaluation poses only the one after."""
         slipped = arm.shifted(
             {"t": np.array(self.details["shift_m"]), "r": np.array(self.details["turn_rad"])}
         )
@@ -75,13 +75,13 @@ def _middle(stage: Stage) -> float:
 
 @dataclass(frozen=True, eq=False)
 class RangeScale(RangeError):
-    """Readings are (1 + size) times too long."""
+    """Readings are 1 + size times the true ones."""
 
     name: ClassVar[str] = "range_scale"
     unit: ClassVar[str] = "m/m"
 
     def error(self, readings: Array) -> Array:
-        """Return the reading's share."""
+        """Return errors proportional to the readings."""
         return self.size * readings
 
 
@@ -93,7 +93,7 @@ class RangeOffset(RangeError):
     unit: ClassVar[str] = "m"
 
     def error(self, readings: Array) -> Array:
-        """Return the size."""
+        """Return the size for every reading."""
         return np.full_like(readings, self.size)
 
 
@@ -105,5 +105,5 @@ class RangeDistortion(RangeError):
     unit: ClassVar[str] = "1/m"
 
     def error(self, readings: Array) -> Array:
-        """Return the parabola."""
+        """Return errors on a parabola about the middle of the range."""
         return self.size * (readings - self.details["range_middle_m"]) ** 2

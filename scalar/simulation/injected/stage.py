@@ -1,7 +1,7 @@
-"""What an effect may look at when it is injected: the workcell and its poses as they are without it.
+"""What an effect is given when it is injected: the workcell and its poses without any effect.
 
-From this it takes what its config leaves open: a joint that matters, a moment in the middle of the run, the
-part of a target plane that is scanned.
+From these the effect draws what its entry in the config leaves open: an influential joint, a moment in the middle of the run, the
+scanned part of a target plane.
 """
 
 from collections.abc import Sequence
@@ -20,19 +20,22 @@ from scalar.simulation.target_planes import TargetPlane
 from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
-MATTERS = 0.1  # a joint matters if it moves the laser's spot by this share of what the liveliest joint does
-LOADED = 0.05  # a joint carries weight if its torque is this share of the largest
+# A joint is influential if it moves the laser's points by at least this share of what the most influential one does.
+INFLUENTIAL = 0.1
+LOADED = 0.05  # a joint carries weight if its torque is at least this share of the largest
 STEP = 1e-5  # rad, of central differences
-MIDDLE = (0.25, 0.75)  # of the run: when something happens
+MIDDLE = (0.25, 0.75)  # part of the run from which a moment is drawn
 
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """The plain workcell, and where in the config the effect stands.
+    """The workcell without effects, its poses, and the place of the effect in the config.
 
     Attributes:
-        workcell: without effects. poses: table of poses in acquisition order, with what is recorded.
-        plane_index: (N,) into the target planes. index: of the entry in `injected`.
+        workcell: without effects.
+        poses: table of poses in acquisition order, with all recorded columns.
+        plane_index: (N,), index of the target plane of each pose.
+        index: of the effect's entry in `injected`.
     """
 
     workcell: Workcell
@@ -42,12 +45,12 @@ class Stage:
 
     @property
     def arm(self) -> Arm:
-        """Return the plain arm."""
+        """Return the arm without effects."""
         return self.workcell.arm
 
     @cached_property
     def q(self) -> Array:
-        """Return q (N, n) [rad]."""
+        """Return the joint angles of the poses (N, n) [rad]."""
         return self.poses[[f"q{i + 1}" for i in range(self.arm.n)]].to_numpy()
 
     @cached_property
@@ -64,8 +67,8 @@ class Stage:
         return [j + 1 for j in range(self.arm.n) if largest[j] >= LOADED * largest.max()]
 
     @cached_property
-    def mattering(self) -> list[int]:
-        """Return the joints, from 1, that move the laser's points on the target planes."""
+    def influential(self) -> list[int]:
+        """Return the joints, from 1, that move the laser's points along the normals of the target planes by more than a little."""
         normals = np.array([target_plane.normal for target_plane in self.workcell.target_planes])[
             self.plane_index
         ]
@@ -78,7 +81,7 @@ class Stage:
             moved = np.einsum("nij,nmj->nmi", R1 - R0, spots) + (p1 - p0)[:, None]
             per_radian = np.einsum("nmi,ni->nm", moved, normals) / (2 * STEP)
             leverage[j] = np.sqrt((per_radian**2).mean(0).max())
-        return [j + 1 for j in range(self.arm.n) if leverage[j] >= MATTERS * leverage.max()]
+        return [j + 1 for j in range(self.arm.n) if leverage[j] >= INFLUENTIAL * leverage.max()]
 
     def _spots(self, angles: Array) -> Array:
         """Return where rays at these angles (M,) [rad] end, (N, M, 3) [m] in the sensor's frame."""
@@ -95,19 +98,19 @@ class Stage:
         return (height[:, None] / toward)[..., None] * u
 
     def scanned(self, target_plane: TargetPlane) -> tuple[Array, float]:
-        """Return the middle (2,) [m] of what is scanned of a target plane, on its axes u, v from its centre, and its radius [m].
+        """Return the middle of the scanned part of a target plane (2,) [m], on its axes u, v from its centre, and the radius of that part [m].
 
-        The radius reaches the farthest ray in the middle of a scan.
+        The radius extends to the farthest middle of a scan.
         """
-        mine = self.plane_index == self.workcell.target_planes.index(target_plane)
+        on_it = self.plane_index == self.workcell.target_planes.index(target_plane)
         R, origin = self.arm.sensor_frames(self.q)
         points = origin + np.einsum("nij,nj->ni", R, self._spots(np.zeros(1))[:, 0])
-        uv = ((points - target_plane.centre) @ target_plane.axes[:, :2])[mine]
+        uv = ((points - target_plane.centre) @ target_plane.axes[:, :2])[on_it]
         middle = (uv.min(0) + uv.max(0)) / 2
         return middle, float(np.linalg.norm(uv - middle, axis=1).max())
 
     def draw_moment(self, rng: np.random.Generator, rows: Array) -> int:
-        """Return the order of a pose among `rows` (in acquisition order), in the middle of them."""
+        """Return one of `rows` (poses in acquisition order), drawn from their middle part."""
         low, high = (round(share * len(rows)) for share in MIDDLE)
         return int(rows[int(rng.integers(low, max(high, low + 1)))])
 
@@ -119,12 +122,12 @@ class Stage:
     def draw_joint(
         self, rng: np.random.Generator, joints: Sequence[int] | None = None, lack: str = ""
     ) -> int:
-        """Return a joint, from 1, among `joints`; among those that matter by default.
+        """Return a joint, from 1, drawn from `joints`, or from the influential ones if None.
 
         Raises:
-            InvalidInput: there is none; the message says what is lacking.
+            InvalidInput: there is no such joint; the message is `lack`.
         """
-        joints = self.mattering if joints is None else joints
+        joints = self.influential if joints is None else joints
         if not joints:
             self.refuse("target", lack)
         return int(rng.choice(joints))

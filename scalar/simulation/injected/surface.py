@@ -1,4 +1,4 @@
-"""Target planes: one that is bent, as a mesh that rays hit, and one that is knocked or creeps."""
+"""Errors of target planes: one that is bowed, as a mesh that rays hit, and one that is moved, at once or creeping."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,10 +13,10 @@ from scalar.simulation.injected.stage import Stage
 from scalar.simulation.target_planes import TargetPlane
 from scalar.simulation.transforms import Array, rotation_from_vector
 
-FACET_ERROR = 2.5e-7  # m; by how much a facet may leave the curved face
+FACET_ERROR = 2.5e-7  # m; the largest distance of a facet from the curved face
 FACETS_MAX = 240  # along a side
 FACETS_MIN = 8
-ARM_OF_TURN = 1.0  # m; a knock of a millimetre turns by a milliradian as well
+LEVER = 1.0  # m; unless the entry states the tilt, a shift of a millimetre comes with a tilt by a milliradian
 
 
 def draw_target_plane(entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> TargetPlane:
@@ -28,9 +28,9 @@ def draw_target_plane(entry: Mapping[str, Any], stage: Stage, rng: np.random.Gen
 
 @dataclass(frozen=True, eq=False)
 class PlaneBow(InjectedEffect):
-    """The face stands h = c_1 s^2 + c_2 t^2 out of its plane, s and t along turned axes from the middle of what is scanned.
+    """The face stands h = c_1 s^2 + c_2 t^2 out of its plane, with s and t [m] along rotated axes from the middle of the scanned part.
 
-    |c_1| makes h the size at the farthest scan; c_2 = ratio c_1.
+    c_1 = size / radius^2, with either sign, so that |h| is `size` at the radius of the scanned part along s; c_2 = ratio c_1.
     """
 
     name: ClassVar[str] = "plane_bow"
@@ -73,16 +73,13 @@ class PlaneBow(InjectedEffect):
     def bend(self, target_plane: TargetPlane) -> TargetPlane:
         """Return a target plane with a mesh in the place of its flat face."""
         sharpest = np.abs(self.details["curvatures_per_m"]).max()
-        # A chord of length L leaves a parabola c s^2 by c L^2 / 4.
+        # The largest distance of a chord of length L from a parabola c s^2 is c L^2 / 4.
         side = np.sqrt(4.0 * FACET_ERROR / max(sharpest, 1e-12)) / np.sqrt(2.0)
         return faceted(target_plane, side, self.height)
 
 
 def faceted(target_plane: TargetPlane, side: float, height: Any) -> TargetPlane:
-    """Return a target plane whose face is a mesh of triangles with legs of about `side` [m], raised by `height`(uv) [m].
-
-    Heights are added to those of a mesh that the target plane has already.
-    """
+    """Return a target plane whose face is a mesh of triangles with legs of about `side` [m], raised by `height`(uv) [m]."""
     counts = np.clip(np.ceil(target_plane.size / side), FACETS_MIN, FACETS_MAX).astype(int)
     grids = [
         np.linspace(-0.5, 0.5, count + 1) * size
@@ -101,24 +98,25 @@ def faceted(target_plane: TargetPlane, side: float, height: Any) -> TargetPlane:
 
 @dataclass(frozen=True, eq=False)
 class PlaneMoved(InjectedEffect):
-    """From a moment on a target plane stands size metres along its normal elsewhere, and is tilted, at once or creeping."""
+    """From one pose on, a target plane is shifted by size along its normal and tilted, at once or creeping."""
 
     name: ClassVar[str] = "plane_moved"
     unit: ClassVar[str] = "m"
 
     @classmethod
     def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
-        """Draw the target plane, the moment among its own poses, the side and the axis of the tilt."""
+        """Draw the target plane, the pose (one of its own), the sign of the shift and the axis of the tilt."""
         target_plane = draw_target_plane(entry, stage, rng)
-        mine = np.flatnonzero(stage.plane_index == stage.workcell.target_planes.index(target_plane))
-        moment = stage.draw_moment(rng, mine)
+        on_it = np.flatnonzero(stage.plane_index == stage.workcell.target_planes.index(target_plane))
+        moment = stage.draw_moment(rng, on_it)
         sign, turn = rng.choice([-1.0, 1.0]), rng.uniform(0.0, 2 * np.pi)
         order = entry["target"].get("at", {}).get("order", moment)
-        if not (mine >= order).any() or not (mine < order).any():
+        if not (on_it >= order).any() or not (on_it < order).any():
             stage.refuse(
-                "target.at.order", f"plane {target_plane.name} is not scanned both before and after {order}"
+                "target.at.order",
+                f"plane {target_plane.name} is not scanned both before and after pose {order}",
             )
-        tilt = entry["size"] / ARM_OF_TURN if entry["tilt_rad"] is None else entry["tilt_rad"]
+        tilt = entry["size"] / LEVER if entry["tilt_rad"] is None else entry["tilt_rad"]
         middle, _ = stage.scanned(target_plane)
         details = {
             "along_normal_m": float(sign * entry["size"]),
@@ -129,7 +127,7 @@ class PlaneMoved(InjectedEffect):
             "creeping_share": entry["creep"],
             "end_order": len(stage.poses) - 1,
         }
-        first = int(mine[mine >= order][0])
+        first = int(on_it[on_it >= order][0])
         return cls({"plane": target_plane.name, "at": stage.at(first)}, entry["size"], details)
 
     def share(self, order: Array) -> Array:
@@ -142,7 +140,7 @@ class PlaneMoved(InjectedEffect):
     def target_planes(
         self, target_planes: tuple[TargetPlane, ...], poses: pd.DataFrame
     ) -> list[tuple[Rows, tuple[TargetPlane, ...]]]:
-        """Return the target planes before, and after or at each pose of the creep."""
+        """Return the target planes before the motion, and after it or at each pose of the creep."""
         shares, which = np.unique(self.share(poses["pose"].to_numpy()), return_inverse=True)
         stretches = []
         for k, share in enumerate(shares):

@@ -1,4 +1,4 @@
-"""Effects of no known name: structure beyond doubt that a diagnosis should not force into a name."""
+"""Effects without a known name: significant structure for which a diagnosis should not state a name."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -28,25 +28,31 @@ KINDS = (
     "worn_teeth",
 )
 IN_TIME = ("base_sway", "encoder_drift", "late_jump", "sensor_oscillation")
-BUMP_WIDTH = 0.08  # standard deviation of a bump over the range that a joint goes through
-STEEPNESS = 100.0  # of a step: its width is a hundredth of the range
+BUMP_WIDTH = 0.08  # standard deviation of a bump, over the range of the joint's angles in the data
+STEEPNESS = 100.0  # of a step: its width is a hundredth of that range
 PERIODS = (1.5, 3.5)  # of an oscillation, in a run
-MIDDLE = (0.35, 0.65)  # of a joint's range, or of a run: where a bump, a step or a jump lies
-TEETH = 0.12  # of the range: half the width of worn teeth at half their depth; their flanks are as wide
-BELT_PERIODS = (4.2, 8.8)  # in the range that a joint goes through
+MIDDLE = (0.35, 0.65)  # part of the joint's range, or of the run, in which a bump, a step or a jump lies
+# Half the width of worn teeth at half their depth, over the joint's range; each flank is as wide.
+TEETH = 0.12
+BELT_PERIODS = (4.2, 8.8)  # periods of a belt's sawtooth in the joint's range
 
 
 @dataclass(frozen=True, eq=False)
 class Unknown(InjectedEffect):
-    """One of `KINDS`; details say which, and what it depends on.
+    """One of `KINDS`; the details say which, and on what it depends.
 
-    angle_bump: a joint errs by size exp(-s^2 / 2) about one angle. angle_product: by size times the product of
-    two other joints, each scaled to -1..1 over its range. angle_step: by size beyond one angle.
-    encoder_drift: by size times the share of time passed. sensor_oscillation: the sensor moves on the flange
-    by size sin(2 pi n t), along one direction; evaluation poses see it at rest. worn_teeth: a joint errs by size over
-    some of its range, with straight flanks. belt: by a sawtooth from -size to size. angle_sum: by size times the cosine
-    of twice another joint's angle plus a third's. late_jump: by size from a moment on. base_sway: the base moves as the
-    oscillating sensor does.
+    These kinds are errors of one joint:
+    angle_bump: size exp(-s^2 / 2), s counted in standard deviations from one angle.
+    angle_product: size times the product of two joints' angles, each scaled to -1..1 over its range.
+    angle_step: size beyond one angle.
+    angle_sum: size times the cosine of twice a joint's angle plus that of another.
+    belt: a sawtooth from -size to size over the joint's angle.
+    worn_teeth: size in one part of the joint's range, with straight flanks.
+    encoder_drift: size times the share of the run's time that has passed.
+    late_jump: size from one moment on.
+
+    In sensor_oscillation the sensor moves on the flange by size sin(2 pi n t + phase), t from 0 to 1 over the run, along one
+    direction; at the evaluation poses it does not. In base_sway the base moves in the same way.
     """
 
     name: ClassVar[str] = "unknown"
@@ -54,12 +60,12 @@ class Unknown(InjectedEffect):
 
     @classmethod
     def needs(cls, entry: Mapping[str, Any]) -> set[str]:
-        """Return time, where it matters."""
+        """Return the time, for the kinds that depend on it."""
         return {"time"} if entry["kind"] in IN_TIME else set()
 
     @classmethod
     def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
-        """Draw the joints and the places."""
+        """Draw the joints, the place in their range or in the run, and directions."""
         kind, target = entry["kind"], dict(entry["target"])
         details: dict[str, Any] = {"kind": kind}
         if kind in ("sensor_oscillation", "base_sway"):
@@ -75,10 +81,10 @@ class Unknown(InjectedEffect):
             }
             return cls({}, entry["size"], details)
         low, high = stage.q.min(0), stage.q.max(0)
-        # A first joint that drifts is the same as target planes that creep about it; a last one, as a sensor that does.
+        # A drift of the first joint cannot be told from target planes that move about its axis, one of the last joint from a sensor that does.
         ends = (1, stage.arm.n) if kind in ("encoder_drift", "late_jump") else ()
         joint = stage.draw_joint(
-            rng, [j for j in stage.mattering if j not in ends], "no joint is left to drift"
+            rng, [j for j in stage.influential if j not in ends], "no joint is left to drift"
         )
         joint = target.get("joint", joint)
         place = rng.uniform(*MIDDLE)
@@ -109,7 +115,7 @@ class Unknown(InjectedEffect):
         return dq
 
     def arms(self, arm: Arm, poses: pd.DataFrame, evaluating: bool) -> list[tuple[Rows, Arm]]:
-        """Return an arm for each place of the sensor."""
+        """Return an arm for each pose, with the sensor where it is then."""
         if self.details["kind"] != "sensor_oscillation" or evaluating:
             return [(slice(None), arm)]
         return [(np.array([k]), arm.shifted({"t": shift})) for k, shift in enumerate(self._sway(poses))]
@@ -122,7 +128,7 @@ class Unknown(InjectedEffect):
         return T
 
     def _sway(self, poses: pd.DataFrame) -> Array:
-        """Return shifts (N, 3) [m]."""
+        """Return the shift of sensor or base at each pose (N, 3) [m]."""
         share = poses["time"].to_numpy(float) / self.details["end_s"]
         swing = np.sin(2 * np.pi * self.details["periods"] * share + self.details["phase_rad"])
         return self.size * swing[:, None] * np.array(self.details["direction"])

@@ -1,4 +1,4 @@
-"""What a real line scanner adds to the truth, by physics or by a model of how it measures: a file an origin.
+"""Errors of a real line scanner, from physics or from a model of how it measures: one file for each origin.
 
-None of it is an effect of the arm. Each piece is off by default, and with all of them off a scene keeps its bytes.
+None of them is an effect of the arm. Each is off by default; with all of them off, a scene is the same to the byte.
 """

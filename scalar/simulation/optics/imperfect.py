@@ -1,4 +1,4 @@
-"""All that the config's `scanner` block adds to a scan, put together."""
+"""All errors that the config's `scanner` block adds to a scan, put together."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,16 +13,17 @@ from scalar.simulation.scanner import Scanner
 from scalar.simulation.transforms import Array
 
 SWITCHES = ("speckle_share", "growth", "glint_share", "gap_share", "edge_share", "linearity_m")
-FEWEST = 5  # points of a scan: a scanner delivers no profile of fewer
+FEWEST = 5  # points: a scanner delivers no profile with fewer
 
 
 @dataclass(frozen=True, eq=False)
 class Imperfections:
-    """What is wrong with the points of all scans.
+    """The errors of the points of all scans.
 
     Attributes:
-        draws: (N, M) of noise, in units of its stated standard deviation. errors: (N, M) [m] along the error axis, the same at
-            every repetition of a scan. seen: (N, M) bool, the points that are delivered.
+        draws: (N, M) of noise, in units of its stated standard deviation.
+        errors: (N, M) [m] along the error axis, the same at every repetition of a scan.
+        seen: (N, M) bool, the points that are delivered.
     """
 
     draws: Array
@@ -31,7 +32,7 @@ class Imperfections:
 
 
 def is_imperfect(block: Mapping[str, Any]) -> bool:
-    """Return whether a complete `scanner` block says anything."""
+    """Return whether a complete `scanner` block switches any error on."""
     return any(block[key] for key in SWITCHES)
 
 
@@ -46,12 +47,18 @@ def imperfections(
     rng_of: Callable[[int], np.random.Generator],
     own: np.random.Generator,
 ) -> Imperfections:
-    """Return what a scanner does to its scans.
+    """Return the errors of a scanner's scans.
 
     Args:
-        block: `scanner` of a complete config. scanner: its geometry. ranges: (N, M) [m], true. angles: (N, M) [rad].
-        cosines: (N, M) of incidence. chosen: (N, M), the pixel of each point. white: (N, M) standard normal, the part of
-            the noise that pixels do not share. rng_of: gives the generator of a scan, by its row. own: of the scanner.
+        block: `scanner` of a complete config.
+        scanner: its geometry.
+        ranges: (N, M) [m], true ranges.
+        angles: (N, M) [rad], angles of the rays.
+        cosines: (N, M), cosines of incidence.
+        chosen: (N, M), the pixel of each point.
+        white: (N, M) standard normal, the part of the noise that is independent between pixels.
+        rng_of: gives the generator of a scan, by its row.
+        own: the generator of the scanner itself.
     """
     if not is_imperfect(block):
         return Imperfections(white, np.zeros_like(white), np.full(white.shape, True))

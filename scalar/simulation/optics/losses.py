@@ -1,4 +1,4 @@
-"""Where a scanner sees two surfaces at once, or none: mixed pixels at an edge, gaps, glints.
+"""Pixels that measure two surfaces at once, nothing, or a glint: mixed pixels at an edge, gaps, glints.
 
 A spot that lies across an edge of the target plane returns light from the plane and from what lies behind; the centroid lies between,
 by the shares of the spot. Whoever prepares the data cuts off what is far behind, and keeps the beginning of that flank.
@@ -18,7 +18,8 @@ def mixed_pixels(rng: np.random.Generator, pixels: int, share: float, gate: floa
     """Return how much too far the pixels of one scan are read (pixels,) [m], and which are kept (pixels,) bool.
 
     Args:
-        share: of the scans that cross an edge. gate: what lies farther behind than this [m] is cut off.
+        share: share of the scans that cross an edge.
+        gate: pixels that are read farther behind than this [m] are cut off.
     """
     crosses = rng.random() < share
     at, gap, spot = rng.uniform(*EDGE_AT), rng.uniform(*GAP), rng.uniform(*SPOT_PIXELS)
@@ -35,7 +36,8 @@ def gaps(rng: np.random.Generator, pixels: int, share: float, run: float) -> Arr
     """Return which pixels of one scan are delivered (pixels,) bool: gaps of geometric length, on average `run` pixels.
 
     Args:
-        share: of all pixels that are lost.
+        share: share of all pixels that are lost.
+        run: average length of a gap [pixels].
     """
     if share == 0.0:
         return np.full(pixels, True)
@@ -47,6 +49,6 @@ def gaps(rng: np.random.Generator, pixels: int, share: float, run: float) -> Arr
 
 
 def glints(rng: np.random.Generator, pixels: int, share: float, times: float) -> Array:
-    """Return what the noise of each pixel is multiplied with (pixels,): 1, or at glints 1 + `times` E, E exponential."""
+    """Return the factor of the noise of each pixel (pixels,): 1, or 1 + `times` E at the `share` that are glints, E exponential."""
     hit = rng.random(pixels) < share
     return 1.0 + times * np.where(hit, rng.exponential(size=pixels), 0.0)

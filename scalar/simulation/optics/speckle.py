@@ -16,8 +16,8 @@ from scalar.simulation.transforms import Array
 SAMPLES = 4  # of the field along the line, in the smaller of a speckle and a pixel
 ACROSS = 2  # samples of the field in a speckle, across the line
 BLOCK = 64  # samples; transforms of multiples of it are quick
-WINDOW = 2.0  # of the camera across the line, in widths of the line
-REFERENCE_SPECKLES = 15_000  # along the line that tells the centroid's spread
+WINDOW = 2.0  # width of the camera's window across the line, in widths of the line
+REFERENCE_SPECKLES = 15_000  # along the line from which the centroid's standard deviation is computed
 REFERENCE_SEED = 19940301
 
 
@@ -25,14 +25,16 @@ def speckle_errors(rng: np.random.Generator, pixels: int, size: float, line: flo
     """Return the errors of the centroid along one line, (pixels,), of unit variance over many lines.
 
     Args:
-        rng: of this line. pixels: of the scanner along the line. size: of a speckle along the line, in pixels: where the
-            field's autocorrelation has its first zero. line: width (1/e^2) of the laser line, in speckles.
+        rng: of this line.
+        pixels: of the scanner along the line.
+        size: of a speckle along the line, in pixels: where the field's autocorrelation has its first zero.
+        line: width (1/e^2) of the laser line, in speckles.
     """
-    return _centroids(rng, pixels, size, line) / _spread(size, line)
+    return _centroids(rng, pixels, size, line) / _centroid_std(size, line)
 
 
 @cache
-def _spread(size: float, line: float) -> float:
+def _centroid_std(size: float, line: float) -> float:
     """Return the standard deviation of the centroid, in speckles, from one long line of its own seed."""
     rng = np.random.default_rng(REFERENCE_SEED)
     return float(_centroids(rng, int(np.ceil(REFERENCE_SPECKLES * size)), size, line).std())
@@ -41,7 +43,7 @@ def _spread(size: float, line: float) -> float:
 def _centroids(rng: np.random.Generator, pixels: int, size: float, line: float) -> Array:
     """Return the centroid across the line of each pixel column (pixels,), in speckles."""
     a_pixel = max(1, int(np.ceil(SAMPLES / size)))
-    margin = int(np.ceil(2 * size)) + 1  # the transform wraps around; what it joins is cut off
+    margin = int(np.ceil(2 * size)) + 1  # cut off, since the Fourier transform joins the two ends of the line
     along = BLOCK * -(-(pixels + margin) * a_pixel // BLOCK)
     across = 2 * int(np.ceil(WINDOW * line * ACROSS / 2))
     y = (np.arange(across) - (across - 1) / 2) / ACROSS

@@ -14,15 +14,12 @@ from scalar.simulation.transforms import Array
 
 BASELINE = 0.12  # m
 BEHIND = 0.20  # m
-MOST = 0.95  # share of the field with errors below the stated size; its corners have larger ones
+MOST = 0.95  # share of the field with errors below the stated size; the corners have larger ones
 GRID = 41  # points along each side of the field, to which offset, tilt and gain are fitted, as in a calibration at the factory
-RADIAL, TANGENTIAL = (
-    (1.0, 1.0),
-    (0.5, 0.5),
-)  # standard deviations of Brown and Conrady's k1, k2 and p1, p2 over a field of unit radius
-RIPPLES = (
-    3  # at most so many half waves of uncorrected sensor and window errors along each side of the picture
-)
+# Standard deviations of Brown and Conrady's k1, k2 and p1, p2 over a field of unit radius.
+RADIAL, TANGENTIAL = (1.0, 1.0), (0.5, 0.5)
+# The most half waves of uncorrected image sensor and window errors along each side of the picture.
+RIPPLES = 3
 RIPPLE = 0.4  # standard deviation of the amplitude of each
 
 
@@ -34,7 +31,9 @@ def growth(scanner: Scanner, depth: Array, cosines: Array, shot_share: float) ->
     the cosine of incidence.
 
     Args:
-        depth: z (...) [m]. cosines: of incidence (...). shot_share: share of shot noise in the variance in the middle.
+        depth: z (...) [m].
+        cosines: of incidence (...).
+        shot_share: share of shot noise in the variance in the middle.
     """
     middle = (scanner.range_near + scanner.range_far) / 2
     distance = (depth + BEHIND) / (middle + BEHIND)
@@ -46,8 +45,10 @@ class Linearity:
     """A lens's distortion after the maker's correction of offset, tilt and gain.
 
     Attributes:
-        size: the 95 % quantile of the error in z over the field [m]. scanner: the scanner with this field.
-        lens: (4,) k1, k2, p1, p2. ripples: (2, RIPPLES, RIPPLES) amplitudes of half waves in u and v.
+        size: the 95 % quantile of the error in z over the field [m].
+        scanner: the scanner with this field.
+        lens: (4,) k1, k2, p1, p2.
+        ripples: (2, RIPPLES, RIPPLES) amplitudes of half waves in u and v.
     """
 
     size: float
@@ -57,7 +58,7 @@ class Linearity:
 
     @classmethod
     def drawn(cls, size: float, scanner: Scanner, rng: np.random.Generator) -> "Linearity":
-        """Return the field of one scanner."""
+        """Return the distortion of one scanner, drawn at random."""
         lens = rng.standard_normal(4) * [*RADIAL, *TANGENTIAL]
         return cls(size, scanner, lens, RIPPLE * rng.standard_normal((2, RIPPLES, RIPPLES)))
 

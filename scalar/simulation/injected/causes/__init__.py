@@ -1,7 +1,7 @@
-"""Causes of no known name, from physics that the estimator has no formula for: a file a place.
+"""Causes without a known name, from physics for which the estimator has no formula: one file for each place where they act.
 
-In a config they are kinds of the effect `unknown`, beside the shapes of `injected.unknown`, which are near to what an estimator
-tries anyway.
+In a config they are kinds of the effect `unknown`, as are the shapes of `injected.unknown`, which are nearer to the terms that an
+estimator tries.
 """
 
 from scalar.simulation.injected.causes.base import Cause

@@ -1,4 +1,4 @@
-"""What the causes have in common: an entry `unknown` with a kind, and states that the moves from pose to pose leave."""
+"""The base classes of the causes: entries `unknown` with a kind, some with states that depend on the moves from pose to pose."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -18,8 +18,8 @@ class Cause(InjectedEffect):
     """One physical cause.
 
     Attributes:
-        states: a row a pose of the scene, (N, ...), of what depends on the order, the time or the moves of the poses; None for
-            the evaluation poses, which are reached one by one and rest.
+        states: (N, ...), one row for each pose of the scene, of what depends on the order, the time or the moves of the poses; None
+            for the evaluation poses, each of which is reached at rest, and for causes without such states.
     """
 
     states: Array | None = None
@@ -31,28 +31,28 @@ class Cause(InjectedEffect):
 
     @classmethod
     def needs(cls, entry: Mapping[str, Any]) -> set[str]:
-        """Return time: moves and climates take some."""
+        """Return the time, on which moves and climates depend."""
         return {"time"}
 
     @classmethod
     def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
-        """Draw what the cause leaves open."""
+        """Draw what the entry leaves open."""
         if "joint" in entry["target"] and not cls.of_a_joint:
             stage.refuse("target.joint", f"'{cls.kind}' has no joint")
-        return cls.made(dict(entry["target"]), entry["size"], stage, rng)
+        return cls.drawn(dict(entry["target"]), entry["size"], stage, rng)
 
     @classmethod
-    def made(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
-        """Return the cause in a workcell; each cause says how."""
+    def drawn(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
+        """Return the cause in a workcell, with what `target` leaves open drawn; each cause defines this."""
         raise NotImplementedError
 
     @classmethod
     def details_of(cls, depends_on: list[str], **others: Any) -> dict[str, Any]:
-        """Return details for the truth: the kind, what the error depends on, and numbers."""
+        """Return details for the truth: the kind, the columns on which the error depends, and further numbers."""
         return {"kind": cls.kind, "unit": cls.unit, "depends_on": depends_on, **others}
 
     def at_rest(self) -> Self:
-        """Return the cause without what the moves left."""
+        """Return the cause without states."""
         return replace(self, states=None)
 
     def state(self, poses: pd.DataFrame) -> Array | None:
@@ -62,7 +62,7 @@ class Cause(InjectedEffect):
 
 @dataclass(frozen=True, eq=False)
 class MoveCause(Cause):
-    """Errors of the joints that moves leave behind: `states` (N, n) [rad], none at rest."""
+    """Errors of the joints that depend on the moves: `states` (N, n) [rad]; there are none at rest."""
 
     def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
         """Return dq (N, n) [rad]."""
@@ -71,12 +71,12 @@ class MoveCause(Cause):
 
 
 def scaled(errors: Array, size: float) -> tuple[Array, float]:
-    """Return errors whose largest magnitude is `size`, and the factor that made them so; 0 where there are none."""
+    """Return errors multiplied by a factor so that their largest magnitude is `size`, and the factor; it is 0 if all errors are."""
     largest = float(np.abs(errors).max())
     factor = size / largest if largest > 0 else 0.0
     return errors * factor, factor
 
 
 def every_joint(n: int) -> list[str]:
-    """Return q1..qn."""
+    """Return the names q1..qn."""
     return [f"q{j + 1}" for j in range(n)]

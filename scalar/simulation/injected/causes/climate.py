@@ -1,4 +1,4 @@
-"""The hall's climate: links that grow and shrink with an air conditioning, or warm up between pauses."""
+"""Errors from the climate of the hall: links that grow and shrink with the air conditioning, or warm up between pauses."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
@@ -14,20 +14,20 @@ from scalar.simulation.injected.stage import Stage
 from scalar.simulation.transforms import Array
 
 AIR = (200.0, 420.0)  # s: time constant in which the air follows heat or cold
-STEPS_A_POSE = 20  # of the thermostat's differential equation
+STEPS_A_POSE = 20  # steps of the thermostat's differential equation for each pose
 BAND = 0.5  # temperature at which the thermostat switches, as a share of the temperature that constant heat or cold would reach
 ARM_SHARE = (0.3, 0.8)  # ratio of the arm's time constant to the air's
-PERIOD_POSES = (42, 48)  # from pause to pause
+PERIOD_POSES = (42, 48)  # number of poses from pause to pause
 
 
 @dataclass(frozen=True, eq=False)
 class GrowingLinks(Cause):
-    """All lengths grow by `states` (N,) [m/m]; at poses outside the run they are as at its end."""
+    """All lengths grow by `states` (N,) [m/m]; at the evaluation poses they have the growth of the run's end."""
 
     unit: ClassVar[str] = "m/m"
 
     def arms(self, arm: Arm, poses: pd.DataFrame, evaluating: bool) -> list[tuple[Rows, Arm]]:
-        """Return an arm for each growth."""
+        """Return an arm for each different growth."""
         growth = self.state(poses)
         growth = np.full(len(poses), self.details["growth_at_end"]) if growth is None else growth
         values, which = np.unique(growth, return_inverse=True)
@@ -39,17 +39,17 @@ class GrowingLinks(Cause):
 
 @dataclass(frozen=True, eq=False)
 class AirConditioning(GrowingLinks):
-    """A thermostat switches heat and cold; the air follows, and the arm follows the air, each to first order."""
+    """A thermostat switches between heat and cold; the air follows it, and the arm follows the air, each to first order."""
 
     kind: ClassVar[str] = "air_conditioning"
 
     @classmethod
-    def made(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
+    def drawn(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
         """Draw the time constants and where in its period the run begins."""
         time = stage.poses["time"].to_numpy(float)
         air, share, before = rng.uniform(*AIR), rng.uniform(*ARM_SHARE), rng.uniform(3.0, 6.0)
-        warm = thermostat(time, air, air * share, before * air)
-        growth = warm * size / np.abs(warm).max()
+        temperature = thermostat(time, air, air * share, before * air)
+        growth = temperature * size / np.abs(temperature).max()
         details = cls.details_of(["time"], air_s=air, arm_s=air * share, growth_at_end=float(growth[-1]))
         return cls({}, size, details, states=growth)
 
@@ -58,7 +58,8 @@ def thermostat(time: Array, air: float, arm: float, before: float) -> Array:
     """Return the arm's temperature (N,) at times (N,) [s], in units of half the distance between heat and cold.
 
     Args:
-        air, arm: time constants [s]. before: time [s] for which the thermostat has run when the first pose is taken.
+        air, arm: time constants [s].
+        before: time [s] for which the thermostat has run when the first pose is taken.
     """
     step = float(np.median(np.diff(time))) / STEPS_A_POSE
     grid = np.arange(time[0] - before, time[-1] + step, step)
@@ -80,7 +81,7 @@ class SawtoothGrowth(GrowingLinks):
     kind: ClassVar[str] = "sawtooth_growth"
 
     @classmethod
-    def made(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
+    def drawn(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
         """Draw the period and where in it the run begins."""
         period = int(rng.integers(PERIOD_POSES[0], PERIOD_POSES[1] + 1))
         start = int(rng.integers(period))

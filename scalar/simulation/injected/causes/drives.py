@@ -1,4 +1,4 @@
-"""Drives: a belt on two eccentric pulleys, an encoder's interpolation, a gear with two slopes of stiffness."""
+"""Errors of drives: a belt on two eccentric pulleys, an encoder's interpolation, a gear with two slopes of stiffness."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
@@ -15,9 +15,9 @@ ECCENTRICITY = 1e-3  # over the radius; errors this small are in proportion
 TURNS = (2.2, 6.8)  # of the driven pulley in one turn of the joint
 PULLEYS = (1.4, 2.6)  # turns of the driving pulley in one of the driven
 NOT_WHOLE = 0.15  # least distance of the numbers of turns from a whole number, since designers choose teeth without common factors
-ROUNDS = 20  # of the fixed point of the belt's equation
-LINES = 512  # of an encoder's disc, on the joint
-SIGNAL_FAULT = 0.02  # spread of gain, quadrature and offset of its two signals
+ROUNDS = 20  # of the fixed-point iteration for the belt's equation
+LINES = 512  # on the disc of an encoder at the joint
+SIGNAL_FAULT = 0.02  # standard deviation of the errors of gain, quadrature and offset of its two signals
 FIRST_SLOPE_ENDS = (0.25, 0.5)  # share of the largest torque
 STIFFER = (3.0, 5.0)  # the second slope's stiffness over the first's
 
@@ -36,33 +36,34 @@ class DriveCause(Cause):
         return dq
 
     def raw(self, world: World, q: Array, j: int) -> Array:
-        """Return the error before scaling (N,), of joint j from 0."""
+        """Return the error of the joint with index j, from 0, before it is scaled (N,)."""
         raise NotImplementedError
 
     @classmethod
-    def _made(
+    def _scaled_to_size(
         cls, target: dict[str, Any], size: float, stage: Stage, depends_on: list[str], **details: Any
     ) -> Self:
-        plain = cls(target, size, cls.details_of(depends_on, factor=1.0, **details))
+        """Return the cause with the factor that makes its largest error in the scene `size`."""
+        unscaled = cls(target, size, cls.details_of(depends_on, factor=1.0, **details))
         with World() as world:
             world.place_arm(stage.arm)
-            _, factor = scaled(plain.raw(world, stage.q, target["joint"] - 1), size)
-        return cls(target, size, plain.details | {"factor": factor})
+            _, factor = scaled(unscaled.raw(world, stage.q, target["joint"] - 1), size)
+        return cls(target, size, unscaled.details | {"factor": factor})
 
 
 @dataclass(frozen=True, eq=False)
 class TwoPulleyBelt(DriveCause):
     """A belt over two eccentric pulleys.
 
-    The belt's length is kept: r2(theta2) dtheta2 = r1(theta1) dtheta1 with r = R (1 + e cos(theta + phi)), so
-    theta2 + e2 sin(theta2 + phi2) = (theta1 + e1 sin(theta1 + phi1)) / ratio. Neither pulley turns a whole number of times in a
-    turn of the joint.
+    The belt does not stretch: r2(theta2) dtheta2 = r1(theta1) dtheta1 with r = R (1 + e cos(theta + phi)), so
+    theta2 + e2 sin(theta2 + phi2) = (theta1 + e1 sin(theta1 + phi1)) / ratio. The driven pulley does not turn a whole number of times in
+    a turn of the joint, nor the driving one in a turn of the driven.
     """
 
     kind: ClassVar[str] = "two_pulley_belt"
 
     @classmethod
-    def made(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
+    def drawn(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
         """Draw joint, turns and phases."""
         joint = target.get("joint", stage.draw_joint(rng))
         turns = _not_whole(rng, *TURNS)
@@ -72,7 +73,7 @@ class TwoPulleyBelt(DriveCause):
             "shares": rng.uniform(0.3, 1.0, 2).tolist(),
         }
         phases = rng.uniform(0.0, 2 * np.pi, 2).tolist()
-        return cls._made({"joint": joint}, size, stage, [f"q{joint}"], **details, phases_rad=phases)
+        return cls._scaled_to_size({"joint": joint}, size, stage, [f"q{joint}"], **details, phases_rad=phases)
 
     def raw(self, world: World, q: Array, j: int) -> Array:
         """Return the difference of the driven pulley's angle from that with ideal pulleys, as a joint angle."""
@@ -88,7 +89,7 @@ class TwoPulleyBelt(DriveCause):
 
 
 def _not_whole(rng: np.random.Generator, low: float, high: float) -> float:
-    """Return a number between two that is not near a whole one."""
+    """Return a random number from `low` to `high` that is not near a whole number."""
     while True:
         value = float(rng.uniform(low, high))
         if abs(value - round(value)) > NOT_WHOLE:
@@ -106,11 +107,13 @@ class EncoderInterpolation(DriveCause):
     kind: ClassVar[str] = "encoder_interpolation"
 
     @classmethod
-    def made(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
+    def drawn(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
         """Draw joint and signal faults."""
         joint = target.get("joint", stage.draw_joint(rng))
         faults = (SIGNAL_FAULT * rng.standard_normal(4)).tolist()
-        return cls._made({"joint": joint}, size, stage, [f"q{joint}"], lines=LINES, signal_faults=faults)
+        return cls._scaled_to_size(
+            {"joint": joint}, size, stage, [f"q{joint}"], lines=LINES, signal_faults=faults
+        )
 
     def raw(self, world: World, q: Array, j: int) -> Array:
         """Return the interpolated angle less the true one."""
@@ -124,21 +127,21 @@ class EncoderInterpolation(DriveCause):
 
 @dataclass(frozen=True, eq=False)
 class TwoSlopeGear(DriveCause):
-    """A gear that is soft at first and stiff beyond, as strain wave gears are: K1 up to T1, K2 beyond, for either sign."""
+    """A gear that is stiffer above a torque T1, as strain wave gears are: stiffness K1 up to T1, then K2, for either sign."""
 
     kind: ClassVar[str] = "two_slope_gear"
 
     @classmethod
-    def made(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
+    def drawn(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
         """Draw a joint that carries weight, the torque at the bend and the second slope."""
         joint = target.get("joint", stage.draw_joint(rng, stage.loaded, "no joint carries weight"))
         bend = float(rng.uniform(*FIRST_SLOPE_ENDS) * np.abs(stage.torques[:, joint - 1]).max())
         stiffer = float(rng.uniform(*STIFFER))
         depends_on = [f"q{j}" for j in range(2, stage.arm.n + 1)]
-        return cls._made({"joint": joint}, size, stage, depends_on, bend_n_m=bend, stiffer=stiffer)
+        return cls._scaled_to_size({"joint": joint}, size, stage, depends_on, bend_n_m=bend, stiffer=stiffer)
 
     def raw(self, world: World, q: Array, j: int) -> Array:
-        """Return the wind-up, in torque over the first slope."""
+        """Return the wind-up (N,) times the stiffness K1 [N m]."""
         torque = world.gravity_torques(q)[:, j]
         bend = self.details["bend_n_m"]
         soft = np.clip(np.abs(torque), 0.0, bend)

@@ -1,4 +1,4 @@
-"""A floor that gives way where the arm leans on it."""
+"""A floor that yields under the arm once the anchors of the base plate lift."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
@@ -11,21 +11,21 @@ from scalar.simulation.injected.stage import Stage
 from scalar.simulation.transforms import Array, rotation_from_vector, transform
 from scalar.simulation.world import World
 
-PRELOAD = (0.4, 0.65)  # quantile of the moments up to which the anchors hold the plate down
-SOFTER = (1.0, 3.0)  # how much softer the floor is on one side, at most
+PRELOAD = (0.4, 0.65)  # the anchors hold the plate down up to this quantile of the scene's moments
+SOFTER = (1.0, 3.0)  # compliance in the direction of the floor's soft side, over that elsewhere
 
 
 @dataclass(frozen=True, eq=False)
 class GivingFloor(Cause):
-    """The base plate lifts off on one side once the moment exceeds what its anchors were tightened to.
+    """The base plate lifts off on one side once the moment M of the arm's weight exceeds the preload M0 of its anchors.
 
-    tilt = compliance max(|M| - M0, 0) M / |M|, the compliance larger where the arm leans to the soft side of the floor.
+    tilt = compliance max(|M| - M0, 0) M / |M|, where the compliance is larger if the arm leans to the soft side of the floor.
     """
 
     kind: ClassVar[str] = "giving_floor"
 
     @classmethod
-    def made(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
+    def drawn(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
         """Draw the preload and the soft side."""
         with World() as world:
             world.place_arm(stage.arm)
@@ -51,7 +51,7 @@ class GivingFloor(Cause):
 
 
 def _tilt(moments: Array, hold: float, soft: float, side: float) -> Array:
-    """Return tilts (N, 3), before scaling."""
+    """Return tilts (N, 3) before scaling, for moments (N, 3) [N m], preload [N m], softness and direction [rad] of the soft side."""
     size = np.linalg.norm(moments, axis=1)
     beyond = np.maximum(size - hold, 0.0) / np.where(size > 0, size, 1.0)
     leaning = np.arctan2(moments[:, 1], moments[:, 0]) - side

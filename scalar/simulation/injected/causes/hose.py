@@ -1,4 +1,4 @@
-"""A hose or a bundle of cables between the base and the flange, which pulls and remembers."""
+"""A hose or a bundle of cables between the base and the sensor, whose pull depends on its earlier lengths."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
@@ -14,26 +14,27 @@ from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
 STEP = 1e-5  # rad, of central differences
-SLACK = (0.2, 0.5)  # quantile of the lengths below which the hose hangs through
-MEMORY = (0.4, 0.8)  # stiffness of the branch that relaxes, over that of the one that stays
-MINUTES = (1.0, 5.0)  # in which it relaxes
-ANCHOR = (0.15, 0.4)  # height and distance behind of the anchor, over the arm's reach, at most
-WRIST_SOFTER = 4.0  # joints from the fourth on give way so many times as much
+SLACK = (0.2, 0.5)  # the hose is slack below this quantile of its lengths in the scene
+MEMORY = (0.4, 0.8)  # stiffness of the spring that relaxes, over that of the one that does not
+MINUTES = (1.0, 5.0)  # time constant of the relaxation
+# Over the arm's reach: the anchor's distance from the base's z axis is the first, its height is between the two.
+ANCHOR = (0.15, 0.4)
+WRIST_SOFTER = 4.0  # compliance of the joints from the fourth on, over that of the others
 
 
 @dataclass(frozen=True, eq=False)
 class Hose(Cause):
-    """A spring between a point beside the base and the flange, slack below a length, in parallel with one that relaxes.
+    """A spring between an anchor beside the base and the sensor, slack below a length, in parallel with one that relaxes.
 
-    The tension F = max(L - L0, 0) + m (L - r), where r follows L as dr/dt = (L - r) / tau (a standard linear solid: the hose
-    keeps the shape it had). The torque about a joint is -F dL/dq, and each joint gives way in proportion to it.
+    The tension is F = max(L - L0, 0) + m (L - r), where r follows the length L as dr/dt = (L - r) / tau (a standard linear
+    solid). The torque about a joint is -F dL/dq, and each joint deflects in proportion to it.
     """
 
     kind: ClassVar[str] = "hose"
 
     @classmethod
-    def made(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
-        """Draw anchor, slack and memory; `states` are the lengths r that the hose remembers."""
+    def drawn(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
+        """Draw anchor, slack length L0 and memory m; `states` are the lengths r (N,) [m]."""
         span = reach(stage.arm)
         turn = rng.uniform(0.0, 2 * np.pi)
         radius = ANCHOR[0] * span
@@ -52,11 +53,12 @@ class Hose(Cause):
         return cls({}, size, details | {"factor": float(size / largest)}, states=remembered)
 
     def joint_errors(self, world: World, q: Array, poses: pd.DataFrame) -> Array:
-        """Return dq (N, n) [rad]; a hose at rest has relaxed."""
+        """Return dq (N, n) [rad]; at rest the second spring has relaxed."""
         assert world.arm is not None, "no arm has been placed"
         return self._deflection(world.arm, q, self.state(poses))
 
     def _deflection(self, arm: Arm, q: Array, remembered: Array | None) -> Array:
+        """Return dq (N, n) [rad], with the lengths r (N,) [m], or None if the second spring has relaxed."""
         anchor = np.array(self.details["anchor_m"])
         length = _length(arm, q, anchor)
         tension = np.maximum(length - self.details["slack_m"], 0.0)
@@ -72,12 +74,12 @@ class Hose(Cause):
 
 
 def _length(arm: Arm, q: Array, anchor: Array) -> Array:
-    """Return the distance (N,) [m] between the anchor and the sensor's bracket."""
+    """Return the distance (N,) [m] between the anchor and the sensor's origin."""
     return np.linalg.norm(arm.sensor_frames(q)[1] - anchor, axis=1)
 
 
 def relaxed(length: Array, time: Array, tau: float) -> Array:
-    """Return what the hose remembers on arriving at each pose (N,) [m]: it held each length until it left."""
+    """Return the length r on arrival at each pose (N,) [m], if the hose kept each length until the arrival at the next pose."""
     remembered = np.empty_like(length)
     remembered[0] = length[0]
     for k in range(1, len(length)):

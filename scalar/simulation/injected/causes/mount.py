@@ -1,4 +1,4 @@
-"""The scanner on its flange: a loose mount that flops with gravity, and a laser whose line wanders."""
+"""Errors of the mounted scanner: a loose mount that gravity tips to either side, and a laser whose plane wanders."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
@@ -14,20 +14,20 @@ from scalar.simulation.injected.stage import Stage
 from scalar.simulation.optics.triangulation import BASELINE
 from scalar.simulation.transforms import Array
 
-MOUNT_LENGTH = 0.1  # m: play of a mount that long turns it by play / length
-FRICTION = 0.25  # of the weight: it stays on its side until gravity pulls across it by more
-MINUTES = (3.0, 10.0)  # in which a laser forgets where its line was
+MOUNT_LENGTH = 0.1  # m; the play turns the mount by play / length
+FRICTION = 0.25  # the scanner stays on its side until the pull of gravity to the other exceeds this share of its weight
+MINUTES = (3.0, 10.0)  # correlation time of the laser's angle
 
 
 @dataclass(frozen=True, eq=False)
 class LooseMount(Cause):
-    """The scanner rests on one side of its play or on the other, wherever its weight last pulled it over friction."""
+    """The scanner rests on one side of its play or on the other, to which its weight last pulled it against friction."""
 
     kind: ClassVar[str] = "loose_mount"
     unit: ClassVar[str] = "m"
 
     @classmethod
-    def made(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
+    def drawn(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
         """Draw the direction of the play and the axis about which it turns."""
         play = draw_direction(rng)
         turn = np.cross(play, draw_direction(rng))
@@ -56,7 +56,7 @@ class LooseMount(Cause):
 
 
 def _pull(arm: Arm, q: Array, play: Array) -> Array:
-    """Return the share of the weight along the play (N,), -1 to 1."""
+    """Return the component of the weight along the play, over the weight (N,), -1 to 1."""
     R = arm.sensor_frames(q)[0]
     down = arm.gravity / np.linalg.norm(arm.gravity)
     return np.einsum("nij,i,j->n", R, down, play)
@@ -84,8 +84,8 @@ class WanderingLaser(Cause):
     kind: ClassVar[str] = "wandering_laser"
 
     @classmethod
-    def made(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
-        """Draw the way it takes; evaluation poses see it where it was calibrated."""
+    def drawn(cls, target: dict[str, Any], size: float, stage: Stage, rng: np.random.Generator) -> Self:
+        """Draw the angles at the poses of the scene; at the evaluation poses the angle is zero."""
         time = stage.poses["time"].to_numpy(float)
         tau = 60.0 * float(rng.uniform(*MINUTES))
         draws = rng.standard_normal(len(time))
@@ -98,14 +98,14 @@ class WanderingLaser(Cause):
         return cls({}, size, cls.details_of(["time"], forgets_s=tau), states=angle)
 
     def arms(self, arm: Arm, poses: pd.DataFrame, evaluating: bool) -> list[tuple[Rows, Arm]]:
-        """Return a scanner that is turned for each pose."""
+        """Return an arm for each pose, with the scanner turned by the angle."""
         angles = self.state(poses)
         if angles is None or evaluating:
             return [(slice(None), arm)]
         return [(np.array([k]), arm.shifted({"r": np.array([a, 0.0, 0.0])})) for k, a in enumerate(angles)]
 
     def range_errors(self, readings: Array, angles: Array, poses: pd.DataFrame) -> Array:
-        """Return how much too far points are read."""
+        """Return how much too far points are measured (N, M) [m]."""
         turned = self.state(poses)
         if turned is None:
             return np.zeros_like(readings)
