@@ -1,6 +1,6 @@
-"""The command line: each command reads, calls one function, writes, and says what was found.
+"""The command line: each command reads its input, calls one function, writes the result, and prints a summary.
 
-A command is a file. A module imports what its command needs when the command runs, so that `scalar --help`
+Each command has its own file. A module imports what its command needs when the command runs, so that `scalar --help`
 imports click alone, and a check of a dataset loads no solver.
 """
 
@@ -10,7 +10,7 @@ import os
 import signal
 import sys
 
-# Small matrices lose time, and reproducible bytes, to threads. Set before NumPy is first imported, by a command.
+# With threads, small matrices take longer and results are not reproducible to the byte. NumPy reads these when a command first imports it.
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
@@ -33,11 +33,11 @@ from scalar.cli import (  # noqa: E402, F401
 from scalar.cli.group import cli  # noqa: E402
 from scalar.cli.terminal import accept_every_name  # noqa: E402
 
-_TERMINATED = 128 + signal.SIGTERM  # as a shell has it
+_TERMINATED = 128 + signal.SIGTERM  # the exit status that a shell gives a process ended by this signal
 
 
 def main() -> None:
-    """Run the command line. A request to end (SIGTERM) removes what is half-written, like an interruption."""
+    """Run the command line. On SIGTERM, as on an interruption, half-written files are removed."""
     accept_every_name()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(_TERMINATED))
     cli(prog_name="scalar")

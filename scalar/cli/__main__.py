@@ -1,4 +1,4 @@
-"""``python -m scalar.cli``."""
+"""Run the command line by ``python -m scalar.cli``."""
 
 from scalar.cli import main
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     "--effects",
     "effects",
     metavar="NAME,...",
-    help="Free these effects as well, each with its target where it needs one (a joint, a joint and an order, two joints): see the examples.",
+    help="Estimate these effects as well; some need a target (a joint, a joint and an order, two joints): see the examples.",
 )
 @COMMANDED
 @EFFECTS_MODULE
@@ -155,8 +155,8 @@ def describe_calibration(calibration: Calibration) -> str:
         )
     for effect, names in zip(model.effects, model.effect_names, strict=True):
         for name, unit, value in zip(names, effect.coefficient_units, effect.coefficients, strict=True):
-            spread = f" +- {std[name]:.2g}" if name in std else " (fixed)"
-            lines.append(f"  effect {name}: {value:.4g}{spread} {unit}")
+            error = f" +- {std[name]:.2g}" if name in std else " (fixed)"
+            lines.append(f"  effect {name}: {value:.4g}{error} {unit}")
     lines += transfer.describe(summary.get("effects_from"))
     near = summary.get("kept_near_data_sheet") or {}
     if near:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _KINDS = {"a": "length", "alpha": "twist", "d": "offset", "theta": "zero", "beta": "tilt about y"}
 _RIVALS_SHOWN, _NOT_COMPARED_SHOWN = 4, 8
-_MISFIT = 1e-3  # probability by chance below which a fit is said not to explain its data
+_MISFIT = 1e-3  # p-value below which the residual is larger than the noise explains, so that the model lacks something
 
 
 @cli.command()
@@ -68,7 +68,7 @@ def compare(
 
 
 def describe_comparison(comparison: Comparison) -> list[str]:
-    """Return what changed, as lines for a person."""
+    """Return lines on what changed, for the terminal."""
     lines: list[str] = []
     for letter, (ratio, p) in zip("AB", comparison.misfits, strict=True):
         if p < _MISFIT:
@@ -109,7 +109,7 @@ def describe_comparison(comparison: Comparison) -> list[str]:
             f"Compare calibrations that hold what it lacks, {how}, or measure the same poses in both campaigns"
         )
     for change, moved in zip(comparison.changes, comparison.moved, strict=True):
-        lines += _said(comparison, change)
+        lines += _change_lines(comparison, change)
         lines.append(
             f"    moves predicted positions by {moved.rms / MM:.3f} mm RMS, at most {moved.largest / MM:.3f} mm"
         )
@@ -129,7 +129,7 @@ def describe_comparison(comparison: Comparison) -> list[str]:
 
 
 def _unexplained(comparison: Comparison) -> str:
-    """Return that positions differ beyond chance though nothing that was compared changed, why that may be, and what to do."""
+    """Return the line for positions that differ beyond chance though no compared parameter changed: why that may be, and what to do."""
     said = (
         f"the arm's positions differ by {comparison.together.rms / MM:.3f} mm RMS, beyond chance ({comparison.by_chance / MM:.3f} mm), "
         "though no parameter that both calibrations have has changed"
@@ -154,8 +154,8 @@ def _with_same_effects(comparison: Comparison) -> str:
     return f"calibrate both with the same effects: {how}"
 
 
-def _said(comparison: Comparison, change: Change) -> list[str]:
-    """Return a change with its sizes, and what it cannot be distinguished from."""
+def _change_lines(comparison: Comparison, change: Change) -> list[str]:
+    """Return a line with a change and its sizes, and one with the candidates from which it cannot be distinguished."""
     sizes = [
         _sized(comparison.arm.names[i], comparison.arm.units[i], value, std)
         for i, value, std in zip(change.candidate.columns, change.value, change.std, strict=True)
@@ -170,13 +170,14 @@ def _said(comparison: Comparison, change: Change) -> list[str]:
 
 
 def _title(comparison: Comparison, name: str) -> str:
+    """Return the title of a candidate: joint and kind for a geometric parameter, the name for an effect."""
     kind, _, _ = name.rpartition("_")
     named = _named(comparison, name)
     return f"joint {named[len(kind) + 1 :]}, {_KINDS[kind]} {named}" if kind in _KINDS else named
 
 
 def _named(comparison: Comparison, name: str) -> str:
-    """Return a parameter's name, where dataset.yaml has standard DH by the row of that table."""
+    """Return a parameter's name; if dataset.yaml has standard DH, by the row of that table."""
     from scalar.geometry.standard_dh import in_rows
 
     nominal = comparison.arm.model.nominal
@@ -191,13 +192,14 @@ def _chance(p: float) -> str:
 
 
 def _sized(name: str, unit: str, value: float, std: float) -> str:
+    """Return the change of a parameter with its standard error, in mm or deg; for an effect with the name of the coefficient."""
     size, shown = {"m": (MM, "mm"), "rad": (DEG, "deg")}.get(unit, (1.0, unit))
     which = f"{name.rpartition('.')[2]} " if "." in name else ""
     return f"{which}{value / size:+.4g} +- {std / size:.2g} {shown}"
 
 
 def _not_compared(comparison: Comparison) -> list[str]:
-    """Return what was not compared, a line for each reason."""
+    """Return the parameters that were not compared, one line for each reason."""
     by_reason: dict[str, list[str]] = {}
     for name, reason in comparison.not_compared.items():
         by_reason.setdefault(reason, []).append(_named(comparison, name))

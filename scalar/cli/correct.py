@@ -1,4 +1,4 @@
-"""``scalar correct``: joint angles that take the real arm where it is wanted."""
+"""``scalar correct``: joint angles that take the real arm to the wanted frames."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from scalar.geometry.se3 import Array
 
 _FRAME = ("x", "y", "z", "rx", "ry", "rz")
-_FAR = 20.0  # times all links together: a hand's breadth in millimetres is farther
+_FAR = 20.0  # times the length of all links: coordinates that were given in millimetres, taken as metres, are farther away
 
 
 @cli.command()
@@ -147,6 +147,7 @@ def correct(
 
 
 def _frames(table: pd.DataFrame) -> Array:
+    """Return the wanted frames ``(N, 4, 4)`` of a table."""
     from scalar.geometry.se3 import transform_from_rotation_vector
 
     values = table[list(_FRAME)].to_numpy(dtype=float)
@@ -168,7 +169,7 @@ def _check_reach(robot: Robot, T: Array, file: str) -> None:
 
 
 def _with_postures(model: Model, table: pd.DataFrame) -> tuple[pd.DataFrame, Array, list[Uncorrected]]:
-    """Return the table with joint angles of the rigid arm, the rows that have them, and what is said of the others."""
+    """Return the table with joint angles of the rigid arm, the rows that have such, and the message for each of the others."""
     import numpy as np
 
     from scalar.estimation.correction import postures_for
@@ -182,15 +183,15 @@ def _with_postures(model: Model, table: pd.DataFrame) -> tuple[pd.DataFrame, Arr
 def _write(
     path: Path, table: pd.DataFrame, rows: Array, found: Correction, near: Sensitivity, units: TableUnits
 ) -> None:
-    """Write the joint angles, with the other columns of the table and what is to be known of each pose.
+    """Write the joint angles, with the other columns of the table and the columns that say how each pose was corrected.
 
     Args:
-        path: To write.
-        table: What is wanted, with all rows that are written.
-        rows: Index in the whole of what was wanted, of those that have joint angles.
-        found: Those joint angles.
-        near: Their sensitivity.
-        units: Of the columns.
+        path: File to write.
+        table: The targets of all rows that are written; its index counts the rows of the file TARGETS.
+        rows: ``(M,)``, in the same count, the rows that have joint angles.
+        found: The M corrected joint angles.
+        near: Their sensitivity near singularities.
+        units: Units of the columns.
     """
     import numpy as np
     import pandas as pd
@@ -198,25 +199,25 @@ def _write(
     from scalar.data.io.atomic import atomic_write
     from scalar.estimation.frame_tables import tells_of_frame
 
-    at = np.searchsorted(table.index.to_numpy(), rows)
+    positions = np.searchsorted(table.index.to_numpy(), rows)
 
-    def spread(values: Array, empty: object = "") -> Array:
-        """Return values of the rows that have joint angles in a column of all rows."""
-        if len(at) == len(table):
+    def full_column(values: Array, empty: object = "") -> Array:
+        """Return a column of all rows, with these values in the rows that have joint angles."""
+        if len(positions) == len(table):
             return values
         column = np.full(len(table), empty, dtype=object)
-        column[at] = values
+        column[positions] = values
         return column
 
     joints = [f"q{i + 1}" for i in range(found.q.shape[1])]
     columns = {"pose": table["pose"].to_numpy()}
     for i, name in enumerate(joints):
-        columns[units.named(name)] = spread(found.q[:, i] / units.of(name)[1])
+        columns[units.named(name)] = full_column(found.q[:, i] / units.of(name)[1])
     own = {
-        "corrected": spread(found.reached.astype(int), 0),
-        "beyond_limits": spread(found.beyond_limits.sum(axis=1)),
-        "near_singular": spread(is_near(near).astype(int)),
-        "smallest_singular_value": spread(near.singular_value),
+        "corrected": full_column(found.reached.astype(int), 0),
+        "beyond_limits": full_column(found.beyond_limits.sum(axis=1)),
+        "near_singular": full_column(is_near(near).astype(int)),
+        "smallest_singular_value": full_column(near.singular_value),
     }
     for name in table.columns:
         if name not in ("pose", *joints, *own) and not tells_of_frame(str(name)):

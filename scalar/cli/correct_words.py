@@ -1,4 +1,4 @@
-"""What ``scalar correct`` says of poses: of those that it could not correct, and of those that it did."""
+"""Messages of ``scalar correct`` on poses that it could not correct, and on those that it corrected."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from scalar.geometry.se3 import Array
 
 _MOST_SHOWN = 10
-_MOST_TURN = 180.0  # deg or mm for a shift of 1 mm: beyond it a number says no more than that
+_MOST_TURN = 180.0  # deg or mm for a shift of 1 mm: larger values are shown as "more than" this
 _EMPTY, _AS_GIVEN = "without joint angles (corrected = 0)", "as it was given, with corrected = 0"
 
 
@@ -24,10 +24,10 @@ class Uncorrected:
     """A pose that could not be corrected.
 
     Attributes:
-        pose: Its number.
-        why: A clause.
-        written: How the row is written.
-        remedy: What to do.
+        pose: Number of the pose.
+        why: The reason, a clause.
+        written: How its row is written, a phrase.
+        remedy: What to do, a clause.
     """
 
     pose: int
@@ -36,19 +36,19 @@ class Uncorrected:
     remedy: str
 
     def fault(self, file: str, written: bool) -> Fault:
-        """Return what is said where the row is written, or nothing is."""
+        """Return the fault of the pose; ``written`` says whether its row is written."""
         how = f"not corrected, and written {self.written}: " if written else ""
         return Fault(file, f"pose {self.pose}: {how}{self.why}; {self.remedy}")
 
 
 def no_posture(pose: int) -> Uncorrected:
-    """Return what is said of a frame for which no joint angles were found."""
+    """Return the message on a frame for which no joint angles were found."""
     remedy = "move it, or give q1..qn of a posture near it"
     return Uncorrected(pose, "out of reach within the joint limits", _EMPTY, remedy)
 
 
 def cannot_take(pose: int, found: Correction, i: int) -> Uncorrected:
-    """Return what is said of a frame that the calibrated arm cannot take."""
+    """Return the message on a frame that the calibrated arm cannot take."""
     if found.position_error[i] > MM * 1e-3 or found.orientation_error[i] > 1e-6:
         off = f"the nearest is {found.position_error[i] / MM:.3g} mm and {found.orientation_error[i] / DEG:.3g} deg away"
     else:
@@ -58,7 +58,7 @@ def cannot_take(pose: int, found: Correction, i: int) -> Uncorrected:
 
 
 def left_as_given(pose: int, found: Correction, i: int) -> Uncorrected:
-    """Return what is said of joint angles that are written as they were given."""
+    """Return the message on joint angles that are written as they were given."""
     off = f"{found.position_error[i] / MM:.2g} mm and {found.orientation_error[i] / DEG:.2g} deg"
     why = f"{_where(found, i)}, no small change of the joints takes the arm there, and uncorrected it errs by {off}"
     remedy = "move the pose a few degrees away if it has to be exact, or keep it, as for a home pose"
@@ -112,10 +112,10 @@ def is_near(near: Sensitivity) -> Array:
 
 
 def _how_near(robot: Robot, near: Sensitivity, i: int) -> str:
-    """Return by how much a joint moves for a small shift there."""
+    """Return in words how far one joint has to move for a small shift of the sensor at pose i."""
     import numpy as np
 
-    # Of joints that turn and such that slide the largest number of degrees or millimetres is named.
+    # The joint with the largest number of degrees, or of millimetres if it slides, is named.
     units = [("mm", MM) if joint in robot.prismatic else ("deg", DEG) for joint in range(robot.n_joints)]
     moves = near.travel[i] * MM / np.array([size for _, size in units])
     joint = int(np.argmax(moves))

@@ -1,4 +1,4 @@
-"""Offer a corrected dataset.yaml where the table of joints is what contradicts the data."""
+"""Write a corrected dataset.yaml for the user if the table of joints contradicts the data."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ CORRECTED = "corrected-dataset.yaml"
 
 @contextmanager
 def corrected_description(dataset: Path, output: Path) -> Iterator[None]:
-    """Write ``corrected-dataset.yaml`` to the output folder if what is done inside refuses the table of joints.
+    """Write ``corrected-dataset.yaml`` to the output folder if the code inside raises ``WrongSetup`` about the table of joints.
 
-    The corrected table is standard or modified DH as dataset.yaml has it, unless that is what is corrected.
+    The corrected table has the convention of dataset.yaml, standard or modified DH, unless the correction is that of the convention.
 
     Args:
-        dataset: The folder that is read.
-        output: The folder that results go to; it exists.
+        dataset: The folder of the dataset.
+        output: The folder of the results, which exists.
     """
     from scalar.data.description import DESCRIPTION
     from scalar.data.io.plain_yaml import dump_yaml, load_yaml

@@ -15,14 +15,16 @@ from scalar.cli.simulator import simulator
 from scalar.cli.terminal import say
 
 _SEEDS = 10_000
-"""Seeds to draw from where none is given. Chosen: short to type again."""
+"""A seed is drawn below this number if none is given. Chosen: such a seed is quick to type again."""
 
 
 @cli.command()
 @click.option(
-    "-o", "--output", type=PATH, metavar="DIR", help="Folder to write to; left out: scalar-demo-SEED."
+    "-o", "--output", type=PATH, metavar="DIR", help="Folder to write to; scalar-demo-SEED if not given."
 )
-@click.option("--seed", type=click.IntRange(min=0), help="Repeat a demonstration; left out: drawn.")
+@click.option(
+    "--seed", type=click.IntRange(min=0), help="Seed of a demonstration to repeat; drawn if not given."
+)
 def demo(output: Path | None, seed: int | None) -> None:
     """Show a diagnosis on a simulated workcell with a secret effect.
 
@@ -94,7 +96,7 @@ def told(secret: Mapping[str, Any], found: list[Mapping[str, Any]]) -> str:
 
 
 def _same_place(found: Mapping[str, Any], secret: Mapping[str, Any]) -> bool:
-    """Return whether two targets name the same place; moments are not compared, and joints that hardly carry weight may be left out."""
+    """Return whether two targets name the same place; times are not compared, and joints that hardly carry weight may be left out."""
     if "joints" in secret:
         joints = set(found.get("joints") or [found.get("joint")])
         return joints <= set(secret["joints"])

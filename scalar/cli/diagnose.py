@@ -1,4 +1,4 @@
-"""``scalar diagnose``: find what the model lacks, and say it in about ten lines."""
+"""``scalar diagnose``: find what the model lacks, and report it on the terminal in about ten lines."""
 
 from __future__ import annotations
 
@@ -61,9 +61,9 @@ def diagnose(
 
     Writes DIR/before.json and DIR/after.json (calibrations), DIR/diagnosis.json and DIR/report.html (one file, opens offline).
 
-    With --batch, DIR has a folder of these for each dataset, and DIR/fleet.csv, a line a dataset: what was found, the errors, and
-    why a dataset was refused. What is finished is not computed again, unless its files or the options have changed. The exit status
-    is 0, or that of the first dataset that was refused; the others are diagnosed all the same.
+    With --batch, DIR has a folder of these for each dataset, and DIR/fleet.csv with one line for each dataset: what was found, the
+    errors, and why a dataset was refused. Finished datasets are not computed again, unless their files or the options have changed.
+    The exit status is 0, or that of the first dataset that was refused; the others are diagnosed all the same.
 
     \b
     Examples:
@@ -165,7 +165,7 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
 
 
 def _sizes(entry: Mapping[str, Any]) -> str:
-    """Return the coefficients of an effect for a line: all of few, or the most certain one of many."""
+    """Return the coefficients of an effect for a line: all if there are few, else the most certain one."""
     from scalar.report import words
 
     shown = list(entry["coefficients"].items())

@@ -1,4 +1,4 @@
-"""``scalar export``: a calibration in the forms that other software reads."""
+"""``scalar export``: write a calibration in the formats that other software reads."""
 
 from __future__ import annotations
 
@@ -36,22 +36,28 @@ _WRITES = {
 @cli.command()
 @click.argument("calibration", type=PATH)
 @click.option("-o", "--output", type=PATH, required=True, help="File to write: .urdf, .yaml, .csv or .md.")
-@click.option("--urdf", type=PATH, help="Description of the nominal arm, for a .urdf.")
-@click.option("--base", metavar="LINK", help="Its link at the robot's base; the root if not given.")
-@click.option("--tip", metavar="LINK", help="Its link at the flange; the only last link if not given.")
-@click.option("--sensor-link", metavar="LINK", help="Its link of the sensor; scalar_sensor, made if missing.")
+@click.option("--urdf", type=PATH, help="URDF of the nominal arm, for a .urdf.")
+@click.option("--base", metavar="LINK", help="With --urdf: the link of the base; the root if not given.")
+@click.option(
+    "--tip", metavar="LINK", help="With --urdf: the link of the flange; the only last link if not given."
+)
+@click.option(
+    "--sensor-link",
+    metavar="LINK",
+    help="With --urdf: the link of the sensor, which is added if missing; scalar_sensor if not given.",
+)
 @click.option("--ur-hash", metavar="calib_N", help="The controller's checksum, for a .yaml.")
 @click.option(
     "--convention",
     type=click.Choice(["standard-dh", "modified-dh"]),
-    help="Of a DH table; that of dataset.yaml if not given.",
+    help="Convention of a DH table; that of dataset.yaml if not given.",
 )
 @click.option(
     "--at",
     "at",
     metavar="COLUMN=NUMBER",
     multiple=True,
-    help="What an effect needs, as in temperature=35; may be given again.",
+    help="Value of a column that an effect needs, as in temperature=35; may be given again.",
 )
 @FORCE
 @EFFECTS_MODULE
@@ -74,7 +80,7 @@ def export(
     The name of the output says what is written:
       .urdf  the description given as --urdf, with the calibrated geometry and a link for the sensor
       .yaml  kinematics.yaml of the ROS packages of Universal Robots (a UR arm in the frames base and tool0)
-      .csv   DH parameters, a row a joint [m, rad], standard or modified as in dataset.yaml (see --convention)
+      .csv   DH parameters, one row for each joint [m, rad], standard or modified as in dataset.yaml (see --convention)
       .md    the same for people [mm, deg], with the transforms of base, flange and sensor
 
     None of these holds effects that change from pose to pose. They are listed with the distance by which they

@@ -1,7 +1,7 @@
-"""The diagnoses of a fleet: a process for each folder, as many at once as there are processors, each result whole or not at all.
+"""The diagnoses of a fleet: a process for each dataset, as many at once as there are processors, each result whole or not at all.
 
-A process of its own for each folder, and not a pool of long-lived ones: a dataset that ends its process, for lack of memory say, takes
-no other with it. The line of the table is written with the result, so a run that was stopped goes on where it was: what is finished,
+Each dataset has a process of its own, not one of a pool: a dataset whose process ends early, for lack of memory say, does not affect the
+others. The line of the table is written with the result, so a run that was stopped can be continued: a result that is finished,
 for the same files, options and release, is not computed again.
 """
 
@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from multiprocessing.context import ForkProcess, SpawnProcess
 
 RESULT = "batch.json"
-"""In the folder of each result: its line of the table, and what it was made from. Its presence says that the result is complete."""
+"""File in the folder of each result, with its line of the table and a checksum of what it was made from; where it exists, the result is
+complete."""
 FORMAT = "scalar-batch/1"
 
 
@@ -36,10 +37,10 @@ class Job:
     """One dataset of a fleet.
 
     Attributes:
-        name: In the table.
-        dataset: Its folder.
+        name: Name in the table.
+        dataset: Folder of the dataset.
         output: Folder of its result.
-        folds: Of the outer split; 0 for a quick answer.
+        folds: Number of parts of the outer split; 0 for a quick answer.
         modules: Files with effects from outside the package.
     """
 
@@ -56,9 +57,9 @@ def run_all(
     """Return the lines of the table, in the order of the jobs.
 
     Args:
-        jobs: To run; finished ones are read.
-        cores: How many run at once.
-        done: Called with the index of each job and its line, as they are finished.
+        jobs: The jobs; results that are finished already are read.
+        cores: Number of jobs that run at once.
+        done: Called with the index of each job and its line when it is finished.
     """
     _sweep_beside(jobs)
     method = "fork" if "fork" in get_all_start_methods() else "spawn"
@@ -94,13 +95,13 @@ def run_all(
             process.terminate()
         for _, process in running.values():
             process.join()
-        # Workers of a run that was killed may have lived on for a moment after the first time.
+        # Processes of a killed run may have written for a moment after the first sweep.
         _sweep_beside(jobs)
     return [rows[k] for k in range(len(jobs))]
 
 
 def _sweep_beside(jobs: Sequence[Job]) -> None:
-    """Remove what killed runs have left beside the results."""
+    """Remove the temporary files that killed runs have left next to the results."""
     for folder in {job.output.parent for job in jobs}:
         sweep(folder)
 
@@ -109,8 +110,8 @@ def finished_row(job: Job, *, again: bool = False) -> dict[str, Any] | None:
     """Return the line of a result that is complete and was made from the same files with the same options; else None.
 
     Args:
-        job: To look for.
-        again: Whether this run has made it, so that a fault of the software counts as an answer and is not tried once more.
+        job: The job whose result is read.
+        again: Whether this run has made the result; a fault of the software then counts as a result, and the job is not run once more.
     """
     from scalar.data.io.json_reader import read_json
 
@@ -141,13 +142,13 @@ def made_from(job: Job) -> str:
 
 
 def _work(job: Job, cores: int, parent: int, load: bool) -> None:
-    """Diagnose one dataset and write its result, as one folder, whole or not at all; in a process of its own."""
+    """Diagnose one dataset, in a process of its own, and write its folder of results, whole or not at all."""
     from scalar.data.io.atomic import atomic_directory, write_json
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that started this one ends it
     end_with(parent)
     source = made_from(job)
-    if load:  # a forked process knows them
+    if load:  # a forked process has the effects already
         from scalar.cli.options import load_effects
 
         load_effects(job.modules)
@@ -155,7 +156,7 @@ def _work(job: Job, cores: int, parent: int, load: bool) -> None:
         with atomic_directory(job.output, lambda folder: (folder / RESULT).is_file()) as folder:
             row = _answer(job, cores, folder)
             write_json(folder / RESULT, {"format": FORMAT, "source": source, "row": row})
-    except (ScalarError, OSError):  # nothing can be written there: told by the absence of a result
+    except (ScalarError, OSError):  # nothing can be written there; the caller sees that there is no result
         sys.exit(1)
 
 

@@ -1,4 +1,4 @@
-"""Which datasets a fleet has, and what each is called in its table and in the folder of results."""
+"""The datasets of a fleet, and the name of each in the table and in the folder of results."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ def datasets_in(folders: Sequence[Path]) -> list[Path]:
 
 
 def names_of(paths: Sequence[Path]) -> list[str]:
-    """Return a name for each folder: as many of the last parts of its path as tell all of them apart, and the same number for each.
+    """Return a name for each folder: the last parts of its path, the same number for each and as many as make the names distinct.
 
     Args:
-        paths: Absolute, each once.
+        paths: The folders, as absolute paths, each once.
     """
     parts = [[part for part in path.parts if part != path.anchor] or ["root"] for path in paths]
     for last in range(1, max(map(len, parts), default=1) + 1):

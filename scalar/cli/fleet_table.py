@@ -21,13 +21,13 @@ def diagnose_fleet(folders: Sequence[Path], output: Path, folds: int, modules: S
     Args:
         folders: Datasets, or folders with datasets below them.
         output: Folder for the table and a folder of results for each dataset.
-        folds: Of the outer split; 0 for quick answers.
+        folds: Number of parts of the outer split; 0 for quick answers.
         modules: Files with effects from outside the package.
 
     Raises:
         InvalidInput: The output cannot be written.
     """
-    import scalar.report.page  # noqa: F401  # with all that it needs, once, and not in each process
+    import scalar.report.page  # noqa: F401  # imported once here, and not in each forked process
     from scalar.diagnosis.outer_split import available_cores
     from scalar.report.fleet_row import COLUMNS, cells
 
@@ -37,17 +37,17 @@ def diagnose_fleet(folders: Sequence[Path], output: Path, folds: int, modules: S
         Job(name, path, output / name, folds, tuple(modules))
         for name, path in zip(names, datasets, strict=True)
     ]
-    told: dict[int, str] = {}
+    finished: dict[int, str] = {}
     said = 0
     with progress("diagnosing") as advance:
 
         def done(k: int, row: Mapping[str, Any]) -> None:
-            """Say what was found, in the order of the table whatever is finished first."""
+            """Print the lines of finished datasets in the order of the table, whichever is finished first."""
             nonlocal said
-            told[k] = _line(row)
-            advance(f"diagnosing {len(jobs)} datasets", len(told), len(jobs))
-            while said in told:
-                say(told[said])
+            finished[k] = _line(row)
+            advance(f"diagnosing {len(jobs)} datasets", len(finished), len(jobs))
+            while said in finished:
+                say(finished[said])
                 said += 1
 
         advance(f"diagnosing {len(jobs)} datasets", 0, len(jobs))
@@ -61,6 +61,7 @@ def diagnose_fleet(folders: Sequence[Path], output: Path, folds: int, modules: S
 
 
 def _line(row: Mapping[str, Any]) -> str:
+    """Return one line for the terminal on what was found in a dataset."""
     if row["status"]:
         return f"{row['folder']}: refused, {row['message']}"
     found = row["effects"] or "no effect found"

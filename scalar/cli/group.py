@@ -1,4 +1,4 @@
-"""The group of all commands: its help, and what an error becomes on the terminal: a line a fault on stderr, and an exit status."""
+"""The group of all commands: its help, and how errors are reported: one line on stderr for each fault, and an exit status."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from scalar.cli.terminal import say
 from scalar.errors import ScalarError
 
 _ARGUMENTS = "scalar.cli.arguments"
-_INTERRUPTED = 130  # as a shell has it: 128 and the number of the signal
-_BROKEN_PIPE = 141  # likewise, SIGPIPE
+_INTERRUPTED = 130  # as of a shell: 128 plus the number of the signal SIGINT
+_BROKEN_PIPE = 141  # the same for SIGPIPE
 
 
 def _end_without_reader() -> NoReturn:
-    """End quietly where whoever reads the output has gone, as ``head`` does: no fault of anybody."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is still buffered goes nowhere
+    """End without a message because the reader of the output has ended, as ``head`` does, which is no fault."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # discards what is still buffered
     sys.exit(_BROKEN_PIPE)
 
 
 class _Group(click.Group):
-    """A group that turns errors into lines on stderr and an exit status: the package's own, the system's, and any other."""
+    """A group that reports errors, whether the package's own, the system's or any other, as lines on stderr and an exit status."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         ctx.meta[_ARGUMENTS] = list(args)

@@ -1,4 +1,4 @@
-"""``scalar import``: tables of another form into a dataset."""
+"""``scalar import``: make a dataset from tables of another form."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from scalar.errors import Fault, InvalidInput
 @click.argument("sources", metavar="SOURCE...", type=PATH, nargs=-1, required=True)
 @click.option("-o", "--output", "output", type=PATH, required=True, help="Dataset folder to write.")
 @click.option(
-    "--urdf", type=PATH, metavar="FILE", help="The robot, in URDF, where the dataset in MAPPING has no robot."
+    "--urdf", type=PATH, metavar="FILE", help="URDF of the robot, if the dataset in MAPPING has no robot."
 )
-@click.option("--base", metavar="LINK", help="With --urdf: the link that is the base; left out: the root.")
+@click.option("--base", metavar="LINK", help="With --urdf: the link of the base; the root if not given.")
 @click.option(
-    "--tip", metavar="LINK", help="With --urdf: the link that is the flange; left out: the only end."
+    "--tip", metavar="LINK", help="With --urdf: the link of the flange; the only last link if not given."
 )
 @FORCE
 def import_(

@@ -1,4 +1,4 @@
-"""``scalar import-bag``: a recorded ROS bag into a dataset."""
+"""``scalar import-bag``: make a dataset from a recorded ROS bag."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 @click.option(
     "--joint-names",
     metavar="NAME,...",
-    help="The recorded joints in the order of q1..qn; else the names in WORKCELL, else as recorded.",
+    help="Names of the recorded joints in the order of q1..qn; if not given, those in WORKCELL, else the order of recording.",
 )
 @click.option(
     "--still",
@@ -52,14 +52,14 @@ if TYPE_CHECKING:
     type=float,
     default=SETTLED,
     show_default=True,
-    help="Time after a motion whose data are left out [s].",
+    help="Time after each motion during which data are left out [s].",
 )
 @click.option(
     "--least",
     type=float,
     default=LEAST_TIME,
     show_default=True,
-    help="Least time for which the arm then has to stand still [s].",
+    help="Least time for which the arm has to stand still after that [s].",
 )
 @click.option(
     "--accept-losses", is_flag=True, help="Write the dataset even if most stops have to be left out."

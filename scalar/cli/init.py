@@ -1,4 +1,4 @@
-"""``scalar init``: a commented dataset folder for one's robot and sensor, ready to be filled."""
+"""``scalar init``: write a commented dataset folder for a robot and a sensor, ready to be filled."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from scalar.errors import Fault, InvalidInput
 @click.argument("folder", type=PATH, required=False)
 @click.option("--robot", metavar="NAME", help="An arm of the library; --list shows them.")
 @click.option("--urdf", type=PATH, metavar="FILE", help="Robot description in URDF, with --base and --tip.")
-@click.option("--base", metavar="LINK", help="With --urdf: the link that is the base; left out: the root.")
+@click.option("--base", metavar="LINK", help="With --urdf: the link of the base; the root if not given.")
 @click.option(
-    "--tip", metavar="LINK", help="With --urdf: the link that is the flange; left out: the only end."
+    "--tip", metavar="LINK", help="With --urdf: the link of the flange; the only last link if not given."
 )
 @click.option(
     "--dh",
     type=PATH,
     metavar="TABLE.csv",
-    help="Table a_mm,alpha_deg,d_mm,theta_deg (or _m, _rad), a row a joint; optional: lower_deg,upper_deg (limits), type, joint (its number).",
+    help="Table a_mm,alpha_deg,d_mm,theta_deg (or _m, _rad), one row per joint; optional: lower_deg,upper_deg (limits), type, joint (its number).",
 )
 @click.option(
     "--convention",
@@ -92,7 +92,7 @@ def init(
 
 
 def describe_library() -> str:
-    """Return the arms of the library, a line each."""
+    """Return one line for each arm of the library."""
     from scalar.robots import arm_names, read_arm
 
     arms = [read_arm(name) for name in arm_names()]

@@ -1,4 +1,4 @@
-"""Arguments and options that several commands share, and the folder that they write to."""
+"""Arguments and options that several commands share, and the lock on the output folder."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ OUTPUT = click.option(
 COMMANDED = click.option(
     "--commanded",
     is_flag=True,
-    help="Take the commanded joint positions, qc1..qcn, in place of those logged, q1..qn.",
+    help="Use the commanded joint positions, qc1..qcn, instead of the logged ones, q1..qn.",
 )
 
 UNITS = click.option(
@@ -46,7 +46,7 @@ EFFECTS_MODULE = click.option(
 
 @contextmanager
 def advice_on_units() -> Iterator[None]:
-    """Let what is said of suspicious angles inside name the option that reads degrees."""
+    """Add the option ``--units deg`` to messages about angles that may be degrees, of faults that are found inside."""
     try:
         yield
     except InvalidInput as error:
@@ -55,7 +55,7 @@ def advice_on_units() -> Iterator[None]:
 
 
 def load_effects(files: Sequence[Path]) -> None:
-    """Make the effects of Python files known.
+    """Register the effects that Python files define.
 
     Raises:
         InvalidInput: A file is missing, does not run, or defines no effect.
@@ -68,10 +68,10 @@ def load_effects(files: Sequence[Path]) -> None:
 
 
 def keep(folder: Path) -> None:
-    """Make an output folder if it is missing, and keep it for this command until it ends: two commands do not mix their files.
+    """Make an output folder if it is missing, and lock it until this command ends, so that two commands do not mix their files.
 
     Raises:
-        InvalidInput: The folder cannot be written, or another process that lives is writing to it.
+        InvalidInput: The folder cannot be written, or another running process is writing to it.
     """
     from scalar.data.io.lock import locked
 

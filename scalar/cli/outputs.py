@@ -1,6 +1,6 @@
-"""What may stand at the place of an output: nothing, or what the same command wrote there before; else --force is needed.
+"""Protect files that exist already: without --force, a command replaces only what the same command wrote before.
 
-An input is never overwritten. Folders of datasets keep the same rule in ``scalar.data.dataset_writer``.
+An input is never overwritten. For folders of datasets, ``scalar.data.dataset_writer`` applies the same rule.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ FORCE = click.option(
     is_flag=True,
     help="Replace what stands at the output, even if it was written by hand or by others.",
 )
-_HEAD = 4000  # characters of a file in which what wrote it shows
+_HEAD = 4000  # bytes at the beginning of a file, from which the command that wrote it is recognised
 
 Own = Callable[[str], bool]
-"""Says of the first characters of a file whether they are such as the command writes."""
+"""Takes the beginning of a file, and returns whether the command writes such files."""
 
 
 def json_of(name: str) -> Own:
@@ -40,29 +40,29 @@ def table_with(*columns: str) -> Own:
 
 
 def text_with(words: str) -> Own:
-    """Return the test for a text that begins with a note of these words."""
+    """Return the test for a text that has these words at its beginning."""
     return lambda head: words in head
 
 
 def page(head: str) -> bool:
-    """Return whether a page is a report of ours, by what its first characters allow a browser to load."""
+    """Return whether an HTML page is a report of this package: such a page forbids browsers to load anything."""
     return "Content-Security-Policy" in head and "default-src 'none'" in head
 
 
 def refuse_foreign(outputs: Sequence[tuple[Path, Own]], force: bool, inputs: Sequence[Path] = ()) -> None:
-    """Refuse to write where something stands that is no earlier output of the same command.
+    """Refuse to replace files that are no earlier output of the same command.
 
     Args:
-        outputs: Files to be written, each with the test for such a file. What does not exist is all right.
-        force: Whether anything but an input may be replaced.
+        outputs: Files to be written, which need not exist, each with the test for such a file.
+        force: Whether any file but an input may be replaced.
         inputs: Files that are read, and may never be replaced.
 
     Raises:
-        InvalidInput: With a line for each output that is in the way.
+        InvalidInput: There are such files; it has one fault for each.
     """
     faults = []
     for path, own in outputs:
-        # A folder is refused where it is written; an empty file holds nothing that could be lost.
+        # A folder is refused when the file is written; an empty file has no content that could be lost.
         if not path.is_file() or not path.stat().st_size:
             continue
         if any(source.exists() and path.samefile(source) for source in inputs):
@@ -75,20 +75,20 @@ def refuse_foreign(outputs: Sequence[tuple[Path, Own]], force: bool, inputs: Seq
 
 
 def refuse_foreign_plan(folder: Path, force: bool) -> None:
-    """Refuse a folder whose poses.csv is no earlier plan, as that of a dataset is.
+    """Refuse to write a plan to a folder with files that are no earlier plan, such as the poses.csv of a dataset.
 
     Raises:
-        InvalidInput: With a line for each file that is in the way.
+        InvalidInput: There are such files; it has one fault for each.
     """
-    said = folder / "plan.json"
-    ours = json_of("plan")
-    earlier = said.is_file() and ours(_head(said))
+    index = folder / "plan.json"
+    is_plan = json_of("plan")
+    has_plan = index.is_file() and is_plan(_head(index))
 
-    def beside_a_plan(_: str) -> bool:
-        return earlier
+    def of_the_plan(_: str) -> bool:
+        return has_plan
 
     refuse_foreign(
-        [(said, ours), (folder / "poses.csv", beside_a_plan), (folder / "plan.png", beside_a_plan)], force
+        [(index, is_plan), (folder / "poses.csv", of_the_plan), (folder / "plan.png", of_the_plan)], force
     )
 
 

@@ -1,4 +1,4 @@
-"""What runs, shown on stderr while it runs, where stderr is a terminal."""
+"""Show on stderr what is running, if stderr is a terminal."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def progress(label: str) -> Iterator[Callable[[str, int, int], None]]:
 
 @contextmanager
 def stages_and_runs() -> Iterator[tuple[Callable[[str], None], Callable[[int, int], None]]]:
-    """Show which stage runs on stderr, and a bar for runs that are many, where stderr is a terminal.
+    """Show on stderr which stage is running, and a bar for repeated runs, if stderr is a terminal.
 
-    Yields a function that takes the stage's name, and one that takes how many runs are done and how many there are.
+    Yields a function that takes the stage's name, and one that takes the number of finished runs and of all runs.
     """
     with progress("reading") as advance:
         yield (

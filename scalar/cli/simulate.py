@@ -16,7 +16,7 @@ from scalar.cli.terminal import say
 @cli.command()
 @click.argument("config", type=PATH)
 @OUTPUT
-@click.option("--seed", type=click.IntRange(min=0), help="Instead of the seed in CONFIG.")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed to use instead of that in CONFIG.")
 @FORCE
 def simulate(config: Path, output: Path, seed: int | None, force: bool) -> None:
     """Simulate a dataset with pybullet.

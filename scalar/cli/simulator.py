@@ -1,4 +1,4 @@
-"""The simulator for the commands that need it, or one line that says how to install it."""
+"""Import the simulator for the commands that need it, or say in one line how to install it."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ def simulator(command: str, instead: str = "") -> ModuleType:
     """Return the package ``scalar.simulation``.
 
     Args:
-        command: That needs it, for the message.
-        instead: What to do without it, to end the message with.
+        command: Name of the command that needs it, for the message.
+        instead: What to do without it, for the end of the message.
 
     Raises:
         InvalidInput: The physics engine is not installed.

@@ -1,4 +1,4 @@
-"""Write on the terminal what may quote users' files: nothing in a name steers the terminal, and none stops the program."""
+"""Write text that may quote users' files on the terminal: control characters have no effect, and no character stops the program."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def say(text: str, *, err: bool = False) -> None:
 
 
 def accept_every_name() -> None:
-    """Let characters outside the terminal's encoding be written as escapes, where Python would raise."""
+    """Write characters that the terminal's encoding lacks as escapes, instead of raising an error."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")

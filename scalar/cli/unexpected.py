@@ -1,4 +1,4 @@
-"""The last guard: what no part of this package foresaw becomes one line that says how to report it."""
+"""Report an unexpected error, a fault of the software itself, in one line that says how to report it."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from scalar.cli.terminal import say
 EXIT_STATUS = 70
 """A fault of the software itself, as in ``sysexits.h`` (EX_SOFTWARE)."""
 TRACEBACK = "SCALAR_TRACEBACK"
-"""The environment variable that shows where a fault of the software arose."""
+"""The environment variable that, if it is 1, makes the traceback of such an error appear."""
 
 
 def report(error: Exception, arguments: Sequence[str]) -> None:
-    """Write one line on stderr about an error that nothing foresaw, after its traceback where that is asked for.
+    """Write one line on stderr about an unexpected error, after its traceback if ``SCALAR_TRACEBACK`` is 1.
 
     Args:
-        error: What was raised.
-        arguments: Of the command line, without the name of the program.
+        error: The error.
+        arguments: Arguments of the command line, without the name of the program.
     """
     if os.environ.get(TRACEBACK) == "1":
         traceback.print_exception(error)

@@ -1,4 +1,4 @@
-"""``scalar validate``: check a dataset, and say what it holds."""
+"""``scalar validate``: check a dataset, and say what it contains."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _joints(joints: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _measurements(points: Table, layout: MeasuredTable | None) -> list[str]:
-    """Return how many targets each pose shows, and whether orientations were measured, a line each."""
+    """Return lines on how often each target was measured, and on measured orientations."""
     lines: list[str] = []
     if layout is None:
         return lines
@@ -58,7 +58,7 @@ def _measurements(points: Table, layout: MeasuredTable | None) -> list[str]:
 
 
 def describe_content(content: Content) -> str:
-    """Return what a dataset holds, a few lines."""
+    """Return a few lines on what a dataset contains."""
     from scalar.sensors import kind_named
 
     mapping, poses, points = content.mapping, content.poses, content.points

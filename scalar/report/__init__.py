@@ -1,4 +1,4 @@
-"""The report of a diagnosis, and the page of a calibration: one HTML file that opens offline, tables in, pictures out."""
+"""The report of a diagnosis, and the page of a calibration: each is one HTML file that opens offline."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ DIAGNOSIS, CALIBRATION = "report.html.jinja", "calibration.html.jinja"
 def render_report(diagnosis: Diagnosis, run: str | None = None) -> str:
     """Return the report as HTML.
 
-    Everything stands in the one file: the style, the pictures as SVG. Nothing is fetched, no script runs;
-    names from the dataset are escaped, whatever they hold. The same diagnosis gives the same bytes. The page
-    stays under 3 MB: where there are more values than it can hold, pictures draw some of them and say so.
+    The file contains its style, and its pictures as SVG. Nothing is fetched and no script runs; names from the
+    dataset are escaped. The same diagnosis gives the same bytes. The page stays under 3 MB: if there are too many
+    values for that, pictures draw some of them and say so.
 
     Args:
-        diagnosis: To tell.
-        run: That the other files of the result name, if there are any.
+        diagnosis: The diagnosis to report.
+        run: Identifier of the run, which the other files of the result state too; None if there are no others.
     """
     from scalar.report.page import page
 
@@ -33,8 +33,8 @@ def render_calibration(calibration: Calibration, dataset: Dataset, run: str | No
     """Return the page of a calibration as HTML, of the same kind as ``render_report``: the error over the workspace, and every parameter.
 
     Args:
-        calibration: To tell.
-        dataset: That it was made from.
+        calibration: The calibration to report.
+        dataset: The dataset from which it was estimated.
         run: As for ``render_report``.
     """
     from scalar.report.calibration_page import calibration_page
@@ -43,6 +43,7 @@ def render_calibration(calibration: Calibration, dataset: Dataset, run: str | No
 
 
 def _rendered(template: str, content: Mapping[str, Any], run: str | None) -> str:
+    """Return a template filled with its content."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     from scalar import __version__

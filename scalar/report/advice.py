@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 WEAK_LENGTH = 0.2 * MM  # standard error from which more poses are advised
 WEAK_ANGLE = 0.02 * DEG
 HARDLY_MOVED = 0.5 * DEG  # range of a joint below which it counts as standing still
-FEW_POSES_A_PLANE = 30
+FEW_POSES_A_PLANE = 30  # with fewer poses on a plane, more are advised
 _WEAK_SHOWN = 4  # least certain parameters that are listed by name
 _FURTHER_TITLES = 6  # further findings of a kind that are listed by title after the most important one
 GEOMETRY = (
@@ -34,7 +34,7 @@ GEOMETRY = (
     "-o parameters.csv' writes them. If it does not, 'scalar correct after.json program.csv -o corrected.csv' writes corrected joint angles of a "
     "program"
 )
-"""What changes in the controller for the geometry; a full stop, or more on effects, follows."""
+"""How the controller gets the calibrated geometry; a full stop, or a clause on effects, follows."""
 
 
 UNKNOWN_CAUSE = (
@@ -108,7 +108,7 @@ def _about_findings(diagnosis: Diagnosis) -> list[Item]:
 
 
 def _in_controller(diagnosis: Diagnosis) -> list[Item]:
-    """Return what changes in the controller: the geometry, and what each effect asks for, each sentence once."""
+    """Return what to change in the controller: the geometry, and what each effect asks for; each sentence comes once."""
     if diagnosis.verdict == UNATTRIBUTED:
         return [Item("In the controller", (UNKNOWN_CAUSE,))]
     asked = [finding.effect.in_controller for finding in by_importance(diagnosis.findings)]
@@ -117,6 +117,7 @@ def _in_controller(diagnosis: Diagnosis) -> list[Item]:
 
 
 def _unobservable(diagnosis: Diagnosis) -> list[str]:
+    """Return what to measure so that unobservable effects become observable."""
     hidden = [entry.effect.remedy_advice for entry in diagnosis.unobservable]
     if not diagnosis.dataset.planes:
         hidden = [sentence for sentence in hidden if sentence != KNOWN_LENGTH_ADVICE]
@@ -126,6 +127,7 @@ def _unobservable(diagnosis: Diagnosis) -> list[str]:
 
 
 def _weak(diagnosis: Diagnosis) -> list[str]:
+    """Return the advice for geometric parameters with a large standard error."""
     parameters = diagnosis.calibration_after.parameters()
     weak: list[tuple[float, str]] = []
     for name, entry in parameters.items():
@@ -148,6 +150,7 @@ def _weak(diagnosis: Diagnosis) -> list[str]:
 
 
 def _columns(diagnosis: Diagnosis) -> list[str]:
+    """Return advice on columns that poses.csv could have, and on the noise that dataset.yaml should state."""
     kinds = registry.known().values()
     found = [sentence for kind in kinds for sentence in kind.advice_on_data(diagnosis.dataset)]
     if diagnosis.dataset.sensor.noise is None:
@@ -158,6 +161,7 @@ def _columns(diagnosis: Diagnosis) -> list[str]:
 
 
 def _poses(diagnosis: Diagnosis) -> list[str]:
+    """Return advice on joints that hardly moved, and on planes with few poses."""
     dataset, found = diagnosis.dataset, []
     spans = np.ptp(dataset.q, axis=0)
     still = [int(j) + 1 for j in np.flatnonzero(spans < HARDLY_MOVED)]

@@ -1,4 +1,4 @@
-"""Axes in the units that people read: labels, values, ranges, and what a dot says of its pose."""
+"""Axes in the units that people read: labels, values, ranges, and the texts of dots."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _UNITS = {
 
 
 def unit_of(axis: Axis) -> str:
-    """Return the unit that the values of an axis are shown in; empty where they have none."""
+    """Return the unit in which the values of an axis are shown; empty if they have none."""
     return _UNITS[axis.unit][1]
 
 
@@ -34,18 +34,18 @@ def in_words(axis: Axis) -> str:
 
 
 def shown(axis: Axis, values: Array) -> Array:
-    """Return values in the unit that they are shown in."""
+    """Return values, given in SI units, in the unit in which they are shown."""
     return np.asarray(values, dtype=float) / _UNITS[axis.unit][0]
 
 
 def dot_titles(poses: Array, where: Sequence[tuple[Axis, Array]], axis: Axis, values: Array) -> list[str]:
-    """Return what each dot says when it is pointed at: pose, place, value, in the units of the axes.
+    """Return the text that each dot shows when it is pointed at: pose, place and value, in the units of the axes.
 
     Args:
         poses: ``(N,)``, the identifier of each dot's pose.
-        where: The axes of the place and ``(N,)`` values along them, as shown.
-        axis: Of the value.
-        values: ``(N,)``, as shown.
+        where: Each axis of the place, with ``(N,)`` values along it, as shown.
+        axis: The axis of the value.
+        values: ``(N,)``, the values, as shown.
     """
     places = zip(*([_written(a, v) for v in column] for a, column in where), strict=True)
     return [

@@ -17,11 +17,11 @@ FILE = "calibration.json"
 
 
 def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, Any]:
-    """Return everything that the template needs.
+    """Return everything that the template ``calibration.html.jinja`` needs.
 
     Args:
-        calibration: To tell.
-        dataset: That it was made from.
+        calibration: The calibration to report.
+        dataset: The dataset from which it was estimated.
     """
     seen = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
     workspace = workspace_section(calibration, None, seen, FILE, lacking(calibration))

@@ -1,7 +1,7 @@
 """Say whether a diagnosis had too few poses to find effects, and how many more would suffice.
 
 In a small campaign the geometry alone has nearly as many parameters as there are equations. Few degrees of freedom are then left to identify an
-effect, and it looks like a scatter of the poses: a compliance is named with 60 scans, and is called a scatter with 36.
+effect, and it looks like a scatter of the poses: a compliance that is named with 60 scans is taken for a scatter with 36.
 """
 
 from __future__ import annotations

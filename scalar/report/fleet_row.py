@@ -62,13 +62,13 @@ def row_of(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _over_workspace(diagnosis: Diagnosis) -> dict[str, float]:
-    """Return the mean errors over the workspace of the data sheet and of the shipped model; empty if the fit has no covariance."""
+    """Return the mean errors [mm] over the workspace of the data sheet and of the shipped model; empty if the fit has no covariance."""
     after = diagnosis.calibration_after
     seen = diagnosis.after.residuals.poses
     errors = errors_within_limits(after, {SHIPPED: after.model}, seen, lacking_after(diagnosis))
     if errors is None:
         return {}
-    data_sheet, shipped = (Banded.of(errors.sizes(state).mean(axis=1)) for state in (NOMINAL, SHIPPED))
+    data_sheet, shipped = (Banded.of(errors.sizes(model).mean(axis=1)) for model in (NOMINAL, SHIPPED))
     return {
         "data_sheet_error_mm": data_sheet.value / MM,
         "after_error_mm": shipped.value / MM,

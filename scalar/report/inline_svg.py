@@ -1,7 +1,7 @@
-"""From a file of Matplotlib's to an element of the page.
+"""Turn an SVG file of Matplotlib into an element of the page.
 
-Text stays text, in the letters of the page. Colours become variables of the page's style sheet, so that they
-follow a dark screen and paper. Coordinates are rounded to a tenth of a point. Identifiers are unique in the
+Text stays text, in the fonts of the page. Colours become variables of the page's style sheet, which has other values for
+dark screens. Coordinates are rounded to a tenth of a point. Identifiers are unique in the
 page. Every dot gets a ``<title>``, which browsers show when the dot is pointed at: no script is needed.
 """
 
@@ -51,13 +51,13 @@ def plain_text(text: str) -> str:
 
 
 def inlined(svg: str, alt: str, titles: Mapping[str, Sequence[str]]) -> str:
-    """Return an SVG file of Matplotlib's as an element of an HTML page.
+    """Return an SVG file of Matplotlib as an element of an HTML page.
 
     Args:
-        svg: The file.
-        alt: What the picture shows in words.
-        titles: For groups of marks by their identifier: what each mark says when it is pointed at; empty
-            where the marks say nothing.
+        svg: Content of the file.
+        alt: What the picture shows, in words.
+        titles: For each group of marks, by its identifier, the texts that its marks show when they are pointed at; empty
+            if they show none.
     """
     root = ElementTree.fromstring(svg)
     for parent in list(root.iter()):
@@ -85,7 +85,7 @@ def inlined(svg: str, alt: str, titles: Mapping[str, Sequence[str]]) -> str:
 
 
 def _share_style(group: ElementTree.Element, titles: Sequence[str]) -> None:
-    """Give a group the style that all its marks have, and each mark its title."""
+    """Move the style that all marks of a group share to the group, and give each mark its title."""
     marks = list(group.iter(f"{_SVG}use"))
     for mark in marks:
         group.set("style", mark.attrib.pop("style", ""))

@@ -1,4 +1,4 @@
-"""How far an arm is off, beyond what the covariance of its calibration tells, for what no model here holds.
+"""How far an arm is off because of errors that its model does not contain, in addition to what the covariance of its calibration states.
 
 The residual of an incomplete model exceeds the noise. The excess at the measured poses, as a distance, is counted in every error over the
 workspace. Where a diagnosis names it as a random error of whole poses or scans, it is no error of the model: that error is reported on its own.

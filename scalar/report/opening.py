@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from scalar.diagnosis.finding import Finding
     from scalar.diagnosis.result import Diagnosis
 
-_CLAUSES = 3  # in the first sentence; the others are counted
+_CLAUSES = 3  # clauses on effects in the first sentence; further kinds of effects are counted
 
 Pictures = Sequence[Profile | Map]
 
@@ -25,9 +25,9 @@ def opening(diagnosis: Diagnosis, mapping: Mapping[str, Any], pictures: Sequence
     """Return two sentences: what matters most, and what to do first.
 
     Args:
-        diagnosis: To report.
-        mapping: Its ``to_mapping``.
-        pictures: Of each finding, in their order; findings beyond them have no size in the sentence.
+        diagnosis: The diagnosis to report.
+        mapping: Its ``to_mapping()``.
+        pictures: Those of each finding, in the order of the findings; findings without an entry have no size in the sentence.
     """
     return [_what_matters(diagnosis, mapping, pictures), _what_to_do(diagnosis)]
 
@@ -38,7 +38,7 @@ def by_importance(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def clauses(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> list[str]:
-    """Return one clause with its size for all findings of a kind, the most important kind first; what has no certain name comes last."""
+    """Return one clause with a size for each kind of finding, the most important kind first; structure without a certain name comes last."""
     drawn = {id(finding): shown for finding, shown in zip(findings, pictures, strict=False)}
     together: dict[str, list[Finding]] = {}
     for finding in by_importance([finding for finding in findings if not finding.doubtful]):
@@ -62,7 +62,7 @@ def _without_a_name(findings: Sequence[Finding]) -> str:
 
 
 def _largest(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> str:
-    """Return the size of the largest of several effects; empty where none is drawn."""
+    """Return the size of the largest of several effects; empty if none has a picture."""
     if len(findings) == 1:
         return findings[0].effect.size(pictures[0])
     shown = [picture for drawn in pictures for picture in drawn]
@@ -79,6 +79,7 @@ def _with_size(clause: str, size: str) -> str:
 
 
 def _what_matters(diagnosis: Diagnosis, mapping: Mapping[str, Any], pictures: Sequence[Pictures]) -> str:
+    """Return the sentence on what was found, with the held-out errors before and after."""
     before, after = (
         words.number(mapping["residual"][when]["held_out_rms_mm"]) for when in ("before", "after")
     )
@@ -125,6 +126,7 @@ def _joined(found: Sequence[str], noise: Sequence[str]) -> str:
 
 
 def _what_to_do(diagnosis: Diagnosis) -> str:
+    """Return the sentence on what to do first."""
     if not diagnosis.findings:
         if too_few := few_poses(diagnosis):
             return too_few[0]

@@ -1,4 +1,4 @@
-"""Write a diagnosis, or a calibration with its page: every file whole or not at all, each with its run, the index last."""
+"""Write a diagnosis, or a calibration with its page: every file whole or not at all, each with the identifier of its run, the index last."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
 def write_calibration(
     calibration: Calibration, dataset: Dataset, folder: Path, *, with_page: bool = True
 ) -> None:
-    """Write the page ``report.html``, if it is wanted, and ``calibration.json``, last, to a folder that exists."""
+    """Write the page ``report.html``, if it is wanted, and then ``calibration.json`` to a folder that exists."""
     content = plain(calibration.to_mapping())
     run = run_of(content)
     if with_page:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
     from scalar.sensors.pose_noise import Autocorrelation
 
-_BAND = 2.0  # standard errors
+_BAND = 2.0  # half the width of the band of white noise, in standard errors
 
 
 def own_noise(diagnosis: Diagnosis) -> dict[str, Any] | None:

@@ -1,5 +1,4 @@
-"""What the report says, section by section: a diagnosis in, texts, tables and pictures out, for the
-template to lay out."""
+"""Turn a diagnosis into the texts, tables and pictures of the report's sections, which the template lays out."""
 
 from __future__ import annotations
 
@@ -40,13 +39,13 @@ DOUBTFUL = (
     "than wrong, so take it as a hint"
 )
 NOISE_ONLY = "Only random errors found"
-_RANKS_SHOWN = 8
-_MANY_PICTURES = 12  # effects with pictures; what comes after has its table only
-_RIVALS_SHOWN = 3
+_RANKS_SHOWN = 8  # candidates of the ranking, and unobservable effects, that are not folded away
+_MANY_PICTURES = 12  # effects with pictures; those after them have a table only
+_RIVALS_SHOWN = 3  # confounded effects that are named
 
 
 def page(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return everything that the template needs."""
+    """Return everything that the template ``report.html.jinja`` needs."""
     mapping = diagnosis.to_mapping()
     view = FittedView.of(
         diagnosis.after, diagnosis.calibration_found.free, diagnosis.calibration_found.covariance
@@ -87,6 +86,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _about(diagnosis: Diagnosis) -> str:
+    """Return the line below the heading: robot, sensor, and what was measured."""
     dataset = diagnosis.dataset
     parts = [
         f"robot {dataset.robot.name}, {dataset.robot.n_joints} joints",
@@ -108,7 +108,7 @@ def _headline(diagnosis: Diagnosis) -> str:
 
 
 def _files(diagnosis: Diagnosis) -> list[str]:
-    """Return what the two calibrations are and how to use the one that is shipped, whole sentences."""
+    """Return sentences on what the two calibrations are, and on how to use the one that is shipped."""
     use = (
         "'scalar correct after.json program.csv -o corrected.csv' writes joint angles at which the arm stands where it is wanted, "
         "'scalar predict after.json joints.csv -o frames.csv' says where it stands, and 'scalar export' writes its geometry for controllers."
@@ -138,8 +138,7 @@ def _workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
 
 
 def _errors(mapping: Mapping[str, Any], changed: bool) -> dict[str, Any]:
-    """Return the bars of the errors: all are lengths, and all have one scale; one bar a row where nothing
-    was added to the model."""
+    """Return the bars of the held-out errors, all on one scale; before and after, or after alone where nothing was added to the model."""
     residual = mapping["residual"]
     floor = residual["floor_mm"]
     errors = {
@@ -179,6 +178,7 @@ def _card(
     pictures: list[Profile | Map],
     most: int,
 ) -> dict[str, Any]:
+    """Return the section of one finding: its texts, its table and its pictures, with at most ``most`` dots in each panel."""
     effect = finding.effect
     poses = diagnosis.after.dataset.poses["pose"].to_numpy()
     return {
@@ -205,6 +205,7 @@ def _coefficients(finding: Finding) -> dict[str, Any] | None:
 
 
 def _confounded(diagnosis: Diagnosis, index: int, finding: Finding) -> dict[str, Any] | None:
+    """Return the effects with which a finding is confounded, and which poses would distinguish it from the first; None if there are none."""
     if not finding.confounded_with:
         return None
     near = list(finding.confounded_with)
@@ -224,6 +225,7 @@ def _confounded(diagnosis: Diagnosis, index: int, finding: Finding) -> dict[str,
 
 
 def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Return the table of the candidates by their evidence: the first ones and those that were added, and the others apart."""
     sum_of_squares = max(diagnosis.before.background().sum_of_squares, 1e-300)
     taken = {f.effect.title for f in diagnosis.findings}
     top = max([entry.evidence for entry in diagnosis.ranking] + [1e-9])
@@ -257,7 +259,7 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _unobservable(diagnosis: Diagnosis) -> dict[str, list[dict[str, str]]]:
-    """Return the unobservable effects, those of the same consequence together, and the most harmful first; many of them apart."""
+    """Return the unobservable effects, the most harmful first, those of the same consequence in one row; rows after the first few are apart."""
     together: dict[str, list[str]] = {}
     for entry in sorted(diagnosis.unobservable, key=lambda entry: -entry.prediction_error):
         together.setdefault(entry.consequence, []).append(entry.effect.title)
@@ -269,6 +271,7 @@ def _unobservable(diagnosis: Diagnosis) -> dict[str, list[dict[str, str]]]:
 
 
 def _noise(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the noise within and between scans, where its size comes from, and what is known of its causes."""
     noise = mapping["noise"]
     stated = diagnosis.dataset.sensor.noise
     between = noise["between_scans_mm"]

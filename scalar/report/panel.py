@@ -26,11 +26,11 @@ from scalar.report.inline_svg import COLOURS, inlined, plain_text
 WIDTH, HEIGHT = 400, 284  # points: the unit of the picture's own coordinates
 _LEFT, _RIGHT, _TOP, _BOTTOM = 46, 12, 40, 40  # the least margins, in the same unit
 _LETTER = 6.3  # width of a digit of a tick's label, in the same unit
-_TALLEST = 1.5  # height over width of axes to scale; what is taller is drawn narrower
+_TALLEST = 1.5  # largest height over width of axes to scale; taller ones are made narrower
 _TICKS = 5  # at most this many intervals between ticks
-_WIDE_ANGLE = 20.0  # degrees: from this span on, ticks stand at parts of a turn
-_FEW_DECADES = 2.2  # up to which a logarithmic axis has three ticks a decade
-_SIZE_CLASSES = 8  # marks of different sizes are drawn in so many classes
+_WIDE_ANGLE = 20.0  # degrees: from this span on, ticks are at parts of a turn
+_FEW_DECADES = 2.2  # up to this many decades, a logarithmic axis has three ticks in each
+_SIZE_CLASSES = 8  # marks of different sizes are drawn in this many classes of size
 _STYLE = {
     "svg.fonttype": "none",
     "svg.hashsalt": "scalar",
@@ -151,7 +151,7 @@ class Panel:
         return int(np.count_nonzero(beyond[finite]))
 
     def line(self, x: Array, y: Array, colour: str, *, behind: bool = False) -> None:
-        """Draw a line through points, cut at the axes; thin and behind the marks where asked."""
+        """Draw a line through points, cut at the axes; with ``behind`` it is thin and behind the marks."""
         width, height = (1.0, 1.5) if behind else (2.2, 3.0)
         self._axes.plot(x, y, color=_colour(colour), linewidth=width, zorder=height)
 
@@ -212,7 +212,7 @@ def _style() -> Iterator[None]:
     # Neither the user's own settings nor another program's reach the report.
     settings: dict[Any, Any] = {**matplotlib.rcParamsDefault, **_STYLE}
     with matplotlib.rc_context(settings), warnings.catch_warnings():
-        # Letters are drawn by the browser: what Matplotlib's own font lacks matters to nobody.
+        # The browser draws the letters, so it does not matter if Matplotlib's own font lacks one.
         warnings.filterwarnings("ignore", message="Glyph")
         yield
 

@@ -1,7 +1,7 @@
-"""The parameters as the robot's own table has them, in millimetres and degrees: data sheet, found, change, standard error.
+"""The parameters by the rows of the robot's own DH table, in millimetres and degrees: data sheet, found, change, standard error.
 
 The model is in modified DH. In a standard-DH table, a and alpha of a row belong to the end of its link, which is the beginning of the next
-one: they are those of the next joint in modified DH. What such a table has for the end of its last link is a part of the flange, which is
+one: they are those of the next joint in modified DH. The a and alpha of the last row of such a table are part of the flange, which is
 not calibrated.
 """
 
@@ -20,7 +20,7 @@ from scalar.geometry.standard_dh import AFTER_THE_JOINT, in_rows
 from scalar.report.words import UNKNOWN
 from scalar.units import DEG, MM
 
-_BEYOND_CHANCE = 1.96  # standard errors: chance alone passes it once in twenty times
+_BEYOND_CHANCE = 1.96  # standard errors, which chance alone exceeds once in twenty times
 DATA_SHEET, STATED = "data sheet", "stated"
 _LEAST_DECIMALS, _MOST_DECIMALS = 3, 6
 
@@ -29,8 +29,8 @@ def parameter_tables(calibration: Calibration, T_flange_sensor: Array | None) ->
     """Return the tables of lengths, of angles and of the sensor's place, with their rows.
 
     Args:
-        calibration: To tell.
-        T_flange_sensor: ``(4, 4)``, the sensor's place that the dataset states, or None.
+        calibration: The calibration to report.
+        T_flange_sensor: ``(4, 4)``, the sensor's pose on the flange that the dataset states, or None.
     """
     entries = list(_geometry(calibration))
     tables = [
@@ -42,7 +42,7 @@ def parameter_tables(calibration: Calibration, T_flange_sensor: Array | None) ->
 
 
 def convention_in_words(robot: Robot) -> str:
-    """Return the sentence that says which Denavit-Hartenberg parameters these are."""
+    """Return the sentence that says which convention of Denavit-Hartenberg parameters the tables use."""
     if robot.standard_dh:
         return "Denavit-Hartenberg parameters (standard), as in dataset.yaml: Rz(q + theta) Tz(d) Tx(a) Rx(alpha)."
     return (
@@ -64,7 +64,7 @@ def gauge_rows(calibration: Calibration) -> list[dict[str, Any]]:
 
 
 Entry = tuple[str, float | None, float, float | None, str]
-"""Name, nominal, found, standard error, all in the unit of the table, and a remark."""
+"""A row of a table: name, nominal value, found value, standard error, all in the unit of the table, and a remark."""
 
 
 def _geometry(calibration: Calibration) -> Iterator[tuple[str, str, float | None, float, float | None, str]]:
@@ -73,7 +73,7 @@ def _geometry(calibration: Calibration) -> Iterator[tuple[str, str, float | None
     near = calibration.summary.get("kept_near_data_sheet") or {}
     for row in range(0 if nominal.standard_dh else 1, robot.n_joints + 1):
         for k, kind in enumerate(GEOMETRY):
-            # A row of a standard-DH table has a, alpha and beta of the next joint of the model, and no row 0 but these.
+            # A row of a standard-DH table has a, alpha and beta of the model's next joint; row 0 has nothing else.
             joint = row + 1 if nominal.standard_dh and kind in AFTER_THE_JOINT else row
             name = f"{kind}_{joint}"
             if not 1 <= joint <= robot.n_joints or (name not in std and (kind == "beta" or row == 0)):
@@ -86,7 +86,7 @@ def _geometry(calibration: Calibration) -> Iterator[tuple[str, str, float | None
 
 
 def _sensor(calibration: Calibration, T_stated: Array | None) -> Iterator[dict[str, Any]]:
-    """Yield the table of the sensor's place on the flange: shifts, and its rotation vector where it was observed."""
+    """Yield the tables of the sensor's pose on the flange: its translation, and its rotation vector if the data observe it."""
     std = calibration.std
     model = calibration.model
     turn, stated = model.sensor_rotation_vector(), None
@@ -116,6 +116,7 @@ def _sensor(calibration: Calibration, T_stated: Array | None) -> Iterator[dict[s
 
 
 def _table(title: str, unit: str, source: str, entries: list[Entry]) -> dict[str, Any]:
+    """Return a table for the template; ``source`` says where the nominal values come from."""
     errors = [entry[3] for entry in entries if entry[3]]
     # Two digits of the smallest standard error: with fewer, a change could not be compared with it.
     finest = 1 - int(np.floor(np.log10(min(errors)))) if errors else _LEAST_DECIMALS

@@ -1,5 +1,4 @@
-"""From traces to pictures: each effect without it and with it, in the same axes, side by side where there
-is room."""
+"""Draw the profiles and maps of effects: each without the effect and with it in the model, in the same axes, side by side if there is room."""
 
 from __future__ import annotations
 
@@ -14,10 +13,10 @@ from scalar.report.axes import dot_titles, in_words, range_of, shown, with_unit
 from scalar.report.panel import Panel
 from scalar.report.thinning import in_caption, thinned
 
-_SHOWN = 0.985  # of the values lie within the axes, the others at their edge
-_UNSURE = 3.0  # times the typical standard error: beyond it a pose says nothing of the effect and is left out
-_LEAST_PER_BIN = 4
-_MOST_BINS = 72
+_SHOWN = 0.985  # share of the values within the axes; the others are drawn at their edge
+_UNSURE = 3.0  # times the median standard error: a pose beyond it hardly shows the effect, and is left out
+_LEAST_PER_BIN = 4  # poses in a group of neighbours whose mean is drawn
+_MOST_BINS = 72  # groups of neighbours
 _LARGEST_MARK = 13.0  # points across, on a map
 _MANY_MARKS = 500  # from here on a map's marks are smaller
 TITLES = ("without the effect", "with the effect")
@@ -28,9 +27,9 @@ class Pair:
     """Two pictures in the same axes, and how to read them.
 
     Attributes:
-        before, after: Without and with what is shown; ``after`` is None where there is nothing to compare.
+        before, after: The pictures without and with the effect; ``after`` is None if there is nothing to compare.
         caption: A few sentences.
-        key: What the marks are: (sign, colour, words).
+        key: The legend: sign, colour and meaning of each kind of mark.
     """
 
     before: Markup
@@ -40,12 +39,12 @@ class Pair:
 
 
 def draw(trace: Profile | Map, poses: Array, most: int) -> Pair:
-    """Return a trace without and with its effect.
+    """Return the pictures of a profile or a map without and with its effect.
 
     Args:
-        trace: What is shown.
+        trace: The profile or map.
         poses: ``(N,)``, the identifiers of the dataset's poses.
-        most: How many dots a panel may have.
+        most: The most dots that a panel may have.
     """
     return _draw_map(trace, poses, most) if isinstance(trace, Map) else _draw_profile(trace, poses, most)
 
@@ -53,7 +52,7 @@ def draw(trace: Profile | Map, poses: Array, most: int) -> Pair:
 def panel_of(
     x: Axis, y: Axis, x_range: tuple[float, float], y_range: tuple[float, float], title: str
 ) -> Panel:
-    """Return an empty panel."""
+    """Return an empty panel with these axes."""
     return Panel(
         x_range,
         y_range,
@@ -139,7 +138,7 @@ def _key(has_sides: bool, has_curve: bool, has_means: bool) -> tuple[tuple[str, 
 
 
 def _draw_values(panel: Panel, x: Array, y: Array, said: list[str], side: Array | None) -> int:
-    """Draw what each pose asks for; return how many lie beyond the axes."""
+    """Draw the value of each pose, with a mark of its own for each side; return how many lie beyond the axes."""
     if side is None:
         return panel.marks(x, y, said, "dot", alpha=0.62)
     beyond = 0
@@ -165,8 +164,7 @@ def _draw_fit(
 
 
 def _bins(x: Array, side: Array | None, curve: Array | None, mark: float | None) -> list[list[Array]]:
-    """Return groups of neighbours in x: enough not to blur what is drawn, each large enough for a mean;
-    else none."""
+    """Return groups of neighbours in x, for means: narrow enough to follow the curve and with enough poses each; else none."""
     if curve is None and side is None:
         return []
     turns = 0 if curve is None else int(np.count_nonzero(np.diff(np.sign(np.diff(curve[1])))))
@@ -188,7 +186,7 @@ def _equal_groups(x: Array, members: Array, count: int) -> list[Array]:
 
 
 def _means(x: Array, y: Array, std: Array, groups: list[Array]) -> tuple[Array, Array, Array]:
-    """Return the weighted mean of x and y of every group, and the standard error of y by its own scatter."""
+    """Return the weighted means of x and y of every group, and the standard error of that of y from the group's scatter."""
     weights = [1.0 / std[g] ** 2 for g in groups]
     centre = np.array([np.average(x[g], weights=w) for g, w in zip(groups, weights, strict=True)])
     mean = np.array([np.average(y[g], weights=w) for g, w in zip(groups, weights, strict=True)])

@@ -1,4 +1,4 @@
-"""Pictures of what remains: the residual of every pose, and how large residuals are for their noise."""
+"""Pictures of residuals: the residual of every pose, and the distribution of residuals in standard deviations of their noise."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SHAPES = (
     ("s", "□"),
     ("v", "▽"),
     ("x", "×"),
-)  # of planes: as Matplotlib and as the key draws them
+)  # the marks of planes: Matplotlib's name, and the sign in the legend
 _SERIES = ("blue", "orange", "green", "purple")
 _SMALLEST_REACH, _LARGEST_REACH = 3.5, 40.0  # of a histogram, in standard deviations
 _BINS = 60  # of a histogram
@@ -28,8 +28,8 @@ def draw_residuals(before: FittedState, after: FittedState, most: int) -> Pair:
     """Return the residual of every pose in order of acquisition, of two states; each plane has its own mark.
 
     Args:
-        before, after: Without and with what was found.
-        most: How many dots a panel may have.
+        before, after: The fits without and with what was found.
+        most: The most dots that a panel may have.
     """
     dataset, order = before.dataset, before.residuals.poses.order
     values = [shown(Axis("residual", "m"), signed_residual(state)) for state in (before, after)]
@@ -44,14 +44,14 @@ def draw_residuals(before: FittedState, after: FittedState, most: int) -> Pair:
     for title, y in zip(("all poses" if same else "before", "after"), values, strict=True):
         panel = panel_of(x_axis, y_axis, x_range, y_range, title)
         for i, k in enumerate(np.unique(index)):
-            mine = some & (index == k)
-            said = dot_titles(identifiers[mine], [(x_axis, order[mine])], y_axis, y[mine])
+            on_it = some & (index == k)
+            said = dot_titles(identifiers[on_it], [(x_axis, order[on_it])], y_axis, y[on_it])
             (marker, sign), colour = _SHAPES[i % 4], _SERIES[(i + i // 4) % 4]
             if len(dataset.planes):
-                panel.marks(order[mine], y[mine], said, colour, marker=marker, size=5.0, hollow=True)
+                panel.marks(order[on_it], y[on_it], said, colour, marker=marker, size=5.0, hollow=True)
                 key += [(sign, colour, dataset.planes[k].name)] if y is values[0] else []
             else:
-                panel.marks(order[mine], y[mine], said, "dot", alpha=0.7)
+                panel.marks(order[on_it], y[on_it], said, "dot", alpha=0.7)
         panels.append(panel)
     what = f"{y_axis.label} for every pose in order of acquisition"
     return Pair(
@@ -67,9 +67,9 @@ def draw_scatter(before: Array, after: Array, random: bool) -> Pair:
     variance component.
 
     Args:
-        before: ``(K,)``, in standard deviations of the noise within scans alone.
-        after: ``(K,)``, in those of the noise with the variance component.
-        random: Whether the scatter is noise; else it is only drawn as though it were.
+        before: ``(K,)``, residuals in standard deviations of the noise within scans alone.
+        after: ``(K,)``, residuals in standard deviations of the noise with the variance component.
+        random: Whether the scatter is noise; if not, the caption says so.
     """
     reach = float(np.clip(np.quantile(np.abs(before), 0.98), _SMALLEST_REACH, _LARGEST_REACH))
     edges = np.linspace(-reach, reach, _BINS + 1)

@@ -1,4 +1,4 @@
-"""What the report says of the fit that is shipped: how it weights the poses, which effects it contains, and where it should be used."""
+"""Sentences of the report on the fit that is shipped: how it weights the poses, which effects it contains, and where it should be used."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
 
 
-MUCH_FARTHER = 3.0  # times the expected error within the measured ranges: chosen
+MUCH_FARTHER = 3.0
+"""Ratio of the expected error within the joint limits to that within the measured ranges from which the report warns. Chosen."""
 
 
 def shipped_sentences(diagnosis: Diagnosis) -> list[str]:

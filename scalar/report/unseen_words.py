@@ -1,4 +1,4 @@
-"""What the report says of unseen poses, and of effects that the runs without a part of the poses do not confirm."""
+"""Sentences of the report on errors at unseen poses, and on effects that the runs without a part of the poses do not confirm."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ QUICK_WITH_HALVES = (
 
 
 def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[str]:
-    """Return whole sentences on the errors on unseen poses, or on how to get them after a quick answer."""
+    """Return sentences on the errors at unseen poses, or, after a quick answer, on how to get these."""
     outer = diagnosis.outer
     if outer is None:
         return [*_halves(mapping), QUICK if mapping["shipped"]["halves"] is None else QUICK_WITH_HALVES]
@@ -62,7 +62,7 @@ def _halves(mapping: Mapping[str, Any]) -> list[str]:
 
 
 def share(entry: Mapping[str, Any], diagnosis: Diagnosis) -> str:
-    """Return in how many runs something was chosen; empty where there were none."""
+    """Return in words in how many runs an entry was chosen; empty if there were no runs."""
     if entry["selected_in"] is None or diagnosis.outer is None:
         return ""
     runs = len(diagnosis.outer.answers)

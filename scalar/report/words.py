@@ -40,16 +40,16 @@ CONFIDENCE = (
     "Confidence is how often a name with such evidence was right in simulated trials: of 100 names with a confidence of 77 %, about 77 were right "
     "and 23 wrong. If it is below 80 %, confirm the cause before anything is repaired."
 )
-"""What a confidence means, where one is given."""
+"""The sentence that explains a confidence."""
 COMPONENTS = {
     "pose_jitter": "jitter of the joints from pose to pose",
     "scan_bias": "random offset of each measurement",
 }
-"""What variance components are called, by name."""
+"""Titles of the variance components, by name."""
 
 
 def title(name: str, target: Mapping[str, Any], depends_on: Sequence[str] = ()) -> str:
-    """Return what an entry of diagnosis.json is called: its place, then its kind."""
+    """Return the title of an entry of diagnosis.json: its place, then its kind."""
     if name in COMPONENTS:
         return COMPONENTS[name]
     kinds = registry.known()
@@ -71,5 +71,5 @@ def quoted(title: str) -> str:
 
 
 def capital(text: str) -> str:
-    """Return a text with its first letter large."""
+    """Return a text with its first letter in upper case."""
     return text[:1].upper() + text[1:]

@@ -1,7 +1,7 @@
 """The error of the arm over its workspace, by its data sheet and as calibrated: a table, two slices, and the error against the reach.
 
-Poses are sorted into square cells of a slice: a side view (distance from the first joint's axis, height) and a view from above. A cell shows
-the mean error over its poses, whatever the wrist does there.
+Random poses are sorted into square cells of a side view (distance from the first joint's axis, height) and of a view from above. A cell
+shows the mean error over its poses, which have all orientations of the wrist.
 """
 
 from __future__ import annotations
@@ -26,28 +26,28 @@ from scalar.units import MM
 
 WITHOUT_EFFECTS, SHIPPED = "before.json", "after.json"
 _CELLS_ACROSS = 18
-_LEAST_POSES = 3  # in a cell, to be drawn
-_SHELLS = 12  # of the curve over the reach
-_DOTS = 150  # measured poses that are drawn at most
-_STEPS = ((1.0, 2.0, 5.0), (1.0, 3.0), (1.0,))  # in a decade, the finest first
-_CLASSES = 9
+_LEAST_POSES = 3  # a cell with fewer poses is not drawn
+_SHELLS = 12  # points of the curve over the distance from the first joint's axis
+_DOTS = 150  # the most measured poses that are drawn
+_STEPS = ((1.0, 2.0, 5.0), (1.0, 3.0), (1.0,))  # edges of classes of colour in a decade, the finest first
+_CLASSES = 9  # of colour
 _LEVEL = 0.99  # cosine from which two directions count as one
-_MOST = 0.95  # share of the poses whose error a bound holds for
+_MOST = 0.95  # the table's upper bound holds for this share of the poses
 _CELL_GAP = 0.6  # points
-_LEAST_ERROR = 1e-9  # m: less than the rounding of what is shown
-_LEAST_SPAN = 1e-3  # m: an arm of one joint moves nowhere in a slice
+_LEAST_ERROR = 1e-9  # m: smaller errors are rounding, and no picture is drawn
+_LEAST_SPAN = 1e-3  # m: the least width of a slice, which the poses of an arm of one joint may not fill
 
 
 @dataclass(frozen=True, eq=False)
 class Slice:
-    """Where poses lie in a slice.
+    """Where poses lie in one view of the workspace.
 
     Attributes:
-        words: What is seen.
-        labels: Of the two axes.
+        words: The direction of the view.
+        labels: Labels of the two axes.
         at: ``(N, 2)`` [m], the random poses.
-        measured: ``(M, 2)`` [m], the measured ones.
-        from_axis: Whether the first is a distance from an axis, and counts from zero.
+        measured: ``(M, 2)`` [m], the measured poses.
+        from_axis: Whether the first coordinate is a distance from an axis, so that it begins at zero.
     """
 
     words: str
@@ -60,21 +60,21 @@ class Slice:
 def workspace_section(
     judged: Calibration, without_effects: Model | None, seen: Poses, file: str, lacking: float = 0.0
 ) -> dict[str, Any] | None:
-    """Return the table and the pictures of the errors over the workspace, or None where there is nothing to show: no covariance, no error.
+    """Return the table and the pictures of the errors over the workspace, or None if there is no covariance, or no error.
 
     Args:
         judged: The calibration, with its covariance.
-        without_effects: The one without effects, where it is another; or None.
+        without_effects: The model without effects, if it is another one; or None.
         seen: The measured poses.
-        file: What the calibration is called.
-        lacking: Root mean square distance [m] by which the arm is off at every pose for what no model here holds.
+        file: File name of the calibration.
+        lacking: Root mean square distance [m] by which the arm is off at every pose because of errors that the model does not contain.
     """
     robot = judged.model.nominal
     models = {**({} if without_effects is None else {WITHOUT_EFFECTS: without_effects}), file: judged.model}
     errors = errors_within_limits(judged, models, seen, lacking)
     if errors is None:
         return None
-    sizes = {state: errors.sizes(state) for state in errors.errors}
+    sizes = {model: errors.sizes(model) for model in errors.errors}
     if max(float(draws.max()) for draws in sizes.values()) < _LEAST_ERROR:
         return None
     bases = EffectBases.of(robot, seen, judged.model.effects)
@@ -87,8 +87,8 @@ def workspace_section(
     pictures = [_draw_cells(one, edges, file) for one in cells]
     return {
         "rows": [
-            {"state": state, "mean": _banded(Banded.of(draws.mean(axis=1))), "most": _banded(_bound(draws))}
-            for state, draws in sizes.items()
+            {"state": model, "mean": _banded(Banded.of(draws.mean(axis=1))), "most": _banded(_bound(draws))}
+            for model, draws in sizes.items()
         ],
         "poses": len(errors.position),
         "lacking": f"{number(lacking / MM)} mm" if lacking else "",
@@ -97,6 +97,7 @@ def workspace_section(
 
 
 def _bound(draws: Array) -> Banded:
+    """Return the error that most poses do not exceed, from draws ``(R, N)`` [m]."""
     return Banded.of(np.quantile(draws, _MOST, axis=1))
 
 
@@ -149,10 +150,10 @@ class Cells:
 
     Attributes:
         view: The slice.
-        centres: ``(C, 2)`` [m], of the cells that are drawn.
-        width: Of a cell [m].
-        count: ``(C,)``, poses in each.
-        found: Mean error of each cell before and after, with its band.
+        centres: ``(C, 2)`` [m], centres of the cells that are drawn.
+        width: Width of a cell [m].
+        count: ``(C,)``, number of poses in each.
+        found: Mean error of each cell [m] before and after, with its band.
     """
 
     view: Slice
@@ -163,7 +164,7 @@ class Cells:
 
     @classmethod
     def of(cls, view: Slice, before: Array, after: Array) -> Cells:
-        """Return the cells of a slice with poses enough, for the errors ``(R, N)`` [m] of the draws before and after."""
+        """Return the cells of a slice that have enough poses, with R draws of the errors of N poses ``(R, N)`` [m] before and after."""
         low, high = view.at.min(axis=0), view.at.max(axis=0)
         if view.from_axis:
             low[0] = 0.0
@@ -180,13 +181,13 @@ class Cells:
 
     @property
     def shades(self) -> tuple[Array, Array]:
-        """Return what the colours say [mm]: the error before, and the upper end of the band after."""
+        """Return the values that the colours show [mm]: the error before, and the upper end of the band after."""
         before, after = self.found
         return np.array([b.value for b in before]) / MM, np.array([b.high for b in after]) / MM
 
     @property
     def spans(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Return from where to where cells and measured poses lie along both axes [m]."""
+        """Return the ranges of cells and measured poses along both axes [m]."""
         points = np.concatenate(
             [self.centres - self.width / 2, self.centres + self.width / 2, self.view.measured]
         )
@@ -206,9 +207,9 @@ def _draw_cells(cells: Cells, edges: Array, file: str) -> Pair:
         )
         side = panel.points_across(cells.width) - _CELL_GAP
         for k in np.unique(shade):
-            mine = np.flatnonzero(shade == k)
-            said = [_said(centre[i], banded[i], int(cells.count[i])) for i in mine]
-            panel.marks(centre[mine, 0], centre[mine, 1], said, f"heat{k}", marker="s", size=side)
+            members = np.flatnonzero(shade == k)
+            titles_of = [_cell_title(centre[i], banded[i], int(cells.count[i])) for i in members]
+            panel.marks(centre[members, 0], centre[members, 1], titles_of, f"heat{k}", marker="s", size=side)
         some = np.unique(np.linspace(0, len(view.measured) - 1, _DOTS).astype(int))
         panel.marks(view.measured[some, 0], view.measured[some, 1], None, "ink", size=2.2, alpha=0.55)
         panels.append(panel)
@@ -229,7 +230,8 @@ def _draw_cells(cells: Cells, edges: Array, file: str) -> Pair:
     )
 
 
-def _said(centre: Array, found: Banded, poses: int) -> str:
+def _cell_title(centre: Array, found: Banded, poses: int) -> str:
+    """Return the text that a cell shows when it is pointed at."""
     return (
         f"about {number(centre[0], 2)} m, {number(centre[1], 2)} m: mean error {number(found.value / MM, 2)} mm, "
         f"95 % band {number(found.low / MM, 2)} to {number(found.high / MM, 2)} mm ({poses} poses)"
@@ -237,16 +239,16 @@ def _said(centre: Array, found: Banded, poses: int) -> str:
 
 
 def _means_of(draws: Array, index: Array, cells: int) -> Array:
-    """Return the means ``(R, cells)`` of draws ``(R, N)`` of poses over the cell of each."""
+    """Return the means ``(R, cells)`` over the poses in each cell, of draws ``(R, N)``; ``index`` ``(N,)`` is the cell of each pose."""
     order = np.argsort(index, kind="stable")
     starts = np.searchsorted(index[order], np.arange(cells))
     return np.add.reduceat(draws[:, order], starts, axis=1) / np.bincount(index, minlength=cells)
 
 
 def _edges(smallest: float, largest: float) -> Array:
-    """Return the upper edges ``(_CLASSES,)`` of the classes of colour [mm]: round, the last holds the largest value.
+    """Return the upper edges ``(_CLASSES,)`` of the classes of colour [mm]: round numbers, of which the last is not below the largest value.
 
-    They stand as close as the classes allow if the smallest value is to be told from the others.
+    The edges are the finest that still have one at or below the smallest value.
     """
     for in_decade in _STEPS:
         steps = np.array([step * 10.0**power for power in range(-12, 7) for step in in_decade])
