@@ -10,8 +10,6 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from scalar.cli.diagnose import describe_diagnosis
 from scalar.data.dataset import Dataset
@@ -287,16 +285,3 @@ def test_terminal_summary_is_short_and_plain(found: Diagnosis, nothing: Diagnosi
         text = describe_diagnosis(diagnosis)
         assert len(text.splitlines()) <= 14
         assert text.isascii()
-
-
-@given(st.floats(-1e12, 1e12, allow_nan=False), st.integers(2, 6))
-def test_numbers_read_back(value: float, digits: int) -> None:
-    """A number that is written for people is the number, to the digits that are shown."""
-    text = words.number(value, digits).replace("−", "-")
-    if "×" in text:
-        mantissa, power = text.split(" × 10")
-        ordinary = power.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
-        back = float(mantissa) * 10.0 ** int(ordinary)
-    else:
-        back = float(text)
-    assert back == pytest.approx(value, rel=0.6 * 10.0 ** (1 - digits))

@@ -1,8 +1,10 @@
-"""The words of the report: each number in the unit that stands beside it."""
+"""The words of the report: each number reads back as the value, in the unit that is printed next to it."""
 
 from __future__ import annotations
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from scalar.effects import wording
 from scalar.report import words
@@ -31,3 +33,16 @@ def test_milliradians_do_not_follow_the_millimetre(monkeypatch: pytest.MonkeyPat
     assert words.coefficient("gain_m_per_m", 2.5e-3, 1e-4) != words.coefficient(
         "gain_rad_per_rad", 2.5e-3, 1e-4
     )
+
+
+@given(st.floats(-1e12, 1e12, allow_nan=False), st.integers(2, 6))
+def test_numbers_read_back(value: float, digits: int) -> None:
+    """A number that is written for people is the number, to the digits that are shown."""
+    text = words.number(value, digits).replace("−", "-")
+    if "×" in text:
+        mantissa, power = text.split(" × 10")
+        ordinary = power.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
+        back = float(mantissa) * 10.0 ** int(ordinary)
+    else:
+        back = float(text)
+    assert back == pytest.approx(value, rel=0.6 * 10.0 ** (1 - digits))

@@ -1,0 +1,95 @@
+"""What ``scalar predict`` and ``scalar evaluate`` refuse, and outputs that cannot be written."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.cli.running import INPUT_AT_FAULT, JOINTS, refused, run
+
+
+@pytest.mark.parametrize(("spoil", "words"), [
+    (lambda t: t.drop(columns="q3"), ["joints.csv", "q3", "missing"]),
+    (lambda t: t.drop(columns=["q3", "pose"]), ["q3", "pose"]),
+    (lambda t: t.assign(q7=0.0), ["joints.csv", "q7"]),
+    (lambda t: t.assign(q2=[0.1, np.nan, 0.1, 0.1, 0.1]), ["joints.csv, row 3, column q2"]),
+    (lambda t: t.assign(q2=["0.1", "0.1", "north", "0.1", "0.1"]), ["joints.csv, row 4, column q2", "north"]),
+    (lambda t: t.assign(q2=np.inf), ["joints.csv, row 2, column q2"]),
+    (lambda t: t.assign(**{name: t[name] * 100 for name in JOINTS}), ["joints.csv", "degrees"]),
+    (lambda t: t.assign(pose=1), ["joints.csv", "pose"]),
+])  # fmt: skip
+def test_predict_refuses_joints_it_cannot_read(spoil, words, sound, tmp_path):
+    """Missing columns, too many joints, NaN, text, infinity, degrees, one id twice: named, and no file
+    written.
+    """
+    spoil(pd.read_csv(sound / "joints.csv")).to_csv(tmp_path / "joints.csv", index=False, na_rep="nan")
+    result = run(
+        "predict", sound / "out/calibration.json", tmp_path / "joints.csv", "-o", tmp_path / "frames.csv"
+    )
+    refused(result, INPUT_AT_FAULT, *words, output=tmp_path / "frames.csv")
+
+
+def test_predict_refuses_what_is_no_table_or_no_calibration(sound, tmp_path):
+    """No such file, a folder, an empty file, a calibration that is none."""
+    (tmp_path / "empty.csv").touch()
+    calibration, joints, out = sound / "out/calibration.json", sound / "joints.csv", tmp_path / "f.csv"
+    for bad in (tmp_path / "missing.csv", tmp_path, tmp_path / "empty.csv"):
+        refused(run("predict", calibration, bad, "-o", out), INPUT_AT_FAULT, output=out)
+    for bad in (tmp_path / "missing.json", tmp_path, sound / "joints.csv", sound / "truth/truth.json"):
+        refused(run("predict", bad, joints, "-o", out), INPUT_AT_FAULT, output=out, lines=1)
+
+
+def test_a_column_that_an_effect_needs_is_named(sound, tmp_path):
+    """A calibration with drift over time predicts only where the time is given: exit status 2, naming
+    the column.
+    """
+    dataset = tmp_path / "dataset"
+    shutil.copytree(sound / "dataset", dataset)
+    poses = pd.read_csv(dataset / "poses.csv")
+    poses.assign(time=10.0 * np.arange(len(poses))).to_csv(dataset / "poses.csv", index=False)
+    result = run("calibrate", dataset, "-o", tmp_path / "out", "--effects", "thermal_drift")
+    assert result.exit_code == 0, result.output
+    calibration = tmp_path / "out/calibration.json"
+    result = run("predict", calibration, sound / "joints.csv", "-o", tmp_path / "f.csv")
+    refused(result, INPUT_AT_FAULT, "time", "missing", output=tmp_path / "f.csv")
+    pd.read_csv(sound / "joints.csv").assign(time=0.0).to_csv(tmp_path / "joints.csv", index=False)
+    assert run("predict", calibration, tmp_path / "joints.csv", "-o", tmp_path / "f.csv").exit_code == 0
+
+
+def test_an_output_that_cannot_be_written_is_said(sound, tmp_path):
+    """A folder in the place of the file, a file in the place of the folder: exit status 2, one line,
+    nothing changed.
+    """
+    (tmp_path / "taken").write_text("mine", encoding="utf-8")
+    calibration, joints = sound / "out/calibration.json", sound / "joints.csv"
+    refused(run("predict", calibration, joints, "-o", tmp_path), INPUT_AT_FAULT, "cannot be written", lines=1)
+    below = tmp_path / "taken" / "frames.csv"
+    refused(run("predict", calibration, joints, "-o", below), INPUT_AT_FAULT, "cannot be written", lines=1)
+    for command in (["calibrate", sound / "dataset"], ["evaluate", calibration, sound / "truth"]):
+        refused(run(*command, "-o", tmp_path / "taken"), INPUT_AT_FAULT, "cannot be written", lines=1)
+    assert (tmp_path / "taken").read_text(encoding="utf-8") == "mine"
+    assert [path.name for path in tmp_path.iterdir()] == ["taken"]
+
+
+def test_evaluate_refuses_a_truth_that_is_none(sound, tmp_path):
+    """No folder, no poses, damaged JSON, fewer joints: named, and no output."""
+    calibration, out = sound / "out/calibration.json", tmp_path / "e"
+    refused(
+        run("evaluate", calibration, tmp_path / "no", "-o", out),
+        INPUT_AT_FAULT,
+        "truth_poses.csv",
+        output=out,
+    )
+    truth = Path(shutil.copytree(sound / "truth", tmp_path / "truth"))
+    (truth / "truth.json").write_text("{", encoding="utf-8")
+    refused(run("evaluate", calibration, truth, "-o", out), INPUT_AT_FAULT, "truth.json", output=out)
+    (truth / "truth.json").write_text('{"parameters": 3, "planes": "x"}', encoding="utf-8")
+    refused(run("evaluate", calibration, truth, "-o", out), INPUT_AT_FAULT, "truth.json", output=out)
+    (truth / "truth.json").unlink()
+    assert run("evaluate", calibration, truth, "-o", tmp_path / "fine").exit_code == 0
+    pd.read_csv(truth / "truth_poses.csv").drop(columns=["q6", "rz"]).to_csv(
+        truth / "truth_poses.csv", index=False
+    )
+    refused(run("evaluate", calibration, truth, "-o", out), INPUT_AT_FAULT, "q6", "rz", output=out)

@@ -1,0 +1,160 @@
+"""``scalar correct`` with poses out of reach, beyond the limits or singular."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from scalar.data.io.plain_yaml import load_yaml
+from scalar.effects.joint_backlash import JointBacklash
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import log_so3
+from tests.calibrated_arms import T_SENSOR
+from tests.cli.correcting import FRAME, JOINTS, frames, predicted, run
+from tests.robot_configs import ROBOT_CONFIGS
+
+
+@pytest.mark.parametrize("with_joints", [False, True])
+def test_frames_out_of_reach_do_not_stop_the_program(program, with_joints):
+    """All others are corrected to 1e-6 m; those out of reach have no joint angles and corrected = 0; exit 2 with a line for each. With --leave-out
+    they are left out, and the status is 0."""
+    joints = pd.read_csv(program / "targets.csv")
+    wanted = predicted(program, "targets.csv")
+    wanted.loc[[3, 29], "x"] += 3.0
+    rest = joints.drop(columns=["pose", *([] if with_joints else JOINTS)]).assign(speed=250.0)
+    pd.concat([wanted, rest], axis=1).to_csv(program / "wanted.csv", index=False, float_format="%.17g")
+    arguments = ("correct", program / "calibration.json", program / "wanted.csv", "-o", program / "out.csv")
+    status, said = run(*arguments)
+    faults = [line for line in said.splitlines() if line.startswith("scalar:")]
+    assert status == 2 and "30 poses, 28 of them corrected" in said
+    assert [re.search(r"wanted.csv: (pose \d+: not corrected)", line)[1] for line in faults] == [
+        "pose 103: not corrected",
+        "pose 129: not corrected",
+    ]
+    table = pd.read_csv(program / "out.csv").set_index("pose")
+    assert list(table.index) == list(range(100, 130)) and (table["speed"] == 250.0).all()
+    assert list(table.index[table["corrected"] == 0]) == [103, 129]
+    assert table.loc[[103, 129], [*JOINTS, "beyond_limits", "near_singular"]].isna().all(axis=None)
+    status, said = run(*arguments, "--leave-out")
+    assert status == 0 and said.count("left out: pose") == 2
+    reached = pd.read_csv(program / "out.csv").set_index("pose")
+    pd.testing.assert_frame_equal(reached, table.drop([103, 129]), check_dtype=False)
+    predicted(program, "out.csv")
+    off = frames(program / "frames.csv")[:, :3] - wanted.drop([3, 29])[FRAME[:3]].to_numpy()
+    assert np.abs(off).max() < 1e-6
+
+
+def test_a_program_that_is_out_of_reach_throughout_is_refused(program):
+    """Nothing is written where no frame can be taken; ten lines name poses, and one counts the others."""
+    wanted = predicted(program, "targets.csv")
+    wanted["x"] += 3.0
+    rest = pd.read_csv(program / "targets.csv").drop(columns=["pose", *JOINTS])
+    pd.concat([wanted, rest], axis=1).to_csv(program / "wanted.csv", index=False)
+    for options in ([], ["--leave-out"]):
+        status, said = run(
+            "correct",
+            program / "calibration.json",
+            program / "wanted.csv",
+            "-o",
+            program / "out.csv",
+            *options,
+        )
+        assert status == 2 and len(said.splitlines()) == 11 and "20 more poses" in said
+        assert not (program / "out.csv").exists()
+
+
+def test_a_row_out_of_reach_is_no_move(tmp_path, arm_calibration):
+    """The direction from which a joint arrives is that from the last pose that is reached: a frame out of reach between two changes nothing."""
+    made = replace(
+        arm_calibration,
+        model=replace(
+            arm_calibration.model, effects=(JointBacklash(2, "moves", coefficients=np.array([2e-3])),)
+        ),
+    )
+    made.save(tmp_path / "calibration.json")
+    q = np.array(
+        [[0.1, 0.2, 1.2, 0.1, 0.8, 0.0], [0.0, 0.4, 1.1, 0.0, 0.9, 0.1], [0.2, 0.6, 1.0, 0.2, 0.7, 0.2]]
+    )
+    T = made.model.nominal.flange(q) @ T_SENSOR
+    values = np.column_stack([T[:, :3, 3], log_so3(T[:, :3, :3])])
+    found = []
+    for far in ([], [1]):
+        table = pd.DataFrame(values, columns=FRAME).assign(**dict(zip(JOINTS, q.T, strict=True)))
+        between = table.iloc[far].assign(x=9.0, q2=2.0)
+        table = pd.concat([table.iloc[:2], between, table.iloc[2:]]).reset_index(names="old")
+        table.insert(0, "pose", np.arange(len(table)))
+        table.drop(columns="old").to_csv(tmp_path / "wanted.csv", index=False, float_format="%.17g")
+        arguments = (
+            "correct",
+            tmp_path / "calibration.json",
+            tmp_path / "wanted.csv",
+            "-o",
+            tmp_path / "out.csv",
+        )
+        status, said = run(*arguments, "--leave-out")
+        assert status == 0, said
+        found.append(pd.read_csv(tmp_path / "out.csv")[JOINTS].to_numpy())
+    np.testing.assert_allclose(found[0], found[1], atol=1e-9)
+
+
+def test_limits_and_singular_poses_are_said(program):
+    """A joint beyond its limits, and a stretched wrist, are named by their pose, and marked in the table."""
+    joints = pd.read_csv(program / "targets.csv")
+    limits = Robot.from_mapping(load_yaml(ROBOT_CONFIGS / "vs060.yaml")).limits
+    joints.loc[0, "q1"] = limits[0, 1] + 0.05
+    joints.loc[1, "q5"] = 0.0
+    joints.to_csv(program / "targets.csv", index=False, float_format="%.17g")
+    status, said = run(
+        "correct",
+        program / "calibration.json",
+        program / "targets.csv",
+        "-o",
+        program / "joints.csv",
+        "--leave-out",
+    )
+    assert status == 0
+    assert "pose 100: joint 1 at" in said and "beyond its limits" in said
+    assert pd.read_csv(program / "joints.csv").set_index("pose").loc[100, "beyond_limits"] >= 1
+    found = pd.read_csv(program / "joints.csv").set_index("pose")
+    assert 101 in found.index[found["near_singular"] == 1]
+    (line,) = [line for line in said.splitlines() if line.startswith("  pose 101:")]
+    stated = float(re.search(r"smallest singular value (\S+):", line)[1])
+    assert stated == pytest.approx(found.loc[101, "smallest_singular_value"], rel=0.1) and stated < 0.02
+    assert re.search(r"to shift the sensor by 1 mm, joint \d moves by (up to|more than) \S+ deg\)$", line)
+    assert (found["smallest_singular_value"] < 0.02).equals(found["near_singular"] == 1)
+
+
+def test_a_home_pose_at_a_singularity_does_not_stop_the_program(program, arm_calibration):
+    """The rows that can be corrected are, to 1e-6 m; the home pose stays as it is and is marked; the exit status is 2, and one line says which row,
+    how far it errs as it stands, and what to do. With --leave-out it is left out, and the status is 0."""
+    joints = pd.read_csv(program / "targets.csv")
+    joints.loc[4, "q5"] = 0.0
+    joints.to_csv(program / "targets.csv", index=False, float_format="%.17g")
+    arguments = (
+        "correct",
+        program / "calibration.json",
+        program / "targets.csv",
+        "-o",
+        program / "joints.csv",
+    )
+    status, said = run(*arguments)
+    assert status == 2
+    (line,) = [line for line in said.splitlines() if line.startswith("scalar:")]
+    assert "targets.csv" in line and "pose 104: not corrected" in line and "move the pose" in line
+    assert "30 poses, 29 of them corrected" in said
+    table = pd.read_csv(program / "joints.csv").set_index("pose")
+    given = joints.set_index("pose")
+    assert list(table.index[table["corrected"] == 0]) == [104]
+    np.testing.assert_allclose(table.loc[104, JOINTS], given.loc[104, JOINTS], atol=1e-14)
+    predicted(program, "joints.csv")
+    wanted = arm_calibration.model.nominal.flange(given[JOINTS].to_numpy()) @ T_SENSOR
+    off = np.linalg.norm(frames(program / "frames.csv")[:, :3] - wanted[:, :3, 3], axis=1)
+    assert np.delete(off, 4).max() < 1e-6 < off[4]
+    stated = float(re.search(r"errs by (\S+) mm", line)[1])
+    assert stated == pytest.approx(off[4] * 1e3, rel=0.1)
+    status, said = run(*arguments, "--leave-out")
+    assert status == 0 and "left out: pose 104" in said
+    table = pd.read_csv(program / "joints.csv")
+    assert 104 not in set(table["pose"]) and (table["corrected"] == 1).all() and len(table) == 29
