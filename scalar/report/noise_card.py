@@ -1,4 +1,4 @@
-"""What the report says of a variance component: what scatters, by how much, and whether it is random."""
+"""Sentences and the card of the report on a variance component: what scatters, by how much, and whether it is random."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def noise_size(diagnosis: Diagnosis) -> str:
 
 
 def noise_advice(diagnosis: Diagnosis) -> list[str]:
-    """Return what to do about the likeliest variance component, the first thing first."""
+    """Return sentences on what to do about the likeliest variance component, the first step first."""
     if diagnosis.component_is_no_noise:
         return first_steps(diagnosis.depends_on) or [REPEAT_POSES]
     entry = diagnosis.noise_entry()

@@ -1,9 +1,9 @@
-"""Which dots are drawn where there are too many for one page.
+"""Choose the dots that are drawn if there are too many for one page.
 
 A dot with its title takes about a hundred bytes. A page has a fixed number of dots for all its pictures
-together, so that thousands of poses with many effects still make a page of less than 3 MB. Where a picture has
-more values than its part, it shows those that lie farthest out, which a reader looks for, and an even choice of
-the others; its caption says so. Means, curves and numbers always take all values.
+together, so that thousands of poses with many effects still make a page of less than 3 MB. A picture with
+more values than its share of the dots shows those that lie farthest out, which a reader looks for, and an even choice of
+the others; its caption says so. Means, curves and numbers always use all values.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ import numpy as np
 from scalar.geometry.se3 import Array
 
 DOTS_IN_PAGE = 20_000
-LEAST_DOTS = 200  # in a picture, however many pictures there are
-_SHARE_OF_OUTLIERS = 0.1  # of the dots that are drawn where not all are
+LEAST_DOTS = 200  # a panel may have at least this many dots, however many panels there are
+_SHARE_OF_OUTLIERS = 0.1  # share of the drawn dots that are those farthest out
 
 
 def dots_per_panel(panels: int) -> int:
-    """Return how many dots each of so many panels may draw."""
+    """Return how many dots each of ``panels`` panels may draw."""
     return max(DOTS_IN_PAGE // max(panels, 1), LEAST_DOTS)
 
 
@@ -26,8 +26,8 @@ def thinned(oddness: Array, most: int) -> Array:
     """Return which of many values to draw, as a mask ``(N,)``.
 
     Args:
-        oddness: ``(N,)``, how far out each lies, in any unit; not finite counts as nothing.
-        most: How many to draw at most.
+        oddness: ``(N,)``, how far out each value lies, in any unit; a value that is not finite counts as 0.
+        most: The most values to draw.
     """
     count = len(oddness)
     if count <= most:
@@ -41,7 +41,7 @@ def thinned(oddness: Array, most: int) -> Array:
 
 
 def in_caption(drawn: int, count: int) -> str:
-    """Return the sentence that tells of thinning; empty where all dots are drawn."""
+    """Return the sentence of a caption that states how many values are drawn; empty if all are."""
     if drawn >= count:
         return ""
     return f"{drawn} of {count} values are drawn: those farthest out, and an even choice of the others."
