@@ -31,7 +31,7 @@ def test_degrees_and_millimetres_give_the_same(program):
 
 
 def test_written_frames_are_read_again_in_their_units(program):
-    """What `predict` writes in millimetres and degrees, `correct` takes without being told."""
+    """`correct` reads what `predict` writes in millimetres and degrees without the option --units."""
     joints = pd.read_csv(program / "targets.csv")
     wanted = predicted(program, "targets.csv")
     named = joints.rename(columns={name: f"{name}_rad" for name in JOINTS})

@@ -83,7 +83,7 @@ def test_the_same_input_gives_the_same_bytes(sound, tmp_path):
 
 @pytest.mark.parametrize("kind", ["probe", "tracker"])
 def test_other_sensors_go_through(kind, tmp_path):
-    """A probe's and a tracker's dataset from folder to frames."""
+    """The datasets of a probe and of a tracker are calibrated, and their calibrations predict frames."""
     scene = make_scene("panda", kind, poses_per_plane=40)
     scene.write(tmp_path / "dataset")
     result = run("calibrate", tmp_path / "dataset", "-o", tmp_path / "out")

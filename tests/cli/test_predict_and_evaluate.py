@@ -32,7 +32,7 @@ def test_predict_refuses_joints_it_cannot_read(spoil, words, sound, tmp_path):
 
 
 def test_predict_refuses_what_is_no_table_or_no_calibration(sound, tmp_path):
-    """No such file, a folder, an empty file, a calibration that is none."""
+    """A missing file, a folder, an empty file and a file that is no calibration are refused."""
     (tmp_path / "empty.csv").touch()
     calibration, joints, out = sound / "out/calibration.json", sound / "joints.csv", tmp_path / "f.csv"
     for bad in (tmp_path / "missing.csv", tmp_path, tmp_path / "empty.csv"):

@@ -14,7 +14,7 @@ FLOOR, WALL = np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
 
 
 def in_cell(**settings) -> Scene:
-    """Return a quick cell."""
+    """Return a small workcell that is calibrated quickly."""
     return make_scene(**{"points_per_scan": 12, "seed": 3, **settings})
 
 
@@ -78,7 +78,7 @@ NEARLY = (np.array([FLOOR, WALL, [np.cos(0.1), np.sin(0.1), 0.0]]), np.array([0.
     (lambda: only(in_cell(kind="tracker"), np.arange(4)), UNDETERMINED, ["4 poses give 12 equations"]),
 ])  # fmt: skip
 def test_what_cannot_be_determined_is_refused(make, status, words, tmp_path):
-    """Well-formed datasets that no calibrator could use: status, and words that say what to do."""
+    """A well-formed dataset that does not determine the model is refused with its status and with words that say what to do."""
     make().write(tmp_path / "dataset")
     assert run("validate", tmp_path / "dataset").exit_code == 0
     result = run("calibrate", tmp_path / "dataset", "-o", tmp_path / "out")

@@ -1,5 +1,4 @@
-"""The report: opens offline, cannot be hijacked by a name, is the same each time, and its pictures show
-what was injected."""
+"""The report opens offline, shows hostile names as text, is the same each time, and its pictures show what was injected."""
 
 from __future__ import annotations
 
@@ -107,8 +106,8 @@ def pictures_of(diagnosis: Diagnosis) -> list[Profile | Map]:
     return diagnosis.after.effects[0].pictures(view_of(diagnosis))
 
 
-def test_the_planted_effect_is_named(found: Diagnosis) -> None:
-    """What the other tests look at is there: the joint and its order are found."""
+def test_the_injected_effect_is_named(found: Diagnosis) -> None:
+    """The injected harmonic, which the other tests need, is found with its joint and order."""
     assert [f.effect.target for f in found.findings if isinstance(f.effect, JointHarmonic)] == [
         {"joint": JOINT, "order": ORDER}
     ]
@@ -216,7 +215,7 @@ def test_nothing_found_is_said(nothing: Diagnosis) -> None:
         assert len(re.findall(OF_RESIDUAL, text)) == 1
 
 
-def test_curve_is_the_planted_one(found: Diagnosis) -> None:
+def test_curve_is_the_injected_one(found: Diagnosis) -> None:
     """The fitted curve of the picture is the injected error of the joint within five of its own standard
     errors."""
     course = pictures_of(found)[0]
@@ -226,9 +225,8 @@ def test_curve_is_the_planted_one(found: Diagnosis) -> None:
     assert np.ptp(curve) > 1.5 * AMPLITUDE
 
 
-def test_dots_scatter_about_the_planted_curve_as_their_errors_say(found: Diagnosis) -> None:
-    """What each pose asks for, less what was injected there, has the standard error that the picture takes
-    it to have."""
+def test_dots_scatter_about_the_injected_curve_as_their_errors_say(found: Diagnosis) -> None:
+    """The dot of each pose less the injected error there has the standard error that the picture states for it."""
     course = pictures_of(found)[0]
     assert isinstance(course, Profile)
     z = (course.y - injected(found.after.residuals.poses.q[:, JOINT - 1])) / course.std
@@ -237,8 +235,7 @@ def test_dots_scatter_about_the_planted_curve_as_their_errors_say(found: Diagnos
 
 
 def test_added_variable_plot_has_slope_one(found: Diagnosis) -> None:
-    """Measured against predicted shift, beside everything else: the residual is orthogonal, so the slope
-    is near one."""
+    """Given all other parameters, measured against predicted shift has a slope near one, since the residual is orthogonal."""
     course = view_of(found).added_variable(found.after.effects[0])
     slope = np.sum(course.x * course.y / course.std**2) / np.sum(course.x**2 / course.std**2)
     assert slope == pytest.approx(1.0, abs=0.1)
