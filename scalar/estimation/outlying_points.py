@@ -54,6 +54,14 @@ def without_outlying_points(
     )
 
 
+def scatter_about_lines(dataset: Dataset) -> Array:
+    """Return the standard deviation of the points of every scan about its own line of least squares, ``(N,)`` [m]; each has more than two points."""
+    counts = np.diff(dataset.starts)
+    first, scan = dataset.starts[:-1], np.repeat(np.arange(len(counts)), counts)
+    off = _line_distance(dataset.points, np.ones(len(dataset.points)), first, scan)
+    return np.sqrt(np.add.reduceat(off * off, first) / (counts - 2))
+
+
 def _line_distance(points: Array, weight: Array, first: Array, scan: Array) -> Array:
     """Return the signed distance of every point to its scan's weighted line of total least squares."""
     total = np.add.reduceat(weight, first)

@@ -70,7 +70,12 @@ def test_noise_of_one_law_does_not_break_a_line(law, count):
 def test_a_breakdown_is_refused(size, share, side, where):
     """Stray points of many kinds beyond what lines withstand: exit 3, and the text speaks of points."""
     dataset = with_stray_points(
-        make_cell(seed=3, poses_per_plane=25, points_per_scan=40).dataset, share, *size, side, where
+        make_cell(seed=3, poses_per_plane=25, points_per_scan=40).dataset,
+        share,
+        size[0],
+        size[1],
+        side,
+        where,
     )
     with pytest.raises(TooManyStrayPoints, match="points lie off any common line") as caught:
         clean(dataset)
@@ -95,6 +100,22 @@ def test_a_calibration_says_that_points_are_stray():
     assert said["what"] == "points" and said["sentence"].startswith(
         f"{len(injected['points'])} points lie off the line"
     )
+
+
+@pytest.mark.parametrize(("noise", "ratio"), [(1e-4, 0), (4e-5, 0), (1e-5, 1)])
+def test_scatter_far_above_the_stated_noise_is_said(noise, ratio):
+    """With 0.1 mm of noise a statement of 0.04 mm is not worth saying; 0.01 mm is."""
+    dataset = make_cell(seed=5, poses_per_plane=30).dataset
+    stated = replace(dataset, sensor=replace(dataset.sensor, noise=noise))
+    assert [s["what"] for s in calibrate(stated).summary["setup"]] == ["noise"] * ratio
+
+
+def test_nine_stray_points_in_ten_are_said():
+    """No third of the points lies on any line, and nothing is refused; it is said that the stated noise does not explain the scatter."""
+    data = make_cell(seed=5, poses_per_plane=30, points_per_scan=40).dataset
+    dataset = with_stray_points(data, 0.9, 0.5 * MM, 3 * MM, "one", "anywhere")
+    (said,) = calibrate(dataset).summary["setup"]
+    assert said["what"] == "noise" and "many of the points are stray" in said["sentence"]
 
 
 def test_strays_that_are_found_break_nothing():

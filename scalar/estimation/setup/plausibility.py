@@ -6,9 +6,11 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
+from scalar.estimation.outlying_points import scatter_about_lines
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array, log_so3
+from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
 LINK_SHARE = 0.1  # of the arm's length: no real link differs from its table by a tenth of the arm
@@ -25,6 +27,7 @@ SCALE_SPREAD = 0.2  # of the ratios of fitted to nominal lengths: a common ratio
 LEAST_SCALE = 1.3
 DISAGREEMENT = 5 * DEG  # of measured orientations, from pose to pose: no tracker measures them so poorly
 QUIET = 0.5  # ratio of the residual to what the stated noise explains: with a smaller one, the noise is said to be stated wrongly
+LOUD = 3.0  # ratio of the scatter within scans to the stated noise: with a larger one, the noise is said to be stated wrongly, or points to stray
 
 
 def implausible(
@@ -69,7 +72,29 @@ def implausible(
                 "or the lengths of the measurements are in another unit",
             )
         )
+    found += _loud(dataset)
     return tuple(found)
+
+
+def _loud(dataset: Dataset) -> list[Suspicion]:
+    """Return whether the points of half of the scans scatter far more about their own line than the stated noise explains.
+
+    Noise that is not as stated is estimated, and harms nothing. Where most points are stray, they cannot be told from noise, and may lie to one side.
+    """
+    noise, counts = dataset.sensor.noise, np.diff(dataset.starts)
+    if noise is None or not kind_of(dataset).scans or counts.min() <= 2:
+        return []
+    ratio = float(np.median(scatter_about_lines(dataset))) / noise
+    if ratio <= LOUD:
+        return []
+    return [
+        Suspicion(
+            "noise",
+            "sensor.noise",
+            f"the points of half of the scans scatter {ratio:.2g} times as much about their own line as the stated noise explains, or more: "
+            "the noise is stated too small, or many of the points are stray, and then the calibration may err by as much",
+        )
+    ]
 
 
 def _lengths(dataset: Dataset, model: Model, std: Array) -> list[Suspicion]:
