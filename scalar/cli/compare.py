@@ -17,6 +17,7 @@ from scalar.units import DEG, MM
 if TYPE_CHECKING:
     from scalar.comparison import Comparison
     from scalar.comparison.changes import Change
+    from scalar.comparison.other_terms import OtherTerms
 
 _KINDS = {"a": "length", "alpha": "twist", "d": "offset", "theta": "zero", "beta": "tilt about y"}
 _RIVALS_SHOWN, _NOT_COMPARED_SHOWN = 4, 8
@@ -87,10 +88,11 @@ def describe_comparison(comparison: Comparison) -> list[str]:
     n = len(comparison.changes)
     # A model that lacks something is fitted a little differently to other poses: that is a difference, and no change of the arm.
     lacking = any(p < _MISFIT for _, p in comparison.misfits)
-    what = "the calibrations differ" if lacking else "the arm changed"
+    doubtful = lacking or comparison.arm.effects_differ
+    what = "the calibrations differ" if doubtful else "the arm changed"
     if n:
         lines.append(
-            f"{what}: {n} {'difference' if lacking else 'change'}{'s' if n > 1 else ''} beyond chance"
+            f"{what}: {n} {'difference' if doubtful else 'change'}{'s' if n > 1 else ''} beyond chance"
         )
     elif comparison.changed:
         lines.append(f"{what} beyond chance, but no single parameter explains it")
@@ -115,6 +117,7 @@ def describe_comparison(comparison: Comparison) -> list[str]:
         )
     if n and comparison.rest_p_value < comparison.alpha:
         lines.append(f"  and more, which no single parameter explains ({_chance(comparison.rest_p_value)})")
+    lines += [line for effect in comparison.other_terms for line in _by_positions(effect)]
     together = comparison.together
     lines.append(
         f"predicted positions differ by {together.rms / MM:.3f} mm RMS, at most {together.largest / MM:.3f} mm, after the best "
@@ -126,6 +129,21 @@ def describe_comparison(comparison: Comparison) -> list[str]:
         f"the sensor's place on the flange differs by {shift:.3f} mm{turned}: of the campaigns, not of the arm"
     )
     return lines + _not_compared(comparison)
+
+
+def _by_positions(effect: OtherTerms) -> list[str]:
+    """Return how an effect that A and B hold in different coefficients differs."""
+    verdict = "beyond chance" if effect.beyond_chance else "no more than chance explains"
+    lines = [
+        f"{effect.name}: A and B hold it in different coefficients, so it is compared by the positions that it makes: they differ by "
+        f"{effect.apart.rms / MM:.3f} mm RMS, at most {effect.apart.largest / MM:.3f} mm, beyond what base, sensor and geometry would take up; "
+        f"chance alone would make {effect.by_chance / MM:.3f} mm: {verdict}"
+    ]
+    if effect.beyond_chance:
+        lines.append(
+            "  either the arm changed, or the poses of one campaign did not show what the other did; the same coefficients in both would tell"
+        )
+    return lines
 
 
 def _unexplained(comparison: Comparison) -> str:

@@ -7,6 +7,7 @@ belong to a campaign and are left out; the marginal covariance of the arm's para
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -54,12 +55,12 @@ class ArmParameters:
 
 def arm_parameters(a: Calibration, b: Calibration) -> ArmParameters:
     """Return the arm's parameters of two calibrations of one arm."""
-    term_columns = [_effect_term_columns(calibration.model) for calibration in (a, b)]
+    term_columns = [effect_terms(calibration.model) for calibration in (a, b)]
     added = [e for e in effects_of_the_arm(b.model) if not set(_terms(e)) <= set(term_columns[0])]
     zero = [effect.with_coefficients(0 * effect.coefficients) for effect in added]
     union = replace(a.model, effects=(*effects_of_the_arm(a.model), *zero))
     # Parameters of A, B and their union are matched by identity: the name of a geometric parameter, or the term of an effect.
-    union_columns = _geometry_columns(union) | _effect_term_columns(union)
+    union_columns = _geometry_columns(union) | effect_terms(union)
     own_columns = [_geometry_columns(c.model) | terms for c, terms in zip((a, b), term_columns, strict=True)]
     P = len(union_columns)
     value, covariance, free = np.zeros((2, P)), np.zeros((P, P)), np.zeros((2, P), dtype=bool)
@@ -143,11 +144,16 @@ def effects_of_the_arm(model: Model) -> tuple[Effect, ...]:
     return tuple(effect for effect in model.effects if effect.stays_with_arm)
 
 
-def _effect_term_columns(model: Model) -> dict[tuple[str, ...], int]:
-    """Return the position of each term of the arm's effects in the vector of a model, by the identity that ``_terms`` gives."""
+def effect_terms(model: Model, chosen: Sequence[Effect] | None = None) -> dict[tuple[str, ...], int]:
+    """Return the position of each term of the arm's effects in the vector of a model, by the identity that ``_terms`` gives.
+
+    Args:
+        model: With the effects.
+        chosen: Those of its effects that are wanted; None for all.
+    """
     columns: dict[tuple[str, ...], int] = {}
     for effect, names in zip(model.effects, model.effect_names, strict=True):
-        if effect.stays_with_arm:
+        if effect.stays_with_arm and (chosen is None or any(effect is one for one in chosen)):
             for term, name in zip(_terms(effect), names, strict=True):
                 columns.setdefault(term, model.names.index(name))
     return columns

@@ -7,46 +7,23 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
 
 from scalar.comparison.arm_parameters import ArmParameters, arm_parameters, effects_of_the_arm
+from scalar.comparison.beyond_chance import is_beyond_chance
 from scalar.comparison.changes import ALPHA, Candidate, Change, find_changes
 from scalar.comparison.invariants import displacement_columns, displacements, invariants
+from scalar.comparison.moved import Moved
+from scalar.comparison.other_terms import OtherTerms, effects_with_other_terms
 from scalar.effects.command_line import named_effects
 from scalar.effects.parameter_names import effect_of
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.result import Calibration
 from scalar.geometry.robot import GEOMETRY, LENGTHS
-from scalar.geometry.se3 import Array, rotation_angle
+from scalar.geometry.se3 import rotation_angle
 from scalar.units import DEG, MM
 
 FORMAT = "scalar-comparison/1"
-_LEAST_TIMES = 1.54  # the bound on a weighted sum of squares holds from this multiple of its mean on
-_LEAST = 1e-9  # m; the positions of two equal models differ by less, through rounding
 _SAME_LENGTH, _SAME_ANGLE = 1e-6, 1e-6  # m, rad: nominal geometries that differ by more are of two arms
-
-
-@dataclass(frozen=True, eq=False)
-class Moved:
-    """How far predicted positions move [m] at random poses, after the best fit of base and sensor.
-
-    Attributes:
-        rms: Root mean square over the poses.
-        largest: Maximum over the poses.
-    """
-
-    rms: float
-    largest: float
-
-    @classmethod
-    def of(cls, moved: Array) -> Moved:
-        """Return the size of displacements ``(K, 3)`` [m]."""
-        lengths = np.linalg.norm(moved.reshape(-1, 3), axis=1)
-        return cls(float(np.sqrt(np.mean(lengths**2))), float(lengths.max()))
-
-    def to_mapping(self) -> dict[str, float]:
-        """Return both in millimetres."""
-        return {"rms_mm": self.rms / MM, "largest_mm": self.largest / MM}
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +38,7 @@ class Comparison:
         alpha: Probability that any change is found where there is none.
         together: How far apart the positions are that the two calibrations predict.
         by_chance: Root mean square [m] of that distance for an arm that did not change, by both covariances.
+        other_terms: The effects that both contain with different coefficients, compared by the positions that they make.
         not_compared: ``{name: reason}`` of the parameters that were not compared.
         campaign: What differs but is not of the arm: the sensor's place on the flange [mm, deg], and the names of the arms.
         misfits: For A and B, the ratio of residual to noise, and its p-value.
@@ -76,6 +54,7 @@ class Comparison:
     alpha: float
     together: Moved
     by_chance: float
+    other_terms: list[OtherTerms]
     not_compared: dict[str, str]
     campaign: dict[str, Any]
     misfits: tuple[tuple[float, float], ...]
@@ -90,13 +69,8 @@ class Comparison:
 
     @property
     def positions_changed(self) -> bool:
-        """Return whether the predicted positions differ beyond chance; unlike ``changed``, also by what only one calibration contains.
-
-        The squared difference is a weighted sum of squares of normal variables. Whatever the weights, it exceeds x times its mean, x > 1.54,
-        at most as often as a single square does (Szekely and Bakirov, Probability Theory and Related Fields 126 (2003)).
-        """
-        times = max(float(chi2.isf(self.alpha, 1)), _LEAST_TIMES)
-        return self.together.rms > max(np.sqrt(times) * self.by_chance, _LEAST)
+        """Return whether the predicted positions differ beyond chance; unlike ``changed``, also by what only one calibration contains."""
+        return is_beyond_chance(self.together.rms, self.by_chance, self.alpha)
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the content of ``comparison.json``."""
@@ -126,6 +100,7 @@ class Comparison:
                 "by_chance_rms_mm": self.by_chance / MM,
                 "beyond_chance": self.positions_changed,
             },
+            "compared_by_positions": [effect.to_mapping() for effect in self.other_terms],
             "not_compared": self.not_compared,
             "campaign": self.campaign,
         }
@@ -157,6 +132,9 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
             not_compared.setdefault(
                 name, "a motion of base or sensor between the campaigns would look the same"
             )
+    other_terms = effects_with_other_terms(a.model, b.model, arm, alpha)
+    for name in (name for effect in other_terms for name in effect.parameters):
+        not_compared.pop(name, None)
     return Comparison(
         arm=arm,
         changes=changes,
@@ -165,6 +143,7 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
         alpha=alpha,
         together=Moved.of(displacements(a.model, b.model)),
         by_chance=float(np.sqrt(variance)),
+        other_terms=other_terms,
         not_compared=not_compared,
         campaign=_campaign(a, b),
         misfits=(_misfit(a), _misfit(b)),

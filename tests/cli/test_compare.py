@@ -109,7 +109,7 @@ def test_different_effects_are_said_first(folder):
 def softer(path, terms, size, free=True, **summary):
     """Save a calibration whose joints give way, by terms and a coefficient [rad] that are given, and return its path."""
     made = load_calibration(path.parent / "a.json")
-    effect = JointCompliance(terms, coefficients=np.full(2 * len(terms), size))
+    effect = JointCompliance(terms, coefficients=np.broadcast_to(size, 2 * len(terms)))
     made = replace(made, model=replace(made.model, effects=(effect,)), summary={**made.summary, **summary})
     if free:
         names = (*made.free, *made.model.effect_names[0])
@@ -129,6 +129,28 @@ def test_positions_that_differ_beyond_chance_stand_in_the_headline(folder):
     assert "scalar calibrate ... --effects joint_compliance\n" in said
     content = json.loads((folder / "c.json").read_text(encoding="utf-8"))
     assert content["positions_differ"]["beyond_chance"] is True
+
+
+def test_an_effect_in_other_coefficients_is_compared_by_positions(folder):
+    """A joint's sag by the torque of one link in A, of two in B: no coefficient is common, the positions that both make are compared."""
+    one = softer(folder / "one.json", ((2, 2),), 1e-4)
+    two = softer(folder / "two.json", ((2, 2), (2, 3)), 5e-4)
+    said = run("compare", one, two, "-o", folder / "c.json").output
+    assert "joint_compliance: A and B hold it in different coefficients" in said
+    assert "the arm changed:" not in said
+    content = json.loads((folder / "c.json").read_text(encoding="utf-8"))
+    (entry,) = content["compared_by_positions"]
+    assert entry["beyond_chance"] is True and entry["rms_mm"] > 10 * entry["by_chance_rms_mm"]
+    assert not [name for name in content["not_compared"] if name.startswith("joint_compliance")]
+
+
+def test_equal_sags_in_other_coefficients_are_no_change(folder):
+    """A coefficient of zero more in B: the two sags are the same, and this is no more than chance."""
+    one = softer(folder / "one.json", ((2, 2),), 1e-4)
+    two = softer(folder / "two.json", ((2, 2), (2, 3)), [1e-4, 1e-4, 0.0, 0.0])
+    said = run("compare", one, two).output
+    assert "no more than chance explains" in said
+    assert "no change of the arm beyond chance" in said
 
 
 def test_effects_that_were_taken_over_are_not_advised_again(folder):

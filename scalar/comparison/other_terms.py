@@ -1,0 +1,89 @@
+"""Effects that two calibrations hold in different sets of coefficients, compared by what they do to positions.
+
+Which coefficients of an effect a diagnosis keeps depends on its poses: the sag of a joint may be the torque of one link in one calibration, and of
+three links in the other. Single coefficients then mean different things, and none of them is compared; but the two deflections can be. Both are
+computed at random poses within the joint limits, and freed of what a motion of the base, a shift of the sensor and the geometry explain, which the
+two fits may have divided differently.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scalar.comparison.arm_parameters import ArmParameters, effect_terms, effects_of_the_arm
+from scalar.comparison.beyond_chance import is_beyond_chance
+from scalar.comparison.invariants import displacement_columns
+from scalar.comparison.moved import Moved
+from scalar.effects.effect import Effect
+from scalar.estimation.displacement import without
+from scalar.estimation.model import Model
+from scalar.units import MM
+
+_NULL = 1e-7  # of the largest singular value of the geometry's columns: directions below it move nothing
+
+
+@dataclass(frozen=True, eq=False)
+class OtherTerms:
+    """An effect that both calibrations have, without a coefficient that means the same in both.
+
+    Attributes:
+        name: Of the effect.
+        parameters: Names of its coefficients, those of both.
+        apart: By how far the two deflections differ, beyond base, sensor and geometry.
+        by_chance: The same for an arm that did not change, by both covariances [m], root mean square.
+        alpha: Probability that it is called beyond chance where nothing changed.
+    """
+
+    name: str
+    parameters: tuple[str, ...]
+    apart: Moved
+    by_chance: float
+    alpha: float
+
+    @property
+    def beyond_chance(self) -> bool:
+        """Return whether chance alone hardly makes this difference."""
+        return is_beyond_chance(self.apart.rms, self.by_chance, self.alpha)
+
+    def to_mapping(self) -> dict[str, object]:
+        """Return the entry of ``comparison.json``."""
+        return {
+            "name": self.name,
+            "parameters": list(self.parameters),
+            **self.apart.to_mapping(),
+            "by_chance_rms_mm": self.by_chance / MM,
+            "beyond_chance": self.beyond_chance,
+        }
+
+
+def effects_with_other_terms(a: Model, b: Model, arm: ArmParameters, alpha: float) -> list[OtherTerms]:
+    """Return the effects that A and B both have without a common coefficient, and how far they move positions apart.
+
+    Args:
+        a, b: The two models.
+        arm: The parameters of the arm in both.
+        alpha: Probability that a difference is called beyond chance where nothing changed.
+    """
+    terms = [effect_terms(model) for model in (a, b)]
+    groups: dict[str, list[Effect]] = {}
+    for effect in effects_of_the_arm(arm.model):
+        groups.setdefault(effect.label, []).append(effect)
+    columns = displacement_columns(arm)
+    places = {column: i for i, column in enumerate(arm.columns.tolist())}
+    united = effect_terms(arm.model)
+    free = [i for i in range(len(arm.model.robot.parameter_names)) if not arm.fixed_in_both[i]]
+    found = []
+    for together in groups.values():
+        own = [term for effect in together for term in effect_terms(arm.model, [effect])]
+        in_a, in_b = ([term for term in own if term in known] for known in terms)
+        if not in_a or not in_b or set(in_a) & set(in_b):
+            continue
+        index = [places[united[term]] for term in own]
+        left = without(columns[:, free], columns[:, index], _NULL)
+        variance = np.sum((left @ arm.covariance[np.ix_(index, index)]) * left) / (len(left) / 3)
+        apart = Moved.of(left @ arm.difference[index])
+        names = tuple(arm.names[i] for i in index)
+        found.append(OtherTerms(together[0].name, names, apart, float(np.sqrt(variance)), alpha))
+    return found
