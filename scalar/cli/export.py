@@ -116,13 +116,13 @@ def export(
     model = load_calibration(calibration)
     rigid = rigid_part(model.model, _columns(at))
     nominal = model.model.nominal
-    lacking = ""
+    lacking = sensor = ""
     if urdf is not None:
         from scalar.export.urdf import SENSOR_LINK, put_calibration, text_of
         from scalar.ingest.urdf import read_urdf
 
         document = read_urdf(urdf)
-        put_calibration(document, base, tip, nominal, rigid, sensor_link or SENSOR_LINK)
+        sensor = put_calibration(document, base, tip, nominal, rigid, sensor_link or SENSOR_LINK)
         content = text_of(document, calibration.name)
     elif form == ".yaml":
         from scalar.export.ur_kinematics import ur_kinematics
@@ -138,8 +138,8 @@ def export(
         temporary.write_text(content, encoding="utf-8", newline="\n")
     for line in _included_and_left_out(rigid, _FORMS[form]):
         say(line)
-    if lacking:
-        say(f"  {lacking}")
+    for line in filter(None, (lacking, sensor)):
+        say(f"  {line}")
     if form == ".csv":
         say("  the transforms of base, flange and sensor are in the tables for people: -o NAME.md")
     say(f"written: {output}")

@@ -58,6 +58,8 @@ def import_(
     elif base is not None or tip is not None:
         message = "name links of a URDF; give --urdf FILE too, or leave them out"
         raise InvalidInput(Fault("--base, --tip", message))
-    import_dataset(mapping, sources, output, robot, force=force)
+    left_out = import_dataset(mapping, sources, output, robot, force=force)
     say(describe_content(read_folder(output)))
+    for rows in left_out:
+        say(f"  {rows}")
     say(f"written: {output}")

@@ -15,6 +15,7 @@ from scalar.cli.outputs import FORCE, refuse_foreign_plan
 from scalar.cli.plan_source import declared
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
+from scalar.planning.defaults import N_CANDIDATES, REPEATABILITY
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
@@ -56,9 +57,9 @@ _TOUCHING_SHOWN = 6
 )
 @click.option("--noise", type=click.FloatRange(0, min_open=True), metavar="MM",
               help="Noise of the sensor, 1 sigma; if not given, that of dataset.yaml, or 0.1.")  # fmt: skip
-@click.option("--repeatability", type=click.FloatRange(0), default=0.02, show_default=True, metavar="MM",
+@click.option("--repeatability", type=click.FloatRange(0), default=REPEATABILITY / MM, show_default=True, metavar="MM",
               help="Repeatability of the arm, 1 sigma along each axis.")  # fmt: skip
-@click.option("--candidates", type=click.IntRange(100, 10_000), default=1200, show_default=True,
+@click.option("--candidates", type=click.IntRange(100, 10_000), default=N_CANDIDATES, show_default=True,
               help="How many poses to choose from.")  # fmt: skip
 @click.option("--no-collisions", is_flag=True, help="Do not test for collisions, which needs pybullet.")
 @click.option(
@@ -91,7 +92,8 @@ def plan(
     them, and neither arm nor sensor touches anything (by pybullet, with a body guessed from the arm's reach: look at the moves
     before you run them). The plan consists of those from which a calibration is expected to predict positions best.
 
-    With --after, the plan consists of the poses that separate effects which the diagnosis could not distinguish. The output
+    With --after, poses are planned near the after.json that lies beside the diagnosis, or near what --near names. The plan
+    consists of the poses that separate effects which the diagnosis could not distinguish. The output
     says for each pair of effects whether the planned poses separate them, or whether more poses would. If even all candidates
     together separate no pair, nothing is written, and the exit status is 3.
 
@@ -191,6 +193,9 @@ def _calibration(near: Path | None, after: Path | None, arm: Any) -> Any:
     path = near or (None if after is None else after.parent / "after.json")
     if path is None:
         return None
+    if near is None and not path.exists():
+        message = "no such file; --after takes the calibration that lies beside the diagnosis: put after.json there, or name it with --near"
+        raise InvalidInput(Fault(str(path), message))
     calibration = load_calibration(path)
     theirs = calibration.model.robot.n_joints
     if theirs != arm.n_joints:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,15 +9,12 @@ from scalar.errors import Fault, InvalidInput, Undetermined
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
-    from scalar.effects import Effect
     from scalar.estimation.result import Calibration
     from scalar.planning.candidates import Candidates
-    from scalar.planning.questions import Pair
     from scalar.planning.separation import Answer
     from scalar.planning.workcell import Workcell
 
 _FORMATS = ("scalar-diagnosis/1", "scalar-diagnosis/2")
-_POSES = 20
 _REMEDY = (
     "nothing is written: these poses would tell nothing; a sensor with less noise, other target planes, wider --range and --fan, or more "
     "--candidates may help, and so does a temperature or direction of approach that was not recorded"
@@ -47,19 +43,24 @@ def plan_after(
         InvalidInput: The file is no diagnosis, or leaves no question open that poses would answer.
         Undetermined: The candidates answer none of the questions that it left open.
     """
-    from scalar.planning.questions import open_questions
-    from scalar.planning.separation import separating_poses
+    from scalar.planning.after import outcome, poses_after
+    from scalar.planning.defaults import FURTHER_POSES
 
-    pairs, not_by_poses = read_questions(path, calibration.model.effects, dataset)
+    diagnosis = _read(path)
+    try:
+        after = poses_after(cell, found, dataset, calibration, diagnosis, poses or FURTHER_POSES)
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        message = f"damaged diagnosis: {type(error).__name__} {error}; diagnose again"
+        raise InvalidInput(Fault(str(path), message)) from None
+    answers, not_by_poses = after.answers, after.not_by_poses
     lines = [f"  no poses answer this: {text}" for text in not_by_poses]
-    if not pairs:
+    if not after.pairs:
         message = "leaves nothing open that further poses would answer" + (
             f" (other joint angles do not help with {'; '.join(not_by_poses)})" if not_by_poses else ""
         )
-        raise InvalidInput(Fault(str(path), f"{message}; plan without --after"))
-    misfit = max(float(calibration.summary.get("misfit", 1.0)), 1.0)
-    what = open_questions(cell, pairs, dataset, cell.dataset(found.q, found.plane), misfit)
-    chosen, answers = separating_poses(what.questions, what.start, what.rows, poses or _POSES)
+        near = path.parent / "after.json"
+        message = f"{message}; for more poses of the arm as it was calibrated, plan with --near {near} and without --after"
+        raise InvalidInput(Fault(str(path), message))
     if not any(answer.separable for answer in answers):
         raise Undetermined([*(_not_separable(answer, len(found.q)) for answer in answers), _REMEDY])
     content = {
@@ -75,37 +76,10 @@ def plan_after(
             for a in answers
         ],
         "not_answered_by_poses": not_by_poses,
-        "poses": len(chosen),
+        "poses": len(after.chosen),
     }
-    return chosen, [*(_line(answer) for answer in answers), *lines], content
-
-
-def read_questions(path: Path, found: Sequence[Effect], dataset: Dataset) -> tuple[list[Pair], list[str]]:
-    """Return what ``open_pairs`` returns for the diagnosis in a file.
-
-    Raises:
-        InvalidInput: The file is no diagnosis, or is damaged.
-    """
-    from scalar.planning.questions import open_pairs
-
-    diagnosis = _read(path)
-    try:
-        return open_pairs(diagnosis, found, dataset)
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        message = f"damaged diagnosis: {type(error).__name__} {error}; diagnose again"
-        raise InvalidInput(Fault(str(path), message)) from None
-
-
-def _line(answer: Answer) -> str:
-    """Return how well the measured and the planned poses answer a question, in one line."""
-    sizes = f"{answer.now**0.5:.1f} -> {answer.planned**0.5:.1f} standard errors"
-    if answer.separated:
-        verdict = "separated"
-    elif answer.separable:
-        verdict = "not yet separated: plan more poses"
-    else:
-        verdict = f"no poses here separate it (all candidates together: {answer.limit**0.5:.1f})"
-    return f"  {answer.question.title}: {sizes}; {verdict}"
+    told = [f"  {answer.question.title}: {outcome(answer)}" for answer in answers]
+    return after.chosen, [*told, *lines], content
 
 
 def _not_separable(answer: Answer, candidates: int) -> str:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from scalar.data.located_table import Table
     from scalar.data.sensor_formats import MeasuredTable
 
+_LIDAR_NOISE = 2e-3  # m; line scanners have 1e-5 to 2e-4
+
 
 @cli.command()
 @click.argument("dataset", type=PATH)
@@ -90,4 +92,8 @@ def describe_content(content: Content) -> str:
         lines.append(f"  noise of each measurement stated, {least} to {most} mm; no fault found")
     else:
         lines.append(f"  noise {'not stated' if noise is None else f'{noise / MM:g} mm'}; no fault found")
+    if noise is not None and noise >= _LIDAR_NOISE:
+        lines.append(
+            f"  note: a noise of {noise / MM:g} mm is that of a lidar, and ten times that of a line scanner or more; dataset.yaml states it in metres"
+        )
     return "\n".join(lines)

@@ -17,7 +17,7 @@ from scalar.comparison.beyond_chance import is_beyond_chance
 from scalar.comparison.invariants import displacement_columns
 from scalar.comparison.moved import Moved
 from scalar.effects.effect import Effect
-from scalar.estimation.displacement import without
+from scalar.estimation.displacement import projected_out
 from scalar.estimation.model import Model
 from scalar.units import MM
 
@@ -81,7 +81,7 @@ def effects_with_other_terms(a: Model, b: Model, arm: ArmParameters, alpha: floa
         if not in_a or not in_b or set(in_a) & set(in_b):
             continue
         index = [places[united[term]] for term in own]
-        left = without(columns[:, free], columns[:, index], _NULL)
+        left = projected_out(columns[:, free], columns[:, index], _NULL)
         variance = np.sum((left @ arm.covariance[np.ix_(index, index)]) * left) / (len(left) / 3)
         apart = Moved.of(left @ arm.difference[index])
         names = tuple(arm.names[i] for i in index)

@@ -74,6 +74,11 @@ class SensorFormat:
     references: MeasuredTable | None = None
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
+    @property
+    def scans(self) -> bool:
+        """Return whether a pose measures many points of a plane at once."""
+        return self.on_planes and self.table is not None
+
 
 _formats: dict[str, SensorFormat] = {}
 _suppliers: list[Callable[[], object]] = []

@@ -10,7 +10,8 @@ import numpy as np
 from scalar.data.description import DESCRIPTION, Description, Path
 from scalar.data.located_table import Table
 from scalar.data.sensor_formats import MeasuredTable
-from scalar.errors import Fault
+from scalar.errors import Fault, InvalidInput
+from scalar.geometry.robot import DEFAULT_LIMIT
 from scalar.units import MM
 
 TURN = 2.0 * np.pi
@@ -26,7 +27,10 @@ MAX_CHAIN = 20.0  # m; all a and d together
 MAX_BASE = 200.0  # m; the base's transform, in the coordinates of a factory hall
 MAX_TOOL = 5.0  # m; the flange's transform, and that of the sensor on the flange
 MAX_PLANE = 50.0  # m; distance of a plane from the robot
-MAX_NOISE = 0.05  # m; one standard deviation of a measurement
+MAX_NOISE = 0.05  # m; one standard deviation of a point of a scan: lidars have 0.01 to 0.03
+MAX_POINT_NOISE = (
+    5e-3  # m; one standard deviation of a single point: trackers and probes have 1e-5 to 1e-4, cameras 1e-3
+)
 MAX_NORMAL_STD = 0.5  # rad; one standard deviation of a direction
 GRAVITY = (1.0, 20.0)  # m/s^2
 
@@ -46,8 +50,10 @@ def suspect_description(description: Description) -> None:
         message = f"suspect: gravity of {size:g} m/s^2; write about 9.81 m/s^2, downwards in the base frame"
         description.fault(("robot", "gravity"), message)
     noise = description.number("sensor", "noise")
-    if noise is not None and noise >= MAX_NOISE:
-        description.fault(("sensor", "noise"), f"suspect: a noise of {noise:g} m; {_AS_METRES}, as in 1.0e-4")
+    scans = description.format is not None and description.format.scans
+    if noise is not None and noise >= (MAX_NOISE if scans else MAX_POINT_NOISE):
+        message = f"suspect: a noise of {noise:g} m is {noise / MM:g} mm; {_AS_METRES}, as in 1.0e-4"
+        description.fault(("sensor", "noise"), message)
     base = description.vector("robot", "base", "translation")
     far = MAX_PLANE + (0.0 if base is None else float(np.linalg.norm(base)))
     for i in range(len(description.items("planes"))):
@@ -160,6 +166,36 @@ def suspect_joint_angles(poses: Table, description: Description, faults: list[Fa
             faults.append(Fault(poses.file, message, int(poses.line_numbers()[worst]), name))
 
 
+def refuse_degrees(q: np.ndarray, limits: np.ndarray, slides: np.ndarray) -> None:
+    """Refuse joint positions of an array that can hardly be radians (or metres), as those of a table are refused.
+
+    An angle more than a turn beyond both limits of its joint names no place that the joint reaches. Where no limits are stated, the bounds are those
+    for tables. Small angles in degrees pass.
+
+    Args:
+        q: ``(N, n)``, joint positions.
+        limits: ``(n, 2)`` [rad; m where a joint slides]; a half turn to both sides where none are stated.
+        slides: ``(n,)`` bool.
+
+    Raises:
+        InvalidInput: One fault for each joint.
+    """
+    farthest = np.abs(limits).max(axis=1)
+    largest = np.abs(q).max(axis=0, initial=0.0)
+    stated = np.abs(farthest - DEFAULT_LIMIT) > 1e-9
+    wide = ~slides & ~stated & (largest > SEVERAL_TURNS)
+    unstated = SEVERAL_TURNS if _several(int(wide.sum()), len(wide)) else MANY_TURNS
+    bounds = np.where(slides, TRAVEL_OVER_LIMIT * farthest, np.where(stated, farthest + TURN, unstated))
+    worst = np.argmax(np.abs(q), axis=0) if len(q) else np.zeros(q.shape[1], dtype=int)
+    faults = []
+    for j in np.flatnonzero(largest > bounds):
+        unit, hint = ("m", _AS_METRES) if slides[j] else ("rad", _AS_RADIANS)
+        message = f"suspect: {q[worst[j], j]:g} {unit}, and the limits of joint {j + 1} are {limits[j, 0]:g} and {limits[j, 1]:g} {unit}; {hint}"
+        faults.append(Fault("poses", message, None, f"q{j + 1}"))
+    if faults:
+        raise InvalidInput(faults)
+
+
 def _suspect_travel(poses: Table, name: str, limits: np.ndarray | None, faults: list[Fault]) -> None:
     """Add the travels of a prismatic joint that look like millimetres: one fault, with the largest travel."""
     bound = MAX_TRAVEL if limits is None else TRAVEL_OVER_LIMIT * float(np.abs(limits).max())
@@ -178,7 +214,7 @@ def suspect_points(points: Table, layout: MeasuredTable, faults: list[Fault]) ->
         if name not in points.columns or not points.n_rows:
             continue
         if name in layout.noises:
-            limit = MAX_NOISE if unit == "m" else MAX_NORMAL_STD
+            limit = MAX_POINT_NOISE if unit == "m" else MAX_NORMAL_STD
         else:
             limit = layout.largest if unit == "m" else MAX_ANGLE_PARAMETER
         beyond, worst, value = _beyond(points.columns[name], limit)

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import write_json
 from scalar.data.poses import Poses
+from scalar.data.unit_suspicions import refuse_degrees
 from scalar.effects.saving import effect_to_mapping
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.calibration_file import check_effects_made
@@ -125,7 +126,8 @@ class Calibration:
                 each, or one number for all poses.
 
         Raises:
-            InvalidInput: A column that an effect needs is missing, or an array has another shape.
+            InvalidInput: A column that an effect needs is missing, or an array has another shape; or a joint angle is more than a turn
+                beyond the limits of its joint, as degrees in place of radians are. Degrees that are as small as radians are not noticed.
 
         Example:
             A calibration of an arm of one joint, with nothing estimated:
@@ -161,6 +163,7 @@ class Calibration:
         """
         if hasattr(q, "columns"):
             table: Any = q
+            self._poses(q, columns)  # refuses degrees
             found = correct_table(self.model, table.assign(**columns))
         else:
             found = correct_joints(self.model, self._poses(q, columns))
@@ -208,11 +211,14 @@ class Calibration:
         return deviations @ np.swapaxes(deviations, 1, 2)
 
     def _poses(self, q: ArrayLike | pd.DataFrame, columns: Mapping[str, ArrayLike]) -> Poses:
-        n_joints = self.model.robot.n_joints
+        robot = self.model.robot
         if hasattr(q, "columns"):  # a table; pandas is not imported to see that an array is none
             table: Any = q
-            return Poses.from_frame(table.assign(**columns), n_joints, order_is_row=False)
-        return Poses.from_arrays(q, columns, n_joints)
+            poses = Poses.from_frame(table.assign(**columns), robot.n_joints, order_is_row=False)
+        else:
+            poses = Poses.from_arrays(q, columns, robot.n_joints)
+        refuse_degrees(poses.q, robot.limits, robot.slides)
+        return poses
 
     def _kinematics(self, q: ArrayLike | pd.DataFrame, columns: Mapping[str, ArrayLike]) -> Kinematics:
         at = self._poses(q, columns)

@@ -40,8 +40,8 @@ def put_calibration(
     nominal: Robot,
     rigid: RigidPart,
     sensor_link: str,
-) -> None:
-    """Replace the geometry of a description by that of a calibration, in place.
+) -> str:
+    """Replace the geometry of a description by that of a calibration, in place. Return what became of the sensor's link, in words.
 
     Args:
         document: The description of the nominal arm.
@@ -84,6 +84,9 @@ def put_calibration(
         _set_origin(joint.element, inverse(T_above) @ T_flange)
     _put_sensor(document, chain.tip, sensor_link, rigid.T_flange_sensor, sensor_exists)
     _check_result(document, chain, rigid, sensor_link)
+    if sensor_exists:
+        return f"the link '{sensor_link}' stands where the sensor was calibrated"
+    return f"a link '{sensor_link}' was added, fixed to '{chain.tip}', where the sensor was calibrated (--sensor-link names it otherwise)"
 
 
 def on_axis(T: Array, axis: Array) -> Array:

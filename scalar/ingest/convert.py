@@ -22,7 +22,7 @@ from scalar.errors import Fault, InvalidInput
 from scalar.ingest.imported_table import ImportedTable, by_file
 from scalar.ingest.mapping import MappingFile
 from scalar.ingest.mapping_reader import load_mapping
-from scalar.ingest.read_block import read_block
+from scalar.ingest.read_block import LeftOut, read_block
 from scalar.ingest.source_files import choose_files
 
 
@@ -33,8 +33,8 @@ def import_dataset(
     robot: Mapping[str, Any] | None = None,
     *,
     force: bool = False,
-) -> None:
-    """Write a dataset folder from foreign tables; it appears whole or not at all.
+) -> list[LeftOut]:
+    """Write a dataset folder from foreign tables; it appears whole or not at all. Return which rows were left out.
 
     Args:
         mapping_path: the mapping file.
@@ -51,13 +51,14 @@ def import_dataset(
     paths = [Path(source) for source in sources]
     chosen = choose_files(mapping, paths, Path(mapping_path).name)
     faults: list[Fault] = []
+    left_out: list[LeftOut] = []
     several = mapping.several_points
-    poses, points = read_block(mapping, mapping.poses, chosen[0], faults, rows_are_points=several)
+    poses, points = read_block(mapping, mapping.poses, chosen[0], faults, left_out, rows_are_points=several)
     if mapping.points is not None:
-        points, _ = read_block(mapping, mapping.points, chosen[1], faults)
+        points, _ = read_block(mapping, mapping.points, chosen[1], faults, left_out)
     nests = None
     if mapping.nests is not None:
-        nests, _ = read_block(mapping, mapping.nests, chosen[2], faults)
+        nests, _ = read_block(mapping, mapping.nests, chosen[2], faults, left_out)
     if faults or poses is None:
         raise InvalidInput(faults)
     if "order" not in poses.columns:
@@ -77,6 +78,7 @@ def import_dataset(
     if faults:
         raise InvalidInput(faults)
     _write(mapping, poses, points, nests, dataset_dir, force)
+    return left_out
 
 
 def _check(

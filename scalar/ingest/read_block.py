@@ -1,7 +1,7 @@
 """Read the table that a block of a mapping describes (poses, points or nests) from its foreign files, in SI."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,30 @@ from scalar.ingest.raw_table import RawTable
 
 SAME_POSE = 1e-3
 """Most by which joint angles [rad] may differ between the rows of one pose: encoders dither by less, and poses differ by more."""
+_ROWS_SHOWN = 12
 _EMPTY = "an empty cell; complete it, or let the mapping leave such rows out with drop_without"
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Rows of a file that the mapping leaves out because a cell is empty.
+
+    Attributes:
+        file: Its name.
+        rows: As an editor counts them.
+        columns: As the file calls them: any of these is empty there.
+    """
+
+    file: str
+    rows: tuple[int, ...]
+    columns: tuple[str, ...]
+
+    def __str__(self) -> str:
+        """Return a line for a person."""
+        shown = ", ".join(map(str, self.rows[:_ROWS_SHOWN]))
+        more = f" and {len(self.rows) - _ROWS_SHOWN} more" if len(self.rows) > _ROWS_SHOWN else ""
+        rows = f"{len(self.rows)} row{'s' if len(self.rows) > 1 else ''} left out"
+        return f"{self.file}: {rows}, without {' or '.join(self.columns)} (drop_without): {shown}{more}"
 
 
 def read_block(
@@ -23,6 +46,7 @@ def read_block(
     block: Block,
     chosen: Sequence[tuple[Path, FileRule]],
     faults: list[Fault],
+    left_out: list[LeftOut],
     rows_are_points: bool = False,
 ) -> tuple[ImportedTable | None, ImportedTable | None]:
     """Return the table of a block, from all its files, and the table of its points if its rows are points.
@@ -32,6 +56,7 @@ def read_block(
         block: The block, which says what the columns of the table are.
         chosen: The files to read, each with its rule.
         faults: Every fault found is added here.
+        left_out: Rows that ``drop_without`` leaves out are added here.
         rows_are_points: Whether every row is a point. The first table then has one row for each pose; the second has the coordinates
             of all points, and in the column ``_row`` the row of their pose in the first.
 
@@ -44,7 +69,7 @@ def read_block(
     for path, rule in chosen:
         try:
             raw = read_raw(path, mapping.text, mapping.variable)
-            whole = _read_columns(raw, block, rule, faults)
+            whole = _read_columns(raw, block, rule, faults, left_out)
             keep, owner = _first_rows(raw, whole, block, faults)
         except InvalidInput as error:
             faults += error.faults
@@ -67,8 +92,10 @@ def read_block(
     return joined(parts), joined(points) if points else None
 
 
-def _read_columns(raw: RawTable, block: Block, rule: FileRule, faults: list[Fault]) -> ImportedTable:
-    """Return the columns of one file in SI, without the rows in which a column of ``drop_without`` is empty."""
+def _read_columns(
+    raw: RawTable, block: Block, rule: FileRule, faults: list[Fault], left_out: list[LeftOut]
+) -> ImportedTable:
+    """Return the columns of one file in SI, without the rows in which a column of ``drop_without`` is empty; these are noted."""
     columns: dict[str, np.ndarray] = {}
     empty: dict[str, np.ndarray] = {}
     for name, column in block.columns.items():
@@ -99,6 +126,11 @@ def _read_columns(raw: RawTable, block: Block, rule: FileRule, faults: list[Faul
     labels = {name: raw.label(column.reference) for name, column in block.columns.items()}
     lines, files = raw.lines, np.full(n, raw.file, dtype=object)
     table = ImportedTable(raw.file, columns, lambda: lines, files=files, labels=labels)
+    if not keep.all():
+        columns_without = tuple(table.labels[name] for name in block.drop_without)
+        left_out.append(
+            LeftOut(raw.file, tuple(int(line) for line in np.asarray(lines)[~keep]), columns_without)
+        )
     for name, missing in empty.items():
         table.report(faults, name, missing & keep, lambda _: _EMPTY)
     if block.first_of_each is not None:

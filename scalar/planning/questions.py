@@ -1,4 +1,10 @@
-"""The questions that a diagnosis leaves open: effects that it could not distinguish from others, and effects that it could not observe."""
+"""The questions that a diagnosis leaves open: effects that it could not distinguish from others, and effects that it could not observe.
+
+A diagnosis keeps those coefficients of an effect that its poses show. Where joint 3 hardly moved, the sag of joint 2 by the torques of all links is
+that by the torque of link 2 alone, which is a sine of the angle of joint 2, as the error of a gear is; the other links weigh something all the same,
+and poses with another joint 3 show it. So it is asked for the whole effect: of its coefficients that explain the measured poses as those found do,
+the least ones.
+"""
 
 from __future__ import annotations
 
@@ -74,7 +80,7 @@ def open_pairs(
             if effect is None or rival is None or not _separable_by_poses(effect, rival):
                 not_by_poses.append(f"{_named(entry)} or {_named(other)}")
                 continue
-            pair = Pair(_with_found_size(effect, entry), rival)
+            pair = Pair(whole(_with_found_size(effect, entry), pool), rival)
             # A diagnosis lists the terms of one rival one by one, which makes the same pair several times.
             if not any(_same_pair(pair, known) for known in pairs):
                 pairs.append(pair)
@@ -104,10 +110,10 @@ def open_questions(
         candidates: Candidate poses with what the sensor would measure there.
         misfit: Ratio of the residual to the stated noise, by which the information of all poses is reduced.
     """
-    base = cell.model.effects
+    base = with_whole(cell.model.effects, pairs)
     more: list[Effect] = []
     for effect in (e for pair in pairs for e in (pair.effect, pair.rival) if e is not None):
-        if not any(_same(effect, other) for other in (*base, *more)):
+        if not any(same_effect(effect, other) for other in (*base, *more)):
             more.append(effect.with_coefficients(0 * effect.coefficients))
     model = replace(cell.model, effects=(*base, *more))
     measured = replace(dataset, sensor=cell.sensor, planes=cell.planes)
@@ -119,7 +125,7 @@ def open_questions(
     names_of = dict(zip(map(id, model.effects), model.effect_names, strict=True))
 
     def columns(effect: Effect) -> Array:
-        own = next(e for e in model.effects if _same(e, effect))
+        own = next(e for e in model.effects if same_effect(e, effect))
         return np.array([all_names.index(name) for name in names_of[id(own)]], dtype=int)
 
     of_effects = {name for own in model.effect_names for name in own}
@@ -127,11 +133,47 @@ def open_questions(
     without_beta = np.array([i for i in of_no_effect if not all_names[i].startswith("beta_")])
     questions = []
     for pair in pairs:
-        others = [e for e in base if not _same(e, pair.effect)]
-        others += [] if pair.rival is None or any(_same(pair.rival, e) for e in others) else [pair.rival]
+        others = [e for e in base if not same_effect(e, pair.effect)]
+        others += (
+            [] if pair.rival is None or any(same_effect(pair.rival, e) for e in others) else [pair.rival]
+        )
         rest = np.concatenate([without_beta, *(columns(e) for e in others)])
-        questions.append(Question(pair.title, columns(pair.effect), rest, pair.effect.coefficients))
+        own = columns(pair.effect)
+        size = pair.effect.coefficients
+        if any(whole(e, [pair.effect]) is not e for e in cell.model.effects):
+            size = _least(old[:, :, own].reshape(-1, len(own)), size)
+        questions.append(Question(pair.title, own, rest, size))
     return OpenQuestions(questions, start, new)
+
+
+def whole(effect: Effect, pool: Sequence[Effect]) -> Effect:
+    """Return an effect with all coefficients of the candidate of which it has some; those that it has not are zero."""
+    terms = set(effect.term_names)
+    wider = [
+        e for e in pool if e.name == effect.name and e.target == effect.target and terms < set(e.term_names)
+    ]
+    return min(wider, key=lambda e: e.n_terms).with_coefficients_of(effect) if wider else effect
+
+
+def with_whole(effects: Sequence[Effect], pairs: Sequence[Pair]) -> tuple[Effect, ...]:
+    """Return effects, each that a pair asks for with more coefficients as it is there."""
+    asked_for = [pair.effect for pair in pairs]
+    return tuple(
+        next((wide for wide in asked_for if whole(effect, [wide]) is not effect), effect)
+        for effect in effects
+    )
+
+
+def _least(rows: Array, found: Array) -> Array:
+    """Return the least coefficients ``(k,)`` with which an effect explains the measured poses as with those found.
+
+    Args:
+        rows: ``(R, k)``, whitened, of the measured poses.
+        found: ``(k,)``; zero where the diagnosis left a coefficient out.
+    """
+    prior = float(np.sqrt(np.mean(found[found != 0] ** 2)))
+    gram = rows.T @ rows
+    return np.linalg.solve(gram + np.eye(len(found)) / prior**2, gram @ found)
 
 
 def _rows(model: Model, poses: Dataset, repeatability: float) -> tuple[Array, list[str]]:
@@ -171,7 +213,7 @@ def _from_settings(entry: Mapping[str, Any]) -> Effect | None:
     return kind.from_mapping(entry["settings"]) if kind is not None and "settings" in entry else None
 
 
-def _same(one: Effect, other: Effect) -> bool:
+def same_effect(one: Effect, other: Effect) -> bool:
     """Return whether two effects have the same columns; their coefficients may differ."""
     alike = one.name == other.name and one.target == other.target and one.term_names == other.term_names
     return alike and _text_settings(one) == _text_settings(other)
@@ -184,7 +226,11 @@ def _text_settings(effect: Effect) -> dict[str, str]:
 
 def _same_pair(one: Pair, other: Pair) -> bool:
     assert one.rival is not None
-    return other.rival is not None and _same(one.effect, other.effect) and _same(one.rival, other.rival)
+    return (
+        other.rival is not None
+        and same_effect(one.effect, other.effect)
+        and same_effect(one.rival, other.rival)
+    )
 
 
 def _separable_by_poses(*effects: Effect) -> bool:

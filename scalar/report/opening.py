@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from scalar.diagnosis.separating_poses import separation
 from scalar.effects.picture import Map, Profile
 from scalar.estimation.misfit import lacks_something
 from scalar.report import words
 from scalar.report.few_poses import few_poses
+from scalar.report.further_poses import answer_on
 from scalar.report.noise_card import SURE, noise_advice, noise_clause, noise_size
 
 if TYPE_CHECKING:
@@ -170,16 +170,11 @@ def caution(diagnosis: Diagnosis, finding: Finding) -> str:
 
 
 def _distinguish(diagnosis: Diagnosis, lead: Finding) -> str:
-    """Return which poses to add where two causes are confounded."""
-    near = lead.confounded_with[0]
-    index = next(i for i, finding in enumerate(diagnosis.findings) if finding is lead)
-    found = separation(diagnosis.after, index, near)
-    where = (
-        "more poses"
-        if found is None
-        else f"poses with joint {found.joint} between {words.sized(found.low, found.unit)} and {words.sized(found.high, found.unit)}"
-    )
-    return (
-        f"Before anything is repaired, measure {where}: these data do not distinguish {words.quoted(lead.effect.title)} "
-        f"from {words.quoted(near.title)}."
-    )
+    """Return what to do where two causes are confounded: measure poses that distinguish them, or, where none would, look for the cause."""
+    answer = answer_on(diagnosis, lead)
+    unclear = f"these data do not distinguish {words.quoted(lead.effect.title)} from {words.quoted(lead.confounded_with[0].title)}"
+    if answer is None:
+        return f"Before anything is repaired, measure more poses: {unclear}."
+    if not answer.separable:
+        return f"Before anything is repaired, look for the cause at the arm itself: {unclear}, and no further poses would."
+    return f"Before anything is repaired, measure the poses that 'scalar plan FOLDER --after diagnosis.json' chooses: {unclear}."

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scalar.diagnosis.partial_residuals import FittedView
-from scalar.diagnosis.separating_poses import separation
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
 from scalar.effects.picture import Map, Profile
-from scalar.report import shipped_words, unseen_words, words
+from scalar.report import further_poses, shipped_words, unseen_words, words
 from scalar.report.advice import advice
+from scalar.report.beyond_ranges import error_left_open
 from scalar.report.lacking import lacking_after
 from scalar.report.noise_card import noise_card
 from scalar.report.opening import opening
@@ -134,7 +134,10 @@ def _workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
     before, after = diagnosis.calibration_before.model, diagnosis.calibration_after
     seen = diagnosis.after.residuals.poses
     without_effects = before if after.model.effects else None
-    return workspace_section(after, without_effects, seen, SHIPPED, lacking_after(diagnosis))
+    section = workspace_section(after, without_effects, seen, SHIPPED, lacking_after(diagnosis))
+    if section is None or diagnosis.shipped.without_effects or (more := error_left_open(diagnosis)) is None:
+        return section
+    return section | {"left_open": words.length(more.error)}
 
 
 def _errors(mapping: Mapping[str, Any], changed: bool) -> dict[str, Any]:
@@ -195,7 +198,7 @@ def _card(
         "seen": f"{100 * view.share_left(diagnosis.after.effects[index]):.0f} %",
         "table": _coefficients(finding),
         "pictures": [draw(picture, poses, most) for picture in pictures],
-        "confounded": _confounded(diagnosis, index, finding),
+        "confounded": _confounded(diagnosis, finding),
     }
 
 
@@ -204,24 +207,15 @@ def _coefficients(finding: Finding) -> dict[str, Any] | None:
     return None if table is None else {"head": table[0], "rows": table[1]}
 
 
-def _confounded(diagnosis: Diagnosis, index: int, finding: Finding) -> dict[str, Any] | None:
-    """Return the effects with which a finding is confounded, and which poses would distinguish it from the first; None if there are none."""
+def _confounded(diagnosis: Diagnosis, finding: Finding) -> dict[str, Any] | None:
+    """Return the effects with which a finding is confounded, and whether further poses distinguish it from the first; None if there are none."""
     if not finding.confounded_with:
         return None
     near = list(finding.confounded_with)
     titles = [e.title for e in near]
-    found = separation(diagnosis.after, index, near[0])
-    text = ""
-    if found is not None:
-        text = (
-            f"Poses with joint {found.joint} between {words.sized(found.low, found.unit)} and "
-            f"{words.sized(found.high, found.unit)} would show best whether it is {words.quoted(titles[0])}: there the predictions "
-            f"of the two differ by {words.length(found.there)}, at the measured poses by "
-            f"{words.length(found.here)}."
-        )
     more = len(titles) - _RIVALS_SHOWN
     shown = [words.quoted(title) for title in titles[:_RIVALS_SHOWN]] + ([f"{more} more"] if more > 0 else [])
-    return {"names": words.listed(shown, "or"), "poses": text}
+    return {"names": words.listed(shown, "or"), "poses": further_poses.in_words(diagnosis, finding)}
 
 
 def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:

@@ -5,15 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
+from scalar.report.beyond_ranges import beyond_ranges
 from scalar.report.words import length, listed, number, quoted
 from scalar.units import MM
 
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
-
-
-MUCH_FARTHER = 3.0
-"""Ratio of the expected error within the joint limits to that within the measured ranges from which the report warns. Chosen."""
 
 
 def shipped_sentences(diagnosis: Diagnosis) -> list[str]:
@@ -24,7 +21,7 @@ def shipped_sentences(diagnosis: Diagnosis) -> list[str]:
         *_added(diagnosis),
         *_weights(diagnosis),
         *_in_other_regions(diagnosis),
-        *_beyond_measured_ranges(diagnosis),
+        *beyond_ranges(diagnosis),
     ]
 
 
@@ -61,16 +58,6 @@ def _in_other_regions(diagnosis: Diagnosis) -> list[str]:
     return [
         f"Where each of {count} regions of the joint space is held out as a whole, its poses are predicted to {effects} mm RMS with the effects, "
         f"and to {without} mm without. Expect this next to the poses that were measured; nothing is known of poses farther away."
-    ]
-
-
-def _beyond_measured_ranges(diagnosis: Diagnosis) -> list[str]:
-    choice = diagnosis.shipped.choice
-    if diagnosis.shipped.without_effects or choice.error_as_shipped <= MUCH_FARTHER * choice.error_measured:
-        return []
-    return [
-        "Use after.json within the ranges of the joints that were measured: there, predictions are expected to err by "
-        f"{length(choice.error_measured)}, but by {length(choice.error_as_shipped)} over the whole of the joint limits."
     ]
 
 

@@ -92,6 +92,7 @@ def workspace_section(
         ],
         "poses": len(errors.position),
         "lacking": f"{number(lacking / MM)} mm" if lacking else "",
+        "left_open": "",
         "pictures": [*pictures, _draw_reach(side, before, after, file)],
     }
 

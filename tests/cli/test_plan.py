@@ -173,6 +173,14 @@ def test_poses_that_separate_a_gear_from_a_scale(doubtful, tmp_path):
     (out / "diagnosis.json").write_text(json.dumps(diagnosis), encoding="utf-8")
     result = run("plan", tmp_path / "cell", "--after", out / "diagnosis.json", "-o", tmp_path / "q", *options)
     refused(result, "leaves nothing open")
+    assert f"--near {out / 'after.json'}" in result.stderr
+    alone = tmp_path / "alone" / "diagnosis.json"
+    alone.parent.mkdir()
+    (out / "diagnosis.json").rename(alone)
+    refused(
+        run("plan", tmp_path / "cell", "--after", alone, "-o", tmp_path / "q", *options),
+        "name it with --near",
+    )
 
 
 def test_poses_that_would_separate_nothing_are_not_written(tmp_path):

@@ -123,6 +123,15 @@ def test_points_in_millimetres_are_suspected(tmp_path: Path, kind: str, table: s
     assert all("are these millimetres?" in fault.message for fault in faults)
 
 
+@pytest.mark.parametrize("kind", ["tracker", "probe"])
+def test_a_noise_of_a_point_in_millimetres_is_suspected(tmp_path: Path, kind: str) -> None:
+    """0.03 meant in millimetres is 30 mm: no tracker or probe errs so much, though a lidar does."""
+    mapping = description(kind)
+    mapping["sensor"]["noise"] = 0.03
+    (fault,) = faults_of(tmp_path, mapping, tables(kind))
+    assert fault.column == "sensor.noise" and "is 30 mm" in fault.message
+
+
 def test_large_real_workcells_are_not_suspected(tmp_path: Path) -> None:
     """4 m of reach, a lidar 18 m away, wrists of 450 degrees, an endless axis and hall coordinates give no fault."""
     mapping = description()

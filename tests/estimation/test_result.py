@@ -49,6 +49,20 @@ def test_what_is_saved_predicts_the_same(scene, calibration, tmp_path):
     assert again["parameters"] == first["parameters"]
 
 
+def test_degrees_in_place_of_radians_are_refused(scene, calibration):
+    """An array or a table of angles in degrees: an angle a turn beyond the limits of its joint is no place of the arm. Each joint is named."""
+    poses = scene.truth.poses(50, np.random.default_rng(0))
+    joints = [f"q{i + 1}" for i in range(scene.truth.limits.shape[0])]
+    degrees = poses.assign(**np.degrees(poses[joints]))
+    for given in (degrees, degrees[joints].to_numpy()):
+        for asked in (calibration.predict, calibration.correct, calibration.predict_std):
+            with pytest.raises(InvalidInput, match="are these degrees") as refused:
+                asked(given)
+            assert len(refused.value.faults) >= 5
+    limits = scene.truth.limits
+    assert calibration.predict(limits.T + 0.1).shape == (2, 4, 4)
+
+
 def test_the_file_has_what_interfaces_promise(calibration, tmp_path):
     """Keys of format scalar-calibration/2, and numbers that are finite or null."""
     calibration.save(tmp_path / "c.json")

@@ -110,7 +110,8 @@ def test_only_origins_of_the_chain_change(tmp_path):
     text = shipped("panda").read_text(encoding="utf-8")
     urdf = tmp_path / "in.urdf"
     urdf.write_text(text.replace("</robot>", "<!-- kept --><gazebo x='1'/></robot>"), encoding="utf-8")
-    path, _ = exported(calibration, urdf, tmp_path, "--base", base, "--tip", tip)
+    path, said = exported(calibration, urdf, tmp_path, "--base", base, "--tip", tip)
+    assert f"a link 'scalar_sensor' was added, fixed to '{tip}'" in said
     before, after = (ElementTree.parse(p).getroot() for p in (urdf, path))
     assert "<!-- kept -->" in path.read_text(encoding="utf-8")
     moved = {joint.name for joint in chain_between(read_urdf(urdf), base, tip).joints}
@@ -125,7 +126,8 @@ def test_only_origins_of_the_chain_change(tmp_path):
         assert ElementTree.tostring(old).strip() == ElementTree.tostring(new).strip()
     (tmp_path / "again").mkdir()
     same = replace(calibration, model=replace(calibration.model, nominal=calibration.model.robot))
-    again, _ = exported(same, path, tmp_path / "again", "--base", base, "--tip", tip)
+    again, said = exported(same, path, tmp_path / "again", "--base", base, "--tip", tip)
+    assert "was added" not in said and "'scalar_sensor' stands where" in said
     q = np.random.default_rng(2).uniform(-2, 2, (20, 7))
     np.testing.assert_allclose(
         sensor_by_pybullet(again, base, q, tmp_path), calibration.predict(q), atol=1e-9, rtol=0

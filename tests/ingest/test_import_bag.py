@@ -160,6 +160,33 @@ def test_a_wrong_order_of_joints_is_refused_with_the_right_one(workcell, bag, tm
     assert f"--joint-names {ORDER}" in lines[1]
 
 
+@pytest.mark.parametrize("joint", [1, 3])
+def test_a_joint_that_counts_the_other_way_is_told_with_its_remedy(joint, workcell, bag, tmp_path):
+    """A table whose joint counts the other way: it is said, and with what it says to change the whole campaign comes back."""
+    mapping = load_yaml(workcell)
+    joints = mapping["robot"]["joints"]
+    assert mapping["robot"]["convention"] == "modified-dh"
+
+    def count_otherwise():
+        joints[joint - 1]["d"] *= -1.0
+        joints[joint - 1]["theta"] *= -1.0
+        joints[joint - 1]["alpha"] += np.pi
+        joints[joint]["alpha"] -= np.pi
+
+    count_otherwise()
+    dump_yaml(mapping, tmp_path / "dataset.yaml")
+    status, said = run("import-bag", tmp_path / "dataset.yaml", bag, "-o", tmp_path / "d")
+    assert status == 3 and "direction" in said
+    told = said.splitlines()[1]
+    assert f"joint {joint} (joint_{joint}) counted the other way 12 of 12" in told
+    assert f"signs of d and theta of joint {joint}, add 3.141593 to alpha of joint {joint}" in told
+    assert f"subtract it from alpha of joint {joint + 1}" in told
+    count_otherwise()
+    dump_yaml(mapping, tmp_path / "dataset.yaml")
+    status, said = run("import-bag", tmp_path / "dataset.yaml", bag, "-o", tmp_path / "d")
+    assert status == 0, said
+
+
 def test_wrong_axes_of_the_scanner_are_refused_with_the_right_ones(workcell, bag, tmp_path):
     """If the nominal pose is turned by half a turn about x, the message says that z of the scan is reversed, and nothing is written."""
     mapping = load_yaml(workcell)

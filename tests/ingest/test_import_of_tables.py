@@ -50,6 +50,8 @@ def test_rows_without_a_measurement_are_left_out_where_asked_and_refused_otherwi
     write_table(tmp_path / "a.csv", rows)
     refused(tmp_path, run(tmp_path, mapping, tmp_path / "a.csv"), "a.csv, row 4, column tracker Y", "row 7")
     mapping["poses"]["drop_without"] = ["x", "y", "z"]
+    said = run(tmp_path, mapping, tmp_path / "a.csv").output
+    assert "a.csv: 2 rows left out, without" in said and "(drop_without): 4, 7" in said
     data = imported(tmp_path, mapping, tmp_path / "a.csv")
     np.testing.assert_allclose(data.q, np.radians(np.delete(numbers()[:, :6], [2, 5], axis=0)), atol=1e-15)
 

@@ -12,13 +12,20 @@ import pytest
 
 from scalar.cli.diagnose import describe_diagnosis
 from scalar.data.dataset import Dataset
+from scalar.data.io.atomic import plain
 from scalar.diagnosis import Diagnosis, diagnose
 from scalar.diagnosis.partial_residuals import FittedView
 from scalar.diagnosis.scan_residuals import signed_residual
-from scalar.diagnosis.separating_poses import separation
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.picture import Map, Profile
+from scalar.planning.after import outcome, poses_after
+from scalar.planning.candidates import draw_candidates
+from scalar.planning.defaults import N_CANDIDATES, REPEATABILITY
+from scalar.planning.workcell import Workcell
 from scalar.report import render_report, words
+from scalar.report.further_poses import in_words
+from scalar.report.opening import caution
+from scalar.sensors.rows import stated_sigma
 from scalar.units import MM
 from tests.random_scene import make_scene
 
@@ -258,22 +265,26 @@ def test_seen_share_is_the_projection(found: Diagnosis) -> None:
     assert view_of(found).share_left(found.after.effects[0]) == pytest.approx(expected, rel=1e-4)
 
 
-def test_an_effect_is_not_told_from_itself(found: Diagnosis) -> None:
-    """Against the same effect no poses help: both explanations put the sensor in the same place."""
-    same = replace(found.after.effects[0], coefficients=np.zeros(2))
-    result = separation(found.after, 0, same)
-    assert result is not None
-    assert result.here < 1e-9 and result.there < 1e-9
-
-
-def test_another_effect_is_told_apart_within_the_limits(found: Diagnosis) -> None:
-    """Against another order the region that is named lies within the joint's limits, and there the two
-    differ."""
-    result = separation(found.after, 0, JointHarmonic(JOINT, (ORDER + 1,)))
-    assert result is not None
-    low, high = found.after.model.nominal.limits[result.joint - 1]
-    assert low - 1e-9 <= result.low < result.high <= high + 1e-9
-    assert result.there > 0
+def test_the_report_says_of_further_poses_what_the_plan_says(found: Diagnosis) -> None:
+    """Where two causes are confounded, the report has the sizes and the verdict of `scalar plan --after`, and the opening follows it."""
+    (finding, *_) = found.findings
+    rival = JointHarmonic(JOINT, (ORDER + 1,))
+    doubted = replace(found, findings=(replace(finding, confounded_with=(rival,)),))
+    sensor = found.dataset.sensor
+    cell = Workcell.of(
+        found.dataset.robot,
+        replace(sensor, noise=stated_sigma(sensor.noise)),
+        found.dataset.planes,
+        doubted.calibration_after,
+        repeatability=REPEATABILITY,
+        same_campaign=True,
+    )
+    poses = draw_candidates(cell, N_CANDIDATES, np.random.default_rng(0))
+    after = poses_after(cell, poses, found.dataset, doubted.calibration_after, plain(doubted.to_mapping()))
+    answer = next(a for p, a in zip(after.pairs, after.answers, strict=True) if p.rival is not None)
+    assert outcome(answer).replace("->", "→") in in_words(doubted, doubted.findings[0])
+    told = caution(doubted, doubted.findings[0])
+    assert ("scalar plan FOLDER --after" in told) == answer.separable
 
 
 def test_terminal_summary_is_short_and_plain(found: Diagnosis, nothing: Diagnosis) -> None:

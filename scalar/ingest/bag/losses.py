@@ -1,4 +1,4 @@
-"""Explain why stops of a recording became no poses: the most frequent reason, and another order of joints or scanner axes that would fit."""
+"""Explain why stops of a recording became no poses: the most frequent reason, and another order, sign or zero of joints, or scanner axes, that fit."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 from scalar.ingest.bag.labels import FARTHEST, label_scans
+from scalar.units import DEG
 
 LEAST_KEPT = 0.5
 """Least share of the stops that have to become poses. Chosen: idle stops are few, and with a wrong order of joints hardly any scan is on a plane."""
@@ -27,8 +28,8 @@ _REMEDIES = {
         "check that the scanner sees 2 cm or more of a target plane there, that its topic is in metres, and that sensor.noise is not too small"
     ),
     "on no plane, or near two": (
-        "check the order of the joints (--joint-names), sensor.nominal_pose with the direction of its axes, and the guesses of the planes, which "
-        f"may be off by {FARTHEST:g} m"
+        "check the order of the joints (--joint-names), whether each counts in the direction and from the zero that robot.joints states, "
+        f"sensor.nominal_pose with the direction of its axes, and the guesses of the planes, which may be off by {FARTHEST:g} m"
     ),
 }
 
@@ -91,17 +92,16 @@ class Pieces:
     normals: Array
     distances: Array
 
-    def plane_index(self, order: Sequence[int] | None = None, axes: Array | None = None) -> Array:
+    def plane_index(self, q: Array | None = None, axes: Array | None = None) -> Array:
         """Return the index of the plane of each piece, ``(S,)``, -1 where it is not clear.
 
         Args:
-            order: Another order of the joints, as indices; None for the assumed one.
+            q: ``(S, n)``, other joint positions; None for the recorded ones.
             axes: ``(2, 2)``, a matrix by which x and z of the scans are multiplied; None for the unit matrix.
         """
         if not len(self.points):
             return np.zeros(0, dtype=int)
-        q = self.q if order is None else self.q[:, list(order)]
-        T = self.robot.flange(q) @ self.T_flange_sensor
+        T = self.robot.flange(self.q if q is None else q) @ self.T_flange_sensor
         turned = self.points if axes is None else [points @ axes.T for points in self.points]
         scans = [
             points[:, :1] * pose[:3, 0] + points[:, 1:] * pose[:3, 2] + pose[:3, 3]
@@ -111,7 +111,7 @@ class Pieces:
 
 
 def better_reading(pieces: Pieces, names: Sequence[str]) -> str | None:
-    """Return advice if another order of joints, or other axes of the scan, put more pieces on planes, and nearly all of them; else None.
+    """Return advice if another order, sign or zero of joints, or other axes of the scan, put more pieces on planes, and nearly all; else None.
 
     Args:
         pieces: The pieces of the recording.
@@ -119,17 +119,44 @@ def better_reading(pieces: Pieces, names: Sequence[str]) -> str | None:
     """
     total = len(pieces.points)
     best, words = int(np.count_nonzero(pieces.plane_index() >= 0)), None
-    for order in _orders(len(names), names):
-        found = int(np.count_nonzero(pieces.plane_index(order) >= 0))
-        if found > best and found >= _ENOUGH * total:
-            other = ",".join(names[i] for i in order)
-            best, words = found, f"with --joint-names {other} {found} of {total} scans would lie on a plane"
-    for what, axes in _AXES.items():
-        found = int(np.count_nonzero(pieces.plane_index(axes=axes) >= 0))
+    for what, remedy, index in _readings(pieces, names):
+        found = int(np.count_nonzero(index >= 0))
         if found > best and found >= _ENOUGH * total:
             best = found
-            words = f"with {what} {found} of {total} scans would lie on a plane: correct the rotation in sensor.nominal_pose"
+            words = f"with {what} {found} of {total} scans would lie on a plane{remedy}"
     return words
+
+
+def _readings(pieces: Pieces, names: Sequence[str]) -> Iterator[tuple[str, str, Array]]:
+    """Yield what may be otherwise, how to correct it, and the plane of each piece ``(S,)`` then; the simplest first."""
+    q = pieces.q
+    for order in _orders(len(names), names):
+        yield f"--joint-names {','.join(names[i] for i in order)}", "", pieces.plane_index(q[:, list(order)])
+    for j in range(q.shape[1]):
+        turned = np.where(np.arange(q.shape[1]) == j, -q, q)
+        yield (
+            f"joint {j + 1} ({names[j]}) counted the other way",
+            _other_way(pieces.robot, j),
+            pieces.plane_index(turned),
+        )
+    for j in np.flatnonzero(~pieces.robot.slides):
+        for degrees in (90, -90, 180):
+            moved = q + np.where(np.arange(q.shape[1]) == j, degrees * DEG, 0.0)
+            remedy = f": add {degrees * DEG:.6f} to theta of joint {j + 1} in robot.joints"
+            yield f"{degrees} degrees added to joint {j + 1} ({names[j]})", remedy, pieces.plane_index(moved)
+    for what, axes in _AXES.items():
+        yield what, ": correct the rotation in sensor.nominal_pose", pieces.plane_index(axes=axes)
+
+
+def _other_way(robot: Robot, joint: int) -> str:
+    """Return how robot.joints says that a joint (from 0) counts the other way: ``Rz(-q + theta) Tz(d) = Rx(pi) Rz(q - theta) Tz(-d) Rx(-pi)``."""
+    first, second = (joint, joint + 1) if robot.standard_dh else (joint + 1, joint + 2)
+    before = f"add 3.141593 to alpha of joint {first}" if first else "turn robot.base by pi about its x axis"
+    last = second > robot.n_joints
+    after = (
+        "turn robot.flange by -pi about its x axis" if last else f"subtract it from alpha of joint {second}"
+    )
+    return f": in robot.joints change the signs of d and theta of joint {joint + 1}, {before}, and {after}"
 
 
 def _orders(n: int, names: Sequence[str]) -> Iterator[tuple[int, ...]]:

@@ -1,0 +1,71 @@
+"""What further poses tell of what a diagnosis left open: the same judgement for `scalar plan --after` and for the report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from scalar.data.dataset import Dataset
+from scalar.estimation.result import Calibration
+from scalar.planning.candidates import Candidates
+from scalar.planning.defaults import FURTHER_POSES
+from scalar.planning.questions import Pair, open_pairs, open_questions
+from scalar.planning.separation import ANSWERED, Answer, separating_poses
+from scalar.planning.workcell import Workcell
+
+
+@dataclass(frozen=True, eq=False)
+class After:
+    """The poses to add after a diagnosis, and what they tell.
+
+    Attributes:
+        chosen: Indices of the candidates.
+        pairs: What was left open.
+        answers: For each of them, what becomes of it.
+        not_by_poses: What was left open and no joint angles answer, in words.
+    """
+
+    chosen: list[int]
+    pairs: list[Pair]
+    answers: list[Answer]
+    not_by_poses: list[str]
+
+
+def poses_after(
+    cell: Workcell,
+    found: Candidates,
+    dataset: Dataset,
+    calibration: Calibration,
+    diagnosis: Mapping[str, Any],
+    count: int = FURTHER_POSES,
+) -> After:
+    """Return which candidates to add after a diagnosis, and what they tell; none where it left nothing open that poses answer.
+
+    Args:
+        cell: Near the calibration after the diagnosis.
+        found: The candidates.
+        dataset: That was diagnosed.
+        calibration: The one after the diagnosis.
+        diagnosis: Content of ``diagnosis.json``.
+        count: How many poses.
+    """
+    pairs, not_by_poses = open_pairs(diagnosis, calibration.model.effects, dataset)
+    if not pairs:
+        return After([], [], [], not_by_poses)
+    misfit = max(float(calibration.summary.get("misfit", 1.0)), 1.0)
+    what = open_questions(cell, pairs, dataset, cell.dataset(found.q, found.plane), misfit)
+    chosen, answers = separating_poses(what.questions, what.start, what.rows, count)
+    return After(chosen, pairs, answers, not_by_poses)
+
+
+def outcome(answer: Answer) -> str:
+    """Return what becomes of a question, as plan and report say it."""
+    sizes = f"{answer.now**0.5:.1f} -> {answer.planned**0.5:.1f} standard errors"
+    if answer.separated:
+        return f"{sizes}; separated"
+    if round(answer.planned**0.5, 1) >= ANSWERED**0.5:
+        sizes = f"{answer.now**0.5:.1f} -> just below {ANSWERED**0.5:g} standard errors"
+    if answer.separable:
+        return f"{sizes}; not yet separated: plan more poses"
+    return f"{sizes}; no poses here separate it (all candidates together: {answer.limit**0.5:.1f})"

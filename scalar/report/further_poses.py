@@ -1,0 +1,70 @@
+"""Whether further poses would distinguish what a diagnosis could not, as `scalar plan --after` judges it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scalar.data.io.atomic import plain
+from scalar.errors import InvalidInput
+from scalar.planning.after import After, outcome, poses_after
+from scalar.planning.candidates import draw_candidates
+from scalar.planning.defaults import FURTHER_POSES, N_CANDIDATES, REPEATABILITY
+from scalar.planning.separation import ANSWERED, Answer
+from scalar.planning.workcell import Workcell
+from scalar.report.words import quoted
+from scalar.sensors.rows import stated_sigma
+
+if TYPE_CHECKING:
+    from scalar.diagnosis.finding import Finding
+    from scalar.diagnosis.result import Diagnosis
+
+
+def answer_on(diagnosis: Diagnosis, finding: Finding) -> Answer | None:
+    """Return what further poses tell of a finding and the first effect with which it is confounded; None where joint angles decide nothing."""
+    near = finding.confounded_with[0]
+    after = _after(diagnosis)
+    if after is None:
+        return None
+    for pair, answer in zip(after.pairs, after.answers, strict=True):
+        same = pair.effect.name == finding.effect.name and pair.effect.target == finding.effect.target
+        if same and pair.rival is not None and pair.rival.same_place(near):
+            return answer
+    return None
+
+
+def in_words(diagnosis: Diagnosis, finding: Finding) -> str:
+    """Return what further poses tell of a finding and the first effect with which it is confounded, a sentence or nothing."""
+    answer = answer_on(diagnosis, finding)
+    if answer is None:
+        return ""
+    told = outcome(answer).replace("->", "→")
+    return (
+        f"With the {FURTHER_POSES} further poses that 'scalar plan FOLDER --after diagnosis.json' chooses (FOLDER is that of the dataset), "
+        f"the signal that distinguishes it from {quoted(finding.confounded_with[0].title)} changes: {told}. "
+        f"At {ANSWERED**0.5:g} standard errors two causes count as separated."
+    )
+
+
+@lru_cache(maxsize=1)
+def _after(diagnosis: Diagnosis) -> After | None:
+    """Return what further poses tell, whatever they may touch; None where no candidate poses are found."""
+    dataset = diagnosis.dataset
+    sensor = replace(dataset.sensor, noise=stated_sigma(dataset.sensor.noise))
+    calibration = diagnosis.calibration_after
+    try:
+        cell = Workcell.of(
+            dataset.robot,
+            sensor,
+            dataset.planes,
+            calibration,
+            repeatability=REPEATABILITY,
+            same_campaign=True,
+        )
+        found = draw_candidates(cell, N_CANDIDATES, np.random.default_rng(0))
+    except InvalidInput:
+        return None
+    return poses_after(cell, found, dataset, calibration, plain(diagnosis.to_mapping()))
