@@ -21,7 +21,7 @@ from scalar.planning.left_open import left_open
 from scalar.planning.questions import open_pairs
 from scalar.planning.workcell import Workcell
 from scalar.robots import read_arm
-from tests import helpers
+from tests.kinematics import chain
 
 SAG, NOISE = 4e-4, 3e-5
 ROBOT = Robot.from_mapping(read_arm("denso_vs060").mapping)
@@ -33,7 +33,7 @@ def stands(q: np.ndarray) -> np.ndarray:
     """Return where an arm stands whose joint 2 gives way under the weight of links 2 and 3, ``(N, 4, 4)``, by the tests' own kinematics."""
     bent = q.copy()
     bent[:, 1] += SAG * np.sin(q[:, 1]) + SAG * np.cos(q[:, 1] + q[:, 2])
-    return helpers.chain(ROBOT.geometry, bent, ROBOT.T_base_0) @ ROBOT.T_n_flange @ T_SENSOR
+    return chain(ROBOT.geometry, bent, ROBOT.T_base_0) @ ROBOT.T_n_flange @ T_SENSOR
 
 
 @dataclass(frozen=True, eq=False)

@@ -139,7 +139,7 @@ def _readings(pieces: Pieces, names: Sequence[str]) -> Iterator[tuple[str, str, 
             _other_way(pieces.robot, j),
             pieces.plane_index(turned),
         )
-    for j in np.flatnonzero(~pieces.robot.slides):
+    for j in np.flatnonzero(~pieces.robot.slides).tolist():
         for degrees in (90, -90, 180):
             moved = q + np.where(np.arange(q.shape[1]) == j, degrees * DEG, 0.0)
             remedy = f": add {degrees * DEG:.6f} to theta of joint {j + 1} in robot.joints"
