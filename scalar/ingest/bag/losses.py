@@ -1,4 +1,4 @@
-"""Explain why stops of a recording became no poses: the most frequent reason, and another order, sign or zero of joints, or scanner axes, that fit."""
+"""Explain why stops of a recording became no poses: the most frequent reason, and another order, sign or zero of joints, or axes, that fit."""
 
 from __future__ import annotations
 
