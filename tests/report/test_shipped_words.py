@@ -21,7 +21,7 @@ def said(*, without_effects: bool) -> str:
         choice=choice,
         disagreement=None,
     )
-    diagnosis: Any = SimpleNamespace(shipped=shipped, outer=None, findings=())
+    diagnosis: Any = SimpleNamespace(shipped=shipped, outer=None, halves=None, findings=())
     return " ".join(shipped_sentences(diagnosis))
 
 
