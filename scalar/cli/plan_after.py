@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,8 +10,10 @@ from scalar.errors import Fault, InvalidInput, Undetermined
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
+    from scalar.effects import Effect
     from scalar.estimation.result import Calibration
     from scalar.planning.candidates import Candidates
+    from scalar.planning.questions import Pair
     from scalar.planning.separation import Answer
     from scalar.planning.workcell import Workcell
 
@@ -43,16 +46,12 @@ def plan_after(
         InvalidInput: The file is no diagnosis, or leaves no question open that poses would answer.
         Undetermined: The candidates answer none of the questions that it left open.
     """
-    from scalar.planning.after import outcome, poses_after
+    from scalar.planning.after import outcome, poses_for
     from scalar.planning.defaults import FURTHER_POSES
 
-    diagnosis = _read(path)
-    try:
-        after = poses_after(cell, found, dataset, calibration, diagnosis, poses or FURTHER_POSES)
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        message = f"damaged diagnosis: {type(error).__name__} {error}; diagnose again"
-        raise InvalidInput(Fault(str(path), message)) from None
-    answers, not_by_poses = after.answers, after.not_by_poses
+    pairs, not_by_poses = read_questions(path, calibration.model.effects, dataset)
+    after = poses_for(cell, found, dataset, calibration, pairs, not_by_poses, poses or FURTHER_POSES)
+    answers = after.answers
     lines = [f"  no poses answer this: {text}" for text in not_by_poses]
     if not after.pairs:
         message = "leaves nothing open that further poses would answer" + (
@@ -80,6 +79,27 @@ def plan_after(
     }
     told = [f"  {answer.question.title}: {outcome(answer)}" for answer in answers]
     return after.chosen, [*told, *lines], content
+
+
+def read_questions(path: Path, found: Sequence[Effect], dataset: Dataset) -> tuple[list[Pair], list[str]]:
+    """Return what ``open_pairs`` returns for the diagnosis in a file.
+
+    Args:
+        path: The file of the diagnosis.
+        found: The effects of the calibration after the diagnosis.
+        dataset: The dataset that was diagnosed.
+
+    Raises:
+        InvalidInput: The file is no diagnosis, or is damaged.
+    """
+    from scalar.planning.questions import open_pairs
+
+    diagnosis = _read(path)
+    try:
+        return open_pairs(diagnosis, found, dataset)
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        message = f"damaged diagnosis: {type(error).__name__} {error}; diagnose again"
+        raise InvalidInput(Fault(str(path), message)) from None
 
 
 def _not_separable(answer: Answer, candidates: int) -> str:

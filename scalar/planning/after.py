@@ -51,6 +51,19 @@ def poses_after(
         count: How many poses.
     """
     pairs, not_by_poses = open_pairs(diagnosis, calibration.model.effects, dataset)
+    return poses_for(cell, found, dataset, calibration, pairs, not_by_poses, count)
+
+
+def poses_for(
+    cell: Workcell,
+    found: Candidates,
+    dataset: Dataset,
+    calibration: Calibration,
+    pairs: list[Pair],
+    not_by_poses: list[str],
+    count: int = FURTHER_POSES,
+) -> After:
+    """Return the same as ``poses_after``, given what the diagnosis left open as ``open_pairs`` returns it."""
     if not pairs:
         return After([], [], [], not_by_poses)
     misfit = max(float(calibration.summary.get("misfit", 1.0)), 1.0)

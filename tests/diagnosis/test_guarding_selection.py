@@ -17,6 +17,7 @@ from scalar.diagnosis import (
     subset_search,
 )
 from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.hold_out import blocks
 from scalar.diagnosis.ranking import Scored
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.joint_harmonic import JointHarmonic
@@ -85,7 +86,8 @@ def test_effects_are_selected_together_where_poses_are_few(n_poses, few, monkeyp
 def test_what_is_proposed_is_stable(monkeypatch):
     """Of a set of two, one is needed without each of three fifths of the poses, the other of two fifths: the former is proposed."""
     q = np.arange(60.0)[:, None]
-    fold = subset_search.blocks(q, DEFAULTS.hold_out)[1]
+    fold = blocks(q, DEFAULTS.hold_out)[1]
+    monkeypatch.setattr(subset_search, "blocks_of", lambda _: (fold, fold))
     needed = {0: {0, 1, 2}, 1: {0, 1}}
 
     def elements(poses: Any) -> Any:

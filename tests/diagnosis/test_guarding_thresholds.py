@@ -134,6 +134,7 @@ def test_cleaning_and_selecting_in_turn_ends(monkeypatch):
     monkeypatch.setattr(explained, "flexible_pools", lambda _: [])
     for name in ("with_flexible_terms", "with_spectrum", "near_data_sheet"):
         monkeypatch.setattr(explained, name, lambda state, *_: state)
+    monkeypatch.setattr(explained, "_refuse_gross_errors_left", lambda *_: None)
     explained.explained(None, DEFAULTS, lambda stage: None)  # type: ignore[arg-type]
     assert len(rounds) == 3
 

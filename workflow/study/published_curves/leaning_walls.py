@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Mapping, Sequence
-from math import cos, radians, sin
+from math import cos, sin
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 import yaml
 
+from scalar.units import DEG
 from study.published_curves.curves import Curves, Setting
 from study.published_curves.predict import runs_to_weigh
 from study.sweeps.plans import write_plans
@@ -40,8 +41,8 @@ def leaning(config: Mapping[str, Any], lean_deg: float) -> dict[str, Any]:
     floor, *walls = config["planes"]
     turned = []
     for wall, axis, sign in zip(walls, _AXES, _SIGNS, strict=True):
-        normal = [0.0, 0.0, sign * sin(radians(lean_deg))]
-        normal[axis] = cos(radians(lean_deg))
+        normal = [0.0, 0.0, sign * sin(lean_deg * DEG)]
+        normal[axis] = cos(lean_deg * DEG)
         turned.append({**wall, "normal": normal})
     return {**config, "planes": [floor, *turned]}
 
