@@ -57,11 +57,11 @@ def content_of_arrays(
         check_poses(poses, description, faults)
         suspect_joint_angles(poses, description, faults)
     table = None
-    if description.format is not None:
+    if description.sensor_format is not None:
         table = _points(points, ids, description, point_columns, faults)
-        if table is not None and description.format.table is not None:
-            check_points(table, poses, description.format.table, faults)
-            suspect_points(table, description.format.table, faults)
+        if table is not None and description.sensor_format.table is not None:
+            check_points(table, poses, description.sensor_format.table, faults)
+            suspect_points(table, description.sensor_format.table, faults)
     if faults or poses is None:
         raise InvalidInput(faults)
     return Content(mapping, poses, table)
@@ -120,7 +120,7 @@ def _points(
     faults: list[Fault],
 ) -> Table | None:
     """Return the table of points; None if the sensor has none, or if the arrays do not fit its layout."""
-    format = description.format
+    format = description.sensor_format
     assert format is not None
     kind = format.kind
     if format.table is None:

@@ -15,7 +15,7 @@ from jsonschema import Draft202012Validator
 from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.plain_yaml import LARGEST, Lines, join_path
 from scalar.data.located_table import shorten
-from scalar.data.schema_words import Path, in_plain_words
+from scalar.data.schema_words import KeyPath, in_plain_words
 from scalar.data.sensor_formats import SensorFormat, sensor_formats
 from scalar.data.strict_schema import strict_validator
 from scalar.errors import Fault
@@ -66,16 +66,21 @@ class Description:
         return float(value)
 
     def vector(self, *path: str | int, size: int = 3) -> np.ndarray | None:
-        """Return the finite numbers at `path` as ``(size,)``, or None."""
+        """Return the list at `path` as ``(size,)``; None unless it is exactly `size` finite numbers."""
         numbers = [self.number(*path, i) for i in range(len(self.items(*path)))]
         return np.array(numbers, dtype=float) if len(numbers) == size and None not in numbers else None
 
-    def fault(self, path: Path, message: str) -> None:
+    def fault(self, path: KeyPath, message: str) -> None:
         """Add a fault at `path`, with the line of the innermost key on the path that exists."""
         there = path
         while there and there not in self.lines:
             there = there[:-1]
         self.faults.append(Fault(self.file, message, self.lines.get(there), join_path(path) or None))
+
+    @property
+    def is_version_2(self) -> bool:
+        """Return whether the file declares version 2 of the dataset's format, the one that is written."""
+        return self.get("format") == DATASET_FORMAT
 
     @property
     def kind(self) -> str | None:
@@ -84,7 +89,7 @@ class Description:
         return kind if isinstance(kind, str) and kind in sensor_formats() else None
 
     @property
-    def format(self) -> SensorFormat | None:
+    def sensor_format(self) -> SensorFormat | None:
         """Return what the folder of a sensor of this kind holds, or None if the kind is not one of those known."""
         return None if self.kind is None else sensor_formats()[self.kind]
 
@@ -127,7 +132,7 @@ def check_description(description: Description) -> None:
             (), f"not a mapping; write keys and values, beginning with format: {DATASET_FORMAT}"
         )
         return
-    check_schema(description, _validator(description.format))
+    check_schema(description, _validator(description.sensor_format))
     check_finite(description, description.mapping, ())
     _check_robot(description)
     _check_sensor_and_planes(description)
@@ -141,7 +146,7 @@ def check_schema(description: Description, validator: Draft202012Validator) -> N
             description.fault(path, message)
 
 
-def check_finite(description: Description, value: Any, path: Path) -> None:
+def check_finite(description: Description, value: Any, path: KeyPath) -> None:
     """Add every number that is not finite, or too large to compute with, to ``description.faults``."""
     if isinstance(value, dict | list):
         for key, item in value.items() if isinstance(value, dict) else enumerate(value):
@@ -155,7 +160,7 @@ def check_finite(description: Description, value: Any, path: Path) -> None:
 def _check_robot(description: Description) -> None:
     standard = description.get("robot", "convention") == "standard-dh"
     for i, joint in enumerate(description.items("robot", "joints")):
-        path: Path = ("robot", "joints", i)
+        path: KeyPath = ("robot", "joints", i)
         if not isinstance(joint, dict):
             continue
         if standard and description.number(*path, "beta"):
@@ -169,10 +174,11 @@ def _check_robot(description: Description) -> None:
 
 
 def _check_sensor_and_planes(description: Description) -> None:
-    kind, format = description.kind, description.format
+    kind, format = description.kind, description.sensor_format
     if format is not None and format.needs_nominal_pose and description.get("sensor", "nominal_pose") is None:
         message = (
-            f"missing; a {kind} needs a rough {{translation: [x, y, z], rotation_vector: [0, 0, 0]}} [m, rad]"
+            f"missing; a {kind} needs an initial guess of its pose on the flange: "
+            "{translation: [x, y, z], rotation_vector: [rx, ry, rz]} [m, rad]"
         )
         description.fault(("sensor", "nominal_pose"), message)
     names: dict[str, int] = {}

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 from scalar.data.description import DESCRIPTION, Description, check_description
-from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.csv_reader import read_csv
 from scalar.data.io.parquet_reader import read_parquet
 from scalar.data.io.plain_yaml import load_yaml_lines
@@ -13,8 +12,8 @@ from scalar.data.located_table import Table, did_you_mean
 from scalar.data.references import check_references, references_layout
 from scalar.data.sensor_formats import MeasuredTable, sensor_formats
 from scalar.data.table_consistency import (
-    check_further,
     check_items,
+    check_optional_columns,
     check_points,
     check_poses,
     points_layout,
@@ -77,9 +76,8 @@ def examine_folder(path: Path, faults: list[Fault]) -> Content | None:
         suspect_joint_angles(poses, description, faults)
     kind = description.kind
     if kind is not None:
-        version_2 = description.get("format") == DATASET_FORMAT
-        faults += unknown_data_files(kind, names, version_2=version_2)
-    table = None if description.format is None else description.format.table
+        faults += unknown_data_files(kind, names, version_2=description.is_version_2)
+    table = None if description.sensor_format is None else description.sensor_format.table
     if kind is not None and table is not None:
         points = _read_points(path, description, table, names, faults)
         if points is not None:
@@ -105,7 +103,7 @@ def read_folder(path: Path) -> Content:
 
 
 def _list_folder(path: Path, faults: list[Fault]) -> list[str] | None:
-    """Return the names of the files in a folder; None, with a fault, if there are none."""
+    """Return the names of the entries of a folder; None, with a fault, if it cannot be listed or is empty."""
     example = f"give the folder that holds {DESCRIPTION} and {POSES}"
     try:
         if path.is_file():
@@ -138,44 +136,46 @@ def _read_references(
     path: Path, description: Description, poses: Table | None, names: list[str], faults: list[Fault]
 ) -> Table | None:
     """Return the table of points fixed to the base, None if this sensor or version of the format has none, or the file is missing or unreadable."""
-    layout = None if description.format is None else description.format.references
-    if layout is None or description.get("format") != DATASET_FORMAT:
+    table_format = None if description.sensor_format is None else description.sensor_format.references
+    if table_format is None or not description.is_version_2:
         return None
-    files = [name for name in layout.files if name in names]
+    files = [name for name in table_format.files if name in names]
     if not files:
         return None
     read = read_parquet if files[0].endswith(".parquet") else read_csv
-    table = read(path / files[0], references_layout(layout), faults)
+    table = read(path / files[0], references_layout(table_format), faults)
     if table is not None:
-        check_items(table, str(layout.item), faults)
-        check_further(table, layout, faults)
+        check_items(table, str(table_format.item), faults)
+        check_optional_columns(table, table_format, faults)
         check_references(table, poses, faults)
-        suspect_points(table, layout, faults)
+        suspect_points(table, table_format, faults)
     return table
 
 
 def _read_points(
-    path: Path, description: Description, layout: MeasuredTable, names: list[str], faults: list[Fault]
+    path: Path, description: Description, table_format: MeasuredTable, names: list[str], faults: list[Fault]
 ) -> Table | None:
     """Return the table of the measurements; None, with a fault, if there is not one that can be read."""
-    files = [name for name in layout.files if name in names]
+    files = [name for name in table_format.files if name in names]
     if len(files) > 1:
         faults.append(
             Fault(files[1], f"{files[0]} is there too, and only one can be meant; remove one of them")
         )
         return None
     if not files:
-        units = ",".join(dict.fromkeys(layout.units.values()))
+        units = ",".join(dict.fromkeys(table_format.units.values()))
         message = (
-            f"the file is missing; a {description.kind} needs {' or '.join(layout.files)} with the columns "
-            f"{','.join(layout.columns)} [{units}]"
+            f"the file is missing; a {description.kind} needs {' or '.join(table_format.files)} with the columns "
+            f"{','.join(table_format.columns)} [{units}]"
         )
-        faults.append(Fault(layout.files[0], message))
+        faults.append(Fault(table_format.files[0], message))
         return None
     read = read_parquet if files[0].endswith(".parquet") else read_csv
-    allowed = points_layout(layout, description)
-    table = read(path / files[0], allowed, faults)
-    if table is not None:  # an unknown column is a fault already, and gives no others
-        known = {*allowed.required, *allowed.optional}
+    layout = points_layout(table_format, description)
+    table = read(path / files[0], layout, faults)
+    if (
+        table is not None
+    ):  # unknown columns are already reported; drop them so that they cause no further faults
+        known = {*layout.required, *layout.optional}
         table.columns = {name: values for name, values in table.columns.items() if name in known}
     return table

@@ -9,7 +9,7 @@ from jsonschema.exceptions import ValidationError
 
 from scalar.data.located_table import MAX_SHOWN, did_you_mean, shorten
 
-Path = tuple[str | int, ...]
+KeyPath = tuple[str | int, ...]
 
 _KINDS = {
     "number": "a number",
@@ -23,9 +23,9 @@ _KINDS = {
 _FEW = 3  # up to this length a list is a vector or a pair, whose length is fixed
 
 
-def in_plain_words(error: ValidationError) -> list[tuple[Path, str]]:
+def in_plain_words(error: ValidationError) -> list[tuple[KeyPath, str]]:
     """Return the faults that a schema error stands for: the place of each, and a message that says what to write instead."""
-    path: Path = tuple(error.absolute_path)
+    path: KeyPath = tuple(error.absolute_path)
     value: Any = error.instance
     expected: Any = error.validator_value
     schema: Any = error.schema
@@ -122,8 +122,8 @@ def _found(error: ValidationError) -> str:
 
 
 def _of_alternatives(
-    errors: Sequence[ValidationError], path: Path, value: Any, schema: Mapping[str, Any]
-) -> list[tuple[Path, str]]:
+    errors: Sequence[ValidationError], path: KeyPath, value: Any, schema: Mapping[str, Any]
+) -> list[tuple[KeyPath, str]]:
     """Return the faults of a value that none of several alternative schemas accepts: those against the schema of its type, if there is one."""
     of_its_kind = [
         error for error in errors if error.validator != "type" or len(error.absolute_path) > len(path)

@@ -32,7 +32,7 @@ def poses_layout(description: Description) -> Layout:
             return None
         return f"the robot has joints 1 to {n}; remove the column, or complete robot.joints in {DESCRIPTION}"
 
-    version_2 = description.get("format") == DATASET_FORMAT
+    version_2 = description.is_version_2
     stems = ("approach", COMMANDED, TORQUE) if version_2 else ("approach",)
     by_joint = tuple(f"{stem}{i + 1}" for stem in stems for i in range(n))
     return Layout(
@@ -63,7 +63,7 @@ def check_poses(
             wrong,
             lambda i, v=values: f"neither -1 nor 1 ({v[i]:g}); write the sign of the arrival",
         )
-    version_2 = description.get("format") == DATASET_FORMAT
+    version_2 = description.is_version_2
     for stem in ("approach", COMMANDED, TORQUE) if version_2 else ("approach",):
         names = [f"{stem}{i + 1}" for i in range(description.n_joints)]
         for name in names if any(name in poses.columns for name in names) else ():
@@ -78,7 +78,7 @@ def check_poses(
 
 
 def _on_planes(description: Description) -> bool:
-    return description.format is not None and description.format.on_planes
+    return description.sensor_format is not None and description.sensor_format.on_planes
 
 
 def _several_items(layout: MeasuredTable) -> str:
@@ -113,7 +113,7 @@ def check_items(points: Table, item: str, faults: list[Fault]) -> None:
     points.report(faults, item, repeated, message)
 
 
-def check_further(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
+def check_optional_columns(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
     """Add missing columns of groups that are only given together, and noises that are not positive."""
     for group in layout.together:
         there = [name for name in group if name in points.columns]
@@ -175,7 +175,7 @@ def _check_plane_names(poses: Table, description: Description, faults: list[Faul
 
 def points_layout(table: MeasuredTable, description: Description) -> Layout:
     """Return which columns the table of the measurements has to have and may have by this description."""
-    further = table.further if description.get("format") == DATASET_FORMAT else ()
+    further = table.further if description.is_version_2 else ()
     text = frozenset() if table.item is None else frozenset({table.item})
     return Layout(table.columns, further, text & frozenset(further))
 
@@ -189,7 +189,7 @@ def check_points(points: Table, poses: Table | None, layout: MeasuredTable, faul
         check_items(points, layout.item, faults)
     elif not layout.several_rows:
         _check_unique(points, "pose", faults, _several_items(layout))
-    check_further(points, layout, faults)
+    check_optional_columns(points, layout, faults)
     if poses is None or "pose" not in poses.columns or "pose" not in points.columns:
         return
     known, ids = poses.columns["pose"], points.columns["pose"]

@@ -7,7 +7,7 @@ several times, and axes that turn without end where their limits say so.
 
 import numpy as np
 
-from scalar.data.description import DESCRIPTION, Description, Path
+from scalar.data.description import DESCRIPTION, Description, KeyPath
 from scalar.data.located_table import Table
 from scalar.data.sensor_formats import MeasuredTable
 from scalar.errors import Fault, InvalidInput
@@ -50,7 +50,7 @@ def suspect_description(description: Description) -> None:
         message = f"suspect: gravity of {size:g} m/s^2; write about 9.81 m/s^2, downwards in the base frame"
         description.fault(("robot", "gravity"), message)
     noise = description.number("sensor", "noise")
-    scans = description.format is not None and description.format.scans
+    scans = description.sensor_format is not None and description.sensor_format.scans
     if noise is not None and noise >= (MAX_NOISE if scans else MAX_POINT_NOISE):
         message = f"suspect: a noise of {noise:g} m is {noise / MM:g} mm; {_AS_METRES}, as in 1.0e-4"
         description.fault(("sensor", "noise"), message)
@@ -70,7 +70,7 @@ def _suspect_joints(description: Description) -> None:
     joints = range(description.n_joints)
     lengths = []
     for i in joints:
-        path: Path = ("robot", "joints", i)
+        path: KeyPath = ("robot", "joints", i)
         for key in ("alpha", "theta", "beta"):
             angle = description.number(*path, key)
             if angle is not None and abs(angle) > MAX_ANGLE_PARAMETER:
@@ -120,7 +120,7 @@ def _suspect_short(description: Description, chain: float) -> None:
         description.fault(("robot", "joints"), message)
 
 
-def _suspect_transform(description: Description, path: Path, limit: float) -> None:
+def _suspect_transform(description: Description, path: KeyPath, limit: float) -> None:
     translation = description.vector(*path, "translation")
     if translation is not None and (size := float(np.linalg.norm(translation))) > limit:
         description.fault((*path, "translation"), f"suspect: a length of {size:g} m; {_AS_METRES}")

@@ -14,7 +14,7 @@ from typing import Any
 
 from jsonschema import Draft202012Validator
 
-from scalar.data.description import Description, Path, check_schema
+from scalar.data.description import Description, KeyPath, check_schema
 from scalar.data.io.atomic import plain
 from scalar.data.strict_schema import strict_validator
 from scalar.effects.effect import Effect
@@ -107,7 +107,7 @@ def _check_joints(content: Description) -> None:
                     content.fault(path, f"{joint!r} is no joint; this robot has joints 1 to {n}")
 
 
-def _joints(mapping: dict[str, Any], path: Path) -> Iterator[tuple[Path, Any]]:
+def _joints(mapping: dict[str, Any], path: KeyPath) -> Iterator[tuple[KeyPath, Any]]:
     """Yield each joint that a target or settings name, with its path."""
     for key in _JOINTS:
         value = mapping.get(key, [])

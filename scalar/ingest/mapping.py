@@ -109,7 +109,7 @@ class MappingFile:
     @property
     def references(self) -> MeasuredTable | None:
         """Return the table of points fixed to the base that the sensor may have, or None."""
-        return None if self.description.format is None else self.description.format.references
+        return None if self.description.sensor_format is None else self.description.sensor_format.references
 
     @property
     def measured_columns(self) -> tuple[str, ...]:
@@ -122,7 +122,7 @@ class MappingFile:
     @property
     def table(self) -> MeasuredTable | None:
         """Return the table that the sensor needs, or None."""
-        return None if self.description.format is None else self.description.format.table
+        return None if self.description.sensor_format is None else self.description.sensor_format.table
 
     @property
     def several_points(self) -> bool:

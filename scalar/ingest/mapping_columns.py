@@ -16,7 +16,7 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
     points = mapping.point_columns
     kinds = sorted(kind for kind, format in sensor_formats().items() if format.table is not None)
     joints = [f"q{i + 1}" for i in range(n)]
-    format = mapping.description.format
+    format = mapping.description.sensor_format
     plane = ["plane"] if format is None or format.on_planes else []
     by_joint = [f"{stem}{i + 1}" for stem in ("approach", COMMANDED, TORQUE) for i in range(n)]
     optional = ["pose", "order", "time", "temperature", "session", *by_joint, *PAYLOAD]

@@ -60,8 +60,8 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
         raise InvalidInput(given.faults)
     description = _description(given, path, robot)
     poses, points, nests = content["poses"], content.get("points"), content.get("nests")
-    table = None if description.format is None else description.format.table
-    fixed = None if description.format is None else description.format.references
+    table = None if description.sensor_format is None else description.sensor_format.table
+    fixed = None if description.sensor_format is None else description.sensor_format.references
     mapping = MappingFile(
         description,
         content.get("text", {}),

@@ -158,7 +158,7 @@ REFUSED = {
     "missing link": (with_second(child="cc"), "the child of joint 'j2' is 'cc', and there is no such link; did you mean 'c'?"),
     "two parents": (urdf([*GOOD, ("j9", "revolute", "a", "c", LIMIT)]), "row 10: the link 'c' is the child of joint 'j2' and of 'j9'"),
     "circle": (urdf([*GOOD, ("j9", "revolute", "d", "a", LIMIT)]), "is above itself: a closed loop"),
-    "two names": (urdf([*GOOD, ("j2", "fixed", "d", "e", "")], "abcde"), "the joint 'j2' stands already in row 9"),
+    "two names": (urdf([*GOOD, ("j2", "fixed", "d", "e", "")], "abcde"), "the joint 'j2' is already defined in line 9"),
     "no parent": (urdf(GOOD).replace('<parent link="b"/>', ""), "joint 'j2' has no parent"),
     "two roots": (urdf(GOOD, "abcde"), "2 links have no parent ('a', 'e'); choose one with --base"),
     "branches": (urdf([*GOOD, ("j9", "fixed", "b", "e", "")], "abcde"), "ends in 2 links ('d', 'e'); choose one with --tip"),

@@ -64,7 +64,7 @@ def load_workcell(path: Path) -> dict[str, Any]:
     description = Description(content, lines, path.name)
     check_description(description)
     suspect_description(description)
-    format = description.format
+    format = description.sensor_format
     if format is not None and not (format.on_planes and format.table is not None):
         description.fault(
             ("sensor", "kind"), "a recording of scans needs a sensor that scans planes: line-laser"

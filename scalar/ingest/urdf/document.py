@@ -56,7 +56,7 @@ class UrdfDocument:
             if name in found:
                 row = found[name].sourceline
                 raise self.refusal(
-                    element, f"the {tag} {shorten(name)} stands already in row {row}; rename one"
+                    element, f"the {tag} {shorten(name)} is already defined in line {row}; rename one"
                 )
             found[name] = element
         return found

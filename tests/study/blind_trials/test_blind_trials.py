@@ -113,12 +113,14 @@ def test_more_seeds_leave_those_that_are_there():
     """No two workcells share a seed, and asking for more repetitions changes none of the first sets."""
     study = load_study(CONFIG)
     case = study.cases["joint_scale"]
-    longer = replace(study, cases={**study.cases, "joint_scale": replace(case, seeds=case.seeds + 3)})
+    longer = replace(
+        study, cases={**study.cases, "joint_scale": replace(case, repetitions=case.repetitions + 3)}
+    )
     seeds = []
     for workcell in study.workcells:
         first = [s for s in study.sets("joint_scale", workcell, "001-002")]
         assert first == [s for s in longer.sets("joint_scale", workcell, "001-002")]
-        seeds += [s.seed for s in longer.sets("joint_scale", workcell, f"001-{case.seeds + 3:03d}")]
+        seeds += [s.seed for s in longer.sets("joint_scale", workcell, f"001-{case.repetitions + 3:03d}")]
     assert len(set(seeds)) == len(seeds) // len(case.sizes)
 
 
@@ -135,7 +137,7 @@ def test_the_config_tries_every_effect_often_enough():
     assert counts["null"] >= 200 and counts["pair"] >= 60 and counts["unknown"] >= 40
     for case in study.cases.values():
         if case.kind == "single":
-            assert case.seeds * len(case.choices[0].workcells) >= (
+            assert case.repetitions * len(case.choices[0].workcells) >= (
                 20 if len(case.choices[0].workcells) > 4 else 16
             )
 

@@ -1,6 +1,6 @@
 """What the blind trials run: its config, checked, and for every case and workcell the sets to make.
 
-A case is one thing to try (an effect over its sizes, gross errors without an effect, pairs of effects, an effect of no
+A case is one thing to try (an effect over its sizes, gross errors or noise without a systematic effect, pairs of effects, an effect of no
 known name); a workcell is a robot with a scanner among target planes; a set is one dataset of a case in a workcell, with a seed
 and a size of its own.
 """
@@ -27,8 +27,8 @@ class Choice:
     """Something that may be injected.
 
     Attributes:
-        entry: Of the scene's ``injected``, without a size.
-        natural: Size as real arms have it, in the effect's unit.
+        entry: An entry for the scene's ``injected``, its size left out.
+        natural: Size [unit] that the multiple 1 stands for.
         workcells: Where it can be injected.
     """
 
@@ -42,12 +42,13 @@ class Case:
     """One thing to try.
 
     Attributes:
-        name: Fit for a path: the effect's, or ``null-GROSS_ERRORS``, ``pairs``, ``unknown-KIND``.
+        name: Usable in a file name: the key in the config, prefixed by ``null-`` or ``unknown-`` for these kinds, or ``pairs``.
         kind: ``single``, ``null``, ``pair`` or ``unknown``.
         choices: What may be injected.
         together: How many of them a set injects; drawn from its seed where there are more.
         sizes: Multiples of the natural size; a set each.
-        first_seed, seeds: The seed of the first workcell, and how many each workcell has.
+        first_seed: Seed of repetition 0 in the first workcell.
+        repetitions: How many seeds each workcell has, one a repetition.
         gross_errors: Shares of stray points, corrupted poses and wrong labels.
         overrides: ``{dotted key: value}`` of the scene, for this case alone.
     """
@@ -58,7 +59,7 @@ class Case:
     together: int
     sizes: tuple[float, ...]
     first_seed: int
-    seeds: int
+    repetitions: int
     gross_errors: Mapping[str, float] = field(default_factory=dict)
     overrides: Mapping[str, Any] = field(default_factory=dict)
 
@@ -110,17 +111,17 @@ class Study:
     def jobs(self) -> list[tuple[str, str, str]]:
         """Return (case, workcell, repetitions) of every job; repetitions as ``repetitions_of`` reads them, ``001-002``."""
         return [
-            (case.name, workcell, f"{k + 1:03d}-{min(k + self.seeds_per_job, case.seeds):03d}")
+            (case.name, workcell, f"{k + 1:03d}-{min(k + self.seeds_per_job, case.repetitions):03d}")
             for case in self.cases.values()
             for workcell in self.workcells
             if len(case.possible(workcell)) >= case.together
-            for k in range(0, case.seeds, self.seeds_per_job)
+            for k in range(0, case.repetitions, self.seeds_per_job)
         ]
 
     def sets(self, case: str, workcell: str, repetitions: str) -> Iterator[Set]:
         """Yield the sets of one job, seed by seed.
 
-        The seed of repetition k (from 0) in the i-th of n workcells is ``first_seed + k * n + i``: further repetitions change no set that exists.
+        The seed of repetition k in workcell i of n (both from 0) is ``first_seed + k * n + i``: further repetitions change no set that exists.
         """
         wanted, place = self.cases[case], list(self.workcells).index(workcell)
         choices = wanted.possible(workcell)
@@ -151,7 +152,7 @@ def load_study(path: str | Path) -> Study:
     """Return the blind trials that a YAML file describes.
 
     Raises:
-        InvalidInput: With every fault found; a misspelt key is named.
+        InvalidInput: With every fault of the first check that fails: renamed keys, schema, undefined names.
     """
     content, file = load_yaml(Path(path)), Path(path).name
     if renamed := renamed_faults(content):
@@ -194,23 +195,29 @@ def _cases(content: Mapping[str, Any]) -> Iterator[Case]:
         return Choice(entry, float(block["natural"]), tuple(block.get("workcells", workcells)))
 
     single, null, pairs, unknown = (content[kind] for kind in ("single", "null", "pairs", "unknown"))
-    seeds = single["first_seed"], single["seeds"]
+    seed_range = single["first_seed"], single["seeds"]
     for name, block in single["effects"].items():
         sizes = tuple(block.get("sizes", single["sizes"]))
         overrides = block.get("overrides", {})
-        yield Case(name, "single", (choice(name, block),), 1, sizes, *seeds, overrides=overrides)
+        yield Case(name, "single", (choice(name, block),), 1, sizes, *seed_range, overrides=overrides)
     for name, block in null["cases"].items():
         injected = tuple(
             Choice({"effect": entry["effect"]}, float(entry["size"]), workcells)
             for entry in block.get("injected", ())
         )
-        seeds = block["first_seed"], null["seeds"]
+        seed_range = block["first_seed"], null["seeds"]
         yield Case(
-            f"null-{name}", "null", injected, len(injected), (1.0,), *seeds, block.get("gross_errors", {})
+            f"null-{name}",
+            "null",
+            injected,
+            len(injected),
+            (1.0,),
+            *seed_range,
+            block.get("gross_errors", {}),
         )
     two = tuple(choice(name, single["effects"][name]) for name in pairs["effects"])
     yield Case("pairs", "pair", two, 2, tuple(pairs["sizes"]), pairs["first_seed"], pairs["seeds"])
     for name, block in unknown["kinds"].items():
-        kind = choice(name, {"injected": {"effect": "unknown", "kind": name}, **block})
+        chosen = choice(name, {"injected": {"effect": "unknown", "kind": name}, **block})
         sizes = tuple(unknown["sizes"])
-        yield Case(f"unknown-{name}", "unknown", (kind,), 1, sizes, block["first_seed"], unknown["seeds"])
+        yield Case(f"unknown-{name}", "unknown", (chosen,), 1, sizes, block["first_seed"], unknown["seeds"])

@@ -7,15 +7,17 @@ from matplotlib.figure import Figure
 
 from study.plots.style import COLUMN_IN, LINE, OURS, new_figure, styled, symbol
 
-_WIDTH_IN = 1.3 * COLUMN_IN  # text of 8 pt is above 6 pt in a column of the paper
+_WIDTH_IN = 1.3 * COLUMN_IN  # drawn 1.3 columns wide and scaled to one, so 8 pt text prints at 6.2 pt
 _FLOOR = 1e-19  # a singular value that is exactly zero is drawn here
 
 
 def draw_singular_values(values: pd.DataFrame, directions: pd.DataFrame) -> Figure:
-    """Return the singular values from the largest on, those that count as zero hollow, and what is fixed.
+    """Return a plot of the singular values in descending order (hollow markers: counted as zero); the title names the parameters fixed.
 
     Args:
-        values: singular_values.csv. directions: null_directions.csv.
+        values: singular_values.csv: ``index, singular_value, null, tolerance``, of the Jacobian with columns of unit length, the
+            largest value scaled to 1.
+        directions: null_directions.csv; its column ``held`` names the parameter fixed for each null direction.
     """
     with styled():
         figure = new_figure(_WIDTH_IN, 3.0)
@@ -50,10 +52,10 @@ def draw_singular_values(values: pd.DataFrame, directions: pd.DataFrame) -> Figu
         ax.set_yscale("log")
         ax.set_ylim(_FLOOR, 3)
         ax.set_xlim(0, len(values) + 1)
-        ax.set_xlabel(f"index among the {len(values)} columns")
+        ax.set_xlabel(f"index of the singular value (of {len(values)})")
         ax.set_ylabel("singular value / largest")
         if len(directions):
             held = ", ".join(map(symbol, directions["held"]))
-            ax.set_title(f"fixed because of them: {held}", fontsize=9)
+            ax.set_title(f"fixed, one for each unobservable direction: {held}", fontsize=9)
         ax.legend(loc="center left", bbox_to_anchor=(0.0, 0.3), fontsize=8)
     return figure
