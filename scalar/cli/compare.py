@@ -17,7 +17,7 @@ from scalar.units import DEG, MM
 if TYPE_CHECKING:
     from scalar.comparison import Comparison
     from scalar.comparison.changes import Change
-    from scalar.comparison.other_terms import OtherTerms
+    from scalar.comparison.disjoint_terms import DisjointTerms
 
 _KINDS = {"a": "length", "alpha": "twist", "d": "offset", "theta": "zero", "beta": "tilt about y"}
 _RIVALS_SHOWN, _NOT_COMPARED_SHOWN = 4, 8
@@ -117,10 +117,10 @@ def describe_comparison(comparison: Comparison) -> list[str]:
         )
     if n and comparison.rest_p_value < comparison.alpha:
         lines.append(f"  and more, which no single parameter explains ({_chance(comparison.rest_p_value)})")
-    lines += [line for effect in comparison.other_terms for line in _by_positions(effect)]
-    together = comparison.together
+    lines += [line for effect in comparison.disjoint_terms for line in _by_positions(effect)]
+    apart = comparison.positions_apart
     lines.append(
-        f"predicted positions differ by {together.rms / MM:.3f} mm RMS, at most {together.largest / MM:.3f} mm, after the best "
+        f"predicted positions differ by {apart.rms / MM:.3f} mm RMS, at most {apart.largest / MM:.3f} mm, after the best "
         f"fit of base and sensor; chance alone would make {comparison.by_chance / MM:.3f} mm"
     )
     shift, turn = comparison.campaign["sensor_shift_mm"], comparison.campaign.get("sensor_turn_deg")
@@ -131,7 +131,7 @@ def describe_comparison(comparison: Comparison) -> list[str]:
     return lines + _not_compared(comparison)
 
 
-def _by_positions(effect: OtherTerms) -> list[str]:
+def _by_positions(effect: DisjointTerms) -> list[str]:
     """Return how an effect that A and B hold in different coefficients differs."""
     verdict = "beyond chance" if effect.beyond_chance else "no more than chance explains"
     lines = [
@@ -149,7 +149,7 @@ def _by_positions(effect: OtherTerms) -> list[str]:
 def _unexplained(comparison: Comparison) -> str:
     """Return the line for positions that differ beyond chance though no compared parameter changed: why that may be, and what to do."""
     said = (
-        f"the arm's positions differ by {comparison.together.rms / MM:.3f} mm RMS, beyond chance ({comparison.by_chance / MM:.3f} mm), "
+        f"the arm's positions differ by {comparison.positions_apart.rms / MM:.3f} mm RMS, beyond chance ({comparison.by_chance / MM:.3f} mm), "
         "though no parameter that both calibrations have has changed"
     )
     fixed = any("." in name and "fixed" in reason for name, reason in comparison.not_compared.items())

@@ -12,11 +12,11 @@ from scalar.cli.correct_words import (
     Uncorrected,
     cannot_take,
     faults_of,
-    is_near,
+    is_near_singular,
     left_as_given,
-    left_out,
+    lines_on_left_out,
     no_posture,
-    written_poses,
+    warnings_on_written,
 )
 from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, advice_on_units, load_effects
@@ -122,7 +122,7 @@ def correct(
     may_drop = frames_wanted or leave_out
     while True:
         if not len(rows):
-            raise InvalidInput(faults_of(refused, str(targets), written=False))
+            raise InvalidInput(faults_of(refused, str(targets), is_written=False))
         going = table.iloc[rows].reset_index(drop=True)
         found = correct_table(model, going, _frames(going) if frames_wanted else None)
         wrong, ids = np.flatnonzero(~found.reached), going["pose"].to_numpy()
@@ -135,7 +135,10 @@ def correct(
         found = kept_as_given(model, poses, found)
         refused = [left_as_given(ids[i], found, int(i)) for i in wrong]
     near = sensitivity(model, poses, found.q)
-    for line in [*(left_out(refused) if leave_out else []), *written_poses(robot, ids, found, near)]:
+    for line in [
+        *(lines_on_left_out(refused) if leave_out else []),
+        *warnings_on_written(robot, ids, found, near),
+    ]:
         say(line)
     written = table.iloc[rows] if leave_out else table
     _write(output, written, rows, found, near, units_to_write(units, columns).sliding(robot.prismatic))
@@ -216,7 +219,7 @@ def _write(
     own = {
         "corrected": full_column(found.reached.astype(int), 0),
         "beyond_limits": full_column(found.beyond_limits.sum(axis=1)),
-        "near_singular": full_column(is_near(near).astype(int)),
+        "near_singular": full_column(is_near_singular(near).astype(int)),
         "smallest_singular_value": full_column(near.singular_value),
     }
     for name in table.columns:

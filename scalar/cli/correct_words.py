@@ -26,39 +26,39 @@ class Uncorrected:
     Attributes:
         pose: Number of the pose.
         why: The reason, a clause.
-        written: How its row is written, a phrase.
+        how_written: How its row is written, a phrase.
         remedy: What to do, a clause.
     """
 
     pose: int
     why: str
-    written: str
+    how_written: str
     remedy: str
 
-    def fault(self, file: str, written: bool) -> Fault:
-        """Return the fault of the pose; ``written`` says whether its row is written."""
-        how = f"not corrected, and written {self.written}: " if written else ""
+    def fault(self, file: str, is_written: bool) -> Fault:
+        """Return the fault of the pose; ``is_written`` says whether its row is written."""
+        how = f"not corrected, and written {self.how_written}: " if is_written else ""
         return Fault(file, f"pose {self.pose}: {how}{self.why}; {self.remedy}")
 
 
 def no_posture(pose: int) -> Uncorrected:
-    """Return the message on a frame for which no joint angles were found."""
+    """Return the record of a pose for whose frame no joint angles were found."""
     remedy = "move it, or give q1..qn of a posture near it"
     return Uncorrected(pose, "out of reach within the joint limits", _EMPTY, remedy)
 
 
 def cannot_take(pose: int, found: Correction, i: int) -> Uncorrected:
-    """Return the message on a frame that the calibrated arm cannot take."""
+    """Return the record of a pose whose frame the calibrated arm cannot take."""
     if found.position_error[i] > MM * 1e-3 or found.orientation_error[i] > 1e-6:
         off = f"the nearest is {found.position_error[i] / MM:.3g} mm and {found.orientation_error[i] / DEG:.3g} deg away"
     else:
-        off = "it takes another posture"
+        off = "only joint angles far from those given reach it"
     why = f"the calibrated arm cannot take it ({_where(found, i)}: {off})"
     return Uncorrected(pose, why, _EMPTY, "move the pose")
 
 
 def left_as_given(pose: int, found: Correction, i: int) -> Uncorrected:
-    """Return the message on joint angles that are written as they were given."""
+    """Return the record of a pose whose joint angles are written as they were given."""
     off = f"{found.position_error[i] / MM:.2g} mm and {found.orientation_error[i] / DEG:.2g} deg"
     why = f"{_where(found, i)}, no small change of the joints takes the arm there, and uncorrected it errs by {off}"
     remedy = "move the pose a few degrees away if it has to be exact, or keep it, as for a home pose"
@@ -66,25 +66,30 @@ def left_as_given(pose: int, found: Correction, i: int) -> Uncorrected:
 
 
 def _where(found: Correction, i: int) -> str:
-    return "near a singularity" if found.near_singular[i] else "at the edge of its reach"
+    # A lower bound at the start of the search; `is_near_singular` takes the exact value at the angles that were found.
+    return (
+        "near a singularity"
+        if found.near_singular[i]
+        else "not near a singularity; perhaps at the edge of its reach"
+    )
 
 
-def faults_of(uncorrected: Sequence[Uncorrected], file: str, *, written: bool = True) -> list[Fault]:
-    """Return a fault for each of the first few poses, and one that counts the others; ``written``: whether their rows are."""
-    faults = [one.fault(file, written) for one in uncorrected[:_MOST_SHOWN]]
+def faults_of(uncorrected: Sequence[Uncorrected], file: str, *, is_written: bool = True) -> list[Fault]:
+    """Return a fault for each of the first few poses, and one that counts the others; ``is_written``: whether their rows are."""
+    faults = [one.fault(file, is_written) for one in uncorrected[:_MOST_SHOWN]]
     more = len(uncorrected) - _MOST_SHOWN
     if more > 0:
-        marked = " (corrected = 0)" if written else ""
+        marked = " (corrected = 0)" if is_written else ""
         faults.append(Fault(file, f"{more} more poses cannot be corrected{marked}; look for a common cause"))
     return faults
 
 
-def left_out(uncorrected: Sequence[Uncorrected]) -> list[str]:
+def lines_on_left_out(uncorrected: Sequence[Uncorrected]) -> list[str]:
     """Return a line for each of the first few poses that are left out, and one that counts the others."""
-    return some([f"  left out: pose {one.pose}: {one.why}" for one in uncorrected])
+    return first_lines([f"  left out: pose {one.pose}: {one.why}" for one in uncorrected])
 
 
-def written_poses(robot: Robot, ids: Array, found: Correction, near: Sensitivity) -> list[str]:
+def warnings_on_written(robot: Robot, ids: Array, found: Correction, sensitivity: Sensitivity) -> list[str]:
     """Return what a user has to know of the poses that are written: joints beyond their limits, singularities near by."""
     import numpy as np
 
@@ -98,26 +103,26 @@ def written_poses(robot: Robot, ids: Array, found: Correction, near: Sensitivity
             f"{low:.1f} to {high:.1f} {unit}"
         )
     singular = [
-        f"  pose {ids[i]}: near a singularity ({_how_near(robot, near, int(i))})"
-        for i in np.flatnonzero(is_near(near))
+        f"  pose {ids[i]}: near a singularity ({_how_near(robot, sensitivity, int(i))})"
+        for i in np.flatnonzero(is_near_singular(sensitivity))
     ]
-    return [*some(beyond), *some(singular)]
+    return [*first_lines(beyond), *first_lines(singular)]
 
 
-def is_near(near: Sensitivity) -> Array:
+def is_near_singular(sensitivity: Sensitivity) -> Array:
     """Return which poses are called near a singularity ``(N,)`` bool."""
     from scalar.estimation.correction import CorrectionSettings
 
-    return near.singular_value < CorrectionSettings().near_singular
+    return sensitivity.singular_value < CorrectionSettings().near_singular
 
 
-def _how_near(robot: Robot, near: Sensitivity, i: int) -> str:
+def _how_near(robot: Robot, sensitivity: Sensitivity, i: int) -> str:
     """Return in words how far one joint has to move for a small shift of the sensor at pose i."""
     import numpy as np
 
     # The joint with the largest number of degrees, or of millimetres if it slides, is named.
     units = [("mm", MM) if joint in robot.prismatic else ("deg", DEG) for joint in range(robot.n_joints)]
-    moves = near.travel[i] * MM / np.array([size for _, size in units])
+    moves = sensitivity.travel[i] * MM / np.array([size for _, size in units])
     joint = int(np.argmax(moves))
     unit = units[joint][0]
     moved = (
@@ -125,10 +130,10 @@ def _how_near(robot: Robot, near: Sensitivity, i: int) -> str:
         if moves[joint] < _MOST_TURN
         else f"more than {_MOST_TURN:.0f} {unit}"
     )
-    return f"smallest singular value {near.singular_value[i]:.2g}: to shift the sensor by 1 mm, joint {joint + 1} moves by {moved}"
+    return f"smallest singular value {sensitivity.singular_value[i]:.2g}: to shift the sensor by 1 mm, joint {joint + 1} moves by {moved}"
 
 
-def some(lines: list[str]) -> list[str]:
+def first_lines(lines: list[str]) -> list[str]:
     """Return the first lines, and one that counts the others."""
     more = len(lines) - _MOST_SHOWN
     return [*lines[:_MOST_SHOWN], f"  and {more} more poses likewise"] if more > 0 else lines

@@ -15,7 +15,7 @@ from scalar.cli.simulator import simulator
 from scalar.cli.terminal import say
 
 _SEEDS = 10_000
-"""A seed is drawn below this number if none is given. Chosen: such a seed is quick to type again."""
+"""A seed is drawn below this number if none is given. Arbitrary: small, so that a seed is quick to retype."""
 
 
 @cli.command()
@@ -66,37 +66,40 @@ def demo(output: Path | None, seed: int | None) -> None:
     say(f"\n{describe_diagnosis(result)}")
     say(f"\nreport: {output / 'diagnosis' / 'report.html'} (opens in a browser, offline)")
     for secret in simulated.truth["effects"]:
-        say(told(secret, result.to_mapping()["effects"]))
+        say(told(secret, result.to_mapping()["effects"], result.verdict))
     say(
         "next: `scalar diagnose` on this dataset tests the findings on poses that took no part in the diagnosis;"
     )
     say("  `scalar init --help` says how to begin a dataset of your own")
 
 
-def told(secret: Mapping[str, Any], found: list[Mapping[str, Any]]) -> str:
+def told(secret: Mapping[str, Any], found: list[Mapping[str, Any]], verdict: str) -> str:
     """Return what the secret was, and whether the diagnosis has named it.
 
     Args:
         secret: An entry of ``effects`` in truth.json.
         found: ``effects`` of diagnosis.json.
+        verdict: Its ``verdict``.
     """
     from scalar.report import words
 
     same_kind = [entry for entry in found if entry["name"] == secret["name"]]
     if any(_same_place(entry["target"], secret["target"]) for entry in same_kind):
-        verdict = "the diagnosis has named it"
+        outcome = "the diagnosis has named it"
     elif same_kind:
-        verdict = "the diagnosis has named this kind of effect, but at another place"
+        outcome = "the diagnosis has named this kind of effect, but at another place"
     elif found:
-        verdict = "the diagnosis has named something else"
+        outcome = "the diagnosis has named something else"
     else:
-        verdict = "the diagnosis has not named it: these poses do not show it over the noise"
+        outcome = f"the diagnosis has not named it; its verdict is `{verdict}`"
     title = words.title(secret["name"], secret["target"])
-    return f"the secret was: {title}, of size {secret['size']:.3g} {secret['unit']}; {verdict}"
+    return f"the secret was: {title}, of size {secret['size']:.3g} {secret['unit']}; {outcome}"
 
 
 def _same_place(found: Mapping[str, Any], secret: Mapping[str, Any]) -> bool:
-    """Return whether two targets name the same place; times are not compared, and joints that hardly carry weight may be left out."""
+    """Return whether two targets name the same place; beginnings (`at`) are not compared; the joints found may be any subset of
+    the true ones; one of the orders found has to be the true one.
+    """
     if "joints" in secret:
         joints = set(found.get("joints") or [found.get("joint")])
         return joints <= set(secret["joints"])

@@ -21,12 +21,12 @@ from scalar.cli.terminal import say
     "--std",
     "with_std",
     is_flag=True,
-    help="Write the standard deviations x_std..rz_std of every pose as well, and the correlations of every two of them.",
+    help="Also write, for every pose, the standard deviations x_std..rz_std of its six components and the correlation of each pair of components.",
 )
 @click.option(
     "--target",
     metavar="NAME",
-    help="The frame of this target, where several were measured on one flange; else that of the first.",
+    help="Target whose frame is predicted, if several were measured on one flange; the first if not given.",
 )
 @UNITS
 @FORCE
@@ -46,9 +46,10 @@ def predict(
     All calibrated effects are applied. The table JOINTS has pose,q1..qn [rad; m where a joint slides], pose
     a whole number, and the optional columns of poses.csv. The output has pose,x,y,z,rx,ry,rz [m, rotation vector in
     rad], the frame of the sensor in that of the base. With --std it also
-    has the standard deviations [m, rad] of a shift and of a small rotation in the base frame. They say what the
-    calibration does not know of a pose. Fixed parameters are taken as exact. A probe or a tracker does not show how
-    it is turned on the flange: rx,ry,rz are then those of its declared mount, and have no standard deviation.
+    has the standard deviations [m, rad] of a shift and of a small rotation in the base frame. They are the uncertainty that
+    the calibration contributes; repeatability is not included. Fixed parameters are taken as exact. A probe, or a single tracker target
+    without measured orientation, does not determine its rotation
+    on the flange: rx,ry,rz are then those of its declared mount, and have no standard deviation.
 
     Neither a laser tracker, which stands anywhere, nor planes that are not declared `known` show where the base stands. Frames are then right
     relative to one another, and where all of them stand in the base frame rests on the parameters that were fixed (gauge in

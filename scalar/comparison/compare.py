@@ -11,9 +11,9 @@ import numpy as np
 from scalar.comparison.arm_parameters import ArmParameters, arm_parameters, effects_of_the_arm
 from scalar.comparison.beyond_chance import is_beyond_chance
 from scalar.comparison.changes import ALPHA, Candidate, Change, find_changes
+from scalar.comparison.disjoint_terms import DisjointTerms, effects_with_disjoint_terms
 from scalar.comparison.invariants import displacement_columns, displacements, invariants
 from scalar.comparison.moved import Moved
-from scalar.comparison.other_terms import OtherTerms, effects_with_other_terms
 from scalar.effects.command_line import named_effects
 from scalar.effects.parameter_names import effect_of
 from scalar.errors import Fault, InvalidInput
@@ -36,14 +36,14 @@ class Comparison:
         moved: How far each change alone moves predicted positions.
         rest_p_value: p-value of the difference that the changes leave unexplained.
         alpha: Probability that any change is found where there is none.
-        together: How far apart the positions are that the two calibrations predict.
+        positions_apart: How far apart the positions are that the two calibrations predict.
         by_chance: Root mean square [m] of that distance for an arm that did not change, by both covariances.
-        other_terms: The effects that both contain with different coefficients, compared by the positions that they make.
+        disjoint_terms: Effects that both contain, but with no coefficient in common; compared by the positions that they make.
         not_compared: ``{name: reason}`` of the parameters that were not compared.
         campaign: What differs but is not of the arm: the sensor's place on the flange [mm, deg], and the names of the arms.
         misfits: For A and B, the ratio of residual to noise, and its p-value.
         effects: The effects of A and of B, as ``--effects`` of `scalar calibrate` takes them.
-        same_effects: The ``--effects`` with which A and B would each contain the arm's effects of both.
+        same_effects: The values of ``--effects`` for calibrating A and B again so that each contains the arm's effects found in either.
         taken_over: Whether A or B took effects from another calibration and fixed them.
     """
 
@@ -52,9 +52,9 @@ class Comparison:
     moved: list[Moved]
     rest_p_value: float
     alpha: float
-    together: Moved
+    positions_apart: Moved
     by_chance: float
-    other_terms: list[OtherTerms]
+    disjoint_terms: list[DisjointTerms]
     not_compared: dict[str, str]
     campaign: dict[str, Any]
     misfits: tuple[tuple[float, float], ...]
@@ -64,13 +64,16 @@ class Comparison:
 
     @property
     def changed(self) -> bool:
-        """Return whether anything in the arm differs beyond chance."""
+        """Return whether any compared parameter, or all of them as a whole, differ beyond chance.
+
+        Effects without common coefficients do not count.
+        """
         return bool(self.changes) or self.rest_p_value < self.alpha
 
     @property
     def positions_changed(self) -> bool:
         """Return whether the predicted positions differ beyond chance; unlike ``changed``, also by what only one calibration contains."""
-        return is_beyond_chance(self.together.rms, self.by_chance, self.alpha)
+        return is_beyond_chance(self.positions_apart.rms, self.by_chance, self.alpha)
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the content of ``comparison.json``."""
@@ -96,11 +99,11 @@ class Comparison:
             "rest_p_value": self.rest_p_value,
             "alpha": self.alpha,
             "positions_differ": {
-                **self.together.to_mapping(),
+                **self.positions_apart.to_mapping(),
                 "by_chance_rms_mm": self.by_chance / MM,
                 "beyond_chance": self.positions_changed,
             },
-            "compared_by_positions": [effect.to_mapping() for effect in self.other_terms],
+            "compared_by_positions": [effect.to_mapping() for effect in self.disjoint_terms],
             "not_compared": self.not_compared,
             "campaign": self.campaign,
         }
@@ -132,8 +135,8 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
             not_compared.setdefault(
                 name, "a motion of base or sensor between the campaigns would look the same"
             )
-    other_terms = effects_with_other_terms(a.model, b.model, arm, alpha)
-    for name in (name for effect in other_terms for name in effect.parameters):
+    disjoint_terms = effects_with_disjoint_terms(a.model, b.model, arm, alpha)
+    for name in (name for effect in disjoint_terms for name in effect.parameters):
         not_compared.pop(name, None)
     return Comparison(
         arm=arm,
@@ -141,9 +144,9 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
         moved=moved,
         rest_p_value=rest,
         alpha=alpha,
-        together=Moved.of(displacements(a.model, b.model)),
+        positions_apart=Moved.of(displacements(a.model, b.model)),
         by_chance=float(np.sqrt(variance)),
-        other_terms=other_terms,
+        disjoint_terms=disjoint_terms,
         not_compared=not_compared,
         campaign=_campaign(a, b),
         misfits=(_misfit(a), _misfit(b)),
@@ -199,7 +202,7 @@ def _check_comparable(a: Calibration, b: Calibration) -> None:
             values = f"{other.geometry[k, i]:.6g} where A has {one.geometry[k, i]:.6g}"
             message = (
                 f"it calibrates another arm: nominal {kind}_{i + 1} is {values}; "
-                "give two calibrations that began with one data sheet"
+                "give two calibrations with the same nominal geometry"
             )
             raise InvalidInput(Fault("B", message))
     for letter, calibration in zip("AB", (a, b), strict=True):

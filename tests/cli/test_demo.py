@@ -65,7 +65,7 @@ SLIP = {"name": "sensor_slip", "target": {"at": {"order": 70, "time": 1.0}}, "si
         (HARMONIC, [("joint_harmonic", {"joint": 3, "order": 1})], "another place"),
         (HARMONIC, [("joint_harmonic", {"joint": 2, "orders": [1, 2]})], "another place"),
         (HARMONIC, [("joint_scale", {"joint": 3})], "something else"),
-        (HARMONIC, [], "has not named it"),
+        (HARMONIC, [], "has not named it; its verdict is `no_effect`"),
         (SAG, [("joint_compliance", {"joints": [2]})], "has named it"),
         (SAG, [("joint_compliance", {"joints": [2, 5]})], "another place"),
         (SLIP, [("joint_scale", {"joint": 1}), ("sensor_slip", {"at": {"order": 71}})], "has named it"),
@@ -73,4 +73,4 @@ SLIP = {"name": "sensor_slip", "target": {"at": {"order": 70, "time": 1.0}}, "si
 )
 def test_what_is_said_of_the_answer_is_what_it_is(secret, found, words):
     """Right, right kind at another place, another kind, nothing: each is said as it is."""
-    assert words in told(secret, [{"name": name, "target": target} for name, target in found])
+    assert words in told(secret, [{"name": name, "target": target} for name, target in found], "no_effect")

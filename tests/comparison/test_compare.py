@@ -60,7 +60,7 @@ def test_a_calibration_has_not_changed_from_itself(before):
     """The same calibration twice: no change, and positions agree."""
     found = compare(before, before)
     assert not found.changed
-    assert found.together.largest < 1e-12
+    assert found.positions_apart.largest < 1e-12
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_motions_of_base_and_sensor_are_no_change(moved, before):
     """A base that was moved, or a sensor that was mounted anew, is not taken for a change of the arm."""
     found = compare(before, changed(before, **moved))
     assert not found.changed
-    assert found.together.rms < 1e-6  # of second order in a milliradian
+    assert found.positions_apart.rms < 1e-6  # of second order in a milliradian
 
 
 def test_an_exchange_between_parallel_axes_is_no_change(before):
@@ -94,7 +94,7 @@ def test_one_parameter_that_changed_is_named(name, step, before):
     assert first.candidate.name == name
     assert len(found.changes) == 1
     assert abs(first.value[0] - step) < 4 * first.std[0]
-    assert found.moved[0].rms == pytest.approx(found.together.rms, rel=0.1)
+    assert found.moved[0].rms == pytest.approx(found.positions_apart.rms, rel=0.1)
 
 
 def test_what_one_campaign_does_not_determine_is_not_compared(before):

@@ -25,13 +25,15 @@ _NULL = 1e-7  # of the largest singular value of the geometry's columns: directi
 
 
 @dataclass(frozen=True, eq=False)
-class OtherTerms:
+class DisjointTerms:
     """An effect that both calibrations have, without a coefficient that means the same in both.
+
+    A coefficient is the same in both if its term, and the effect's name, target and settings, agree.
 
     Attributes:
         name: Of the effect.
         parameters: Names of its coefficients, those of both.
-        apart: By how far the two deflections differ, beyond base, sensor and geometry.
+        apart: Difference of the two displacements, after the best fit of base, sensor and free geometry is removed.
         by_chance: The same for an arm that did not change, by both covariances [m], root mean square.
         alpha: Probability that it is called beyond chance where nothing changed.
     """
@@ -58,7 +60,7 @@ class OtherTerms:
         }
 
 
-def effects_with_other_terms(a: Model, b: Model, arm: ArmParameters, alpha: float) -> list[OtherTerms]:
+def effects_with_disjoint_terms(a: Model, b: Model, arm: ArmParameters, alpha: float) -> list[DisjointTerms]:
     """Return the effects that A and B both have without a common coefficient, and how far they move positions apart.
 
     Args:
@@ -85,5 +87,5 @@ def effects_with_other_terms(a: Model, b: Model, arm: ArmParameters, alpha: floa
         variance = np.sum((left @ arm.covariance[np.ix_(index, index)]) * left) / (len(left) / 3)
         apart = Moved.of(left @ arm.difference[index])
         names = tuple(arm.names[i] for i in index)
-        found.append(OtherTerms(together[0].name, names, apart, float(np.sqrt(variance)), alpha))
+        found.append(DisjointTerms(together[0].name, names, apart, float(np.sqrt(variance)), alpha))
     return found
