@@ -32,6 +32,9 @@ MAX_POINT_NOISE = (
     5e-3  # m; one standard deviation of a single point: trackers and probes have 1e-5 to 1e-4, cameras 1e-3
 )
 MAX_NORMAL_STD = 0.5  # rad; one standard deviation of a direction
+LEAST_MARKED_SCANS = 3  # with a number that may stand for "no value"; in fewer, it may be a coincidence
+DISTINCT = 0.2  # least share of distinct numbers in a column of which one may be such a mark
+FAR_MARK = 0.1  # of the range of all other numbers of its column, by which such a number is apart from them
 GRAVITY = (1.0, 20.0)  # m/s^2
 
 _AS_METRES = "are these millimetres? write metres"
@@ -224,6 +227,40 @@ def suspect_points(points: Table, layout: MeasuredTable, faults: list[Fault]) ->
                 f"beyond {limit:.4g} {unit}; {_AS_METRES if unit == 'm' else _AS_RADIANS}, or remove the points"
             )
             faults.append(Fault(points.file, message, int(points.line_numbers()[worst]), name))
+
+
+def suspect_marks(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
+    """Add columns of scans with a number that stands for "no value".
+
+    Scanners write such a mark, 0 or -99.9999 for example, for points that they did not see. It is the least or the largest number of its column, far
+    from all others, and it stands in several scans beside other numbers. Such points lie on a line of their own, so that no fit tells them from a
+    second surface.
+    """
+    if not layout.several_rows or not points.good("pose"):
+        return
+    pose = points.columns["pose"]
+    for name, unit in layout.units.items():
+        if unit != "m" or name not in points.columns:
+            continue
+        values = _finite(points.columns[name])
+        for mark in {float(values.min(initial=0.0)), float(values.max(initial=0.0))}:
+            marked = values == mark
+            others = values[~marked]
+            scans = np.unique(pose[marked])
+            if len(scans) < LEAST_MARKED_SCANS or not len(others):
+                continue
+            if len(np.unique(others)) < DISTINCT * len(others):
+                continue  # all numbers repeat: the rays are at the same places in every scan
+            beside = np.isin(pose, scans) & ~marked
+            far = np.min(np.abs(others - mark)) > FAR_MARK * np.ptp(others)
+            if far and marked.sum() < beside.sum() and len(np.unique(pose[beside])) == len(scans):
+                message = (
+                    f"suspect: {mark:g} {unit} stands in {marked.sum()} points of {len(scans)} scans, far from all others: a scanner's mark for "
+                    "'no value'? Leave these points out"
+                )
+                faults.append(
+                    Fault(points.file, message, int(points.line_numbers()[np.argmax(marked)]), name)
+                )
 
 
 def _beyond(values: np.ndarray, bound: float) -> tuple[int, int, float]:

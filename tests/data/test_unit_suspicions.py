@@ -157,3 +157,28 @@ def test_a_tracker_far_away_and_a_turning_wrist_are_not_suspected(tmp_path: Path
     content["points"]["x"] += 60.0
     content["poses"]["q6"] = np.linspace(-25.0, 25.0, N_POSES)
     assert faults_of(tmp_path, description("tracker"), content) == []
+
+
+@pytest.mark.parametrize("mark", [-0.0999999, 0.0, 9.9])
+def test_a_mark_for_no_value_is_suspected(tmp_path: Path, mark: float) -> None:
+    """Every twenty-fifth point of a scanner has the mark that it writes for points that it did not see: one fault names it."""
+    content = tables("line-laser")
+    pose = np.repeat(content["poses"]["pose"].to_numpy(), 50)
+    z = np.random.default_rng(8).uniform(0.2, 0.4, len(pose))
+    content["scans"] = pd.DataFrame(
+        {"pose": pose, "x": np.tile(np.linspace(-0.05, 0.05, 50), len(pose) // 50), "z": z}
+    )
+    assert not faults_of(tmp_path / "seen", description(), content)
+    content["scans"].loc[::25, "z"] = mark
+    (fault,) = faults_of(tmp_path / "marked", description(), content)
+    assert columns_of([fault]) == {"z"} and "'no value'" in fault.message
+
+
+def test_numbers_that_repeat_are_no_marks(tmp_path: Path) -> None:
+    """Four rays at the same x in every scan, and planes that are parallel to the scanner at two distances, are no marks."""
+    content = tables("line-laser")
+    scans = content["scans"]
+    index = scans.groupby("pose").cumcount()
+    scans["x"] = 0.02 * (index % 4)
+    scans["z"] = np.where(scans["pose"] % 2, 0.2, 0.4) + 1e-4 * (index % 3)
+    assert not [fault for fault in faults_of(tmp_path, description(), content) if "no value" in fault.message]
