@@ -67,6 +67,8 @@ def correct(
       pose,x,y,z,rx,ry,rz  frames of the sensor in the base frame, as `scalar predict` writes them; with q1..qn
                           beside them, these give the posture, else it is chosen near that of the row before
 
+    What is calibrated is where the sensor stands. The place of another tool on the flange is not known better than before: teach it again.
+
     pose is a whole number. Angles are in rad, lengths and the travel of joints that slide in m (see --units). All calibrated effects are
     applied; what they need (approach1..n, temperature, time, order) stands in columns of TARGETS.
 
