@@ -56,6 +56,6 @@ def draw_singular_values(values: pd.DataFrame, directions: pd.DataFrame) -> Figu
         ax.set_ylabel("singular value / largest")
         if len(directions):
             held = ", ".join(map(symbol, directions["held"]))
-            ax.set_title(f"fixed, one for each unobservable direction: {held}", fontsize=9)
+            ax.set_title(f"fixed: {held}", fontsize=9)
         ax.legend(loc="center left", bbox_to_anchor=(0.0, 0.3), fontsize=8)
     return figure
