@@ -46,12 +46,12 @@ def plan_after(
         InvalidInput: The file is no diagnosis, or leaves no question open that poses would answer.
         Undetermined: The candidates answer none of the questions that it left open.
     """
-    from scalar.planning.after import outcome, poses_for
+    from scalar.planning.after import outcome, poses_after
     from scalar.planning.defaults import FURTHER_POSES
 
-    pairs, not_by_poses = read_questions(path, calibration.model.effects, dataset)
-    after = poses_for(cell, found, dataset, calibration, pairs, not_by_poses, poses or FURTHER_POSES)
-    answers = after.answers
+    left_open = read_questions(path, calibration.model.effects, dataset)
+    after = poses_after(cell, found, dataset, calibration, left_open, poses or FURTHER_POSES)
+    answers, not_by_poses = after.answers, after.not_by_poses
     lines = [f"  no poses answer this: {text}" for text in not_by_poses]
     if not after.pairs:
         message = "leaves nothing open that further poses would answer" + (

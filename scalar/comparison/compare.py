@@ -17,6 +17,7 @@ from scalar.comparison.moved import Moved
 from scalar.effects.command_line import named_effects
 from scalar.effects.parameter_names import effect_of
 from scalar.errors import Fault, InvalidInput
+from scalar.estimation.displacement import position_std
 from scalar.estimation.result import Calibration
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import rotation_angle
@@ -126,7 +127,6 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
     changes, rest = find_changes(compared, _candidates(arm), alpha)
     columns = displacement_columns(arm)
     moved = [Moved.of(columns[:, list(c.candidate.columns)] @ c.value) for c in changes]
-    variance = np.sum((columns @ arm.covariance) * columns) / (len(columns) / 3)
     not_compared = dict(arm.unknown)
     for i, name in enumerate(arm.names):
         if arm.fixed_in_both[i]:
@@ -135,7 +135,7 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
             not_compared.setdefault(
                 name, "a motion of base or sensor between the campaigns would look the same"
             )
-    disjoint_terms = effects_with_disjoint_terms(a.model, b.model, arm, alpha)
+    disjoint_terms = effects_with_disjoint_terms(a.model, b.model, arm, columns, alpha)
     for name in (name for effect in disjoint_terms for name in effect.parameters):
         not_compared.pop(name, None)
     return Comparison(
@@ -145,7 +145,7 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
         rest_p_value=rest,
         alpha=alpha,
         positions_apart=Moved.of(displacements(a.model, b.model)),
-        by_chance=float(np.sqrt(variance)),
+        by_chance=position_std(columns, arm.covariance),
         disjoint_terms=disjoint_terms,
         not_compared=not_compared,
         campaign=_campaign(a, b),

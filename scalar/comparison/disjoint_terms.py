@@ -14,11 +14,11 @@ import numpy as np
 
 from scalar.comparison.arm_parameters import ArmParameters, effect_terms, effects_of_the_arm
 from scalar.comparison.beyond_chance import is_beyond_chance
-from scalar.comparison.invariants import displacement_columns
 from scalar.comparison.moved import Moved
 from scalar.effects.effect import Effect
-from scalar.estimation.displacement import projected_out
+from scalar.estimation.displacement import position_std, projected_out
 from scalar.estimation.model import Model
+from scalar.geometry.se3 import Array
 from scalar.units import MM
 
 _NULL = 1e-7  # of the largest singular value of the geometry's columns: directions below it move nothing
@@ -60,19 +60,21 @@ class DisjointTerms:
         }
 
 
-def effects_with_disjoint_terms(a: Model, b: Model, arm: ArmParameters, alpha: float) -> list[DisjointTerms]:
+def effects_with_disjoint_terms(
+    a: Model, b: Model, arm: ArmParameters, columns: Array, alpha: float
+) -> list[DisjointTerms]:
     """Return the effects that A and B both have without a common coefficient, and how far they move positions apart.
 
     Args:
         a, b: The two models.
-        arm: The parameters of the arm in both.
+        arm: The P parameters of the arm in both.
+        columns: ``(3 K, P)``, derivatives of the positions at random poses by these, as ``displacement_columns`` gives them.
         alpha: Probability that a difference is called beyond chance where nothing changed.
     """
     terms = [effect_terms(model) for model in (a, b)]
     groups: dict[str, list[Effect]] = {}
     for effect in effects_of_the_arm(arm.model):
         groups.setdefault(effect.label, []).append(effect)
-    columns = displacement_columns(arm)
     places = {column: i for i, column in enumerate(arm.columns.tolist())}
     united = effect_terms(arm.model)
     free = [i for i in range(len(arm.model.robot.parameter_names)) if not arm.fixed_in_both[i]]
@@ -84,8 +86,8 @@ def effects_with_disjoint_terms(a: Model, b: Model, arm: ArmParameters, alpha: f
             continue
         index = [places[united[term]] for term in own]
         left = projected_out(columns[:, free], columns[:, index], _NULL)
-        variance = np.sum((left @ arm.covariance[np.ix_(index, index)]) * left) / (len(left) / 3)
+        by_chance = position_std(left, arm.covariance[np.ix_(index, index)])
         apart = Moved.of(left @ arm.difference[index])
         names = tuple(arm.names[i] for i in index)
-        found.append(DisjointTerms(together[0].name, names, apart, float(np.sqrt(variance)), alpha))
+        found.append(DisjointTerms(together[0].name, names, apart, by_chance, alpha))
     return found

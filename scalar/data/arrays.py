@@ -18,7 +18,6 @@ from scalar.data.table_consistency import check_points, check_poses, points_layo
 from scalar.data.unit_suspicions import (
     suspect_description,
     suspect_joint_angles,
-    suspect_marks,
     suspect_points,
 )
 from scalar.errors import Fault, InvalidInput
@@ -67,7 +66,6 @@ def content_of_arrays(
         if table is not None and description.sensor_format.table is not None:
             check_points(table, poses, description.sensor_format.table, faults)
             suspect_points(table, description.sensor_format.table, faults)
-            suspect_marks(table, description.sensor_format.table, faults)
     if faults or poses is None:
         raise InvalidInput(faults)
     return Content(mapping, poses, table)

@@ -23,7 +23,6 @@ from scalar.data.table_consistency import (
 from scalar.data.unit_suspicions import (
     suspect_description,
     suspect_joint_angles,
-    suspect_marks,
     suspect_points,
 )
 from scalar.errors import Fault, InvalidInput
@@ -88,7 +87,6 @@ def examine_folder(path: Path, faults: list[Fault]) -> Content | None:
         if points is not None:
             check_points(points, poses, table, faults)
             suspect_points(points, table, faults)
-            suspect_marks(points, table, faults)
     references = _read_references(path, description, poses, names, faults)
     if faults or poses is None:
         return None

@@ -212,9 +212,11 @@ def _suspect_travel(poses: Table, name: str, limits: np.ndarray | None, faults: 
 
 
 def suspect_points(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
-    """Add columns of points that look like millimetres or degrees: one fault for each column, with its largest number."""
+    """Add columns of points that look like millimetres or degrees, or that hold a scanner's mark for "no value": one fault for each column."""
+    if not points.n_rows:
+        return
     for name, unit in (*layout.units.items(), *layout.optional.items()):
-        if name not in points.columns or not points.n_rows:
+        if name not in points.columns:
             continue
         if name in layout.noises:
             limit = MAX_POINT_NOISE if unit == "m" else MAX_NORMAL_STD
@@ -227,40 +229,51 @@ def suspect_points(points: Table, layout: MeasuredTable, faults: list[Fault]) ->
                 f"beyond {limit:.4g} {unit}; {_AS_METRES if unit == 'm' else _AS_RADIANS}, or remove the points"
             )
             faults.append(Fault(points.file, message, int(points.line_numbers()[worst]), name))
+    if layout.several_rows and layout.item is None and points.good("pose"):
+        _suspect_marks(points, layout, faults)
 
 
-def suspect_marks(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
+def _suspect_marks(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
     """Add columns of scans with a number that stands for "no value".
 
-    Scanners write such a mark, 0 or -99.9999 for example, for points that they did not see. It is the least or the largest number of its column, far
-    from all others, and it stands in several scans beside other numbers. Such points lie on a line of their own, so that no fit tells them from a
-    second surface.
+    Scanners write such a mark, 0 or -99.9999 for example, for points that they did not see. Such points lie on a line of their own, so that no fit
+    tells them from a second surface.
     """
-    if not layout.several_rows or not points.good("pose"):
-        return
     pose = points.columns["pose"]
     for name, unit in layout.units.items():
         if unit != "m" or name not in points.columns:
             continue
         values = _finite(points.columns[name])
-        for mark in {float(values.min(initial=0.0)), float(values.max(initial=0.0))}:
-            marked = values == mark
-            others = values[~marked]
-            scans = np.unique(pose[marked])
-            if len(scans) < LEAST_MARKED_SCANS or not len(others):
-                continue
-            if len(np.unique(others)) < DISTINCT * len(others):
-                continue  # all numbers repeat: the rays are at the same places in every scan
-            beside = np.isin(pose, scans) & ~marked
-            far = np.min(np.abs(others - mark)) > FAR_MARK * np.ptp(others)
-            if far and marked.sum() < beside.sum() and len(np.unique(pose[beside])) == len(scans):
+        for extreme in dict.fromkeys((float(values.min()), float(values.max()))):
+            marked = values == extreme
+            if _is_mark(extreme, values[~marked], pose[marked], pose[~marked]):
                 message = (
-                    f"suspect: {mark:g} {unit} stands in {marked.sum()} points of {len(scans)} scans, far from all others: a scanner's mark for "
-                    "'no value'? Leave these points out"
+                    f"suspect: {extreme:g} {unit} stands in {marked.sum()} points of {len(np.unique(pose[marked]))} scans, far from all others: "
+                    "a scanner's mark for 'no value'? Leave these points out"
                 )
-                faults.append(
-                    Fault(points.file, message, int(points.line_numbers()[np.argmax(marked)]), name)
-                )
+                row = int(points.line_numbers()[np.argmax(marked)])
+                faults.append(Fault(points.file, message, row, name))
+
+
+def _is_mark(number: float, others: np.ndarray, pose: np.ndarray, pose_of_others: np.ndarray) -> bool:
+    """Return whether a number stands for "no value": it is far from all others, and stands beside more of them in each of several scans.
+
+    Args:
+        number: The least or the largest number of a column.
+        others: ``(M,)``, the numbers of the column that differ from it.
+        pose: The poses at which the number stands, once for each time.
+        pose_of_others: ``(M,)``, the poses of the others.
+    """
+    scans = np.unique(pose)
+    if len(scans) < LEAST_MARKED_SCANS or not len(others):
+        return False
+    in_these = pose_of_others[np.isin(pose_of_others, scans)]
+    if len(pose) >= len(in_these) or len(np.unique(in_these)) < len(scans):
+        return False
+    if np.min(np.abs(others - number)) <= FAR_MARK * np.ptp(others):
+        return False
+    # Where all numbers repeat, the rays are at the same places in every scan.
+    return len(np.unique(others)) >= DISTINCT * len(others)
 
 
 def _beyond(values: np.ndarray, bound: float) -> tuple[int, int, float]:

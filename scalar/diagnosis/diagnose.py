@@ -51,7 +51,7 @@ def diagnose(
         settings: Thresholds.
         outer_folds: Number of parts of the outer split. The whole diagnosis is repeated without each part, and the errors on its poses are
             those on unseen poses. With zero, findings are not confirmed, and these errors stay unknown. ``settings.hold_out.folds`` is the usual
-            number. With any number, the diagnosis is repeated on two halves of the poses where residuals of similar poses are alike
+            number. With any number, the diagnosis is repeated on two halves of the poses where residuals of similar poses are correlated
             (``two_halves``).
         on_fold: Called after each of these runs, with the number of runs that are done and the number of all.
         cores: Number of these runs at once; None for as many as there are processors that this process may use.

@@ -171,13 +171,8 @@ def improvement(before: HeldOutErrors, after: HeldOutErrors) -> float:
     The fall is therefore also computed with the gain of a block limited to ``most_gain`` times the median change, and losses in full; the
     larger of the two is returned.
     """
-    return _over_blocks(before.whitened - after.whitened, before)
-
-
-def _over_blocks(drop: Array, before: HeldOutErrors) -> float:
-    """Return how many standard errors the sum of drops of poses ``(N,)`` is above zero, by blocks."""
     n = int(before.block.max()) + 1
-    per_block = np.bincount(before.block, weights=drop, minlength=n)
+    per_block = np.bincount(before.block, weights=before.whitened - after.whitened, minlength=n)
     usual = np.minimum(per_block, before.settings.most_gain * float(np.median(np.abs(per_block))))
     return max(_in_standard_errors(per_block), _in_standard_errors(usual))
 

@@ -48,7 +48,7 @@ class Diagnosis:
         unobservable: Effects that these data cannot show.
         ranking: Of all candidates on the residual before, best first.
         outer: Answers of the diagnoses without a part of the poses, or None if there were none.
-        halves: Answers of the diagnoses of one half of the poses each, where residuals of similar poses are alike (``two_halves``), or None.
+        halves: Answers of the diagnoses of one half of the poses each, where residuals of similar poses are correlated (``two_halves``), or None.
     """
 
     dataset: Dataset
@@ -254,8 +254,6 @@ class Diagnosis:
             if best.log_likelihood_gain - s.log_likelihood_gain
             < settings.estimation.within_scan_noise.confounded_likelihood
         ]
-        weighed = self.shipped.disagreement
-        equal = self.shipped.effects_held_out.rms if weighed is None else weighed.held_out_rms[0]
         share = self._noise_selected_in
         assert self.noise_grounds is not None
         entry: dict[str, Any] = {
@@ -263,7 +261,7 @@ class Diagnosis:
             "target": {},
             "coefficients": {unit: {"value": best.std, "std": best.std_error}},
             "p_value": best.p_value,
-            "held_out_rms_before_mm": equal / MM,
+            "held_out_rms_before_mm": self.shipped.rms_with_equal_weights / MM,
             "held_out_rms_after_mm": self.shipped.effects_held_out.rms / MM,
             "confounded_with": [{"name": s.name, "target": {}} for s in near],
             "confidence": self.noise_confidence,

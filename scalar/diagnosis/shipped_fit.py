@@ -89,6 +89,11 @@ class ShippedFit:
     choice: FocusedChoice
 
     @property
+    def rms_with_equal_weights(self) -> float:
+        """Return the held-out error of the effects with equal weights [m], by which they are compared with the model without effects."""
+        return self.effects_held_out.rms if self.disagreement is None else self.disagreement.held_out_rms[0]
+
+    @property
     def without_effects(self) -> bool:
         """Return whether the model without effects is shipped, though effects were found."""
         return self.fit == BEFORE
@@ -138,18 +143,14 @@ def shipped_fit(
         if of_weighted.std < settings.surer * of_equal.std:
             fit, held_out = BY_COMPONENT, weighted
     effects_fit, effects_held_out = fit, held_out
-    regions = _regions(before, after) if after.effects else None
-    harmful = None
-    if choice.left_out and not after.effects:
-        harmful = "expected_error"
-    elif after.effects and not no_worse(without, equal):
-        harmful = "held_out"
-    elif regions is not None and not no_worse(*regions):
-        harmful = "regions"
-    elif after.effects and unseen is not None and not no_worse(*unseen):
-        harmful = "unseen"
-    if harmful is not None:
-        fit, held_out, decided_by = BEFORE, without, harmful
+    regions = None
+    against = "expected_error" if choice.left_out and not after.effects else None
+    if after.effects:
+        regions = _regions(before, after)
+        judged = {"held_out": (without, equal), "regions": regions, "unseen": unseen}
+        against = next((name for name, errors in judged.items() if errors and not no_worse(*errors)), None)
+    if against is not None:
+        fit, held_out, decided_by = BEFORE, without, against
     return ShippedFit(fit, effects_fit, held_out, effects_held_out, regions, decided_by, found, choice)
 
 

@@ -1,8 +1,9 @@
-"""Two further runs, each on one half of the poses, where residuals of similar poses are alike: how they predict the other half, what they confirm.
+"""Two further runs, each on one half of the poses, where residuals of similar poses are correlated: what they confirm, and how they predict.
 
 Held-out poses took part in the choice of the effects. That makes their errors too small by little where residuals are independent, because few
-candidates then pass the tests by chance. Where the residuals of similar poses are still alike with all effects in the model, the tests count more
-samples than there are, chosen effects may fit what these poses have in common, and held-out poses that resemble those of the fit do not show it.
+candidates then pass the tests by chance. Where the residuals of similar poses are still correlated with all effects in the model, the tests
+count more samples than there are, chosen effects may fit what these poses have in common, and held-out poses that resemble those of the fit do
+not show it.
 The whole diagnosis is then run anew on one half of the blocks and judged on the other, and vice versa (twofold cross-validation around the
 choice; Varma and Simon, BMC Bioinformatics 7, 2006). These runs have half of the poses. They decide against effects that predict the other half
 worse, and the stated error is corrected for the number of poses as in ``outer_split``.
@@ -45,7 +46,7 @@ def two_halves(
     """
     equations = float(found.before.residuals.measurement.equations.sum())
     enough = equations / 2 >= EQUATIONS_FOR_EFFECTS * int(found.before.free.sum())
-    if not (found.after.effects and enough and errs_alike(found.after)):
+    if not (found.after.effects and enough and residuals_are_correlated(found.after)):
         return None
     halves = outer_split(
         dataset, found.cleaned, run, settings, 2, lambda done, total: None, cores, moving_joints(found.before)
@@ -53,8 +54,8 @@ def two_halves(
     return halves if halves is not None and halves.answers else None
 
 
-def errs_alike(state: FittedState) -> bool:
-    """Return whether the residuals of similar poses are alike beyond chance, so that poses are fewer samples than they are in number."""
+def residuals_are_correlated(state: FittedState) -> bool:
+    """Return whether the residuals of similar poses are significantly correlated, so that poses are fewer samples than they are in number."""
     ratio = float(np.sqrt(state.background_within_scans().variance))
     least = state.settings.estimation.fit.misfit_p_value
     return ratio > 0 and design_effect(state.residuals, state.model, state.free, ratio, least) > 1.0

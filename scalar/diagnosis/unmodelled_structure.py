@@ -170,13 +170,12 @@ def _with_replacement(
             worse = improvement(
                 held_out_errors(trial, state.whitening), held_out_errors(state, state.whitening)
             )
+            if better <= settings.better_than_a_name or worse >= state.settings.selection.least_improvement:
+                continue
             # The scores above are those of the terms that are exchanged, linearised at the model with the names. After the refit, the whole model
             # has to explain the data better by the same margin.
             gain = _evidence_of(trial, named, pools) - _evidence_of(state, named, pools)
-            if (
-                min(better, gain) > settings.better_than_a_name
-                and worse < state.settings.selection.least_improvement
-            ):
+            if gain > settings.better_than_a_name:
                 return trial
     return None
 

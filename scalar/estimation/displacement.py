@@ -26,6 +26,16 @@ def shifts(kinematics: Kinematics, screws: Array) -> Array:
     return (screws[:, 3:] - skew(o) @ screws[:, :3]).reshape(3 * len(o), -1)
 
 
+def position_std(columns: Array, covariance: Array) -> float:
+    """Return the standard error of a position [m], root mean square over K poses, by a covariance ``(P, P)`` of parameters.
+
+    Args:
+        columns: ``(3 K, P)``, derivatives of the positions [m] by the parameters.
+        covariance: Of the parameters.
+    """
+    return float(np.sqrt(np.sum((columns @ covariance) * columns) / (len(columns) / 3)))
+
+
 def displacement_columns(model: Model, poses: Poses) -> Array:
     """Return the derivatives ``(3 N, P)`` of predicted positions [m] by all parameters, the best motion of the base removed from each."""
     kinematics = kinematics_at(model, poses)

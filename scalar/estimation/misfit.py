@@ -33,6 +33,16 @@ class Misfit:
     inflation: float
 
 
+def excess_factor(summary: Mapping[str, Any]) -> float:
+    """Return by how much the residual of a calibration exceeds the noise, at least 1; 1 where the noise is not known.
+
+    Args:
+        summary: Of the calibration.
+    """
+    ratio = summary.get("misfit")
+    return 1.0 if ratio is None else max(float(ratio), 1.0)
+
+
 def lacks_something(summary: Mapping[str, Any]) -> bool:
     """Return whether the residual of a calibration clearly exceeds what the noise explains.
 

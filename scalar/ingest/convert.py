@@ -17,7 +17,7 @@ from scalar.data.dataset_writer import refuse_dataset, write_dataset
 from scalar.data.located_table import check_cells
 from scalar.data.references import check_references, references_layout
 from scalar.data.table_consistency import check_points, check_poses, points_layout, poses_layout
-from scalar.data.unit_suspicions import suspect_joint_angles, suspect_marks, suspect_points
+from scalar.data.unit_suspicions import suspect_joint_angles, suspect_points
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.imported_table import ImportedTable, by_file
 from scalar.ingest.mapping import MappingFile
@@ -100,7 +100,6 @@ def _check(
             check_points(points, poses, layout, faults)
             for part in by_file(points):
                 suspect_points(part, layout, faults)
-                suspect_marks(part, layout, faults)
 
 
 def _write(

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from scalar.data.dataset import Dataset
+from scalar.estimation.misfit import excess_factor
 from scalar.estimation.result import Calibration
 from scalar.planning.candidates import Candidates
 from scalar.planning.defaults import FURTHER_POSES
-from scalar.planning.questions import Pair, open_pairs, open_questions
+from scalar.planning.questions import Pair, open_questions
 from scalar.planning.separation import ANSWERED, Answer, separating_poses
 from scalar.planning.workcell import Workcell
 
@@ -37,7 +36,7 @@ def poses_after(
     found: Candidates,
     dataset: Dataset,
     calibration: Calibration,
-    diagnosis: Mapping[str, Any],
+    left_open: tuple[list[Pair], list[str]],
     count: int = FURTHER_POSES,
 ) -> After:
     """Return which candidates to add after a diagnosis, and what they tell; none where it left nothing open that poses answer.
@@ -47,27 +46,14 @@ def poses_after(
         found: The candidates.
         dataset: That was diagnosed.
         calibration: The one after the diagnosis.
-        diagnosis: Content of ``diagnosis.json``.
+        left_open: What the diagnosis left open, as ``open_pairs`` returns it.
         count: How many poses.
     """
-    pairs, not_by_poses = open_pairs(diagnosis, calibration.model.effects, dataset)
-    return poses_for(cell, found, dataset, calibration, pairs, not_by_poses, count)
-
-
-def poses_for(
-    cell: Workcell,
-    found: Candidates,
-    dataset: Dataset,
-    calibration: Calibration,
-    pairs: list[Pair],
-    not_by_poses: list[str],
-    count: int = FURTHER_POSES,
-) -> After:
-    """Return the same as ``poses_after``, given what the diagnosis left open as ``open_pairs`` returns it."""
+    pairs, not_by_poses = left_open
     if not pairs:
         return After([], [], [], not_by_poses)
-    misfit = max(float(calibration.summary.get("misfit", 1.0)), 1.0)
-    what = open_questions(cell, pairs, dataset, cell.dataset(found.q, found.plane), misfit)
+    candidates = cell.dataset(found.q, found.plane)
+    what = open_questions(cell, pairs, dataset, candidates, excess_factor(calibration.summary))
     chosen, answers = separating_poses(what.questions, what.start, what.rows, count)
     return After(chosen, pairs, answers, not_by_poses)
 

@@ -16,13 +16,14 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.effects import Effect
-from scalar.estimation.displacement import displacement_columns
+from scalar.estimation.displacement import displacement_columns, position_std
+from scalar.estimation.misfit import excess_factor
 from scalar.estimation.model import Model
 from scalar.estimation.random_poses import limits_or_seen, poses_within_limits
 from scalar.estimation.result import Calibration
 from scalar.geometry.se3 import Array
 from scalar.planning.information import linearised_at, prior_std, whitened_rows
-from scalar.planning.questions import Pair, open_pairs, same_effect, with_whole
+from scalar.planning.questions import Pair, open_pairs, with_whole, with_zero
 
 _N_POSES, _SEED = 500, 20240  # random poses at which predictions count
 
@@ -57,14 +58,9 @@ def left_open(
         return None
     base = with_whole(calibration.model.effects, pairs)
     rivals = [pair.effect if pair.rival is None else pair.rival for pair in pairs]
-    more: list[Effect] = []
-    for effect in rivals:
-        if not any(same_effect(effect, other) for other in (*base, *more)):
-            more.append(effect.with_coefficients(0 * effect.coefficients))
-    model = replace(calibration.model, effects=(*base, *more))
+    model = replace(calibration.model, effects=with_zero(base, rivals))
     residuals, here = linearised_at(model, dataset)
-    misfit = max(float(calibration.summary.get("misfit", 1.0)), 1.0)
-    rows = whitened_rows(residuals, here, repeatability) / misfit
+    rows = whitened_rows(residuals, here, repeatability) / excess_factor(calibration.summary)
     prior = _priors(here, calibration)
     free = prior > 0
     scaled = rows[:, :, free].reshape(-1, int(free.sum())) * prior[free]
@@ -72,8 +68,7 @@ def left_open(
     limits = limits_or_seen(here.nominal.limits, dataset.q)
     anywhere = poses_within_limits(limits, residuals.poses, _N_POSES, _SEED)
     columns = displacement_columns(here, anywhere)[:, free] * prior[free]
-    variance = float(np.sum((columns @ covariance) * columns)) / _N_POSES
-    return LeftOpen(float(np.sqrt(variance)), tuple(pair.effect for pair in pairs))
+    return LeftOpen(position_std(columns, covariance), tuple(pair.effect for pair in pairs))
 
 
 def _on_the_arm(pair: Pair) -> bool:

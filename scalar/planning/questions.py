@@ -111,11 +111,8 @@ def open_questions(
         misfit: Ratio of the residual to the stated noise, by which the information of all poses is reduced.
     """
     base = with_whole(cell.model.effects, pairs)
-    more: list[Effect] = []
-    for effect in (e for pair in pairs for e in (pair.effect, pair.rival) if e is not None):
-        if not any(same_effect(effect, other) for other in (*base, *more)):
-            more.append(effect.with_coefficients(0 * effect.coefficients))
-    model = replace(cell.model, effects=(*base, *more))
+    asked_for = [e for pair in pairs for e in (pair.effect, pair.rival) if e is not None]
+    model = replace(cell.model, effects=with_zero(base, asked_for))
     measured = replace(dataset, sensor=cell.sensor, planes=cell.planes)
     (old, names), (new, names_new) = (_rows(model, d, cell.repeatability) for d in (measured, candidates))
     all_names = list(dict.fromkeys([*names, *names_new]))
@@ -162,6 +159,15 @@ def with_whole(effects: Sequence[Effect], pairs: Sequence[Pair]) -> tuple[Effect
         next((wide for wide in asked_for if whole(effect, [wide]) is not effect), effect)
         for effect in effects
     )
+
+
+def with_zero(base: Sequence[Effect], further: Sequence[Effect]) -> tuple[Effect, ...]:
+    """Return effects, followed by those of further ones that are not among them, with coefficients of zero, each once."""
+    effects = list(base)
+    for effect in further:
+        if not any(same_effect(effect, other) for other in effects):
+            effects.append(effect.with_coefficients(0 * effect.coefficients))
+    return tuple(effects)
 
 
 def _least(rows: Array, found: Array) -> Array:

@@ -13,6 +13,7 @@ from scalar.errors import InvalidInput
 from scalar.planning.after import After, outcome, poses_after
 from scalar.planning.candidates import draw_candidates
 from scalar.planning.defaults import FURTHER_POSES, N_CANDIDATES, REPEATABILITY
+from scalar.planning.questions import open_pairs
 from scalar.planning.separation import ANSWERED, Answer
 from scalar.planning.workcell import Workcell
 from scalar.report.words import quoted
@@ -67,4 +68,5 @@ def _after(diagnosis: Diagnosis) -> After | None:
         found = draw_candidates(cell, N_CANDIDATES, np.random.default_rng(0))
     except InvalidInput:
         return None
-    return poses_after(cell, found, dataset, calibration, plain(diagnosis.to_mapping()))
+    left_open = open_pairs(plain(diagnosis.to_mapping()), calibration.model.effects, dataset)
+    return poses_after(cell, found, dataset, calibration, left_open)

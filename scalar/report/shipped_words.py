@@ -79,12 +79,15 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
         ]
     judged = diagnosis.halves if diagnosis.outer is None else diagnosis.outer
     if shipped.decided_by == "unseen" and judged is not None:
-        poses, errors = "poses that took no part in the diagnosis", judged.errors
+        poses, errors = "poses that took no part in the diagnosis", [e.rms for e in judged.errors]
     elif shipped.decided_by == "regions" and shipped.regions is not None:
-        poses, errors = "regions of the joint space that are held out as a whole", shipped.regions
+        poses, errors = (
+            "regions of the joint space that are held out as a whole",
+            [e.rms for e in shipped.regions],
+        )
     else:
-        poses, errors = "poses held out from the fit", (shipped.held_out, shipped.effects_held_out)
-    without, with_effects = (number(error.rms / MM) for error in errors)
+        poses, errors = "poses held out from the fit", [shipped.held_out.rms, shipped.rms_with_equal_weights]
+    without, with_effects = (number(rms / MM) for rms in errors)
     return [
         f"after.json is the model without effects, because with them {poses} are predicted worse ({with_effects} mm RMS, "
         f"{without} mm without). The effects are findings only, and nothing is corrected for them."

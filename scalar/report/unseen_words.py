@@ -54,7 +54,8 @@ def _halves(mapping: Mapping[str, Any]) -> list[str]:
         return []
     without, effects = (number(halves[f"{which}_effects_rms_mm"]) for which in ("without", "with"))
     return [
-        "Similar poses still err alike with the effects in the model, so poses held out from the fit say too little. The whole diagnosis was "
+        "Errors of similar poses are still correlated with the effects in the model, so poses held out from the fit say too little. The whole "
+        "diagnosis was "
         f"therefore run on each half of the poses: the other half is predicted to {effects} mm RMS with the effects found there, and to {without} mm "
         "without. The error stated for held-out poses is that of these runs where it is larger, corrected for the smaller number of poses. A name "
         "that only one of the halves shows has a confidence of at most 50 %, and one that neither shows of at most 25 %."

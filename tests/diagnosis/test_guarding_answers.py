@@ -125,7 +125,7 @@ def test_noises_of_nearly_the_same_likelihood_are_confounded():
     given: Any = SimpleNamespace(
         noise=noise,
         after=SimpleNamespace(settings=DEFAULTS),
-        shipped=SimpleNamespace(disagreement=None, effects_held_out=rms),
+        shipped=SimpleNamespace(rms_with_equal_weights=rms.rms, effects_held_out=rms),
         noise_grounds=SimpleNamespace(to_mapping=dict),
         noise_confidence=0.9,
         _noise_selected_in=None,

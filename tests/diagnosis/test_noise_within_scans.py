@@ -1,4 +1,4 @@
-"""A scanner whose points err alike, or a surface of waves, is no effect of the arm, hides none, and leaves ideal data as they were."""
+"""Errors correlated along a scan, or a surface of waves, are no effect of the arm and hide none; ideal data are left as they were."""
 
 from dataclasses import replace
 from importlib import import_module

@@ -15,7 +15,12 @@ from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors
 from scalar.diagnosis.outer_split import Answer, OuterSplit
 from scalar.diagnosis.settings import DEFAULTS
-from scalar.diagnosis.two_halves import errs_alike, limited_by_halves, most_confidence, two_halves
+from scalar.diagnosis.two_halves import (
+    limited_by_halves,
+    most_confidence,
+    residuals_are_correlated,
+    two_halves,
+)
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.report.unseen_words import unseen_sentences
@@ -52,17 +57,19 @@ def halves_of(errors: HeldOutErrors, factors: tuple[float, float], chosen: tuple
 
 def test_independent_residuals_need_no_halves():
     """Noise alone: similar poses err no more alike than others. A joint's error that the model lacks: they do."""
-    assert not errs_alike(fitted(Flaws()))
-    assert errs_alike(fitted(Flaws(joints=on_joint(3, lambda at: 1e-3 * np.sin(3 * at.q[:, 2])))))
+    assert not residuals_are_correlated(fitted(Flaws()))
+    assert residuals_are_correlated(
+        fitted(Flaws(joints=on_joint(3, lambda at: 1e-3 * np.sin(3 * at.q[:, 2]))))
+    )
 
 
 @pytest.mark.parametrize(
     ("effects", "equations", "judged"), [(1, 80.0, True), (0, 80.0, False), (1, 79.0, False)]
 )
 def test_halves_judge_what_was_chosen_from_enough_poses(monkeypatch, effects, equations, judged):
-    """What nobody chose needs no judge; and a half with fewer than four equations for each of ten parameters shows no effects, true or not."""
+    """Without effects no halves are run; and a half with fewer than four equations for each of ten parameters shows no effects, true or not."""
     module = sys.modules["scalar.diagnosis.two_halves"]
-    monkeypatch.setattr(module, "errs_alike", lambda state: True)
+    monkeypatch.setattr(module, "residuals_are_correlated", lambda state: True)
     monkeypatch.setattr(module, "moving_joints", lambda state: None)
     monkeypatch.setattr(module, "outer_split", lambda *_: SimpleNamespace(answers=("one", "other")))
     measurement = SimpleNamespace(equations=np.array([equations / 2, equations / 2]))

@@ -57,7 +57,8 @@ class Case:
             ROBOT, self.dataset.sensor, (), self.calibration, repeatability=2e-5, same_campaign=True
         )
         found = draw_candidates(cell, 200, np.random.default_rng(0))
-        return poses_after(cell, found, self.dataset, self.calibration, self.diagnosis)
+        left = open_pairs(self.diagnosis, self.calibration.model.effects, self.dataset)
+        return poses_after(cell, found, self.dataset, self.calibration, left)
 
 
 def case(width: float) -> Case:

@@ -21,6 +21,7 @@ from scalar.effects.picture import Map, Profile
 from scalar.planning.after import outcome, poses_after
 from scalar.planning.candidates import draw_candidates
 from scalar.planning.defaults import N_CANDIDATES, REPEATABILITY
+from scalar.planning.questions import open_pairs
 from scalar.planning.workcell import Workcell
 from scalar.report import render_report, words
 from scalar.report.further_poses import in_words
@@ -280,7 +281,9 @@ def test_the_report_says_of_further_poses_what_the_plan_says(found: Diagnosis) -
         same_campaign=True,
     )
     poses = draw_candidates(cell, N_CANDIDATES, np.random.default_rng(0))
-    after = poses_after(cell, poses, found.dataset, doubted.calibration_after, plain(doubted.to_mapping()))
+    calibration = doubted.calibration_after
+    left = open_pairs(plain(doubted.to_mapping()), calibration.model.effects, found.dataset)
+    after = poses_after(cell, poses, found.dataset, calibration, left)
     answer = next(a for p, a in zip(after.pairs, after.answers, strict=True) if p.rival is not None)
     assert outcome(answer).replace("->", "→") in in_words(doubted, doubted.findings[0])
     told = caution(doubted, doubted.findings[0])

@@ -45,7 +45,7 @@ def scene_with(scanner=None, surface=None, **changes):
 
 @pytest.mark.parametrize("size", [2.0, 5.0, 12.0])
 def test_speckle_is_alike_within_its_size_and_not_beyond(size):
-    """Pixels half a speckle apart err alike, pixels farther apart than two do not: the aperture lets no finer detail through."""
+    """Pixels half a speckle apart have correlated errors, pixels farther apart than two do not: the aperture lets no finer detail through."""
     errors = lines(size)
     assert autocorrelation(errors, max(1, round(size / 2))) > 0.2
     beyond = [abs(autocorrelation(errors, round(size * times))) for times in (2.5, 3.5)]
@@ -53,7 +53,7 @@ def test_speckle_is_alike_within_its_size_and_not_beyond(size):
 
 
 def test_correlation_grows_with_the_speckle_over_the_pixel():
-    """Neighbouring pixels of fine speckle are independent; the coarser the speckle, the more they err alike."""
+    """Neighbouring pixels of fine speckle are independent; the coarser the speckle, the more their errors correlate."""
     neighbours = [autocorrelation(lines(size, count=30), 1) for size in (0.25, 1.0, 3.0, 10.0)]
     assert abs(neighbours[0]) < 0.15
     assert neighbours == sorted(neighbours)

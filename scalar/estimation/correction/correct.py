@@ -9,7 +9,7 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.estimation.correction.inverse import Inverse, twist_to
 from scalar.estimation.correction.settings import CorrectionSettings
-from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.displacement import kinematics_at
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
 from scalar.geometry.se3 import Array, inverse
@@ -52,7 +52,7 @@ def correct_joints(model: Model, poses: Poses, settings: CorrectionSettings | No
         InvalidInput: A column that an effect needs is missing.
     """
     settings = settings or CorrectionSettings()
-    now = _kinematics(model, poses)
+    now = kinematics_at(model, poses)
     T_sensor = (
         model.T_flange_sensor @ inverse(now.T_base_mount) @ now.T_base_sensor
     )  # with what effects do to it
@@ -74,7 +74,7 @@ def kept_as_given(model: Model, poses: Poses, found: Correction) -> Correction:
         found: What it gave.
     """
     left = np.flatnonzero(~found.reached)
-    standing = _kinematics(model, _picked(poses, left)).T_base_sensor
+    standing = kinematics_at(model, _picked(poses, left)).T_base_sensor
     off = twist_to(standing, found.T_wanted[left], small=False)
     q, position, orientation = found.q.copy(), found.position_error.copy(), found.orientation_error.copy()
     q[left] = poses.q[left]
@@ -107,7 +107,7 @@ def correct_frames(
 
     def solver(part: Poses) -> Inverse:
         def standing(q: Array, index: Array) -> Kinematics:
-            return _kinematics(model, replace(_picked(part, index), q=q))
+            return kinematics_at(model, replace(_picked(part, index), q=q))
 
         return Inverse(standing, model.nominal, settings)
 
@@ -130,10 +130,6 @@ def correct_frames(
         beyond_limits=(q < limits[:, 0]) | (q > limits[:, 1]),
         near_singular=singular_value < settings.near_singular,
     )
-
-
-def _kinematics(model: Model, poses: Poses) -> Kinematics:
-    return Kinematics.of(model, poses, EffectBases.of(model.nominal, poses, model.effects))
 
 
 def _picked(poses: Poses, index: Array | slice) -> Poses:

@@ -21,6 +21,7 @@ from scalar.data.io.atomic import plain
 from scalar.diagnosis import diagnose
 from scalar.effects import Effect
 from scalar.errors import ScalarError
+from scalar.estimation.misfit import excess_factor
 from scalar.geometry.se3 import Array
 from scalar.planning.questions import Pair, open_pairs, open_questions, with_doubtful
 from scalar.planning.separation import ANSWERED, noncentralities, separating_poses
@@ -143,9 +144,8 @@ def _pairs_of_set(
     pool = np.setdiff1d(np.arange(every.n_poses), first)
     view = View(points=config["sensor"]["points_per_scan"])
     cell = Workcell.of(every.robot, every.sensor, every.planes, calibration, view, same_campaign=True)
-    misfit = max(float(calibration.summary.get("misfit", 1.0)), 1.0)
     candidates = cell.dataset(every.q[pool], every.plane_index[pool])
-    what = open_questions(cell, pairs, dataset, candidates, misfit)
+    what = open_questions(cell, pairs, dataset, candidates, excess_factor(calibration.summary))
     chosen, answers = separating_poses(what.questions, what.start, what.rows, sizes.further)
     rng = np.random.default_rng([wanted.seed, sizes.further])
     drawn = rng.choice(len(pool), sizes.further, replace=False)
