@@ -127,7 +127,7 @@ class FittedState:
     @property
     def is_rounding(self) -> bool:
         """Return whether the residual is so small that it consists of rounding errors, whose structure means nothing."""
-        return self.background().variance < self.settings.selection.rounding
+        return self.background().variance < self.settings.selection.rounding_variance
 
     @property
     def is_plausible(self) -> bool:

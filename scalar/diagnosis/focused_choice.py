@@ -78,10 +78,11 @@ def focused_choice(after: FittedState) -> FocusedChoice:
 
     Effects are left out one after the other as long as the expected error falls; in each step the one is left out without which the error is
     smallest. This is done twice: from the effects that were found, and from these together with the nuisances. The better of the two results is
-    chosen if its error within the joint limits is clearly smaller than with all effects that were found (``settings.shipped_fit.nearer``), and if its
-    errors are no larger within the measured ranges of the joints, nor at the measured poses; else all effects that were found are kept. The two
-    conditions keep a correction that is uncertain only where nobody has measured. The ranges alone are not enough: poses that press a tool on target
-    planes, for example, fill a small part of the ranges, and predictions for the rest are not determined.
+    chosen if two conditions hold: its error within the joint limits is clearly smaller than with all effects that were found
+    (``settings.shipped_fit.clearly_smaller_error``), and its errors are no larger within the measured ranges of the joints and at the measured poses.
+    Else all effects that were found are kept. The second condition keeps a correction that is uncertain only where nothing was measured. The ranges
+    alone are not enough for it: poses that press a tool on target planes, for example, fill a small part of the ranges, and predictions for the rest
+    are not determined.
 
     Finally, no effect is shipped if the error remains above ``settings.shipped_fit.worth_correcting`` times that of the model without effects, both
     within the joint limits and at the measured poses.
@@ -104,7 +105,7 @@ def focused_choice(after: FittedState) -> FocusedChoice:
         key=lambda kept: wide.errors(kept)[LIMITS],
     )
     errors, without = wide.errors(kept), wide.errors(())
-    if errors[LIMITS] > settings.nearer * with_all[LIMITS] or not _no_worse(errors, with_all):
+    if errors[LIMITS] > settings.clearly_smaller_error * with_all[LIMITS] or not _no_worse(errors, with_all):
         kept, errors = found, with_all
     if all(errors[k] > settings.worth_correcting * without[k] for k in (LIMITS, MEASURED)):
         kept, errors = (), without

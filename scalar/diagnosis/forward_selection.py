@@ -52,7 +52,7 @@ def _best(state: FittedState, columns: CandidateColumns) -> list[Scored]:
     background, settings = state.background(), state.settings.selection
     significant = [
         e
-        for e in rank(state, background, columns, settings.tried)
+        for e in rank(state, background, columns, settings.most_candidates_tried)
         if e.p_value <= settings.alpha_named_effect and e.evidence > 0
     ]
     return sorted((refined(state, background, e) for e in significant), key=lambda entry: -entry.evidence)

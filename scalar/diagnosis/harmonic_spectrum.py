@@ -87,7 +87,7 @@ def _with_more(state: FittedState, named: CandidateSet) -> FittedState:
     for _ in range(state.settings.selection.max_effects):
         scored = as_whitened(state)
         ranking = rank(scored, scored.background(), CandidateColumns(scored, rest))
-        for entry in ranking[: state.settings.selection.tried]:
+        for entry in ranking[: state.settings.selection.most_candidates_tried]:
             if entry.p_value > state.settings.selection.alpha_named_effect or entry.evidence <= 0:
                 return state
             trial = state.refitted(merged(state.effects, entry.effect))

@@ -76,7 +76,7 @@ def blocks(q: Array, settings: HoldOutSettings = DEFAULTS.hold_out) -> tuple[Arr
 def moving_joints(state: FittedState) -> Array:
     """Return whether each joint moves what is measured, ``(n,)`` bool."""
     sizes = state.rows.derivatives_by_joint(state.residuals, state.model)
-    return sizes >= state.settings.hold_out.still
+    return sizes >= state.settings.hold_out.least_derivative
 
 
 def blocks_of(state: FittedState) -> tuple[Array, Array]:
@@ -168,12 +168,12 @@ def improvement(before: HeldOutErrors, after: HeldOutErrors) -> float:
     """Return by how many standard errors the held-out error falls; blocks are the independent samples.
 
     One block that the other poses hardly determine may gain more than all others together, and its scatter then hides their gain.
-    The fall is therefore also computed with the gain of a block limited to ``most_gain`` times the median change, and losses in full; the
+    The fall is therefore also computed with the gain of a block limited to ``most_gain_of_block`` times the median change, and losses in full; the
     larger of the two is returned.
     """
     n = int(before.block.max()) + 1
     per_block = np.bincount(before.block, weights=before.whitened - after.whitened, minlength=n)
-    usual = np.minimum(per_block, before.settings.most_gain * float(np.median(np.abs(per_block))))
+    usual = np.minimum(per_block, before.settings.most_gain_of_block * float(np.median(np.abs(per_block))))
     return max(_in_standard_errors(per_block), _in_standard_errors(usual))
 
 

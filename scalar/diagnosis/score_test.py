@@ -60,7 +60,7 @@ class Background:
         """
         norms = np.linalg.norm(jacobian, axis=0)
         scale = np.where(norms > 0, norms, 1.0)
-        Q, R = _triangular(jacobian / scale, settings.independent)
+        Q, R = _triangular(jacobian / scale, settings.rank_tolerance)
         R = R * scale
         along = Q.T @ residual
         rest = residual - Q @ along
@@ -83,7 +83,7 @@ class Background:
         norms = np.linalg.norm(others, axis=0)
         pivoted: Any = linalg.qr(others / np.where(norms > 0, norms, 1.0), pivoting=True)
         basis, triangle, _ = pivoted
-        freed = basis[:, np.count_nonzero(np.abs(np.diag(triangle)) > self.settings.independent) :]
+        freed = basis[:, np.count_nonzero(np.abs(np.diag(triangle)) > self.settings.rank_tolerance) :]
         gained = freed.T @ (self.along - self.R[:, removed] @ coefficients)
         released = self.Q @ freed
         residual = self.residual + (released @ gained).reshape(self.residual.shape)
@@ -101,15 +101,15 @@ class Background:
         return self.sum_of_squares / self.degrees_of_freedom
 
 
-def _triangular(columns: Array, independent: float) -> tuple[Array, Array]:
+def _triangular(columns: Array, tolerance: float) -> tuple[Array, Array]:
     """Return Q ``(n, F)``, an orthonormal basis of columns ``(n, K)`` of unit or no length, and R ``(F, K)`` with ``columns = Q R``."""
     Q, R = np.linalg.qr(columns)
-    if np.all(np.abs(np.diag(R)) > independent):
+    if np.all(np.abs(np.diag(R)) > tolerance):
         return Q, R
     # Without pivoting, a column that adds no direction would occupy a column of Q, and later columns would be expressed by it.
     pivoted: Any = linalg.qr(columns, mode="economic", pivoting=True)
     Q, R, order = pivoted
-    rank = np.count_nonzero(np.abs(np.diag(R)) > independent)
+    rank = np.count_nonzero(np.abs(np.diag(R)) > tolerance)
     back = np.empty_like(order)
     back[order] = np.arange(len(order))
     return Q[:, :rank], R[:rank, back]
@@ -220,10 +220,10 @@ def observable_share(
 
 def in_prior_units(background: Background, squared_lengths: Array, prior_std: Array) -> Array:
     """Return the factor ``(e,)`` on each column: the prior standard deviation of its coefficient, or many standard errors if it has no prior."""
-    unbounded = background.settings.unbounded * np.sqrt(
+    without_prior = background.settings.std_without_prior * np.sqrt(
         background.variance / np.maximum(squared_lengths, 1e-300)
     )
-    return np.where(np.isfinite(prior_std), prior_std, unbounded)
+    return np.where(np.isfinite(prior_std), prior_std, without_prior)
 
 
 def shrunk_gain(grams: Array, projections: Array) -> tuple[Array, Array]:

@@ -140,7 +140,7 @@ def shipped_fit(
             apart > settings.beyond_chance * error,
         )
         decided_by = "predicted_std"
-        if of_weighted.std < settings.surer * of_equal.std:
+        if of_weighted.std < settings.clearly_smaller_std * of_equal.std:
             fit, held_out = BY_COMPONENT, weighted
     effects_fit, effects_held_out = fit, held_out
     regions = None

@@ -71,7 +71,7 @@ def best_subset(state: FittedState, candidates: CandidateSet) -> tuple[Effect, .
         n_needed += [fewer.evidence < complete.evidence for fewer in each_left_out]
     effects: tuple[Effect, ...] = ()
     for effect, count in zip(elements.effects, n_needed, strict=True):
-        if count >= state.settings.subset_search.stable * len(np.unique(fold)):
+        if count >= state.settings.subset_search.stable_share * len(np.unique(fold)):
             effects = merged(effects, effect)
     return effects
 

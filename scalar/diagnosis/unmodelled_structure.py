@@ -79,13 +79,13 @@ def _ranked(
     state: FittedState, backgrounds: Sequence[Background], pools: Sequence[CandidateSet]
 ) -> list[list[Scored]]:
     """Return for each background the best few of all flexible terms, best first."""
-    looked_at = state.settings.flexible_terms.looked_at
+    most = state.settings.flexible_terms.most_terms_tried
     found: list[list[Scored]] = [[] for _ in backgrounds]
     for pool in pools:
         columns = CandidateColumns(state, pool)
         for entries, background in zip(found, backgrounds, strict=True):
-            entries += rank(state, background, columns, looked_at)
-    return [sorted(entries, key=lambda entry: -entry.evidence)[:looked_at] for entries in found]
+            entries += rank(state, background, columns, most)
+    return [sorted(entries, key=lambda entry: -entry.evidence)[:most] for entries in found]
 
 
 def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -> list[list[float]]:
@@ -104,7 +104,7 @@ def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -
     ranked = _ranked(state, backgrounds, pools)
     for i, background, entries in zip(named, backgrounds, ranked, strict=True):
         entries = entries + _imitating(state, background, state.effects[i])
-        price = state.settings.flexible_terms.better_than_a_name + 0.5 * float(
+        price = state.settings.flexible_terms.replacement_margin + 0.5 * float(
             np.log(background.degrees_of_freedom)
         )
         found[i] = [refined(state, background, entry).evidence - price for entry in entries]
@@ -152,17 +152,17 @@ def _with_replacement(
         # Several terms together are tried only if they begin with the best one, since each attempt refits everything several times, and not
         # in the place of a spectrum of many orders.
         together_from = None
-        if imitated is not None and own.dof <= settings.most_imitated:
+        if imitated is not None and own.dof <= settings.most_coefficients_imitated:
             together_from = max(entries, key=lambda entry: entry.evidence, default=None)
         for entry in entries:
             # If the named effect has more coefficients, the first flexible term need explain only its share: others may join it.
-            shapes = 1 + settings.more_shapes if entry is together_from and own.dof > entry.dof else 1
-            if entry.evidence < settings.hopeless * own.evidence / shapes:
+            shapes = 1 + settings.most_further_shapes if entry is together_from and own.dof > entry.dof else 1
+            if entry.evidence < settings.least_share_to_refine * own.evidence / shapes:
                 continue
             best = refined(state, without, entry)
             trial = state.refitted(merged(others, best.effect))
             better = best.evidence - own.evidence
-            if entry is together_from and imitated is not None and better <= settings.better_than_a_name:
+            if entry is together_from and imitated is not None and better <= settings.replacement_margin:
                 several, evidence = _with_partial_imitators(trial, imitated)
                 if evidence - own.evidence > better:
                     trial, better = several, evidence - own.evidence
@@ -170,12 +170,12 @@ def _with_replacement(
             worse = improvement(
                 held_out_errors(trial, state.whitening), held_out_errors(state, state.whitening)
             )
-            if better <= settings.better_than_a_name or worse >= state.settings.selection.least_improvement:
+            if better <= settings.replacement_margin or worse >= state.settings.selection.least_improvement:
                 continue
             # The scores above are those of the terms that are exchanged, linearised at the model with the names. After the refit, the whole model
             # has to explain the data better by the same margin.
             gain = _evidence_of(trial, named, pools) - _evidence_of(state, named, pools)
-            if gain > settings.better_than_a_name:
+            if gain > settings.replacement_margin:
                 return trial
     return None
 
@@ -201,7 +201,7 @@ def _with_partial_imitators(state: FittedState, imitated: Effect) -> tuple[Fitte
     pools = _in_parts(imitated.partial_imitators(state.dataset))
     first = len(state.effects) - 1
     best, evidence = state, -np.inf
-    for _ in range(state.settings.flexible_terms.more_shapes):
+    for _ in range(state.settings.flexible_terms.most_further_shapes):
         background = state.background()
         more = refined(state, background, _ranked(state, [background], pools)[0][0])
         if more.evidence <= 0:
@@ -258,7 +258,7 @@ def _minor_names_dropped(state: FittedState) -> FittedState:
     """Return a state without named effects that explain little compared with the unmodelled structure: they are as likely a part of it.
 
     The unmodelled structure is what the flexible terms explain, and a variance component if residuals are autocorrelated. If it varies with
-    time, a change in time has to explain more than all of it; any other named effect has to explain the share ``minor`` of it.
+    time, a change in time has to explain more than all of it; any other named effect has to explain the share ``minor_share`` of it.
     """
     plain = state.background_within_scans()
     flexible_terms = [i for i, effect in enumerate(state.effects) if effect.flexible]
@@ -273,7 +273,7 @@ def _minor_names_dropped(state: FittedState) -> FittedState:
         for i, effect in enumerate(state.effects)
         if i not in flexible_terms
         and _explained(state, plain, [i])
-        < (1.0 if varies_in_time and effect.is_change_in_time else state.settings.flexible_terms.minor)
+        < (1.0 if varies_in_time and effect.is_change_in_time else state.settings.flexible_terms.minor_share)
         * unexplained
     ]
     if not minor:

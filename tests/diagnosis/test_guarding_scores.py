@@ -41,14 +41,14 @@ def test_a_column_of_rounding_adds_no_direction():
     first, other = np.linalg.qr(np.random.default_rng(1).standard_normal((120, 2)))[0].T
     columns = np.column_stack([first, first + 1.5e-10 * other])
     assert background(SCORE, columns).degrees_of_freedom == 118
-    assert background(doubled(SCORE, "independent"), columns).degrees_of_freedom == 119
+    assert background(doubled(SCORE, "rank_tolerance"), columns).degrees_of_freedom == 119
 
 
 def test_a_coefficient_without_a_prior_is_given_a_wide_one():
     """Its prior standard deviation is that many of its standard errors; what has a prior keeps it."""
     sizes, squared = np.array([np.inf, 0.3]), np.array([4.0, 4.0])
     usual, wider = (
-        in_prior_units(background(s), squared, sizes) for s in (SCORE, doubled(SCORE, "unbounded"))
+        in_prior_units(background(s), squared, sizes) for s in (SCORE, doubled(SCORE, "std_without_prior"))
     )
     np.testing.assert_allclose(wider / usual, [2.0, 1.0])
     # A thousand standard errors: an estimate is shrunk by a millionth.
@@ -99,7 +99,7 @@ def test_what_one_block_gains_counts_for_so_many_times_the_usual():
     drop = np.r_[np.ones(19) + 0.2 * np.tile([1, -1], 10)[:19], 8.0]
     usual, wide = (
         improvement(errors(drop + 5, settings=s), errors(np.full(20, 5.0)))
-        for s in (HOLD_OUT, doubled(HOLD_OUT, "most_gain"))
+        for s in (HOLD_OUT, doubled(HOLD_OUT, "most_gain_of_block"))
     )
     assert usual > wide
 

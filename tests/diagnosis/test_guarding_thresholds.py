@@ -179,7 +179,7 @@ def test_what_rounding_leaves_is_not_looked_into(monkeypatch):
     searched: list[Any] = []
     monkeypatch.setattr(forward_selection, "CandidateColumns", lambda state, candidates: None)
     monkeypatch.setattr(forward_selection, "_better", lambda state, columns, refused: searched.append(state))
-    for settings, times in ((DEFAULTS.selection, 1), (doubled(DEFAULTS.selection, "rounding"), 1)):
+    for settings, times in ((DEFAULTS.selection, 1), (doubled(DEFAULTS.selection, "rounding_variance"), 1)):
         state: Any = SimpleNamespace(
             background=lambda: SimpleNamespace(variance=1.5e-4), settings=SimpleNamespace(selection=settings)
         )

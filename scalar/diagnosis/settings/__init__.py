@@ -1,8 +1,8 @@
 """The thresholds of the diagnosis in one frozen object: each with its unit, its meaning, and its source or the reason for its size.
 
-A file holds the groups of one stage. The thresholds of the estimator, gross errors among them, are a part of the object. What belongs to one
-effect (where its candidates stand, how large it usually is) is said in that effect's own file. Grids of what is tried are no thresholds: a
-finer one finds the same, more slowly.
+Each file of this folder holds the groups of thresholds of one stage. The thresholds of the estimator, for example those of gross errors, are the
+group ``estimation``. Numbers that belong to one effect (the grid of its candidates, its natural size) are in that effect's own file. Grids of
+candidates are not thresholds, because a finer grid gives the same results, only more slowly.
 ``snakemake sensitivity`` halves and doubles every threshold and tabulates what changes.
 """
 
@@ -50,7 +50,19 @@ class Settings:
     """All thresholds of a diagnosis.
 
     Attributes:
-        estimation: Gross errors, sufficiency, identifiability, fits.
+        estimation: Gross errors, whether the data suffice, identifiability, and fits.
+        score_test: The score of a candidate without a refit.
+        hold_out: Held-out poses, and when their errors differ.
+        selection: When an effect is added, replaced or dropped.
+        subset_search: The comparison of whole sets of effects.
+        flexible_terms: Flexible terms for unmodelled structure.
+        spectrum: When a joint has all orders at once.
+        variance_components: Random errors of whole poses.
+        autocorrelation: When residuals of neighbouring poses are autocorrelated.
+        observability: When an effect is unobservable.
+        naming: When a finding is given a name.
+        shipped_fit: Which fit is written to ``after.json``.
+        outer_split: Which findings the runs without a part of the poses confirm.
     """
 
     estimation: EstimationSettings = ESTIMATION_DEFAULTS

@@ -1,4 +1,4 @@
-"""Thresholds for what is reported with the answers: unobservable effects, and which fit is shipped."""
+"""Thresholds of what is reported and shipped: unobservable effects, doubtful names, the shipped fit, and the outer split."""
 
 from __future__ import annotations
 
@@ -9,51 +9,53 @@ from scalar.estimation.settings import setting
 
 @dataclass(frozen=True)
 class ObservabilitySettings:
-    """When an effect is declared unobservable."""
+    """When an effect is reported as unobservable."""
 
     unobservable: float = setting(
-        0.01, "of a column's length", "an effect with less left, given the model, leaves no residual",
-        "chosen: an effect of usual size, tenths of a millimetre, then leaves micrometres",
+        0.01, "of a column's length", "an effect is unobservable if the other parameters absorb all but a smaller share of each of its columns",
+        "chosen: an effect of natural size, tenths of a millimetre, then leaves micrometres in the residual",
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class NamingSettings:
-    """When what was found is given a name."""
+    """When a finding is given a name."""
 
     least_confidence: float = setting(
-        0.5, "of 1", "a name with less confidence is not given, and what was found is unattributed",
-        "Bayes' rule where a wrong name costs as much as a missing one: a name has to be likelier right than wrong",
+        0.5, "of 1", "a finding with less confidence is not given its name and is reported as unattributed",
+        "Bayes' decision rule if a wrong name costs as much as a missing one: a name has to be more probably right than wrong",
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class ShippedFitSettings:
-    """Which fit becomes ``after.json``."""
+    """Which fit is written to ``after.json``."""
 
     beyond_chance: float = setting(
-        2.0, "standard errors", "by which the predictions of two fits have to differ to count as different",
-        "the usual two, poses being the samples",
+        2.0, "standard errors", "the predictions of two fits differ significantly if their difference is larger than this",
+        "the usual two; the poses are the independent samples",
     )  # fmt: skip
-    surer: float = setting(
-        0.7, "of the standard error of a prediction", "that the weights of a variance component may leave at most, or equal weights are used",
-        "one over the root of two, half the variance: both standard errors are estimated from few poses, and vary by tens of percent",
+    clearly_smaller_std: float = setting(
+        0.7, "of the standard error of a prediction", "the weights of a variance component are used only if the standard error with them is smaller "
+        "than this share of that with equal weights",
+        "one over the root of two, half the variance: both standard errors are estimated from few poses, and are uncertain by tens of percent",
     )  # fmt: skip
-    nearer: float = setting(
-        0.95, "of the expected error of a prediction", "that a model with other effects than were found has to leave to be shipped instead",
-        "chosen: what makes no difference of a twentieth is better corrected as it is reported",
+    clearly_smaller_error: float = setting(
+        0.95, "of the expected error of a prediction", "a model with other effects than those found is shipped only if its expected error is at most "
+        "this share of that with all effects found",
+        "chosen: for an improvement of less than a twentieth, what is reported should also be what is corrected",
     )  # fmt: skip
     worth_correcting: float = setting(
-        0.7, "of the expected error without effects", "that a correction may leave at most, or nothing is corrected",
+        0.7, "of the expected error without effects", "no effect is corrected if the correction leaves a larger share than this",
         "one over the root of two: what a correction removes is then at least as large as the error that it leaves",
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class OuterSplitSettings:
-    """How errors on poses that nothing has seen are found, and which findings these runs confirm."""
+    """Which findings are confirmed by the runs of the outer split."""
 
     least_selected: float = setting(
-        0.5, "of the runs", "that have to choose an effect, or it is no finding",
-        "one half, as proposed by Meinshausen and Bühlmann (2010) at the least",
+        0.5, "of the runs", "an effect that a smaller share of the runs selects is not confirmed, and is no finding",
+        "one half, the smallest threshold that Meinshausen and Bühlmann (2010) consider",
     )  # fmt: skip

@@ -11,42 +11,44 @@ from scalar.estimation.settings import setting
 class FlexibleTermSettings:
     """When structure is described by flexible terms, because no named effect explains it."""
 
-    better_than_a_name: float = setting(
+    replacement_margin: float = setting(
         7.0,
         "nats",
-        "by which a flexible term has to explain better to replace a name",
-        "odds of a thousand, in favour of the name",
+        "a flexible term replaces a named effect only if its log evidence is larger by more than this",
+        "odds of a thousand, in favour of the named effect",
     )
-    hopeless: float = setting(
-        0.7,
-        "of a name's evidence",
-        "a term with less at a coarse look is not refined",
-        "chosen: refinement seldom gains a third",
-    )
-    more_shapes: int = setting(
+    least_share_to_refine: float = setting(
+        0.7, "of a name's evidence", "a flexible term whose log evidence, before its nonlinear parameters are refined, is a smaller share of that "
+        "of the named effect is not tried in its place",
+        "chosen: refinement seldom adds a third to the log evidence",
+    )  # fmt: skip
+    most_further_shapes: int = setting(
         2,
         "shapes",
-        "of one joint that may together replace its name",
-        "chosen: two steps, or a bump with its flank",
+        "this many further flexible terms of one joint may join the first to replace a named effect",
+        "chosen: they suffice for two steps, or for a bump with its flanks",
     )
-    most_imitated: int = setting(
-        16, "coefficients", "of a named effect in whose place several shapes together are tried",
-        "chosen: eight orders; more are a spectrum, and each attempt refits everything several times",
+    most_coefficients_imitated: int = setting(
+        16, "coefficients", "several flexible terms together are tried in place of a named effect only if it has no more coefficients than this",
+        "chosen: those of eight orders; more are a spectrum, and each attempt refits everything several times",
     )  # fmt: skip
-    minor: float = setting(
+    minor_share: float = setting(
         0.1,
         "of the unmodelled structure",
-        "a named effect that explains a smaller share of it is dropped",
+        "a named effect that explains a smaller share of the squared residual is dropped",
         "chosen: it is as likely a part of that structure",
     )
     max_terms: int = setting(
-        3, "terms", "at most, that describe unmodelled structure", "chosen: more is no description"
+        3,
+        "terms",
+        "unmodelled structure is described by at most this many flexible terms",
+        "chosen: more terms no longer describe the structure in words",
     )
-    looked_at: int = setting(
+    most_terms_tried: int = setting(
         4,
         "terms",
-        "tried, in the order of their evidence",
-        "chosen: neighbours of the best follow it in the ranking",
+        "only this many flexible terms, those with the most evidence, are refined and tried",
+        "chosen: the neighbours of the best term follow it in the ranking",
     )
 
 
@@ -57,12 +59,12 @@ class SpectrumSettings:
     many_orders: int = setting(
         4,
         "orders",
-        "of one joint, found one by one, that make a spectrum of it",
-        "chosen: an eccentric gear has one, a strain wave gear two or three",
+        "a joint of which at least this many orders are found one by one has all orders fitted at once",
+        "chosen: an eccentric gear has one order, a strain wave gear two or three",
     )
     rows_per_column: float = setting(
         2.0,
         "numbers",
-        "measured for each coefficient, at least",
-        "chosen: with fewer the hold-out says nothing",
+        "all orders are fitted only if at least this many numbers were measured for each coefficient",
+        "chosen: with fewer, held-out errors do not show whether the correction is right",
     )

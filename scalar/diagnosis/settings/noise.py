@@ -1,4 +1,4 @@
-"""Thresholds of noise: variance components between poses, and the autocorrelation of their residuals."""
+"""Thresholds of random errors: variance components of whole poses, and the autocorrelation of their residuals."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from scalar.estimation.settings import setting
 
 @dataclass(frozen=True)
 class VarianceComponentSettings:
-    """When poses vary by more than the noise of their points, and when that is no noise."""
+    """Which standard deviations of the joint angles are reported as jitter."""
 
     least_repeatability: float = setting(
-        2e-5, "rad", "of each joint; poses that repeat better are no finding, any arm scatters by as much",
+        2e-5, "rad", "a jitter with a smaller standard deviation of each joint angle is no finding, because any arm has one of that size",
         "chosen: the best data sheets of small arms state a position repeatability (ISO 9283) of 0.01 mm, at half a metre",
     )  # fmt: skip
     worst_repeatability: float = setting(
-        4e-4, "rad", "of each joint; poses that repeat worse are no jitter, something acts on them",
+        4e-4, "rad", "a scatter with a larger standard deviation of each joint angle is no jitter but has another cause, which is unattributed",
         "four times the worst orientation repeatability of an ABB IRB 1600, 87 microradians; its position repeats to 37 micrometres "
         "(Slamani, Nubiola and Bonev, Industrial Robot 39, 2012)",
     )  # fmt: skip
@@ -29,12 +29,12 @@ class AutocorrelationSettings:
     alpha_autocorrelation: float = setting(
         1e-3,
         "1",
-        "chance of autocorrelation where there is none, corrected for all orders that were tried",
+        "probability of finding an autocorrelation where there is none, corrected for all orders of the poses that are tested",
         "chosen: a variance component that goes unreported is a smaller fault than one that is reported for a pattern",
     )
     least_poses: int = setting(
         12,
         "poses",
-        "of a plane, for neighbours to be near one another",
-        "chosen: four times the neighbours that each has",
+        "the poses of a target plane are tested for autocorrelation only if there are at least this many",
+        "chosen: four times the neighbours of each pose, so that neighbours are near one another",
     )

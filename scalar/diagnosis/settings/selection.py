@@ -1,4 +1,4 @@
-"""Thresholds of the forward selection: its score test, its held-out poses, and when an effect is added."""
+"""Thresholds of the selection of effects: its score test, its held-out poses, when an effect is added, and the search of whole sets."""
 
 from __future__ import annotations
 
@@ -9,147 +9,154 @@ from scalar.estimation.settings import setting
 
 @dataclass(frozen=True)
 class ScoreTestSettings:
-    """How a candidate's gain is judged without a refit."""
+    """How the gain of a candidate is computed without a refit."""
 
     unobservable_share: float = setting(
-        1e-5, "of a column's squared length", "a column with less left, given the model, is not scored",
-        "chosen: rounding is far below, and such a column would need 1e5 times the data",
+        1e-5, "of a column's squared length", "a column of which the model cannot span a larger share than this is not scored",
+        "chosen: rounding errors are far smaller, and the coefficient of such a column would need 1e5 times the data",
     )  # fmt: skip
-    independent: float = setting(
+    rank_tolerance: float = setting(
         1e-10,
         "of a column's length",
-        "a column with less left, given those before it, adds no direction",
-        "rounding",
+        "a column that the columns before it span to within a smaller share adds no direction",
+        "rounding errors",
     )
-    unbounded: float = setting(
+    std_without_prior: float = setting(
         1e3,
         "standard errors",
-        "prior standard deviation of a coefficient that has none",
+        "prior standard deviation that a coefficient without a prior is given",
         "chosen: so wide that it shrinks nothing",
     )
     least_remainder: float = setting(
-        0.2, "of the noise's variance", "least variance that a residual is taken to have after any gain",
+        0.2, "of the noise's variance", "the variance of the residual after any gain is taken to be at least this large",
         "chosen: so that no gain looks infinite where the data are nearly free of noise",
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class HoldOutSettings:
-    """How poses are held out, and when an error of poses held out has changed."""
+    """How poses are held out, and when two held-out errors differ."""
 
     folds: int = setting(
-        5, "folds", "that the poses are dealt out to; parts of a joint's range that are held out; parts of the outer split, each left out of a whole "
-        "diagnosis", "the usual five"
+        5, "folds", "number of folds of the poses; also the number of parts of a joint's range that are held out in turn, and of parts of the outer "
+        "split",
+        "the usual five",
     )  # fmt: skip
     blocks_per_fold: int = setting(
         4,
         "blocks",
-        "of successive poses in a fold",
-        "chosen: twenty independent samples in all, each longer than neighbours are correlated",
+        "number of blocks of successive poses in a fold",
+        "chosen: twenty independent samples in all, each longer than the correlation of neighbours in time",
     )
     same_pose: float = setting(
         2e-3,
         "rad",
-        "a pose nearer than this in every joint is another's repetition",
+        "a pose that differs from another by less than this in every joint is a repetition of it",
         "chosen: a tenth of a degree, far above any repeatability",
     )
-    still: float = setting(
-        0.01, "of the largest derivative", "a joint with a smaller derivative of what is measured by its angle makes no pose another one",
-        "chosen: its own error is then a hundredth of that of another joint; a tool on the last axis has a thousandth",
+    least_derivative: float = setting(
+        0.01, "of the largest derivative", "poses that differ only in joints with a smaller derivative of the measured values are the same pose",
+        "chosen: the error of such a joint has a hundredth of the effect of another joint's; a tool on the last axis has a thousandth",
     )  # fmt: skip
-    most_gain: float = setting(
-        5.0, "of the median drop", "that one block's gain counts for at most",
-        "chosen: a single block must not carry an effect, nor hide one by its scatter",
+    most_gain_of_block: float = setting(
+        5.0, "of the median drop", "the gain of one block counts for at most this multiple of the median change of a block",
+        "chosen: a single block must not decide for an effect, nor hide one by its scatter",
     )  # fmt: skip
     tolerated_growth: float = setting(
-        0.01, "of an error in metres", "by which it may grow and still be about the same",
-        "chosen: a few poses with long levers decide a root mean square, and add that much by chance",
+        0.01, "of an error in metres", "an error that grows by no more than this share counts as about the same",
+        "chosen: a few poses with long levers dominate a root mean square, and change it by as much by chance",
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class SelectionSettings:
-    """When an effect is taken, replaced or left out."""
+    """When an effect is added, replaced or dropped."""
 
     alpha_named_effect: float = setting(
         1e-3,
         "1",
-        "chance of taking an effect where there is none, corrected for all that were tried",
+        "probability of adding a named effect where there is none, corrected for all candidates that are tried",
         "the usual one in a thousand",
     )
     alpha_unnamed: float = setting(
-        1e-5, "1", "chance of seeing unmodelled structure, corrected for all terms that were tried, or a variance component, where there is none",
-        "chosen: a hundred times stricter than for a name, since either takes up nearly anything, and decides how every effect is tested",
+        1e-5, "1", "probability of finding a flexible term (corrected for all that are tried) or a variance component where there is none",
+        "chosen: a hundred times stricter than for a named effect, since either explains nearly any residual, and all effects are tested given it",
     )  # fmt: skip
     least_improvement: float = setting(
         2.0,
         "standard errors",
-        "by which the squared error of poses held out has to fall",
-        "the usual two, blocks being the samples",
+        "least drop of the squared held-out error with which an effect is added",
+        "the usual two; the blocks are the independent samples",
     )
     swap_margin: float = setting(
         3.0,
         "nats",
-        "of evidence by which another effect has to explain better to take a place",
+        "another candidate replaces an effect only if its log evidence is larger by more than this",
         "odds of twenty",
     )
     confounded_margin: float = setting(
         5.0,
         "nats",
-        "within which two effects are confounded",
-        "odds of 150: the truth should be among what is listed as confounded",
+        "effects whose log evidence differs by less than this are confounded",
+        "odds of 150: the true effect should be among those that are listed as confounded",
     )
     max_effects: int = setting(
-        60, "steps", "of the selection", "chosen: harmonics of several joints take many; it ends by itself"
-    )
+        60, "steps", "the selection ends after this many steps",
+        "chosen: harmonics of several joints take many steps; the selection usually ends by itself",
+    )  # fmt: skip
     change_margin: int = setting(
-        6, "poses", "least number on each side of a change", "a slip has six coefficients"
+        6,
+        "poses",
+        "least number of poses before a change, and after its beginning",
+        "a slip of the sensor has six coefficients",
     )
     refinement_rounds: int = setting(
-        3, "rounds", "of finer looks with steps of each size, and of refining shapes that replace a name, each given the others",
-        "chosen: the second seldom gains",
+        3, "rounds", "nonlinear parameters are refined at most this often with steps of each size; so are the shapes that together replace a named "
+        "effect, each given the others",
+        "chosen: the second round seldom gains anything",
     )  # fmt: skip
     least_refinement: float = setting(
         0.05,
         "nats",
-        "gain of a finer look below which no further one follows",
-        "chosen: far below what decides anything",
+        "a refinement with a smaller gain of log evidence is the last",
+        "chosen: far below any gain that decides something",
     )
-    tried: int = setting(
+    most_candidates_tried: int = setting(
         8,
         "candidates",
-        "that are added, best first, to see whether poses held out confirm them",
-        "chosen: the confounded ones of a place",
+        "only this many candidates, those with the most evidence, are refitted to see whether held-out poses confirm them",
+        "chosen: about as many candidates are confounded with one another",
     )
-    rounding: float = setting(
+    rounding_variance: float = setting(
         1e-4,
         "of the noise's variance",
-        "a residual below it is rounding",
-        "a hundredth of the noise, squared: its structure is the computer's",
+        "a residual with a smaller variance consists of rounding errors",
+        "the square of a hundredth of the noise; its structure comes from the arithmetic",
     )
     plausible_coefficient: float = setting(
-        10.0, "prior standard deviations", "that a coefficient of an effect may have",
-        "chosen: a hundred times the size in real arms explains the data by leaving nothing of them",
+        10.0, "prior standard deviations", "an effect with a larger coefficient is implausible",
+        "chosen: a coefficient far beyond the size in real arms can remove the residual by shrinking all data to a point",
     )  # fmt: skip
     max_cleanings: int = setting(
         3,
         "rounds",
-        "of selection and of setting aside what stands out given the effects",
-        "chosen: the second seldom finds anything",
+        "cleaning given the effects, followed by a new selection, is repeated at most this often",
+        "chosen: the second round seldom finds anything",
     )
 
 
 @dataclass(frozen=True)
 class SubsetSearchSettings:
-    """How sets of effects are searched."""
+    """How whole sets of effects are searched."""
 
     most_poses: int = setting(
         500,
         "poses",
-        "with which sets are searched",
-        "chosen: with more, every effect stands out alone",
+        "sets of effects are searched with at most this many poses",
+        "chosen: with more poses, every effect is significant alone",
     )
-    stable: float = setting(
-        0.6, "of the folds", "share of the folds, left out one at a time, without which an element still has to be needed",
+    stable_share: float = setting(
+        0.6, "of the folds", "an element of the best set is kept if it is needed without each of at least this share of the folds, one left out at "
+        "a time",
         "the usual threshold of stability selection",
     )  # fmt: skip
