@@ -1,18 +1,17 @@
-"""Choose which of the effects that were found the shipped model contains: those with which predictions at other poses have the smallest error.
+"""Choose which effects the shipped model contains: those with which predictions at other poses are expected to have the smallest error.
 
 An effect may be significant although its correction does harm. An error of the scanner over its range, for example, is almost equivalent to a
 change of the arm's lengths, and if its assumed form is wrong, it biases them. The focused information criterion (Claeskens and Hjort, Journal of
 the American Statistical Association 98, 2003) estimates the mean squared error of a quantity, here of predicted positions at random poses, for
-every model nested in a wide one. This error is the sum of the variance and the squared bias. The squared bias is estimated by the squared distance
-to the wide model's prediction, less the square that is expected by chance alone. Here ``settings.shipped_fit.beyond_chance`` squared times that
-square is subtracted, because a correction that does harm is worse than one that is missing. The variances are those
-of the jackknife over poses, which is valid for any noise within a pose.
+every model nested in a wide one. This mean squared error is the sum of the variance and the squared bias. The squared bias is estimated by the
+squared difference from the wide model's prediction, less the squared difference that is expected by chance alone. Here the latter is multiplied by
+``settings.shipped_fit.beyond_chance`` squared before it is subtracted, because a correction that does harm is worse than one that is missing. The
+variances are those of the jackknife over poses (``jackknife``), which is valid for any noise within a pose.
 
-The wide model contains all effects that were found and, if one of them is a special case of a more general effect, that effect as well; the general
-one is never shipped, it only shows the bias of the others. The wide model also contains
-deviations that every set-up of the kind has to a small degree, since no target plane is perfectly flat (``Effect.nuisances``). These may be
-shipped too, although they are no findings: if one target plane is bowed, for example, the arm is estimated more accurately if the smaller bows of
-the other planes are fitted as well.
+The wide model contains all effects that were found. If one of them is a special case of a more general effect, the wide model contains that effect as
+well; the general effect is never shipped and only shows the bias of the others. The wide model also contains deviations that every set-up has to a
+small degree (``Effect.nuisances``): for example, no target plane is perfectly flat. These may be shipped too, although they are no findings: if one
+target plane is bowed, for example, the arm is estimated more accurately if the smaller bows of the other planes are fitted as well.
 """
 
 from __future__ import annotations
@@ -96,7 +95,7 @@ def focused_choice(after: FittedState) -> FocusedChoice:
     settings = after.settings.shipped_fit
     nuisances, general = _nuisances(after), _general(after)
     everything = (*effects, *nuisances, *general)
-    wide = _Wide(after.refitted(everything, after.model) if len(everything) > len(effects) else after)
+    wide = NestedModels(after.refitted(everything, after.model) if len(everything) > len(effects) else after)
     found = tuple(range(len(effects)))
     with_all = wide.errors(found)
     starts = {found, tuple(range(len(effects) + len(nuisances)))}
@@ -126,32 +125,32 @@ def _nuisances(after: FittedState) -> list[Effect]:
 
 
 def _general(after: FittedState) -> list[Effect]:
-    """Return a list of at most one effect of which one that was found is a special case; several would be almost equivalent."""
+    """Return a list of at most one effect of which a found effect is a special case; several general effects would be almost equivalent."""
     general = (effect.generalised(after.dataset) for effect in after.effects)
     return _not_found(after, [effect for effect in general if effect is not None])[:1]
 
 
 def _not_found(after: FittedState, effects: list[Effect]) -> list[Effect]:
-    """Return those of some effects whose place none of the effects that were found has."""
+    """Return those of ``effects`` that act at no place at which an effect was found."""
     return [effect for effect in effects if not any(effect.same_place(other) for other in after.effects)]
 
 
-def _eliminated(wide: _Wide, kept: tuple[int, ...], than: Errors) -> tuple[int, ...]:
-    """Return the effects that remain after backward elimination by the expected error within the joint limits.
+def _eliminated(wide: NestedModels, kept: tuple[int, ...], most: Errors) -> tuple[int, ...]:
+    """Return the indices of the effects that remain after backward elimination by the expected error within the joint limits.
 
-    It ends when no further effect can be left out without a larger error within the joint limits, or errors larger than ``than`` within the measured
-    ranges or at the measured poses.
+    Elimination ends when leaving out any further effect would raise the error within the joint limits, or give errors larger than those of ``most``
+    within the measured ranges or at the measured poses.
 
     Args:
-        wide: The wide model.
+        wide: The wide model and the models nested in it.
         kept: Indices of the effects of the wide model to start from.
-        than: Errors that may not be exceeded.
+        most: Errors that may not be exceeded within the measured ranges and at the measured poses.
     """
     least = wide.errors(kept)[LIMITS]
     while kept:
         fewer = [tuple(k for k in kept if k != i) for i in kept]
         errors = [wide.errors(indices) for indices in fewer]
-        allowed = [each[LIMITS] if _no_worse(each, than) else np.inf for each in errors]
+        allowed = [each[LIMITS] if _no_worse(each, most) else np.inf for each in errors]
         best = int(np.argmin(allowed))
         if allowed[best] >= least:
             break
@@ -159,18 +158,18 @@ def _eliminated(wide: _Wide, kept: tuple[int, ...], than: Errors) -> tuple[int, 
     return kept
 
 
-def _no_worse(errors: Errors, than: Errors) -> bool:
-    """Return whether ``errors`` are no larger than the errors ``than``, both within the measured ranges and at the measured poses."""
-    return all(errors[k] <= than[k] for k in (RANGES, MEASURED))
+def _no_worse(errors: Errors, reference: Errors) -> bool:
+    """Return whether ``errors`` are no larger than those of ``reference``, both within the measured ranges and at the measured poses."""
+    return all(errors[k] <= reference[k] for k in (RANGES, MEASURED))
 
 
-class _Wide:
+class NestedModels:
     """A wide model, linearised at its optimum, and the models nested in it, which have some of its effects.
 
     Attributes:
         linear: The linearised fit, with F free coordinates.
         beyond_chance: Standard errors up to which a difference of predictions counts as chance.
-        owner: ``(F,)``, index of the effect that each free coordinate belongs to; -1 for robot, sensor and target.
+        effect_index: ``(F,)``, index of the effect that each free coordinate belongs to; -1 for robot, sensor and target.
         optimum: Step to the optimum of the wide model and the steps without each pose, as ``Linearised.fitted`` returns them.
     """
 
@@ -179,9 +178,9 @@ class _Wide:
         self.linear = Linearised(state, None)
         self.beyond_chance = state.settings.shipped_fit.beyond_chance
         sizes = [len(effect.coefficients) for effect in state.effects]
-        owner = np.r_[np.full(len(state.geometry_free), -1), np.repeat(np.arange(len(sizes)), sizes)]
-        self.owner = owner[state.free]
-        self.optimum = self.linear.fitted(np.ones(len(self.owner), dtype=bool))
+        effect_index = np.r_[np.full(len(state.geometry_free), -1), np.repeat(np.arange(len(sizes)), sizes)]
+        self.effect_index = effect_index[state.free]
+        self.optimum = self.linear.fitted(np.ones(len(self.effect_index), dtype=bool))
 
     def errors(self, kept: tuple[int, ...]) -> Errors:
         """Return the expected errors [m] of a predicted position, root mean square over poses, with the effects of the indices ``kept``.
@@ -189,7 +188,7 @@ class _Wide:
         The first is over random poses within the joint limits, the second over random poses within the measured ranges, the third over measured
         poses.
         """
-        step, left_out = self.linear.fitted((self.owner < 0) | np.isin(self.owner, kept))
+        step, left_out = self.linear.fitted((self.effect_index < 0) | np.isin(self.effect_index, kept))
         linear = self.linear
         within_limits, within_ranges, measured = (
             self._error(step, left_out, columns)
@@ -198,11 +197,11 @@ class _Wide:
         return within_limits, within_ranges, measured
 
     def _error(self, step: Array, left_out: Array, columns: Array) -> float:
-        """Return the expected error [m] at some poses: the root of the variance plus the squared bias beyond chance.
+        """Return the expected error [m] at K poses: the root of the variance plus the squared bias beyond chance.
 
         Args:
             step: ``(F,)``, to the optimum of the nested model.
-            left_out: ``(N, F)``, the steps when each of the N poses is left out of that fit.
+            left_out: ``(N, F)``, the further steps when each of the N poses is left out of that fit.
             columns: ``(3 K, F)``, derivatives of the positions at K poses [m].
         """
         wide_step, wide_left_out = self.optimum

@@ -1,8 +1,9 @@
-"""The variance of predictions at poses that were not measured, by leaving out one pose at a time; it is used to compare weights of the poses.
+"""The variance of predictions at poses that were not measured, by leaving out one pose at a time.
 
-The delete-one-pose jackknife (Efron and Stein, Annals of Statistics 9, 1981; CR3 of Bell and McCaffrey, Survey Methodology 28, 2002) is valid
-for any covariance within a pose, even if the weights of a fit are wrong. A fit with the weights of a component that does not exist loses
-efficiency but is not biased; its own standard errors do not show this loss, whereas the jackknife does.
+It is used to compare weights of the poses, and models with different effects. The delete-one-pose jackknife (Efron and Stein, Annals of Statistics 9,
+1981; CR3 of Bell and McCaffrey, Survey Methodology 28, 2002) is valid for any covariance within a pose, even if the weights of a fit are wrong. A fit
+with the weights of a variance component that does not exist loses efficiency but is not biased; its own standard errors do not show this loss, but
+those of the jackknife do.
 """
 
 from __future__ import annotations
@@ -25,16 +26,16 @@ from scalar.diagnosis.predicted_displacements import (
 from scalar.geometry.se3 import Array
 
 N_POSES = 200  # random poses at which predictions are compared
-_LEAST_LEFT = 1e-3  # least share of a pose's rows that the fit leaves; it limits the inflation for a pose that alone determines a direction
+_LEAST_LEFT = 1e-3  # lower bound of one minus a leverage; it limits the residual of a pose that alone determines a direction
 
 
 @dataclass(frozen=True, eq=False)
-class Moves:
-    """How predicted positions at random poses move, the best rigid motion removed.
+class PredictionChanges:
+    """By how much predicted positions at K random poses change, the best rigid motion removed.
 
     Attributes:
-        to_optimum: ``(3 K,)`` [m], from the state to the optimum under the weights.
-        left_out: ``(N, 3 K)`` [m], when each pose is left out of the fit.
+        to_optimum: ``(3 K,)`` [m], from the state to the optimum under the weights of the poses.
+        left_out: ``(N, 3 K)`` [m], from that optimum to the fit without each of the N poses.
     """
 
     to_optimum: Array
@@ -45,14 +46,14 @@ class Moves:
         """Return the standard error of a predicted position [m], root mean square over the random poses."""
         return _standard_error(self.left_out)
 
-    def apart(self, other: Moves) -> tuple[float, float]:
-        """Return by how much two fits of the same poses differ in their predictions [m], and the standard error of that difference [m]."""
+    def difference_from(self, other: PredictionChanges) -> tuple[float, float]:
+        """Return by how much the predictions of two fits of the same poses differ [m] (root mean square), and the standard error of that [m]."""
         difference = self.to_optimum - other.to_optimum
-        return _length(difference), _standard_error(self.left_out - other.left_out)
+        return _root_mean_square(difference), _standard_error(self.left_out - other.left_out)
 
 
 class Linearised:
-    """A state, linearised at its optimum: fits with some of its coordinates free, and of all poses but one.
+    """A state, linearised at its optimum: its fits with some of its F free coordinates, and without each of its N poses.
 
     Attributes:
         coefficients: ``(F,)``, the free coordinates, times ``scale``.
@@ -77,7 +78,7 @@ class Linearised:
 
     @cached_property
     def columns(self) -> Array:
-        """Return derivatives ``(3 K, F)`` of positions [m] by the free coordinates, each over its ``scale``, at random poses within the limits."""
+        """Return derivatives ``(3 K, F)`` of positions [m] by the free coordinates times ``scale``, at K random poses within the joint limits."""
         return self._columns(poses_within(joint_limits(self._state), self._state, N_POSES))
 
     @cached_property
@@ -91,12 +92,14 @@ class Linearised:
         return self._columns(poses_measured(self._state, N_POSES))
 
     def _columns(self, poses: Poses) -> Array:
+        """Return these derivatives at any K poses."""
         return displacement_columns(self._state, poses)[:, self._state.free] / self.scale
 
     def fitted(self, free: Array) -> tuple[Array, Array]:
-        """Return the step ``(F,)`` to the optimum with the coordinates ``free`` ``(F,)`` bool, and the steps ``(N, F)`` when each pose is left out.
+        """Return the step ``(F,)`` to the optimum of a nested model, and the further steps ``(N, F)`` when each pose is left out of its fit.
 
-        The other coordinates become zero. Steps are in units of ``scale``.
+        Args:
+            free: ``(F,)`` bool, the coordinates that the nested model has; the step makes all others zero. Steps are changes of ``coefficients``.
         """
         N, m = self._poses
         J = self._J[:, free]
@@ -109,8 +112,8 @@ class Linearised:
         return step, left_out
 
 
-def moves(state: FittedState, whitening: Array | None) -> Moves:
-    """Return the moves of a fit of a state's poses.
+def prediction_changes(state: FittedState, whitening: Array | None) -> PredictionChanges:
+    """Return by how much predictions change with the fit of a state's poses under given weights, and when poses are left out of it.
 
     Args:
         state: Near the optimum.
@@ -118,25 +121,28 @@ def moves(state: FittedState, whitening: Array | None) -> Moves:
     """
     linear = Linearised(state if whitening is None else as_whitened(state), whitening)
     step, left_out = linear.fitted(np.ones(len(linear.scale), dtype=bool))
-    return Moves(linear.columns @ step, left_out @ linear.columns.T)
+    return PredictionChanges(linear.columns @ step, left_out @ linear.columns.T)
 
 
 def steps_left_out(rows: Array, rest: Array, inverse: Array) -> Array:
-    """Return the steps of an optimum ``(N, F)`` when each pose is left out.
+    """Return the steps ``(N, F)`` from an optimum to that without each pose.
+
+    With A_i the derivatives and r_i the residual of pose i, G the normal equations of all poses, and ``H_i = A_i G^-1 A_i'`` the leverages, the step
+    is ``G^-1 A_i' (I - H_i)^-1 r_i``.
 
     Args:
-        rows: ``(N, m, F)``, derivatives of each pose's rows.
-        rest: ``(N, m)``, residuals at the optimum.
-        inverse: ``(F, F)``, of the normal equations of all poses.
+        rows: ``(N, m, F)``, the derivatives A_i.
+        rest: ``(N, m)``, the residuals r_i at the optimum.
+        inverse: ``(F, F)``, G^-1.
     """
     response = rows @ inverse
-    taken, axes = np.linalg.eigh(response @ np.swapaxes(rows, 1, 2))
-    along = np.einsum("nij,ni->nj", axes, rest) / np.maximum(1.0 - taken, _LEAST_LEFT)
+    leverages, axes = np.linalg.eigh(response @ np.swapaxes(rows, 1, 2))
+    along = np.einsum("nij,ni->nj", axes, rest) / np.maximum(1.0 - leverages, _LEAST_LEFT)
     return np.einsum("nmf,nm->nf", response, np.einsum("nij,nj->ni", axes, along))
 
 
 def variance_of(steps: Array, columns: Array) -> float:
-    """Return the squared standard error of a predicted position [m^2], mean over the random poses.
+    """Return the squared standard error of a predicted position [m^2], mean over the K poses of ``columns``.
 
     Args:
         steps: ``(N, F)``, as ``steps_left_out`` gives them.
@@ -148,10 +154,12 @@ def variance_of(steps: Array, columns: Array) -> float:
 
 
 def _standard_error(left_out: Array) -> float:
+    """Return the jackknife's standard error of a position [m], root mean square over K poses, from ``PredictionChanges.left_out``."""
     N = len(left_out)
     about = left_out - left_out.mean(axis=0)
     return float(np.sqrt((N - 1) / N * np.sum(about * about) / (about.shape[1] / 3)))
 
 
-def _length(move: Array) -> float:
-    return float(np.sqrt(np.sum(move * move) / (len(move) / 3)))
+def _root_mean_square(change: Array) -> float:
+    """Return the root mean square length [m] of the changes ``(3 K,)`` of K positions."""
+    return float(np.sqrt(np.sum(change * change) / (len(change) / 3)))

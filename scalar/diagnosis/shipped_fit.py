@@ -1,15 +1,17 @@
 """Choose which fit is shipped as ``after.json``; all that is reported is computed for that fit.
 
 Where a variance component is identified, the fit may use its weights or equal weights. The weights are used if predictions at poses that were not
-measured then vary clearly less when single poses are left out. Held-out errors do not decide between them: they are distances at measured poses,
-each with a random error of its own, and say little about which fit predicts other poses better.
+measured then vary clearly less when single poses are left out (``jackknife``). Held-out errors do not decide between them: they are distances at
+measured poses, each with a random error of its own, and say little about which fit predicts other poses better.
 
-If the model without effects predicts held-out poses, or unseen ones where they are known, better than the fit with effects and equal weights, it
-is shipped instead, and the effects remain findings: a correction that may do harm needs more reason than one that is missing. The same holds where
-whole regions of the joint space are held out: effects that predict these worse do not extrapolate, however well they predict poses between others.
-Effects whose correction is expected to make predictions elsewhere worse are left out, and others that were not found may be added
-(``focused_choice``). A test of whether the fits with and without weights differ (Hausman, Econometrica 46, 1978) is only reported: wrong weights
-lose efficiency but cause no bias, so it does not protect against them.
+The shipped model need not contain exactly the effects that were found: effects whose correction is expected to make predictions elsewhere worse are
+left out, and others may be added (``focused_choice``). If the model without effects has smaller errors than the fit with the chosen effects and equal
+weights, it is shipped instead, and the effects remain findings, because a correction that does harm is worse than one that is missing. The errors
+compared are those of held-out poses, of held-out regions of the joint space (effects may predict poses between measured ones well and yet not
+extrapolate), and of unseen poses where they are known.
+
+A test of whether the fits with and without weights differ (Hausman, Econometrica 46, 1978) is only reported: wrong weights lose efficiency but cause
+no bias, so the test does not protect against them.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ from scalar.diagnosis.hold_out import (
     held_out_regions,
     no_worse,
 )
-from scalar.diagnosis.jackknife import moves
+from scalar.diagnosis.jackknife import prediction_changes
 from scalar.geometry.se3 import Array
 from scalar.units import MM
 
@@ -35,29 +37,29 @@ BEFORE, EQUAL, BY_COMPONENT = "before", "equal_weights", "weights_of_component"
 
 @dataclass(frozen=True)
 class Disagreement:
-    """How the fit with the weights of a variance component compares with the one without.
+    """How the fit with the weights of a variance component compares with the one with equal weights.
 
     Attributes:
-        apart: Root mean square difference of their predictions at random poses [m], the best rigid motion removed.
-        apart_std: Standard error of that difference, poses being the samples [m].
-        held_out_rms: Of the fit with equal weights and of the weighted one [m].
-        predicted_std: Standard deviation of a predicted position, clustered by pose, of the same two fits [m].
-        beyond_chance: Whether they differ significantly.
+        difference: Root mean square difference of their predictions at random poses [m], the best rigid motion removed.
+        difference_std: Standard error of that difference by the jackknife over poses [m].
+        held_out_rms: Held-out errors of the fit with equal weights and of the weighted one [m].
+        predicted_std: Standard errors of a predicted position by the jackknife over poses, of the same two fits [m].
+        beyond_chance: Whether their predictions differ significantly.
     """
 
-    apart: float
-    apart_std: float
+    difference: float
+    difference_std: float
     held_out_rms: tuple[float, float]
     predicted_std: tuple[float, float]
     beyond_chance: bool
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return what ``diagnosis.json`` says of it."""
+        """Return the entry of ``diagnosis.json``."""
         equal, weighted = self.held_out_rms
         std_equal, std_weighted = self.predicted_std
         return {
-            "apart_mm": self.apart / MM,
-            "apart_std_mm": self.apart_std / MM,
+            "apart_mm": self.difference / MM,
+            "apart_std_mm": self.difference_std / MM,
             "beyond_chance": self.beyond_chance,
             "equal_weights": {"held_out_rms_mm": equal / MM, "predicted_std_mm": std_equal / MM},
             "weights_of_component": {"held_out_rms_mm": weighted / MM, "predicted_std_mm": std_weighted / MM},
@@ -66,17 +68,18 @@ class Disagreement:
 
 @dataclass(frozen=True, eq=False)
 class ShippedFit:
-    """Which fit is shipped, and what decided.
+    """Which fit is shipped, and which comparison decided that.
 
     Attributes:
-        fit: ``before``, ``equal_weights`` or ``weights_of_component``.
-        effects_fit: The fit of the effects that are reported: ``equal_weights`` or ``weights_of_component``.
-        held_out: Errors of the fit that is shipped.
-        effects_held_out: Errors of the fit of the effects.
-        regions: Errors without and with the effects where whole regions are held out, or None without effects or with too few poses.
-        decided_by: ``predicted_std``, ``expected_error``, ``held_out``, ``regions``, ``unseen`` or ``only_one``.
-        disagreement: Between the weights, where there are two.
-        choice: Of the effects that it contains.
+        fit: The fit that is shipped: ``before`` (without effects), ``equal_weights`` or ``weights_of_component``.
+        effects_fit: The fit with effects: ``equal_weights`` or ``weights_of_component``; the same as ``fit`` unless that is ``before``.
+        held_out: Held-out errors of the fit that is shipped.
+        effects_held_out: Held-out errors of the fit with effects.
+        regions: Errors without and with the effects where whole regions are held out; None without effects or with too few poses.
+        decided_by: What decided: ``predicted_std`` between the weights; ``expected_error``, ``held_out``, ``regions`` or ``unseen`` against the
+            effects; ``only_one`` if there was nothing to decide.
+        disagreement: The comparison of the weighted fit with that of equal weights; None without a variance component.
+        choice: The effects that the fit with effects contains.
     """
 
     fit: str
@@ -90,22 +93,22 @@ class ShippedFit:
 
     @property
     def rms_with_equal_weights(self) -> float:
-        """Return the held-out error of the effects with equal weights [m], by which they are compared with the model without effects."""
+        """Return the held-out error of the fit with effects and equal weights [m], which is compared with that of the model without effects."""
         return self.effects_held_out.rms if self.disagreement is None else self.disagreement.held_out_rms[0]
 
     @property
     def without_effects(self) -> bool:
-        """Return whether the model without effects is shipped, though effects were found."""
+        """Return whether the model without effects is shipped although effects were found."""
         return self.fit == BEFORE
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return what ``diagnosis.json`` says of it."""
+        """Return the entry of ``diagnosis.json``."""
         found = None if self.disagreement is None else self.disagreement.to_mapping()
         return {
             "fit": self.fit,
             "decided_by": self.decided_by,
             "disagreement": found,
-            "regions": None if self.regions is None else _in_mapping(*self.regions),
+            "regions": None if self.regions is None else _entry_of_regions(*self.regions),
         } | self.choice.to_mapping()
 
 
@@ -118,9 +121,9 @@ def shipped_fit(
     """Return which fit to ship.
 
     Args:
-        before: Without effects.
-        after: With those that were found.
-        whitening: ``(N, m, m)``, weights of the variance component that was identified, or None.
+        before: The state without effects.
+        after: The state with all effects that were found.
+        whitening: ``(N, m, m)``, whitening of the N poses for the variance component that was identified, or None.
         unseen: Errors without and with effects on poses that no part of the diagnosis has used, or None.
     """
     settings = after.settings.shipped_fit
@@ -130,14 +133,14 @@ def shipped_fit(
     fit, held_out, decided_by, found = EQUAL, equal, "only_one", None
     if whitening is not None:
         weighted = held_out_errors(as_whitened(after), whitening)
-        of_equal, of_weighted = moves(after, None), moves(after, whitening)
-        apart, error = of_weighted.apart(of_equal)
+        of_equal, of_weighted = prediction_changes(after, None), prediction_changes(after, whitening)
+        difference, error = of_weighted.difference_from(of_equal)
         found = Disagreement(
-            apart,
+            difference,
             error,
             (equal.rms, weighted.rms),
             (of_equal.std, of_weighted.std),
-            apart > settings.beyond_chance * error,
+            difference > settings.beyond_chance * error,
         )
         decided_by = "predicted_std"
         if of_weighted.std < settings.clearly_smaller_std * of_equal.std:
@@ -160,8 +163,8 @@ def _regions(before: FittedState, after: FittedState) -> tuple[HeldOutErrors, He
     return None if without is None or effects is None else (without, effects)
 
 
-def _in_mapping(without: HeldOutErrors, effects: HeldOutErrors) -> dict[str, Any]:
-    """Return what ``diagnosis.json`` says of held-out regions."""
+def _entry_of_regions(without: HeldOutErrors, effects: HeldOutErrors) -> dict[str, Any]:
+    """Return the entry of ``diagnosis.json`` on held-out regions, from the errors without and with effects."""
     return {
         "count": int(without.block.max()) + 1,
         "without_effects_rms_mm": without.rms / MM,

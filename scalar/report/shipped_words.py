@@ -111,8 +111,8 @@ def _weights(diagnosis: Diagnosis) -> list[str]:
     sentences = [f"after.json is fitted with {used}: {why} ({figures})."]
     if found.beyond_chance:
         sentences.append(
-            f"Take care: the fits with and without these weights disagree. Their predictions differ by {length(found.apart)}, with a standard "
-            f"error of {length(found.apart_std)}. A random error that is the same at all poses does not explain this, so something may act on some "
-            "poses only. Look at the poses with the largest residuals before the correction is used."
+            f"Take care: the fits with and without these weights disagree. Their predictions differ by {length(found.difference)}, with a standard "
+            f"error of {length(found.difference_std)}. A random error that is the same at all poses does not explain this, so something may act on "
+            "some poses only. Look at the poses with the largest residuals before the correction is used."
         )
     return sentences

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.fitted_state import FittedState, refit
-from scalar.diagnosis.focused_choice import _Wide, focused_choice
-from scalar.diagnosis.jackknife import moves
+from scalar.diagnosis.focused_choice import NestedModels, focused_choice
+from scalar.diagnosis.jackknife import prediction_changes
 from scalar.effects import Effect
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
@@ -33,14 +33,16 @@ def scaled():
 
 def test_with_all_effects_the_expected_error_is_the_standard_error(scaled):
     """The wide model has no distance to itself: what is left is what the jackknife says of it."""
-    assert _Wide(scaled).errors((0, 1))[0] == pytest.approx(moves(scaled, None).std, rel=1e-6)
+    assert NestedModels(scaled).errors((0, 1))[0] == pytest.approx(
+        prediction_changes(scaled, None).std, rel=1e-6
+    )
 
 
 def test_a_model_within_the_wide_one_is_a_fit_without_the_other_columns(scaled):
     """Its step is that of least squares on the other columns, from where the effects that are left out are zero."""
-    wide = _Wide(scaled)
+    wide = NestedModels(scaled)
     residual, J = scaled.linearised()
-    out = wide.owner == 0
+    out = wide.effect_index == 0
     coefficients = scaled.model.vector[scaled.free][out]
     step = np.linalg.lstsq(J[:, ~out], -(residual - J[:, out] @ coefficients), rcond=None)[0]
     found, _ = wide.linear.fitted(~out)
@@ -53,7 +55,7 @@ def test_an_effect_that_is_there_is_shipped_and_one_that_is_not_does_not_decide(
     choice = focused_choice(scaled)
     assert JointScale(3) not in [e.with_coefficients(np.zeros(1)) for e in choice.left_out]
     assert not any(effect.name == "joint_scale" for effect in choice.left_out)
-    wide = _Wide(scaled)
+    wide = NestedModels(scaled)
     assert wide.errors((1,))[0] > 10 * wide.errors((0, 1))[0] >= 0.9 * wide.errors((0,))[0] * 0.9
 
 
@@ -123,7 +125,7 @@ def test_a_correction_that_serves_the_measured_poses_is_not_left_out_for_the_res
     def errors(self, kept):
         return (23e-3, 12e-3, 4e-3) if kept else (14e-3, 11e-3, measured_without)
 
-    monkeypatch.setattr(_Wide, "errors", errors)
+    monkeypatch.setattr(NestedModels, "errors", errors)
     assert focused_choice(scaled).left_out == ()
     measured_without = 3.5e-3
     assert len(focused_choice(scaled).left_out) == 2
@@ -132,7 +134,9 @@ def test_a_correction_that_serves_the_measured_poses_is_not_left_out_for_the_res
 def test_a_correction_as_large_as_its_own_error_is_not_made(scaled, monkeypatch):
     """Where the model without effects is expected to err little more, within the joint limits and at the measured poses, nothing is corrected."""
     with_effects = (8e-3, 8e-3, 8e-3)
-    monkeypatch.setattr(_Wide, "errors", lambda self, kept: with_effects if kept else (10e-3, 10e-3, 10e-3))
+    monkeypatch.setattr(
+        NestedModels, "errors", lambda self, kept: with_effects if kept else (10e-3, 10e-3, 10e-3)
+    )
     assert len(focused_choice(scaled).left_out) == 2
     with_effects = (8e-3, 8e-3, 6e-3)
     assert focused_choice(scaled).left_out == ()

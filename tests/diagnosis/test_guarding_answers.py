@@ -69,7 +69,7 @@ def test_what_leaves_most_of_the_error_is_not_corrected(share, shipped, monkeypa
 def chosen(monkeypatch, errors):
     """Return what is chosen of two effects, given the expected errors of some models; those of all others are large."""
     wide = SimpleNamespace(errors=lambda kept: errors.get(kept, (10.0, 10.0, 10.0)))
-    monkeypatch.setattr(focused_choice, "_Wide", lambda _: wide)
+    monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
     monkeypatch.setattr(focused_choice, "_nuisances", lambda _: [])
     effects = (SimpleNamespace(generalised=lambda _: None),) * 2
     after: Any = SimpleNamespace(effects=effects, dataset=None, settings=DEFAULTS, refitted=lambda _: None)
@@ -79,23 +79,28 @@ def chosen(monkeypatch, errors):
 @pytest.mark.parametrize(("share", "fit"), [(0.6, "weights_of_component"), (0.8, "equal_weights")])
 def test_weights_are_used_only_where_predictions_are_clearly_more_certain(share, fit, monkeypatch):
     """A standard error of 60 % of that with equal weights is clearly less, one of 80 % is not."""
-    assert weighted(monkeypatch, std=share, apart=0.0).fit == fit
+    assert weighted(monkeypatch, std=share, difference=0.0).fit == fit
 
 
-@pytest.mark.parametrize(("apart", "disagree"), [(1.5, False), (3.0, True)])
-def test_fits_disagree_where_their_predictions_differ_beyond_chance(apart, disagree, monkeypatch):
+@pytest.mark.parametrize(("difference", "disagree"), [(1.5, False), (3.0, True)])
+def test_fits_disagree_where_their_predictions_differ_beyond_chance(difference, disagree, monkeypatch):
     """By three standard errors they do, by one and a half they do not."""
-    found = weighted(monkeypatch, std=1.0, apart=apart).disagreement
+    found = weighted(monkeypatch, std=1.0, difference=difference).disagreement
     assert found is not None and found.beyond_chance == disagree
 
 
-def weighted(monkeypatch, std: float, apart: float) -> shipped_fit.ShippedFit:
-    """Return what is shipped where weights leave a standard error of ``std``, in units of that with equal weights, and fits ``apart`` by as many."""
+def weighted(monkeypatch, std: float, difference: float) -> shipped_fit.ShippedFit:
+    """Return what is shipped if the weighted fit has the standard error ``std``, and its predictions differ by ``difference``.
 
-    def moves(_, whitening):
-        return SimpleNamespace(std=1.0 if whitening is None else std, apart=lambda other: (apart, 1.0))
+    Both are in units of the standard error with equal weights.
+    """
 
-    monkeypatch.setattr(shipped_fit, "moves", moves)
+    def changes(_, whitening):
+        return SimpleNamespace(
+            std=1.0 if whitening is None else std, difference_from=lambda other: (difference, 1.0)
+        )
+
+    monkeypatch.setattr(shipped_fit, "prediction_changes", changes)
     monkeypatch.setattr(shipped_fit, "as_whitened", lambda found: found)
     monkeypatch.setattr(
         shipped_fit, "focused_choice", lambda found: SimpleNamespace(state=found, left_out=(), as_found=True)

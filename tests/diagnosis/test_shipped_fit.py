@@ -11,7 +11,7 @@ from scalar.data.dataset import Dataset
 from scalar.diagnosis import diagnose
 from scalar.diagnosis.fitted_state import FittedState, refit, whitened
 from scalar.diagnosis.hold_out import held_out_errors
-from scalar.diagnosis.jackknife import N_POSES, moves
+from scalar.diagnosis.jackknife import N_POSES, prediction_changes
 from scalar.diagnosis.predicted_displacements import displacement_columns, random_poses
 from scalar.diagnosis.shipped_fit import BEFORE, BY_COMPONENT, EQUAL, shipped_fit
 from scalar.diagnosis.variance_components import WhitenedMeasurement
@@ -56,7 +56,7 @@ def test_leaving_a_pose_out_is_a_fit_without_it(jittering, weighted):
     residual, J = (whitened(weights, rows) for rows in state.linearised())
     m = state.residuals.measurement.rows_per_pose
     columns = displacement_columns(state, random_poses(state, N_POSES))[:, state.free]
-    found = moves(state, weights)
+    found = prediction_changes(state, weights)
     all_rows = np.linalg.lstsq(J, -residual, rcond=None)[0]
     np.testing.assert_allclose(found.to_optimum, columns @ all_rows, rtol=0, atol=1e-9)
     for pose in (0, 17, state.dataset.n_poses - 1):
@@ -70,7 +70,7 @@ def test_the_standard_error_is_that_of_repeated_campaigns():
     dataset = make_cell(seed=72, points_per_scan=20, poses_per_plane=40).dataset
     model, prepared = geometry_fit(dataset)
     states = [refit(with_more_noise(dataset, 3e-4, k), model, prepared.free, ()) for k in range(12)]
-    stated = np.array([moves(state, None).std for state in states])
+    stated = np.array([prediction_changes(state, None).std for state in states])
     anywhere = random_poses(states[0], N_POSES)
     columns = displacement_columns(states[0], anywhere)[:, states[0].free]
     vectors = np.array([state.model.vector[state.free] for state in states])
