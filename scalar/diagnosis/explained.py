@@ -20,7 +20,7 @@ from scalar.diagnosis.measured_rows import rows_given_own_noise
 from scalar.diagnosis.near_data_sheet import near_data_sheet
 from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.shipped_fit import BY_COMPONENT, ShippedFit
-from scalar.diagnosis.unmodelled_structure import flexible_pools, with_flexible_terms
+from scalar.diagnosis.unmodelled_structure import flexible_candidate_sets, with_flexible_terms
 from scalar.diagnosis.variance_components import VarianceComponent, WhitenedMeasurement, whitening_for
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.conclude import conclude
@@ -116,7 +116,7 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
         cleaned = cleaned_again
         named = _with_named_effects(dataset, cleaned, settings, progress)
     progress("looking for unmodelled structure")
-    flexible_candidates = flexible_pools(named.after.dataset)
+    flexible_candidates = flexible_candidate_sets(named.after.dataset)
     after = with_flexible_terms(named.after, named.candidates, flexible_candidates)
     progress("fitting joints that need many orders")
     after = with_spectrum(after, named.candidates)

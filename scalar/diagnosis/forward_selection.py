@@ -2,7 +2,7 @@
 
 A candidate is added if its gain is significant, corrected for the number of candidates, and if it lowers the error on held-out poses. After every
 step each effect of the model is tested again given the others: it is dropped if it is no longer significant, and replaced if another candidate
-explains the same better. So the order in which effects are found does not decide the answer.
+explains the same part of the residual better. The result therefore does not depend on the order in which effects are found.
 """
 
 from __future__ import annotations
@@ -19,23 +19,31 @@ from scalar.effects import Effect
 
 
 def select_forward(state: FittedState, candidates: CandidateSet) -> FittedState:
-    """Return the state with every effect of a candidate set that the data support."""
+    """Return a state to which all those effects of a candidate set are added that the data support."""
     if state.is_rounding:
         return state
     refused: set[str] = set()
     columns = CandidateColumns(state, candidates)
     for _ in range(state.settings.selection.max_effects):
-        better = _better(state, columns, refused)
+        better = _with_best_candidate(state, columns, refused)
         if better is None:
             break
         state, columns = reconsidered(better, candidates)
     return state
 
 
-def _better(state: FittedState, columns: CandidateColumns, refused: set[str]) -> FittedState | None:
-    """Return the state with the best candidate that held-out poses confirm, or None; candidates that they do not confirm join ``refused``."""
+def _with_best_candidate(
+    state: FittedState, columns: CandidateColumns, refused: set[str]
+) -> FittedState | None:
+    """Return the state with the best candidate that held-out poses confirm, or None.
+
+    Args:
+        state: Fitted.
+        columns: The candidates' columns in it.
+        refused: Labels of candidates that were not confirmed before; those that are not confirmed here are added to it.
+    """
     before, before_whitened = held_out_errors(state), held_out_errors(state, state.whitening)
-    for entry in _best(state, columns):
+    for entry in _significant_candidates(state, columns):
         if entry.effect.label in refused:
             continue
         trial = state.refitted(merged(state.effects, entry.effect))
@@ -47,8 +55,8 @@ def _better(state: FittedState, columns: CandidateColumns, refused: set[str]) ->
     return None
 
 
-def _best(state: FittedState, columns: CandidateColumns) -> list[Scored]:
-    """Return the significant candidates among those with the largest evidence, refined, best first."""
+def _significant_candidates(state: FittedState, columns: CandidateColumns) -> list[Scored]:
+    """Return the significant ones among the candidates with the most evidence, their nonlinear parameters refined, best first."""
     background, settings = state.background(), state.settings.selection
     significant = [
         e
@@ -59,7 +67,7 @@ def _best(state: FittedState, columns: CandidateColumns) -> list[Scored]:
 
 
 def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedState, CandidateColumns]:
-    """Return a state in which every effect is significant and no candidate would explain its share better, and the candidates' columns in it."""
+    """Return a state in which every effect is significant and no candidate in its place explains the data better, and the columns in that state."""
     columns, settings = CandidateColumns(state, candidates), state.settings.selection
     for _ in range(4 + len(state.effects)):
         changed = False
@@ -84,8 +92,8 @@ def _replaced(
 ) -> FittedState | None:
     """Return the state in which another candidate takes an effect's place, or None.
 
-    The candidate has to explain the same part of the residual clearly better. If it is a further term of an effect that the state contains, about
-    as well is enough, because an explanation with one cause less is more probable.
+    The candidate has to explain the same part of the residual clearly better. If it is a further term of another effect of the state, it need only
+    explain it about as well, because an explanation with one cause less is more probable.
 
     Args:
         state: The state with the effect.

@@ -1,10 +1,10 @@
 """Joint selection: the set of effects that explains the data best as a whole, tested effect by effect.
 
-Forward selection adds one effect after the other. This fails in two ways. First, if several strong effects are present, each of them explains a
+Forward selection adds one effect after the other. This may fail in two ways. First, if several strong effects are present, each of them explains a
 small share of the residual, while the others look like a large scatter of the poses; with few poses no effect is significant against that scatter.
-Second, several wrong effects, added one by one, may together mimic a right one. Here whole sets are compared (``subset_search``). Each effect of the
-set that is found is tested given the others, as after forward selection. The set replaces the result of forward selection if it has clearly more
-evidence and predicts held-out poses clearly better.
+Second, several wrong effects, added one by one, may together imitate a right one. Here whole sets are compared (``subset_search``). Each effect of
+the best set is tested given the others, as in forward selection. The set replaces the result of forward selection if it has clearly more evidence and
+predicts held-out poses clearly better.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ SEARCHES = 2  # the second is linearised at the optimum with the effects of the 
 def select_jointly(before: FittedState, forward: FittedState, candidates: CandidateSet) -> FittedState:
     """Return the state with the set of effects that explains most, if it explains the data better than the one of forward selection.
 
-    With more than ``settings.subset_search.most_poses`` poses no sets are searched, because every effect is then significant alone; nor are they
-    where the residual consists of rounding errors. ``forward`` is then returned unchanged. If the search proposes nothing, or nothing clearly better,
-    ``forward`` is returned after backward elimination.
+    ``forward`` is returned unchanged if the residual consists of rounding errors, or if there are more than ``settings.subset_search.most_poses``
+    poses, because every effect is then significant alone. If the search proposes nothing, or nothing clearly better, ``forward`` is returned after
+    backward elimination.
 
     Args:
         before: The state without effects.
@@ -45,10 +45,10 @@ def select_jointly(before: FittedState, forward: FittedState, candidates: Candid
     significant = _weakest_dropped(state, candidates)
     tested = eliminate_backward(reconsidered(significant, candidates)[0])
     completed = select_forward(tested, candidates)
-    return eliminate_backward(_better(forward, completed, candidates))
+    return eliminate_backward(_clearly_better(forward, completed, candidates))
 
 
-def _better(state: FittedState, trial: FittedState, candidates: CandidateSet) -> FittedState:
+def _clearly_better(state: FittedState, trial: FittedState, candidates: CandidateSet) -> FittedState:
     """Return the trial if its coefficients are plausible, it has clearly more evidence and it predicts held-out poses clearly better, else the state.
 
     *Clearly* means by ``swap_margin`` [nats] of evidence and by ``least_improvement`` [standard errors] of the whitened held-out error; the error in
@@ -67,7 +67,7 @@ def _better(state: FittedState, trial: FittedState, candidates: CandidateSet) ->
 
 
 def _weakest_dropped(state: FittedState, candidates: CandidateSet) -> FittedState:
-    """Return the state refitted until all its effects are significant given the others; the one with the least evidence is dropped first."""
+    """Return the state without its insignificant effects: the one with the least evidence is dropped until all are significant given the others."""
     while state.effects:
         indices = range(len(state.effects))
         scores = [score_together(state, [i], candidates, background_without(state, [i])) for i in indices]

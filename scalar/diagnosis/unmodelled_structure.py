@@ -1,8 +1,8 @@
 """Find structure that is significant but that no named effect explains, and describe it by flexible terms.
 
-A flexible term has to pass stricter tests than a named effect. It replaces a named effect, all named effects of a joint, or all changes in time at
-once, if it explains the data far better: a scale and five harmonics, for example, imitate a step of a joint's angle, although the joint has none of
-them. Such structure is reported as unattributed and never given the name of the nearest effect.
+A flexible term describes a shape and names no cause. It has to pass stricter tests than a named effect. It replaces a named effect, all named effects
+of a joint, or all changes in time, if it explains the data far better than these. For example, a scale error and five harmonics together imitate a
+step of a joint's angle, although the joint has none of them. Such structure is reported as unattributed, never under the name of the nearest effect.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 COLUMNS_AT_ONCE = 512  # of flexible terms that are computed together
 
 
-def flexible_pools(dataset: Dataset) -> list[CandidateSet]:
-    """Return all flexible terms of a dataset, in parts."""
+def flexible_candidate_sets(dataset: Dataset) -> list[CandidateSet]:
+    """Return the candidate sets of all flexible terms of a dataset (``_in_parts``)."""
     return _in_parts(flexible(dataset))
 
 
@@ -58,12 +58,15 @@ def with_flexible_terms(
         trial = _with_replacement(state, named, pools) or _with_best(state, pools)
         if trial is None:
             break
-        state = _own_names_dropped(select_forward(reconsidered(trial, named)[0], named))
-    return _minor_names_dropped(_own_names_dropped(reconsidered(state, named)[0]))
+        state = _without_effects_of_same_curve(select_forward(reconsidered(trial, named)[0], named))
+    return _without_minor_effects(_without_effects_of_same_curve(reconsidered(state, named)[0]))
 
 
 def _in_parts(pool: Sequence[Effect]) -> list[CandidateSet]:
-    """Return a pool of terms in parts, because the columns of all terms at once take too much memory; no products between terms are needed."""
+    """Return the candidate sets of consecutive parts of a pool of terms.
+
+    The columns of all terms at once would take too much memory, and no products of columns of different terms are needed.
+    """
     parts: list[list[Effect]] = [[]]
     width = 0
     for candidate in pool:
@@ -78,7 +81,7 @@ def _in_parts(pool: Sequence[Effect]) -> list[CandidateSet]:
 def _ranked(
     state: FittedState, backgrounds: Sequence[Background], pools: Sequence[CandidateSet]
 ) -> list[list[Scored]]:
-    """Return for each background the best few of all flexible terms, best first."""
+    """Return for each background the few flexible terms of all pools with the most evidence, best first."""
     most = state.settings.flexible_terms.most_terms_tried
     found: list[list[Scored]] = [[] for _ in backgrounds]
     for pool in pools:
@@ -89,14 +92,17 @@ def _ranked(
 
 
 def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -> list[list[float]]:
-    """Return for every named effect the evidence of the flexible terms that would explain most in its place [nats]; for a flexible term none.
+    """Return for each effect the log evidence of the flexible terms that would explain most in its place [nats].
 
     Two amounts are subtracted: the margin by which a flexible term has to surpass a named effect, and half the logarithm of the degrees of
     freedom for the order or place that was refined. Without the second, a wave of arbitrary order would score as high as a true harmonic.
 
     Args:
         state: With its effects.
-        pools: Of the flexible terms.
+        pools: The candidate sets of the flexible terms.
+
+    Returns:
+        A list for each effect of the state; it is empty for a flexible term.
     """
     named = [i for i, effect in enumerate(state.effects) if not effect.flexible]
     backgrounds = [background_without(state, [i])[0] for i in named]
@@ -104,15 +110,15 @@ def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -
     ranked = _ranked(state, backgrounds, pools)
     for i, background, entries in zip(named, backgrounds, ranked, strict=True):
         entries = entries + _imitating(state, background, state.effects[i])
-        price = state.settings.flexible_terms.replacement_margin + 0.5 * float(
+        penalty = state.settings.flexible_terms.replacement_margin + 0.5 * float(
             np.log(background.degrees_of_freedom)
         )
-        found[i] = [refined(state, background, entry).evidence - price for entry in entries]
+        found[i] = [refined(state, background, entry).evidence - penalty for entry in entries]
     return found
 
 
 def _imitating(state: FittedState, background: Background, named: Effect) -> list[Scored]:
-    """Return the best few of the flexible terms that imitate a named effect, best first; none where it has no imitators."""
+    """Return the few flexible terms with the most evidence that may imitate a named effect (``Effect.imitators``), best first; they may be none."""
     return _ranked(state, [background], _in_parts(named.imitators(state.dataset)))[0]
 
 
@@ -135,7 +141,7 @@ def _with_best(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState
 def _with_replacement(
     state: FittedState, named: CandidateSet, pools: Sequence[CandidateSet]
 ) -> FittedState | None:
-    """Return the state in which flexible terms replace named effects that explain far less than they do, or None."""
+    """Return the state in which one or several flexible terms replace a group of named effects that explains far less than they do, or None."""
     groups, settings = list(_groups(state.effects)), state.settings.flexible_terms
     if not groups:
         return None
@@ -149,13 +155,13 @@ def _with_replacement(
         if imitated is not None:
             entries = entries + _imitating(state, without, imitated)
         others = tuple(e for k, e in enumerate(state.effects) if k not in indices)
-        # Several terms together are tried only if they begin with the best one, since each attempt refits everything several times, and not
-        # in the place of a spectrum of many orders.
+        # Several terms together are tried only with the best term as the first of them, because each attempt refits everything several times. They
+        # are not tried in place of a spectrum of many orders.
         together_from = None
         if imitated is not None and own.dof <= settings.most_coefficients_imitated:
             together_from = max(entries, key=lambda entry: entry.evidence, default=None)
         for entry in entries:
-            # If the named effect has more coefficients, the first flexible term need explain only its share: others may join it.
+            # If the named effect has more coefficients, others may join the first flexible term, which need then explain only its own part.
             shapes = 1 + settings.most_further_shapes if entry is together_from and own.dof > entry.dof else 1
             if entry.evidence < settings.least_share_to_refine * own.evidence / shapes:
                 continue
@@ -166,14 +172,14 @@ def _with_replacement(
                 several, evidence = _with_partial_imitators(trial, imitated)
                 if evidence - own.evidence > better:
                     trial, better = several, evidence - own.evidence
-            # Fewer coefficients may fit a little worse, but must not predict worse.
+            # A model with fewer coefficients may fit a little worse, but it must not predict worse.
             worse = improvement(
                 held_out_errors(trial, state.whitening), held_out_errors(state, state.whitening)
             )
             if better <= settings.replacement_margin or worse >= state.settings.selection.least_improvement:
                 continue
-            # The scores above are those of the terms that are exchanged, linearised at the model with the names. After the refit, the whole model
-            # has to explain the data better by the same margin.
+            # The scores above compare only the terms that are exchanged, linearised at the model with the named effects. After the refit, the whole
+            # model has to explain the data better by the same margin.
             gain = _evidence_of(trial, named, pools) - _evidence_of(state, named, pools)
             if gain > settings.replacement_margin:
                 return trial
@@ -181,22 +187,22 @@ def _with_replacement(
 
 
 def _evidence_of(state: FittedState, named: CandidateSet, pools: Sequence[CandidateSet]) -> float:
-    """Return the log evidence of a state [nats] as ``evidence_of`` does, flexible terms being chosen among more candidates than named effects.
+    """Return the log evidence of a state [nats] as ``evidence_of`` does, with two further penalties for each flexible term.
 
-    Half the logarithm of the degrees of freedom is subtracted for the order or place of each that was refined.
+    They are for the larger number of candidates, and for the refined order or place (half the logarithm of the degrees of freedom).
     """
     n_flexible = sum(effect.flexible for effect in state.effects)
-    more = np.log(pools[0].total / named.total) + 0.5 * np.log(
+    penalty = np.log(pools[0].total / named.total) + 0.5 * np.log(
         state.background_within_scans().degrees_of_freedom
     )
-    return evidence_of(state, named) - n_flexible * float(more)
+    return evidence_of(state, named) - n_flexible * float(penalty)
 
 
 def _with_partial_imitators(state: FittedState, imitated: Effect) -> tuple[FittedState, float]:
-    """Return a state with further flexible terms that may imitate a named effect together, and the evidence of all the terms [nats].
+    """Return a state with further flexible terms that together may imitate a named effect, and the log evidence of all these terms [nats].
 
-    The last effect of the state is the first of the terms. Each is refined again given the others, because waves of different orders look
-    alike over a short range of angles.
+    The last effect of ``state`` is the first of the terms. With each further term all of them are refined again, each given the others, because waves
+    of different orders look alike over a short range of angles.
     """
     pools = _in_parts(imitated.partial_imitators(state.dataset))
     first = len(state.effects) - 1
@@ -215,7 +221,7 @@ def _with_partial_imitators(state: FittedState, imitated: Effect) -> tuple[Fitte
 
 
 def _refined_again(state: FittedState, first: int, pool: CandidateSet) -> FittedState:
-    """Return a state whose effects from ``first`` on are refined in turn, each given all others, as long as one changes."""
+    """Return a state whose effects from index ``first`` on are refined in turn, each given all others, until none changes."""
     for _ in range(state.settings.selection.refinement_rounds):
         changed = False
         for i in range(first, len(state.effects)):
@@ -231,7 +237,7 @@ def _refined_again(state: FittedState, first: int, pool: CandidateSet) -> Fitted
 
 
 def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
-    """Yield the groups of effects that one flexible term could replace: all of a joint, all changes in time, and each named effect alone."""
+    """Yield the groups of effects that one flexible term could replace, as indices: all of a joint, all changes in time, each named effect alone."""
     by_joint: dict[int, list[int]] = {}
     in_time = []
     for i, effect in enumerate(effects):
@@ -243,8 +249,11 @@ def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
     yield from ([i] for i, effect in enumerate(effects) if not effect.flexible)
 
 
-def _own_names_dropped(state: FittedState) -> FittedState:
-    """Return a state without the named effects of joints whose error over their own angle a flexible term describes; they only fit what it leaves."""
+def _without_effects_of_same_curve(state: FittedState) -> FittedState:
+    """Return a state without the named effects of a joint's own angle if a flexible term describes that joint's error over the same angle.
+
+    Such effects only fit what the flexible term leaves of the same curve.
+    """
     curves = {effect.own_angle_joint for effect in state.effects if effect.flexible} - {None}
     kept = tuple(
         effect for effect in state.effects if effect.flexible or effect.own_angle_joint not in curves
@@ -254,27 +263,27 @@ def _own_names_dropped(state: FittedState) -> FittedState:
     return state.refitted(kept)
 
 
-def _minor_names_dropped(state: FittedState) -> FittedState:
-    """Return a state without named effects that explain little compared with the unmodelled structure: they are as likely a part of it.
+def _without_minor_effects(state: FittedState) -> FittedState:
+    """Return a state without the named effects that explain little compared with the unmodelled structure, since they are as likely a part of it.
 
-    The unmodelled structure is what the flexible terms explain, and a variance component if residuals are autocorrelated. If it varies with
-    time, a change in time has to explain more than all of it; any other named effect has to explain the share ``minor_share`` of it.
+    The unmodelled structure is what the flexible terms explain and, if residuals are autocorrelated, what remains beyond the noise within scans. If
+    it depends on anything but joints (time, a recorded column, gravity, the place on a plane), a change in time has to explain more than all of it.
+    Any other named effect has to explain more than the share ``minor_share`` of it.
     """
-    plain = state.background_within_scans()
+    plain, settings = state.background_within_scans(), state.settings.flexible_terms
     flexible_terms = [i for i, effect in enumerate(state.effects) if effect.flexible]
     columns = [v for i in flexible_terms for v in state.effects[i].depends_on]
-    unexplained = _explained(state, plain, flexible_terms) if flexible_terms else 0.0
+    structure = _explained(state, plain, flexible_terms) if flexible_terms else 0.0
     along = depends_on(state) if state.variance_components else []
     if along:
-        unexplained += max(plain.sum_of_squares - plain.degrees_of_freedom, 0.0)
-    varies_in_time = any(not is_joint(name) for name in [*columns, *along])
+        structure += max(plain.sum_of_squares - plain.degrees_of_freedom, 0.0)
+    not_of_joints_alone = any(not is_joint(name) for name in [*columns, *along])
     minor = [
         i
         for i, effect in enumerate(state.effects)
         if i not in flexible_terms
         and _explained(state, plain, [i])
-        < (1.0 if varies_in_time and effect.is_change_in_time else state.settings.flexible_terms.minor_share)
-        * unexplained
+        < (1.0 if not_of_joints_alone and effect.is_change_in_time else settings.minor_share) * structure
     ]
     if not minor:
         return state
@@ -283,6 +292,6 @@ def _minor_names_dropped(state: FittedState) -> FittedState:
 
 
 def _explained(state: FittedState, plain: Background, indices: Sequence[int]) -> float:
-    """Return by how much the squared residual, whitened for the noise within scans alone, would grow without some effects."""
-    local, sizes = columns_of_effects(state, indices)
-    return without_columns(plain, state, local, sizes).sum_of_squares - plain.sum_of_squares
+    """Return by how much the squared residual of ``plain``, the background within scans, would grow without the effects ``indices``."""
+    local, prior_std = columns_of_effects(state, indices)
+    return without_columns(plain, state, local, prior_std).sum_of_squares - plain.sum_of_squares

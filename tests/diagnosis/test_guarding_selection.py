@@ -30,7 +30,7 @@ def test_an_effect_is_worth_a_fit_only_beyond_chance(monkeypatch):
     entries = [scored(JointScale(joint), p_value=p) for joint, p in ((1, 7e-4), (2, 15e-4))]
     monkeypatch.setattr(forward_selection, "rank", lambda *_: entries)
     monkeypatch.setattr(forward_selection, "refined", lambda state, background, entry: entry)
-    found = forward_selection._best(state(background=lambda: None), None)  # type: ignore[arg-type]
+    found = forward_selection._significant_candidates(state(background=lambda: None), None)  # type: ignore[arg-type]
     assert [entry.effect.joint for entry in found] == [1]  # type: ignore[attr-defined]
 
 

@@ -98,7 +98,7 @@ def test_a_name_that_explains_little_beside_structure_without_one_is_dropped(mon
         background_within_scans=lambda: None,
         refitted=kept.extend,
     )
-    unmodelled_structure._minor_names_dropped(given)  # type: ignore[arg-type]
+    unmodelled_structure._without_minor_effects(given)  # type: ignore[arg-type]
     assert kept == [kinds[0], kinds[2]]
 
 

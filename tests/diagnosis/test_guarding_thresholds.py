@@ -103,7 +103,7 @@ def test_a_selection_ends_however_many_effects_are_found(monkeypatch):
     found: list[Any] = []
     state: Any = SimpleNamespace(is_rounding=False, settings=DEFAULTS)
     monkeypatch.setattr(forward_selection, "CandidateColumns", lambda *_: None)
-    monkeypatch.setattr(forward_selection, "_better", lambda *_: found.append(state) or state)
+    monkeypatch.setattr(forward_selection, "_with_best_candidate", lambda *_: found.append(state) or state)
     monkeypatch.setattr(forward_selection, "reconsidered", lambda better, candidates: (better, None))
     forward_selection.select_forward(state, None)  # type: ignore[arg-type]
     assert 40 < len(found) < 80
@@ -113,7 +113,7 @@ def test_structure_without_a_name_has_three_terms_at_most(monkeypatch):
     """One more is always found, and three are in the model."""
     found: list[Any] = []
     state: Any = SimpleNamespace(is_rounding=False, settings=DEFAULTS, dataset=None)
-    for name in ("_own_names_dropped", "_minor_names_dropped"):
+    for name in ("_without_effects_of_same_curve", "_without_minor_effects"):
         monkeypatch.setattr(unmodelled_structure, name, lambda state: state)
     monkeypatch.setattr(unmodelled_structure, "_with_replacement", lambda *_: found.append(state) or state)
     monkeypatch.setattr(unmodelled_structure, "reconsidered", lambda state, named: (state, None))
@@ -131,7 +131,7 @@ def test_cleaning_and_selecting_in_turn_ends(monkeypatch):
     monkeypatch.setattr(explained, "_cleaned", lambda *_: object())
     monkeypatch.setattr(explained, "_with_named_effects", lambda *_: start)
     monkeypatch.setattr(explained, "clean_given_effects", lambda *_: rounds.append(object()) or rounds[-1])
-    monkeypatch.setattr(explained, "flexible_pools", lambda _: [])
+    monkeypatch.setattr(explained, "flexible_candidate_sets", lambda _: [])
     for name in ("with_flexible_terms", "with_spectrum", "near_data_sheet"):
         monkeypatch.setattr(explained, name, lambda state, *_: state)
     monkeypatch.setattr(explained, "_refuse_gross_errors_left", lambda *_: None)
@@ -178,7 +178,9 @@ def test_what_rounding_leaves_is_not_looked_into(monkeypatch):
     """A variance of 1.5e-4 of the noise's: searched for effects above 1e-4, left alone below 2e-4."""
     searched: list[Any] = []
     monkeypatch.setattr(forward_selection, "CandidateColumns", lambda state, candidates: None)
-    monkeypatch.setattr(forward_selection, "_better", lambda state, columns, refused: searched.append(state))
+    monkeypatch.setattr(
+        forward_selection, "_with_best_candidate", lambda state, columns, refused: searched.append(state)
+    )
     for settings, times in ((DEFAULTS.selection, 1), (doubled(DEFAULTS.selection, "rounding_variance"), 1)):
         state: Any = SimpleNamespace(
             background=lambda: SimpleNamespace(variance=1.5e-4), settings=SimpleNamespace(selection=settings)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.fitted_state import refit
-from scalar.diagnosis.unmodelled_structure import _groups, _own_names_dropped
+from scalar.diagnosis.unmodelled_structure import _groups, _without_effects_of_same_curve
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.variable import Variable
 from scalar.effects.joint_coupling import JointCoupling
@@ -46,6 +46,8 @@ def test_names_of_the_same_curve_go_with_the_flexible_term(flexible, kept):
     model, prepared = geometry_fit(dataset)
     named = (JointHarmonic(2, (3,)), JointScale(2), JointCoupling(5, 4))
     state = refit(dataset, model, prepared.free, (*named, flexible))
-    left = {effect.name for effect in _own_names_dropped(state).effects if not effect.flexible}
+    left = {effect.name for effect in _without_effects_of_same_curve(state).effects if not effect.flexible}
     assert left == (kept or {effect.name for effect in named})
-    assert np.count_nonzero([effect.flexible for effect in _own_names_dropped(state).effects]) == 1
+    assert (
+        np.count_nonzero([effect.flexible for effect in _without_effects_of_same_curve(state).effects]) == 1
+    )
