@@ -1,13 +1,13 @@
 """The confidence of an answer: the share of answers with similar evidence that were right in simulated trials.
 
-The evidence alone does not give this probability. It would if one of the candidates were the truth and all noise were Gaussian. In practice a
-cause may have no effect in the catalogue, and scanners have errors that no model describes. The probability that an answer is right is therefore
-a logistic regression on its grounds. It was fitted to answers on simulated data whose truth is known, with imperfect scanners and unknown causes
-among them (``workflow/study/blind_trials/confidence_fit.py``; the coefficients are in the folder of this module). A number outside the range of
-the trials is replaced by the nearest end of that range.
+The evidence alone does not give this probability. It would if one of the candidates were the true cause and all noise were Gaussian. In practice the
+cause may be no effect of the catalogue, and scanners have errors that no model describes. The probability that an answer is right is therefore
+estimated by a logistic regression on its grounds (``grounds``). The regression was fitted to answers on simulated data whose truth is known, with
+imperfect scanners and unknown causes among them (``workflow/study/blind_trials/confidence_fit.py``; the coefficients are in the folder of this
+module). A feature outside the range of the trials is replaced by the nearest end of that range.
 
-Some names are given wrongly more often than others on the same grounds, because more causes resemble them. The regression therefore has an offset
-for each name, near zero unless the trials say otherwise; a name that was never given in the trials has none.
+On the same grounds, some names are given wrongly more often than others, because more causes resemble them. The regression therefore has an offset
+for each name, near zero unless the trials show otherwise; a name that was never given in the trials has no offset.
 """
 
 from __future__ import annotations
@@ -26,13 +26,16 @@ from scalar.diagnosis.grounds import Grounds
 COEFFICIENTS = "confidence_coefficients.json"  # written by `snakemake confidence`
 _REFERENCE_POSES = 100  # the number of poses enters as a ratio to this one
 _LEAST_SHARE = 1e-3  # lower bound of what is put into a logarithm
-_NEAR_NATS = 20.0  # log odds below which a rival explains nearly as much: chosen among 10, 20, 40 by the likelihood of trials left out of the fit
+_NEAR_NATS = 20.0  # log odds over which ``rivalled`` falls to 1/e: chosen among 10, 20, 40 by the likelihood of trials left out of the fit
 
 
 def features(grounds: Grounds) -> dict[str, float]:
-    """Return the features of the regression by name: the log odds of being right are linear in them.
+    """Return the features of the regression by name; the log odds of being right are linear in them.
 
-    The share of the residual that an answer explains counts less, the nearer a rival comes to explaining as much (``rivalled``).
+    The log odds of the answer and its least log odds enter by their signed logarithm. ``rivalled`` is 1 if a rival explains at least as much, and
+    near 0 if none comes near. ``share`` is minus the logarithm of the share of the residual that the answer leaves; it counts less, the larger
+    ``rivalled`` is. The numbers of poses and of other answers, the misfit, and the p-value of the autocorrelation (``chance``) enter by their
+    logarithms. The last two features are 0 or 1: whether a flexible term was found as well, and whether errors are correlated within scans.
     """
     odds = grounds.log_odds
     rivalled = float(np.exp(-max(odds, 0.0) / _NEAR_NATS))

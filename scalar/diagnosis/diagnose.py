@@ -32,7 +32,7 @@ from scalar.effects import Effect
 from scalar.estimation.measured_effects import with_target_motion
 
 MAX_RANKING = 25  # candidates that the ranking of a diagnosis lists
-NEAREST_RIVALS = 8  # the rivals of most evidence, with which an effect is compared again while each fold of the poses is left out
+NEAREST_RIVALS = 8  # number of rivals, those with the most evidence, with which an effect is compared again without each fold of the poses
 
 
 def diagnose(
@@ -50,10 +50,10 @@ def diagnose(
         progress: Called with the name of each stage.
         settings: Thresholds.
         outer_folds: Number of parts of the outer split. The whole diagnosis is repeated without each part, and the errors on its poses are
-            those on unseen poses. With zero, findings are not confirmed, and these errors stay unknown. ``settings.hold_out.folds`` is the usual
-            number. With any number, the diagnosis is repeated on two halves of the poses where residuals of similar poses are correlated
+            those on unseen poses. With zero, findings are not checked in this way, and these errors stay unknown. ``settings.hold_out.folds`` is the
+            usual number. Whatever the number, the diagnosis is repeated on two halves of the poses if residuals of similar poses are correlated
             (``two_halves``).
-        on_fold: Called after each of these runs, with the number of runs that are done and the number of all.
+        on_fold: Called before the first and after each of the runs of the outer split, with the number of runs that are done and the number of all.
         cores: Number of these runs at once; None for as many as there are processors that this process may use.
 
     Raises:
@@ -87,7 +87,7 @@ def diagnose(
     final, shipped = _shipped(run, component, unseen)
     progress("calibrating")
     calibration_before, calibration_found, calibration_after = final.calibrated(shipped, component)
-    # The findings report exactly the coefficients that the calibration contains.
+    # The findings report the coefficients of the calibration with all effects that were found.
     fitted = zip(found, calibration_found.model.effects, calibration_found.effect_std, strict=True)
     return Diagnosis(
         dataset=dataset,
@@ -113,7 +113,7 @@ def diagnose(
 
 
 def answer_without(dataset: Dataset, settings: Settings) -> Answer:
-    """Return the answer of a whole diagnosis of a dataset from which one part of the outer split was removed."""
+    """Return the answer of a whole diagnosis of some of the poses: a dataset without one part of the outer split, or one half of the poses."""
     run = explained(dataset, settings, lambda stage: None)
     noise = identified_components(run.after)
     component = run.after.variance_components[0] if noise else None
@@ -132,10 +132,10 @@ def _shipped(
     component: VarianceComponent | None,
     unseen: tuple[HeldOutErrors, HeldOutErrors] | None = None,
 ) -> tuple[Explained, ShippedFit]:
-    """Return a run with the priors of its final fits, and which of these fits is shipped.
+    """Return a run whose states have the priors of the final fits, and which of these fits is shipped.
 
     Args:
-        run: What was found, without these priors.
+        run: The run whose states lack these priors.
         component: The variance component whose weights the fit may have, or None.
         unseen: Errors without and with effects on poses that no part of the diagnosis has used, or None.
     """
@@ -147,10 +147,10 @@ def _shipped(
 def _confirmed(
     run: Explained, found: tuple[Finding, ...], outer: OuterSplit | None
 ) -> tuple[Explained, tuple[Finding, ...], tuple[Finding, ...]]:
-    """Return the run refitted with the confirmed findings only, the confirmed findings, and those that are not confirmed.
+    """Return the run, refitted with the confirmed findings only if some are not, the confirmed findings, and those that are not confirmed.
 
     A finding is confirmed if at least the share ``settings.outer_split.least_selected`` of the runs of the outer split select its effect. Without an
-    outer split, all findings are returned as they are.
+    outer split, all findings count as confirmed.
     """
     if outer is None or not outer.answers:
         return run, found, ()
@@ -169,7 +169,7 @@ def _confirmed(
 
 
 def _findings(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding, ...]:
-    """Return the effects of a run one by one, each with its confidence, what it is confounded with, and the held-out errors before and after it."""
+    """Return a finding for each effect of a run: its confidence, what it is confounded with, and the held-out errors without and with it."""
     before, after, candidates = run.before, run.after, run.candidates
     found: list[Finding] = []
     state, error_before = before, held_out_errors(before)
@@ -181,7 +181,7 @@ def _findings(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding,
         effects = merged(effects, effect)
         state = after.refitted(effects, state.model)
         error_after = held_out_errors(state)
-        # The scores of the effect itself, and of all candidates in its place.
+        # The score of the effect itself given the other effects, and those of all candidates in its place.
         own, ranking = rivals(scored, i, columns)
         ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
         rivals_of_it = [s for s in ranking if not s.effect.same_answer(effect)]
@@ -204,9 +204,9 @@ def _findings(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding,
             float(odds.min()),
             final_residuals,
         )
-        sure = confidence(grounds, effect.name)
-        # A report lists the confounded effects with the name. The name is therefore doubtful only if the confidence is too low that the cause is the
-        # effect or one of those; this confidence is computed against the other rivals alone.
+        own_confidence = confidence(grounds, effect.name)
+        # A report lists the confounded effects with the name. The name is therefore doubtful only if the cause is, too probably, neither the effect
+        # nor one of these. The confidence in the whole group is computed against the rivals outside it.
         others = [s for s in rivals_of_it if not any(s.effect.same_place(like) for like in confounded)]
         odds_of_others = [value for value, s in zip(odds[1:], nearest, strict=True) if s in others]
         grounds_of_group = grounds_of_effect(
@@ -218,7 +218,8 @@ def _findings(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding,
             final_residuals,
         )
         likely = (
-            max(sure, confidence(grounds_of_group, effect.name)) >= after.settings.naming.least_confidence
+            max(own_confidence, confidence(grounds_of_group, effect.name))
+            >= after.settings.naming.least_confidence
         )
         doubtful = not (effect.flexible or likely)
         found.append(
@@ -228,7 +229,7 @@ def _findings(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding,
                 error_before,
                 error_after,
                 tuple(confounded),
-                sure,
+                own_confidence,
                 (),
                 grounds,
                 doubtful=doubtful,

@@ -1,6 +1,6 @@
 """Explain a dataset in one run: clean it, select effects, and calibrate without effects, with them, and as shipped.
 
-The run is made on all poses, and for each part of the outer split on the poses outside that part.
+The diagnosis makes this run on all poses, and again without each part of the outer split, or on each half of the poses (``two_halves``).
 """
 
 from __future__ import annotations
@@ -58,10 +58,10 @@ class Explained:
     flexible_candidates: Sequence[CandidateSet] = ()
 
     def near_data_sheet(self) -> Explained:
-        """Return a copy whose states are fitted with the priors of the data sheet, as a calibration has them, for the final fits.
+        """Return a copy for the final fits: its states are fitted with the priors of the data sheet, as a calibration is.
 
-        Effects and random errors are judged without these priors. A large misfit gives the priors much weight. They then
-        keep the geometry from adapting, and the errors that remain look like an effect, or like a random error of the poses.
+        Effects and random errors are judged without these priors. A large misfit gives the priors much weight. They then keep the geometry from
+        adapting, and the errors that remain look like an effect, or like a random error of the poses.
         """
         return replace(self, before=near_data_sheet(self.before), after=near_data_sheet(self.after))
 
@@ -72,8 +72,7 @@ class Explained:
 
         Args:
             shipped: The fit that is shipped.
-            component: The likeliest variance component, or None. The poses of the fits with effects are weighted by it if the shipped fit was chosen
-                so.
+            component: The likeliest variance component, or None. The fits with effects weight the poses by it if ``shipped.effects_fit`` says so.
         """
         weights = component if shipped.effects_fit == BY_COMPONENT else None
         before, found = self._concluded(self.before, None), self._concluded(self.after, weights)
@@ -92,8 +91,8 @@ class Explained:
 def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], None]) -> Explained:
     """Return the cleaned dataset with the effects that explain it.
 
-    Cleaning and selection are repeated, because some gross errors show only with the effects in the model; at most
-    ``settings.selection.max_cleanings`` times. Flexible terms and joints with many orders follow.
+    Cleaning and selection are repeated at most ``settings.selection.max_cleanings`` times, because some gross errors show only with the effects in
+    the model. Flexible terms and joints with many orders follow.
 
     Args:
         dataset: What was measured.
@@ -141,7 +140,7 @@ def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:
 
 
 def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
-    """Refuse data whose residual is larger than any effect can make it, or whose fitted geometry is far from the nominal arm.
+    """Refuse data if the residual of most poses is larger than any effect can make it, or the fitted geometry is far from the nominal arm.
 
     Args:
         dataset: As it was given, before cleaning.
@@ -160,10 +159,10 @@ def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
 
 
 def _refuse_gross_errors_left(dataset: Dataset, state: FittedState) -> None:
-    """Refuse data of which poses are farther off than any effect makes them although everything that was found is in the model.
+    """Refuse data if the residual of a pose is larger than any effect can make it although all that was found is in the model.
 
-    Gross errors are told from the rest by a limit that is a multiple of what most poses have. Where gross errors are so many that they drag the fit,
-    that limit grows with them and sets nothing aside; what is left is then larger than an arm can err.
+    Cleaning sets a pose aside if its residual exceeds a multiple of the usual residual of the poses. So many gross errors that they distort the fit
+    also raise this limit, and then none is set aside. The residuals that remain are then larger than the error of any arm.
 
     Args:
         dataset: As it was given, before cleaning.
@@ -182,10 +181,10 @@ def _refuse_gross_errors_left(dataset: Dataset, state: FittedState) -> None:
 def _with_named_effects(
     dataset: Dataset, cleaned: Cleaned, settings: Settings, progress: Callable[[str], None]
 ) -> Explained:
-    """Return a cleaned dataset with the named effects that are selected on it.
+    """Return the cleaned dataset with the named effects that are selected on it.
 
     Args:
-        dataset: As it was given; a corrected description is looked for in it if the residual is too large.
+        dataset: As it was given; if the residual is too large, a corrected description of its set-up is looked for.
         cleaned: The same without gross errors.
         settings: Thresholds.
         progress: Called with the name of each stage.
@@ -197,8 +196,8 @@ def _with_named_effects(
     candidates = named_candidates(cleaned.dataset)
     progress("selecting effects")
     after = select_jointly(before, select_forward(before, candidates), candidates)
-    # Noise that is estimated from a residual comes out too large if the model lacks effects. With the effects that were found, the weights are
-    # estimated again, and the selection is repeated.
+    # Noise that is estimated from the residual of a model without the effects is too large. The weights are therefore estimated again with the
+    # effects that were found, and the selection is repeated.
     reweighted = rows.reweighted(after.residuals, after.model)
     if reweighted is not None:
         before = refit(cleaned.dataset, model, prepared.free, (), settings, reweighted)

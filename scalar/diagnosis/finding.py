@@ -1,7 +1,7 @@
 """One finding of a diagnosis, and how ``diagnosis.json`` writes it: under its name, or as unattributed where the name is doubtful.
 
-A finding whose name is less likely right than wrong is not given that name: its entry is ``unattributed``, and says under ``most_like`` what
-it looks most like. The correction keeps its shape, because what is shipped is decided by held-out poses and not by names.
+If the name of a finding is more probably wrong than right, its entry has the name ``unattributed``, and ``most_like`` lists the effect that it
+resembles most. The correction still contains that effect, because held-out poses decide what is shipped, and names do not.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ class Finding:
         std: ``(k,)``, standard errors of the coefficients, None for those that were not estimated.
         grounds: What the confidence follows from.
         selected_in: Share of the outer split's runs that chose it at its place, or None without that split.
-        doubtful: Whether its name is less likely right than the settings demand of a name.
+        doubtful: Whether its name is too uncertain to be given, so that it is reported as unattributed: the probability that it, or an effect that is
+            confounded with it, is the cause is below ``settings.naming.least_confidence``.
     """
 
     effect: Effect
@@ -52,7 +53,7 @@ class Finding:
 
     @property
     def depends_on(self) -> list[str]:
-        """Return the columns of poses.csv that it varies with, as far as its shape says."""
+        """Return the columns of ``poses.csv`` that it varies with, as far as its variables and its target say."""
         target = self.effect.target
         joints = [*target.get("joints", ()), *(target[key] for key in ("joint", "source") if key in target)]
         moment = ["order"] if "at" in target else []
@@ -82,11 +83,11 @@ class Finding:
 def unattributed_entry(
     findings: Sequence[Finding], component: Mapping[str, Any] | None = None
 ) -> dict[str, Any]:
-    """Return the one entry of everything that has no name.
+    """Return the one entry of ``diagnosis.json`` for all findings without a name.
 
     Args:
         findings: Flexible terms and doubtful findings, in the order in which they were added.
-        component: Entry of a variance component whose name is doubtful, or None. Without findings there is one.
+        component: Entry of a variance component whose name is doubtful, or None; needed if there are no findings.
     """
     flexible = [finding for finding in findings if finding.effect.flexible]
     doubtful = [finding.to_mapping() for finding in findings if finding.doubtful]

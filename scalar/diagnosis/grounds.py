@@ -1,4 +1,7 @@
-"""The grounds of an answer: the numbers that summarise its evidence, from which its confidence follows. diagnosis.json lists them with it."""
+"""The grounds of an answer: the numbers that summarise its evidence, from which its confidence is computed. ``diagnosis.json`` lists them with it.
+
+An *answer* is an effect, a flexible term or a variance component that the diagnosis reports.
+"""
 
 from __future__ import annotations
 
@@ -19,13 +22,13 @@ _LEAST_CHANCE = 1e-30  # smaller p-values count as this one
 
 @dataclass(frozen=True)
 class FinalResiduals:
-    """What the residuals of the final model show; it concerns all answers of a diagnosis alike.
+    """What the residuals of the final model show; it is the same for all answers of a diagnosis.
 
     Attributes:
         poses: Number of poses that were used.
         misfit: Sum of squares of the whitened residuals over their degrees of freedom; 1 if the noise explains them.
-        chance: p-value of their autocorrelation; it is small if structure remains.
-        correlated: Whether errors are correlated within scans.
+        chance: Smallest p-value of their autocorrelation; it is small if structure remains.
+        correlated: Whether components of the noise within scans were identified.
     """
 
     poses: int
@@ -53,9 +56,10 @@ class Grounds:
     Attributes:
         kind: ``effect``: an effect with a name; ``component``: a variance component; ``structure``: a flexible term.
         log_odds: Log odds of the answer against all other candidates and against no effect at all [nats].
-        least_log_odds: The least of these log odds when one fold of the poses is left out, against the nearest rivals [nats].
-        share: The part of the squared residual without the answer that the answer explains.
-        others: Number of other answers.
+        least_log_odds: The least of these log odds when one fold of the poses is left out, against the nearest rivals [nats]; for a variance
+            component the same as ``log_odds``.
+        share: The share of the squared residual without the answer that the answer explains; for a variance component, its share of the variance.
+        others: Number of other effects that were found, flexible terms included.
         beside_structure: Whether a flexible term was found as well.
         final_residuals: What the final residuals show.
     """
@@ -88,10 +92,10 @@ def grounds_of_effect(
     Args:
         state: With all effects that were found.
         i: Index of the effect.
-        own: Its score given the others.
+        own: Its score given the other effects.
         others: Log evidence of every different answer in its place [nats].
         least: Its least log odds when one fold of the poses is left out [nats].
-        final_residuals: Of the state.
+        final_residuals: What the residuals of the state show.
     """
     flexible = [effect.flexible for effect in state.effects]
     return Grounds(
@@ -113,7 +117,7 @@ def grounds_of_component(
     Args:
         state: With all effects that were found.
         components: The variance components that were identified, at least one, the likeliest first.
-        final_residuals: Of the state.
+        final_residuals: What the residuals of the state show.
     """
     best, *rest = components
     rows = best.covariance.shape[1]
@@ -132,7 +136,7 @@ def grounds_of_component(
 def log_odds(own: float, others: Sequence[float]) -> float:
     """Return the log odds of an answer against all other candidates and against no effect at all [nats].
 
-    They would be correct if one of the candidates were the truth, and all noise were Gaussian.
+    They would be correct if one of the candidates were the true cause, and all noise were Gaussian.
 
     Args:
         own: Its log evidence: half the drop of the Bayesian information criterion, less the log of the number of candidates of its kind.

@@ -1,15 +1,15 @@
-"""Held-out errors: how well a model predicts poses that its fit has not seen, in blocks of successive poses.
+"""Held-out errors: how well a model predicts poses that took no part in its fit, in blocks of successive poses.
 
-Forward selection chooses effects by these errors, so they are somewhat too small for a model that was selected. An honest figure needs poses
-that the whole diagnosis has not seen. Residuals of neighbours in time are correlated, so a pose next to a training pose is hardly independent of
-it. Poses are therefore divided into blocks in the order of acquisition. The blocks are dealt out to the folds in turn, so that every fold spans
-the whole time and a change at any time has poses of every fold on both sides. Repetitions of a pose are held out together, because an error that
-belongs to the pose repeats with it. Poses that differ only in joints that move nothing that is measured (a reflector on the last axis) are
-repetitions as well. The fit of a fold is one Gauss-Newton step from the joint optimum, which is accurate as long as the model is
-nearly linear over that step.
+Forward selection chooses effects by these errors, so they are somewhat too small for a model that was selected; ``outer_split`` estimates errors on
+poses that took no part in the selection either. Residuals of neighbours in time are correlated, so a pose next to a training pose is hardly
+independent of it. Poses are therefore divided into blocks in the order of acquisition. The blocks are assigned to the folds in turn, so that every
+fold spans the whole time and a change at any time has poses of every fold on both sides. Repetitions of a pose are held out together, because an
+error that belongs to the pose repeats with it. Poses that differ only in joints that move nothing that is measured (the last joint, if the reflector
+is on its axis) are repetitions as well. The fit without a fold is one Gauss-Newton step from the joint optimum, which is accurate as long as the
+model is nearly linear over that step.
 
-Poses near the measured ones say little of others. Whole regions of the joint space are therefore held out as well: what predicts a region well
-that took no part in the fit extrapolates.
+Errors at poses near those of the fit say little about other poses. Whole regions of the joint space are therefore held out as well: a model that
+predicts a region well although no pose of it took part in the fit extrapolates.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from scalar.estimation.design_effect import LEAST_POSES, similar_poses
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 
-REGIONS = 8  # of the joint space: three halvings. With more, a region has others all around it
+REGIONS = 8  # of the joint space, by halving it three times. Smaller regions would have others on all sides, so that none is extrapolated to
 
 
 @dataclass(frozen=True, eq=False)
 class HeldOutErrors:
-    """Errors of poses held out from the fit.
+    """Errors at N poses that were held out from the fit.
 
     Attributes:
         whitened: ``(N,)``, squared whitened residual of each pose.
         metric: ``(N,)`` [m^2], mean squared distance of each pose's points.
-        counts: ``(N,)``, points of each pose.
-        block: ``(N,)``, block of each pose.
+        counts: ``(N,)``, number of points of each pose.
+        block: ``(N,)``, index of each pose's block, or of its region.
         settings: Thresholds.
     """
 
@@ -58,13 +58,13 @@ class HeldOutErrors:
 
 
 def blocks(q: Array, settings: HoldOutSettings = DEFAULTS.hold_out) -> tuple[Array, Array]:
-    """Return the block ``(N,)`` and the fold ``(N,)`` of every pose; a repetition belongs to the block of the first such pose.
+    """Return the block ``(N,)`` and the fold ``(N,)`` of every pose; a repetition belongs to the block of the pose that it repeats.
 
     Args:
-        q: Joint angles ``(N, n)`` [rad] in the order of acquisition.
+        q: Joint coordinates ``(N, n)`` [rad, or m of a joint that slides] in the order of acquisition.
         settings: Thresholds.
     """
-    first = first_times(q, settings.same_pose)
+    first = first_of_repetitions(q, settings.same_pose)
     new = first == np.arange(len(q))
     n_new = int(new.sum())
     n_blocks = max(min(settings.folds * settings.blocks_per_fold, n_new // 2), 1)
@@ -74,18 +74,23 @@ def blocks(q: Array, settings: HoldOutSettings = DEFAULTS.hold_out) -> tuple[Arr
 
 
 def moving_joints(state: FittedState) -> Array:
-    """Return whether each joint moves what is measured, ``(n,)`` bool."""
+    """Return which joints move what is measured, ``(n,)`` bool: their derivatives are at least ``settings.hold_out.least_derivative``."""
     sizes = state.rows.derivatives_by_joint(state.residuals, state.model)
     return sizes >= state.settings.hold_out.least_derivative
 
 
 def blocks_of(state: FittedState) -> tuple[Array, Array]:
-    """Return the block ``(N,)`` and the fold ``(N,)`` of every pose of a state, by the joints that move what is measured."""
+    """Return the block ``(N,)`` and the fold ``(N,)`` of every pose of a state; only joints that move what is measured distinguish poses."""
     return blocks(state.dataset.q[:, moving_joints(state)], state.settings.hold_out)
 
 
-def first_times(q: Array, same_pose: float = DEFAULTS.hold_out.same_pose) -> Array:
-    """Return for every pose the index of the first pose with the same joint angles ``(N,)``, which is its own if it is new."""
+def first_of_repetitions(q: Array, same_pose: float = DEFAULTS.hold_out.same_pose) -> Array:
+    """Return for every pose the index ``(N,)`` of the first pose of which it is a repetition, its own if it repeats none.
+
+    Args:
+        q: Joint coordinates ``(N, n)`` [rad, or m of a joint that slides].
+        same_pose: A pose whose coordinates all differ by less is a repetition, in the same unit.
+    """
     first = np.arange(len(q))
     pairs = KDTree(q).query_pairs(same_pose, p=np.inf, output_type="ndarray")
     for i, j in pairs[np.lexsort((pairs[:, 0], pairs[:, 1]))]:
@@ -94,11 +99,11 @@ def first_times(q: Array, same_pose: float = DEFAULTS.hold_out.same_pose) -> Arr
 
 
 def held_out_errors(state: FittedState, whitening: Array | None = None) -> HeldOutErrors:
-    """Return the held-out errors of a state, every pose held out once; computed once for each whitening.
+    """Return the held-out errors of a state, every pose held out once; they are computed once for each whitening.
 
     Args:
         state: Model and data at the joint optimum.
-        whitening: ``(N, m, m)``, of a variance component of whole poses, if any. States that are compared need the same one.
+        whitening: ``(N, m, m)``, for a variance component of whole poses, or None. States that are compared need the same whitening.
     """
     key = id(whitening)
     if key not in state.held_out:
@@ -108,17 +113,18 @@ def held_out_errors(state: FittedState, whitening: Array | None = None) -> HeldO
 
 
 def held_out_regions(state: FittedState, whitening: Array | None = None) -> HeldOutErrors | None:
-    """Return the errors where each of eight regions of the joint space is held out as a whole, or None with too few poses for two of them.
+    """Return the errors where each of up to eight regions of the joint space is held out as a whole; None with too few poses for two regions.
 
     Args:
         state: Model and data at the joint optimum.
-        whitening: ``(N, m, m)``, of a variance component of whole poses, if any.
+        whitening: ``(N, m, m)``, for a variance component of whole poses, or None.
     """
     region = similar_poses(state.dataset.q[:, moving_joints(state)], REGIONS, LEAST_POSES)
     return _held_out_errors(state, whitening, region, region) if region.any() else None
 
 
 def _held_out_errors(state: FittedState, whitening: Array | None, block: Array, fold: Array) -> HeldOutErrors:
+    """Return the errors of the poses of each fold ``(N,)`` by a fit without them; ``block`` ``(N,)`` is kept with the errors."""
     residual, J = (whitened(whitening, rows) for rows in state.linearised())
     N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
     r_metric, J_metric = _in_metres(state)
@@ -132,7 +138,7 @@ def _held_out_errors(state: FittedState, whitening: Array | None, block: Array, 
         test = np.repeat(out, m)
         J_test = J[: N * m][test]
         scaled = J_test / scale
-        # What is left of the normal equations without the fold.
+        # The normal equations of the other folds, by subtraction.
         step = _step(gram - scaled.T @ scaled, projection - scaled.T @ residual[: N * m][test])
         if step is None:
             train = np.r_[~test, np.ones(len(residual) - N * m, dtype=bool)]
@@ -148,7 +154,7 @@ def _held_out_errors(state: FittedState, whitening: Array | None, block: Array, 
 
 
 def _step(gram: Array, projection: Array) -> Array | None:
-    """Return the Gauss-Newton step by normal equations where they are sound, else None."""
+    """Return the Gauss-Newton step by normal equations if these are well conditioned, else None."""
     values = np.linalg.eigvalsh(gram)
     if values[0] > 1e-10 * values[-1]:
         return -np.linalg.solve(gram, projection)
@@ -156,7 +162,7 @@ def _step(gram: Array, projection: Array) -> Array | None:
 
 
 def _in_metres(state: FittedState) -> tuple[Array, Array]:
-    """Return the rows of the poses in metres, every point with the same weight, and their Jacobian."""
+    """Return the rows of the poses in metres, every point with the same weight, and their derivatives by the free parameters [m]."""
     residuals = state.residuals
     measurement, metres = residuals.measurement.in_metres()
     rows = Residuals(measurement, residuals.poses, residuals.bases, residuals.known)
@@ -165,11 +171,11 @@ def _in_metres(state: FittedState) -> tuple[Array, Array]:
 
 
 def improvement(before: HeldOutErrors, after: HeldOutErrors) -> float:
-    """Return by how many standard errors the held-out error falls; blocks are the independent samples.
+    """Return by how many standard errors the squared whitened held-out error falls; blocks are the independent samples.
 
-    One block that the other poses hardly determine may gain more than all others together, and its scatter then hides their gain.
-    The fall is therefore also computed with the gain of a block limited to ``most_gain_of_block`` times the median change, and losses in full; the
-    larger of the two is returned.
+    One block that the other poses hardly determine may gain more than all others together, and its scatter then hides their gain. The fall is
+    therefore also computed with the gain of each block limited to ``most_gain_of_block`` times the median change of a block, while losses count in
+    full. The larger of the two numbers is returned.
     """
     n = int(before.block.max()) + 1
     per_block = np.bincount(before.block, weights=before.whitened - after.whitened, minlength=n)
@@ -178,6 +184,7 @@ def improvement(before: HeldOutErrors, after: HeldOutErrors) -> float:
 
 
 def _in_standard_errors(drops: Array) -> float:
+    """Return the sum of the drops of blocks over its standard error."""
     n = len(drops)
     error = float(np.std(drops, ddof=1)) * np.sqrt(n) if n > 1 else 0.0
     total = float(drops.sum())
@@ -185,5 +192,8 @@ def _in_standard_errors(drops: Array) -> float:
 
 
 def no_worse(before: HeldOutErrors, after: HeldOutErrors) -> bool:
-    """Return whether held-out poses are predicted about as well in metres; a gain in weighted rows alone may not hold at other poses."""
+    """Return whether the held-out error in metres grows by no more than ``tolerated_growth``.
+
+    It is asked besides ``improvement``, because an improvement of weighted rows alone may not hold at other poses.
+    """
     return after.rms <= (1.0 + before.settings.tolerated_growth) * before.rms

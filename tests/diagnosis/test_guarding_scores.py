@@ -10,7 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scalar.diagnosis.hold_out import HeldOutErrors, blocks, first_times, improvement, moving_joints, no_worse
+from scalar.diagnosis.hold_out import (
+    HeldOutErrors,
+    blocks,
+    first_of_repetitions,
+    improvement,
+    moving_joints,
+    no_worse,
+)
 from scalar.diagnosis.score_test import Background, Projected, in_prior_units, remainder
 from scalar.diagnosis.settings import DEFAULTS
 from tests.diagnosis.stand_ins import doubled
@@ -69,8 +76,8 @@ def test_no_gain_leaves_less_than_a_share_of_the_noise():
 def test_poses_within_reach_of_one_another_are_repetitions():
     """Three milliradians apart in one joint: two poses above two, one pose below four."""
     q = np.array([[0.0, 1.0], [0.003, 1.0], [0.5, 0.5]])
-    assert list(first_times(q, HOLD_OUT.same_pose)) == [0, 1, 2]
-    assert list(first_times(q, 2 * HOLD_OUT.same_pose)) == [0, 0, 2]
+    assert list(first_of_repetitions(q, HOLD_OUT.same_pose)) == [0, 1, 2]
+    assert list(first_of_repetitions(q, 2 * HOLD_OUT.same_pose)) == [0, 0, 2]
 
 
 def test_a_joint_that_hardly_moves_what_is_measured_makes_no_other_pose():

@@ -110,11 +110,11 @@ def test_plain_ranges_stay_as_they_are():
     from scalar.diagnosis import diagnose as module_of_its_own  # so that the modules are there
     from scalar.diagnosis import hold_out
 
-    before = hold_out.first_times
+    before = hold_out.first_of_repetitions
     assert counted(2, 5) == range(2, 5)
     with watched_estimator():
-        assert vars(hold_out)["range"] is counted and hold_out.first_times is not before
-    assert "range" not in vars(hold_out) and hold_out.first_times is before
+        assert vars(hold_out)["range"] is counted and hold_out.first_of_repetitions is not before
+    assert "range" not in vars(hold_out) and hold_out.first_of_repetitions is before
     assert callable(module_of_its_own)
 
 

@@ -19,7 +19,7 @@ import pandas as pd
 from scalar.data.dataset import Dataset
 from scalar.data.poses import is_joint
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.hold_out import first_times, held_out_errors
+from scalar.diagnosis.hold_out import first_of_repetitions, held_out_errors
 from scalar.diagnosis.measured_rows import MeasuredRows
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.effect import Effect
@@ -76,7 +76,7 @@ def on_a_fresh_split(dataset: Dataset, found: Calibration) -> dict[str, float]:
         found: The calibration with effects.
     """
     cleaned, prepared = _prepared(dataset)
-    first = first_times(cleaned.q)
+    first = first_of_repetitions(cleaned.q)
     unlike = np.unique(first)
     out = np.isin(first, np.random.default_rng(_SEED).permutation(unlike)[: round(FRESH_SHARE * len(unlike))])
     rest, drawn = cleaned.subset(~out), cleaned.subset(out)

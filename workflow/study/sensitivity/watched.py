@@ -53,7 +53,7 @@ JUDGED: dict[str, Callable[[Any, Any], bool]] = {
     "scalar.estimation.outlying_points.without_outlying_points": same_content,
     "scalar.estimation.pose_consistency.coarsely_consistent": same_content,
     "scalar.estimation.data_sheet_priors.fit_near_data_sheet": same_content,
-    "scalar.diagnosis.hold_out.first_times": same_content,
+    "scalar.diagnosis.hold_out.first_of_repetitions": same_content,
     "scalar.diagnosis.confidence.confidence": same_side,
 }
 """Functions that depend on nothing but their arguments, and when two of their results are the same."""
