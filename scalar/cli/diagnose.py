@@ -108,6 +108,7 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     from scalar.estimation.misfit import lacks_something
     from scalar.report import words
     from scalar.report.few_poses import few_poses
+    from scalar.report.lacking import cause_of_excess
     from scalar.report.shipped_words import shipped_sentences
     from scalar.report.unseen_words import unseen_sentences
 
@@ -118,7 +119,7 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     verdict = {
         "no_effect": "no effect found: "
         + (
-            f"the residual is {summary['misfit']:.1f} times what the noise explains, by something that these data do not name"
+            f"the residual is {summary['misfit']:.1f} times what the noise explains, because of {cause_of_excess(diagnosis)}"
             if lacks_something(summary)
             else "these data show nothing that the model lacks"
         ),

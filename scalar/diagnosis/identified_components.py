@@ -17,6 +17,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import chi2
 
+from scalar.diagnosis.autocorrelation import depends_on
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.restricted_likelihood import fit_components
 from scalar.diagnosis.variance_components import VarianceComponent, columns_by_place, directions
@@ -26,22 +27,21 @@ from scalar.geometry.se3 import Array
 def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
     """Return the variance components of a state that the sensor's own noise does not explain, the likeliest first.
 
-    The gain of log likelihood [nats] and the p-value of each are those given the sensor's own noise; its standard deviation is left as it was. For a
-    sensor without noise that is common to a whole pose (``Measurement.covariance_of_extended_errors``), all components are returned unchanged.
+    The gain of log likelihood [nats] and the p-value of each are those given the sensor's own noise; its standard deviation is left as it was.
+
+    A sensor that measures one point at a pose does not show its own noise. Whatever scatters alike in all directions is then taken for noise that is
+    larger than stated, unless residuals are autocorrelated: the likeliest component is then returned, to be reported without a name.
 
     Args:
         state: With all effects that were found.
     """
     residuals, model = state.residuals, state.model
     found = tuple(state.variance_components)
-    extended = residuals.measurement.covariance_of_extended_errors(
-        residuals.kinematics(model).T_base_sensor, model.target
-    )
-    if not found or extended is None:
+    if not found:
         return found
     background = state.background_within_scans()
     # Covariances (N, m, m) of the whitened rows by each source of unit variance.
-    sensor_kernels = _of_the_sensor(extended)
+    sensor_kernels = _of_the_sensor(state)
     kernels = {name: D @ np.swapaxes(D, 1, 2) for name, D in directions(residuals, model)}
     settings = state.settings
     too_small = {
@@ -61,6 +61,8 @@ def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
         p_value = float(0.5 * chi2.sf(2 * max(gain, 0.0), 1))
         if p_value < settings.selection.alpha_unnamed:
             identified.append(replace(component, log_likelihood_gain=gain, p_value=p_value))
+    if not identified and not residuals.measurement.scans and depends_on(state):
+        return found[:1]
     return tuple(sorted(identified, key=lambda c: -c.log_likelihood_gain))
 
 
@@ -75,9 +77,7 @@ def only_place(state: FittedState, component: VarianceComponent) -> str | None:
         The name of a joint (``q4``), ``sensor`` or ``base``; None if no place is better by ``settings.selection.confounded_margin`` [nats].
     """
     residuals, model = state.residuals, state.model
-    T_base_sensor = residuals.kinematics(model).T_base_sensor
-    extended = residuals.measurement.covariance_of_extended_errors(T_base_sensor, model.target)
-    sensor_kernels = [] if extended is None else _of_the_sensor(extended)
+    sensor_kernels = _of_the_sensor(state)
     background = state.background_within_scans()
 
     def log_likelihood(columns: Array) -> float:
@@ -93,6 +93,11 @@ def only_place(state: FittedState, component: VarianceComponent) -> str | None:
     return likeliest.split(".")[0] if clearly else None
 
 
-def _of_the_sensor(extended: Array) -> list[Array]:
-    """Return two covariances ``(N, m, m)`` of the sensor's noise: the identity, for independent errors, and ``extended``, for those of poses."""
-    return [np.broadcast_to(np.eye(extended.shape[1]), extended.shape), extended]
+def _of_the_sensor(state: FittedState) -> list[Array]:
+    """Return covariances ``(N, m, m)`` of the sensor's noise: of independent errors, and of those that extend over a whole pose."""
+    residuals, model = state.residuals, state.model
+    T_base_sensor = residuals.kinematics(model).T_base_sensor
+    m = residuals.measurement.rows_per_pose
+    independent = np.broadcast_to(np.eye(m), (len(T_base_sensor), m, m))
+    extended = residuals.measurement.covariance_of_extended_errors(T_base_sensor, model.target)
+    return [independent] if extended is None else [independent, extended]

@@ -70,12 +70,12 @@ class MeasuredRows:
             residuals: Of the same dataset.
             model: At its optimum.
         """
-        if self._like is None or not self._like.estimated_noise:
+        if self._like is None or self._like.scans:  # scans show their own noise, which no model changes
             return None
         T_base_sensor = residuals.kinematics(model).T_base_sensor
         like = measure(self._dataset).reweighted(T_base_sensor, model.target)
-        pairs = zip(self._like.estimated_noise, like.estimated_noise, strict=True)
-        if all(abs(new.value / old.value - 1.0) < _LITTLE for old, new in pairs):
+        old, new = ({n.name: n.value for n in m.estimated_noise} for m in (self._like, like))
+        if old.keys() == new.keys() and all(abs(new[name] / old[name] - 1.0) < _LITTLE for name in new):
             return None
         return MeasuredRows(self._dataset, self.noise, like)
 

@@ -180,6 +180,11 @@ class WhitenedMeasurement(Measurement):
         return self.inner.estimated_noise
 
     @property
+    def ratio_to_stated(self) -> float | None:
+        """Return that of the inner measurement."""
+        return self.inner.ratio_to_stated
+
+    @property
     def rows_per_pose(self) -> int:  # type: ignore[override]
         """Return the number of rows of each pose."""
         return self.inner.rows_per_pose

@@ -75,6 +75,7 @@ def conclude(
     }
     _check_plausible(model, settings)
     covariance = covariance * lack.inflation
+    to_stated = residuals.measurement.ratio_to_stated
     std = np.full(len(names), np.nan)
     std[found.free] = np.sqrt(np.diag(covariance))
     summary["setup"] = [
@@ -84,7 +85,7 @@ def conclude(
             model,
             std,
             rotation_observed=residuals.measurement.observes_orientation,
-            misfit_ratio=lack.ratio if residuals.measurement.sigma_stated else None,
+            misfit_ratio=None if to_stated is None else lack.ratio * to_stated,
             rotation_noise=max(
                 (n.value for n in residuals.measurement.estimated_noise if n.name == ROTATION_NOISE),
                 default=0.0,

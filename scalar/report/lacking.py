@@ -36,3 +36,10 @@ def lacking_after(diagnosis: Diagnosis) -> float:
         return lacking(diagnosis.calibration_after)
     state = shipped.choice.state
     return unexplained_shift(state.residuals, state.model, misfit(state.residuals, state.model, state.free))
+
+
+def cause_of_excess(diagnosis: Diagnosis) -> str:
+    """Return as a clause what may cause a residual that exceeds the noise where no finding explains it."""
+    if diagnosis.after.residuals.measurement.scans:
+        return "something that these data do not name"
+    return "a noise that is larger than stated, or something that these data do not name"

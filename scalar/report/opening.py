@@ -10,6 +10,7 @@ from scalar.estimation.misfit import lacks_something
 from scalar.report import words
 from scalar.report.few_poses import few_poses
 from scalar.report.further_poses import answer_on
+from scalar.report.lacking import cause_of_excess
 from scalar.report.noise_card import SURE, noise_advice, noise_clause, noise_size
 
 if TYPE_CHECKING:
@@ -90,10 +91,7 @@ def _what_matters(diagnosis: Diagnosis, mapping: Mapping[str, Any], pictures: Se
     noise = [_with_size(noise_clause(diagnosis), noise_size(diagnosis))] if has_noise else []
     if not found and not noise and lacks_something(diagnosis.calibration_after.summary):
         times = f"{diagnosis.calibration_after.summary['misfit']:.1f}"
-        return (
-            f"The model lacks something that these data do not name: the residual is {times} times what the noise explains, {error} is {before} mm, "
-            f"and {level}."
-        )
+        return f"The residual is {times} times what the noise explains, because of {cause_of_excess(diagnosis)}: {error} is {before} mm, and {level}."
     if not found and not noise:
         return f"These data show nothing that the model lacks: {error} is {before} mm, and {level}."
     said = _joined(found, noise)

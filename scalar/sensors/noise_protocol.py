@@ -23,7 +23,7 @@ class NoiseProtocol(ABC):
     Attributes:
         rows_per_pose: m, the number of rows to which a pose is reduced.
         sigma: Standard deviation of the sensor [m], stated or estimated.
-        sigma_stated: Whether the dataset stated it.
+        sigma_stated: Whether the dataset stated it and the residual of a fit did not show that the statement is too large.
         noise: The noise within poses for which the rows are whitened, or None.
     """
 
@@ -51,6 +51,11 @@ class NoiseProtocol(ABC):
     def estimated_noise(self) -> tuple[NoiseComponent, ...]:
         """Return the components of the noise that ``reweighted`` estimates from the residual of a fit, as files list them; by default none."""
         return ()
+
+    @property
+    def ratio_to_stated(self) -> float | None:
+        """Return the standard deviation for which the rows are weighted over the stated one; None if none was stated."""
+        return 1.0 if self.sigma_stated else None
 
     @property
     def listed_noise(self) -> tuple[NoiseComponent, ...]:

@@ -16,13 +16,16 @@ from scalar.geometry.se3 import Array
 ROTATION_NOISE = "rotation_noise"
 """Name of the component for measured orientations [rad]."""
 
+POSITION_NOISE = "position_noise"
+"""Name of the component for positions or contacts whose noise is estimated from the residual [m]."""
+
 
 @dataclass(frozen=True)
 class NoiseComponent:
     """A component of the sensor's own noise, as diagnosis and calibration files list it.
 
     Attributes:
-        name: ``scan_level``, ``scan_correlation``, ``surface_waviness`` or ``rotation_noise``.
+        name: ``scan_level``, ``scan_correlation``, ``surface_waviness``, ``rotation_noise`` or ``position_noise``.
         target: What distinguishes it from others of its name; keys of lengths name their unit.
         value: Its size, or its exponent for a ``scan_level`` by range or incidence.
         std: Standard error of the value.

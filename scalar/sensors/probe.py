@@ -6,7 +6,7 @@ A probe measures no length: planes remain planes if the whole workcell is scaled
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +16,10 @@ from scalar.geometry.planes import PARAMETERS_PER_PLANE, Planes
 from scalar.geometry.se3 import Array, cross
 from scalar.sensors.plane_targets import OnPlanes, fit_planes, plane_targets
 from scalar.sensors.point_by_point import PointByPoint
-from scalar.sensors.rows import Pieces, Rows, stated_sigma
+from scalar.sensors.pose_noise import NoiseComponent
+from scalar.sensors.protocol import Measurement
+from scalar.sensors.residual_noise import estimated_position_noise, noise_factor, scaled_up
+from scalar.sensors.rows import LEAST_SIGMA, Pieces, Rows, stated_sigma
 from scalar.sensors.target import Target
 
 if TYPE_CHECKING:
@@ -27,12 +30,21 @@ _IN_CONTACT = 1e-11  # m, largest height over the plane that counts as contact
 
 @dataclass(frozen=True, eq=False)
 class Probe(OnPlanes, PointByPoint):
-    """The contacts of a dataset, ``values`` being their heights over the planes ``(N, 1)`` [m], which are all zero."""
+    """The contacts of a dataset, ``values`` being their heights over the planes ``(N, 1)`` [m], which are all zero.
+
+    Attributes:
+        stated: The stated noise [m], or None.
+        unknowns: Approximate number of parameters that a fit estimates.
+        fixed: Whether the noise was estimated before and is not estimated again.
+    """
 
     values: Array
     target_index: Array
     sigma: float
     sigma_stated: bool
+    stated: float | None = None
+    unknowns: int = 0
+    fixed: bool = False
 
     format = SensorFormat("probe", on_planes=True, needs_nominal_pose=True, table=None)
     words = "touch probe"
@@ -44,8 +56,38 @@ class Probe(OnPlanes, PointByPoint):
     def of(cls, dataset: Dataset, extra_basis: Sequence[str] = ()) -> Probe:
         """Return the contacts of a dataset."""
         noise = dataset.sensor.noise
-        index = plane_targets(dataset)[0]
-        return cls(np.zeros((len(index), 1)), index, stated_sigma(noise), noise is not None)
+        index, planes = plane_targets(dataset)
+        unknowns = 4 * dataset.robot.n_joints + 3 + PARAMETERS_PER_PLANE * len(planes.names)
+        heights = np.zeros((len(index), 1))
+        return cls(heights, index, stated_sigma(noise), noise is not None, noise, unknowns)
+
+    def reweighted(self, T_base_sensor: Array, target: Target) -> Probe:
+        """Return the same contacts with a noise that is not stated, or stated too large, estimated from their heights over the planes."""
+        if self.fixed:
+            return self
+        N = len(self.target_index)
+        heights = self.predicted(T_base_sensor, target, self.target_index)[0]
+        rms = scaled_up(float(np.sqrt(np.mean(heights**2))) / self.sigma, N, self.unknowns)
+        factor = noise_factor(rms, N, self.unknowns, stated=self.sigma_stated)
+        if factor == 1.0:
+            return self
+        return replace(self, sigma=max(self.sigma * factor, LEAST_SIGMA), sigma_stated=False)
+
+    def weighted_like(self, other: Measurement) -> Probe:
+        """Return the same contacts with the noise of another measurement of the same poses; it is not estimated again."""
+        return replace(self, sigma=other.sigma, sigma_stated=other.sigma_stated, fixed=True)
+
+    @property
+    def ratio_to_stated(self) -> float | None:
+        """Return the noise over the stated one; None if none was stated."""
+        return None if self.stated is None else self.sigma / stated_sigma(self.stated)
+
+    @property
+    def estimated_noise(self) -> tuple[NoiseComponent, ...]:
+        """Return the noise of the contacts if it is estimated."""
+        if self.sigma_stated or self.sigma == stated_sigma(self.stated):
+            return ()
+        return (estimated_position_noise(self.sigma, len(self.target_index), self.stated),)
 
     @property
     def contact_factors(self) -> Array:

@@ -128,7 +128,7 @@ class Tracker(Measurement):
 
     @property
     def sigma_stated(self) -> bool:  # type: ignore[override]
-        """Return whether the noise of positions is stated, for all or for each."""
+        """Return whether the noise of positions is as stated, for all or for each."""
         return self.noise_of.position_stated
 
     @property
@@ -197,9 +197,7 @@ class Tracker(Measurement):
     # Weights and noise
 
     def reweighted(self, T_base_sensor: Array, target: Target) -> Tracker:
-        """Return the same measurement; if orientations were measured, with an unstated noise estimated from the residuals of the model."""
-        if self.rotations is None:
-            return self
+        """Return the same measurement with a noise that is not stated, or stated too large, estimated from the residuals of the model."""
         noise = self.noise_of.estimated(*self._residuals(T_base_sensor, target))
         return self if noise is self.noise_of else replace(self, noise_of=noise)
 
@@ -210,9 +208,13 @@ class Tracker(Measurement):
 
     @property
     def estimated_noise(self) -> tuple[NoiseComponent, ...]:
-        """Return the noise of orientations if it is estimated."""
-        component = self.noise_of.component()
-        return () if component is None else (component,)
+        """Return the noise of positions and of orientations where it is estimated."""
+        return self.noise_of.components()
+
+    @property
+    def ratio_to_stated(self) -> float | None:
+        """Return the noise of positions over the stated one; None if none was stated."""
+        return self.noise_of.ratio_to_stated
 
     def in_metres(self) -> tuple[Tracker, float]:
         """Return the positions alone with equal weights, and the factor that converts their rows to metres."""

@@ -1,9 +1,8 @@
 """The noise of a tracker's measurements: stated for all, stated for each, or estimated from the residuals of a fit.
 
-Positions and orientations have different units, so their noises weigh them against each other. If one of the two is stated, the other is
-estimated from the root mean square of its own residuals; if neither is, their ratio is chosen so that both have residuals of the same number
-of standard deviations. The residuals of a fit are smaller than the noise, because its parameters adapt to it; they are scaled up accordingly
-(Förstner's estimator of variance components, with the same factor for all rows).
+Positions and orientations have different units, so their noises weigh them against each other. A noise that is not stated, or stated clearly larger
+than the residuals are, is estimated from the root mean square of its own residuals. The residuals of a fit are smaller than the noise, because its
+parameters adapt to it; they are scaled up accordingly (Förstner's estimator of variance components, with the same factor for all rows).
 """
 
 from __future__ import annotations
@@ -14,13 +13,13 @@ import numpy as np
 
 from scalar.geometry.se3 import Array
 from scalar.sensors.pose_noise import ROTATION_NOISE, NoiseComponent
+from scalar.sensors.residual_noise import UNCHANGED, estimated_position_noise, noise_factor, scaled_up
 from scalar.sensors.rows import LEAST_SIGMA, stated_sigma
 
 _TYPICAL_REACH = 0.1
 """[m] Until it is estimated, the noise of an angle is that of a position over this distance."""
 _REACHES = (0.01, 10.0)
 """[m] Bounds of the ratio of the noise of positions to that of orientations, if neither is stated."""
-_UNCHANGED = 1e-3  # a smaller relative change of an estimated noise is not applied
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +30,11 @@ class TrackerNoise:
         seen: ``(N, K)`` bool, which targets each pose shows.
         position: ``(N, K)`` [m], of each coordinate.
         rotation: ``(N, K)`` [rad], about each axis; None if no orientation was measured.
-        position_stated: Whether the noise of positions is stated.
+        position_stated: Whether ``position`` is as stated.
         rotation_stated: Whether that of orientations is stated.
         unknowns: Approximate number of parameters that a fit estimates.
+        stated: Root mean square of the stated noise of positions [m]; None if none is stated.
+        position_estimated: Whether ``position`` is estimated from residuals.
         fixed: Whether a noise that was estimated before is not estimated again.
     """
 
@@ -43,6 +44,8 @@ class TrackerNoise:
     position_stated: bool
     rotation_stated: bool
     unknowns: int
+    stated: float | None = None
+    position_estimated: bool = False
     fixed: bool = False
 
     @classmethod
@@ -61,24 +64,22 @@ class TrackerNoise:
             rotation: The same for orientations [rad]; None if none was measured.
             unknowns: Approximate number of parameters that a fit estimates.
         """
-        stated, each = position
-        sigma = np.full(seen.shape, stated_sigma(stated)) if each is None else np.maximum(each, LEAST_SIGMA)
-        if rotation is None:
-            return cls(seen, sigma, None, stated is not None or each is not None, True, unknowns)
-        of_all, of_each = rotation
-        if of_each is not None:
-            turn = np.maximum(of_each, LEAST_SIGMA)
+        of_all_positions, of_each_position = position
+        if of_each_position is None:
+            sigma = np.full(seen.shape, stated_sigma(of_all_positions))
         else:
+            sigma = np.maximum(of_each_position, LEAST_SIGMA)
+        position_stated = of_all_positions is not None or of_each_position is not None
+        turn, rotation_stated = None, True
+        if rotation is not None:
+            of_all, of_each = rotation
+            rotation_stated = of_all is not None or of_each is not None
             typical = float(np.median(sigma[seen])) / _TYPICAL_REACH
             turn = np.full(seen.shape, typical if of_all is None else max(of_all, LEAST_SIGMA))
-        return cls(
-            seen,
-            sigma,
-            turn,
-            stated is not None or each is not None,
-            of_all is not None or of_each is not None,
-            unknowns,
-        )
+            if of_each is not None:
+                turn = np.maximum(of_each, LEAST_SIGMA)
+        noise = cls(seen, sigma, turn, position_stated, rotation_stated, unknowns)
+        return replace(noise, stated=noise.typical) if position_stated else noise
 
     @property
     def typical(self) -> float:
@@ -101,36 +102,60 @@ class TrackerNoise:
             per_axis.append(np.repeat(self.seen / self.rotation, 3, axis=1))
         return np.concatenate(per_axis, axis=1)
 
+    @property
+    def ratio_to_stated(self) -> float | None:
+        """Return the noise of positions over the stated one; None if none was stated."""
+        return None if self.stated is None else self.typical / self.stated
+
     def estimated(self, shift: Array, turn: Array) -> TrackerNoise:
-        """Return the noise with the part that is not stated estimated from residuals; the same object if that changes nothing.
+        """Return the noise as residuals show it where it is not stated, or stated too large; the same object if that changes nothing.
 
         Args:
             shift: ``(N, K, 3)`` [m], residuals of positions.
-            turn: ``(N, K, 3)`` [rad], residuals of orientations.
+            turn: ``(N, K, 3)`` [rad], residuals of orientations; not used if none was measured.
         """
-        if self.rotation is None or self.fixed or (self.position_stated and self.rotation_stated):
+        if self.fixed:
             return self
-        n = 6 * int(self.seen.sum())
-        share = np.sqrt(n / max(n - self.unknowns, n / 2))
-        of_position = _relative(shift, self.position, self.seen) * share
-        of_rotation = _relative(turn, self.rotation, self.seen) * share
-        if self.rotation_stated:
+        rows = 3 * int(self.seen.sum()) * (1 if self.rotation is None else 2)
+        of_position = scaled_up(_relative(shift, self.position, self.seen), rows, self.unknowns)
+        factor = noise_factor(of_position, rows, self.unknowns, stated=self.position_stated)
+        if self.rotation is None:
+            return self._scaled(factor)
+        of_rotation = scaled_up(_relative(turn, self.rotation, self.seen), rows, self.unknowns)
+        if self.rotation_stated and not self.position_stated:
             factor = max(of_position, LEAST_SIGMA / self.typical)
-            return self if _same(factor) else replace(self, position=self.position * factor)
+        scaled = self._scaled(factor)
+        if self.rotation_stated:
+            turn_factor = noise_factor(of_rotation, rows, self.unknowns, stated=True)
+            if turn_factor == 1.0:
+                return scaled
+            return replace(scaled, rotation=self.rotation * turn_factor, rotation_stated=False)
         if self.position_stated:
             rotation = np.maximum(self.rotation * of_rotation, LEAST_SIGMA)
         else:
             reach = self.typical * of_position / (self.rotation * max(of_rotation, 1e-300))
-            rotation = self.typical / np.clip(reach, *_REACHES)
-        return self if _same(float(np.max(rotation / self.rotation))) else replace(self, rotation=rotation)
+            rotation = scaled.typical / np.clip(reach, *_REACHES)
+        return (
+            scaled if _same(float(np.max(rotation / self.rotation))) else replace(scaled, rotation=rotation)
+        )
 
-    def component(self) -> NoiseComponent | None:
-        """Return the estimated noise of orientations as files list it; None if it is stated or orientations were not measured."""
-        if self.rotation is None or self.rotation_stated:
-            return None
-        value, n = float(self.rotation[self.seen][0]), 3 * int(self.seen.sum())
-        sentence = "the noise of the measured orientations is estimated from what the model leaves"
-        return NoiseComponent(ROTATION_NOISE, {}, value, value / np.sqrt(2.0 * n), "rad", sentence)
+    def _scaled(self, factor: float) -> TrackerNoise:
+        """Return the noise with that of positions multiplied by a factor that residuals show; the same object if it is 1."""
+        if _same(factor):
+            return self
+        position = np.maximum(self.position * factor, LEAST_SIGMA)
+        return replace(self, position=position, position_stated=False, position_estimated=True)
+
+    def components(self) -> tuple[NoiseComponent, ...]:
+        """Return the estimated noise of positions and of orientations as files list them; none that is stated, guessed or not measured."""
+        found = []
+        if self.position_estimated:
+            found.append(estimated_position_noise(self.typical, 3 * int(self.seen.sum()), self.stated))
+        if self.rotation is not None and not self.rotation_stated:
+            value, n = float(self.rotation[self.seen][0]), 3 * int(self.seen.sum())
+            sentence = "the noise of the measured orientations is estimated from what the model leaves"
+            found.append(NoiseComponent(ROTATION_NOISE, {}, value, value / np.sqrt(2.0 * n), "rad", sentence))
+        return tuple(found)
 
 
 def _relative(residual: Array, sigma: Array, seen: Array) -> float:
@@ -139,4 +164,4 @@ def _relative(residual: Array, sigma: Array, seen: Array) -> float:
 
 
 def _same(factor: float) -> bool:
-    return abs(factor - 1.0) < _UNCHANGED
+    return abs(factor - 1.0) < UNCHANGED

@@ -1,0 +1,49 @@
+"""What a tracker's noise is stated to be does not decide what is found: it is measured, and a disagreement is said."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from scalar.diagnosis.diagnose import diagnose
+from tests.tracked_targets import TrackedArm
+
+TRUE = 1e-4  # m
+
+
+def tracked(stated, gear=0.0, jitter=0.0, seed=1):
+    """Return 150 poses of an arm, with a gear error of joint 2 and joints that do not repeat [rad]."""
+    rng = np.random.default_rng(seed)
+    arm = TrackedArm.drawn(rng, ("ball",))
+    q = arm.poses(150, rng)
+    q_true = q + rng.normal(0.0, jitter, q.shape) if jitter else q.copy()
+    q_true[:, 1] += gear * np.sin(3 * q[:, 1])
+    return arm.dataset(q, rng, noise=TRUE, stated={"noise": stated}, q_true=q_true)
+
+
+@pytest.mark.parametrize("stated", [None, 1e-3, 1e-4, 1e-5])
+def test_nothing_is_found_in_noise_of_any_statement(stated):
+    """A statement ten times too large named the base's compliance, with a confidence of 1.00; one that is too small, a bias of scans."""
+    diagnosis = diagnose(tracked(stated), outer_folds=0)
+    assert diagnosis.verdict == "no_effect"
+    mapping = diagnosis.to_mapping()
+    setup = [entry["what"] for entry in mapping["setup"]]
+    assert setup == (["noise"] if stated == 1e-3 else [])
+    if stated != 1e-5:
+        assert mapping["noise"]["within_scan_mm"] == pytest.approx(0.1, rel=0.15)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stated", [None, 1e-3, 1e-4, 1e-5])
+def test_a_gear_is_named_whatever_is_stated(stated):
+    """The noise is that of the residual once the gear is in the model."""
+    diagnosis = diagnose(tracked(stated, gear=4e-4), outer_folds=0)
+    (found,) = diagnosis.to_mapping()["effects"]
+    assert (found["name"], found["target"]) == ("joint_harmonic", {"joint": 2, "order": 3})
+    assert not diagnosis.noise
+
+
+def test_joints_that_do_not_repeat_are_told_from_a_noise_stated_too_small():
+    """The scatter grows with the distance of the tracked point from each axis, which an error of the tracker does not."""
+    diagnosis = diagnose(tracked(2e-5, jitter=4e-4), outer_folds=0)
+    assert [c.name for c in diagnosis.noise] == ["pose_jitter"]

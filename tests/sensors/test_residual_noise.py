@@ -1,0 +1,82 @@
+"""A tracker or a probe takes too few readings at a pose to show its own noise: the residual shows whether a statement is too large."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scalar.sensors import measure
+from scalar.sensors.probe import Probe
+from scalar.sensors.residual_noise import noise_factor, scaled_up
+from tests.random_scene import make_scene
+from tests.tracked_targets import TrackedArm
+
+TRUE = 1e-4  # m
+
+
+@pytest.mark.parametrize(
+    ("rms", "rows", "unknowns", "stated", "kept"),
+    [
+        (0.5, 600, 36, True, False),  # clearly smaller than stated
+        (0.9, 6000, 36, True, True),  # beyond chance, but no more than instruments of one kind differ
+        (0.7, 60, 36, True, True),  # 24 degrees of freedom: may be by chance
+        (3.0, 600, 36, True, True),  # the model may lack an effect
+        (3.0, 600, 36, False, False),
+        (0.5, 600, 36, False, False),
+        (0.1, 50, 36, False, True),  # the fit has adapted to nearly all rows
+    ],
+)
+def test_a_stated_noise_is_kept_unless_the_residual_is_clearly_smaller(rms, rows, unknowns, stated, kept):
+    """Without a statement, the residual decides as soon as it says something."""
+    assert noise_factor(rms, rows, unknowns, stated=stated) == (1.0 if kept else rms)
+
+
+def test_a_residual_is_scaled_up_for_the_parameters():
+    """Of 100 rows 36 are spent on parameters: the mean square grows by 100 / 64, and by two at most."""
+    assert scaled_up(1.0, 100, 36) == pytest.approx(1.25)
+    assert scaled_up(1.0, 100, 90) == pytest.approx(np.sqrt(2.0))
+
+
+@pytest.mark.parametrize("stated", [None, 1e-3, 1e-4, 1e-5])
+def test_a_tracker_with_the_wrong_statement(stated):
+    """Too large or missing: the noise is estimated to a few per cent. Right or too small: it is kept."""
+    rng = np.random.default_rng(5)
+    arm = TrackedArm.drawn(rng, ("ball",))
+    dataset = arm.dataset(arm.poses(200, rng), rng, stated={"noise": stated})
+    measured = measure(dataset)
+    T = dataset.robot.flange(dataset.q) @ dataset.sensor.T_flange_sensor
+    target = measured.fitted_target(T, measured.initial_target(dataset))
+    # Measurements of the nominal arm: the model leaves the noise alone.
+    left = (measured.rows(T, target).residual * measured.sigma).reshape(measured.positions.shape)
+    exact = replace(measured, positions=measured.positions + left + TRUE * rng.normal(size=left.shape))
+    found = exact.reweighted(T, target)
+    kept = stated in (1e-4, 1e-5)
+    assert found.sigma_stated == kept
+    assert found.sigma == (stated if kept else pytest.approx(TRUE, rel=0.15))
+    assert found.ratio_to_stated == (None if stated is None else pytest.approx(found.sigma / stated))
+    assert [noise.name for noise in found.estimated_noise] == ([] if kept else ["position_noise"])
+    again = exact.weighted_like(found)
+    assert again.sigma == again.reweighted(T, target).sigma == found.sigma
+
+
+@pytest.mark.parametrize("stated", [None, 1e-2, 1e-4])
+def test_a_probe_with_the_wrong_statement(stated):
+    """Contacts that lie 0.1 mm about their planes."""
+    dataset = make_scene(kind="probe", poses_per_plane=60, seed=2).dataset
+    probe = Probe.of(replace(dataset, sensor=replace(dataset.sensor, noise=stated)))
+    T, target = (
+        dataset.robot.flange(dataset.q) @ dataset.sensor.T_flange_sensor,
+        probe.initial_target(dataset),
+    )
+    heights = probe.predicted(T, target, probe.target_index)[0]
+    found = probe.reweighted(T, target)
+    if stated == 1e-4:
+        assert found is probe  # the residual of the nominal arm is larger, which proves nothing
+        return
+    n = len(heights)
+    expected = np.sqrt(np.mean(heights**2)) * np.sqrt(n / max(n - probe.unknowns, n / 2))
+    assert not found.sigma_stated and found.sigma == pytest.approx(expected)
+    assert [noise.name for noise in found.estimated_noise] == ["position_noise"]
+    assert probe.weighted_like(found).reweighted(T, target).sigma == found.sigma
