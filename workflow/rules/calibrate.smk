@@ -19,6 +19,29 @@ rule calibrate:
         "../scripts/calibrate_seeds.py"
 
 
+rule estimate_linearly:
+    input:
+        data=expand(f"{HEADLINE}/data/{FIRST_CASE.name}/{{batch}}", batch=batches("headline")),
+        modules=modules("study.headline.linear_estimate", "study.common.tables"),
+    output:
+        table=report(
+            f"{HEADLINE}/linear_estimate.csv",
+            caption="../report/linear_estimate.rst",
+            category="Tables",
+            labels={"study": "headline", "shows": "the linear estimate of the scanner's pose"},
+        ),
+        numbers=f"{HEADLINE}/linear_estimate.json",
+    log:
+        f"{RESULTS}/logs/estimate_linearly.log",
+    conda:
+        ENVIRONMENT
+    threads: 1
+    message:
+        "Estimating the scanner's pose linearly"
+    script:
+        "../scripts/estimate_linearly.py"
+
+
 rule observe:
     input:
         data=lambda w: f"{RESULTS}/{w.study}/data/{w.case}/{batches(w.study)[0]}",

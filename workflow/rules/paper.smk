@@ -14,6 +14,7 @@ if f"{HEADLINE}/figures/workspace.svg" in SCENE_FIGURES:
     PAPER_FIGURES["headline/workspace.svg"] = f"{HEADLINE}/figures/workspace.svg"
     PAPER_FIGURES["headline/correlation.svg"] = f"{HEADLINE}/figures/correlation.svg"
 
+PAPER_NUMBERS["linear_estimate"] = f"{HEADLINE}/linear_estimate.json"
 if "sequential" in config:
     PAPER_NUMBERS["sequential"] = f"{SEQUENTIAL_DIR}/numbers.json"
     PAPER_FIGURES["sequential/sequential.svg"] = f"{SEQUENTIAL_DIR}/figures/sequential.svg"
@@ -186,6 +187,7 @@ rule gather_numbers:
         judged=resource("judged_claims.csv"),
         trials=[local(path) for path in TRIALS_REPORTED],
         stratified=[local(path) for path in STRATIFIED_REPORTED],
+        ratios=local(STRATIFIED_SUMMARIES / "ratios.csv") if STRATIFIED_REPORTED else [],
         modules=modules(
             "study.paper.numbers", "study.paper.parts", "study.paper.trials", "study.common.tables"
         ),

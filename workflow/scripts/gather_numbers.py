@@ -10,7 +10,7 @@ with logged(snakemake.log):
     from study.common.tables import read_table
     from study.paper.numbers import gather
     from study.paper.parts import compared, conventions, settings, setup, stated
-    from study.paper.trials import reported_stratified, reported_trials
+    from study.paper.trials import reported_stratified, reported_trials, with_ratios
 
     given = snakemake.input
     parts = {
@@ -28,7 +28,7 @@ with logged(snakemake.log):
         parts["trials"] = reported_trials(dict(zip(names, map(read_table, given.trials), strict=True)))
     if given.stratified:
         now, *earlier = map(read_table, given.stratified)
-        parts["stratified"] |= reported_stratified(now)
+        parts["stratified"] |= with_ratios(reported_stratified(now), read_table(given.ratios))
         parts["stratified"]["earlier"] = [{"all": reported_stratified(table)["all"]} for table in earlier]
     parts["compared"] = compared(parts)
     write_json(snakemake.output[0], {"draft": snakemake.params.draft} | gather(parts))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from study.blind_trials.statistics import clustered, wilson
 from study.common.tables import read_table
 from study.paper.reported import TABLES
-from study.paper.trials import reported_stratified, reported_trials
+from study.paper.trials import reported_stratified, reported_trials, with_ratios
 
 SUMMARIES = Path(__file__).parents[3] / "paper/summaries"
 
@@ -89,3 +89,19 @@ def test_stratified_rates_add_up(name):
     assert reported["all"]["sets"] == sum(row["sets"] for row in reported["rows"])
     missed = [row["missed"]["count"] for row in reported["rows"]]
     assert reported["all"]["missed"]["count"] == (None if None in missed else sum(missed))
+
+
+def test_each_row_of_the_exam_has_its_error_over_the_floor():
+    """Beside the rates stand the median, 95 % quantile and greatest ratio of the same row; the greatest of all is that of the worst row."""
+    folder = SUMMARIES / "stratified"
+    rates = reported_stratified(read_table(folder / "table.csv"))
+    ratios = read_table(folder / "ratios.csv")
+    found = with_ratios(rates, ratios)
+    assert [{k: v for k, v in row.items() if k != "after_over_floor"} for row in found["rows"]] == rates[
+        "rows"
+    ]
+    every = [row["after_over_floor"] for row in (*found["rows"], found["all"])]
+    assert all(0 < one["median"] <= one["p95"] <= one["greatest"] for one in every)
+    assert max(one["greatest"] for one in every[:-1]) == every[-1]["greatest"]
+    of_row = ratios[(ratios["row"] == found["rows"][0]["row"]) & (ratios["ratio"] == "after_over_floor")]
+    assert list(of_row["value"]) == list(every[0].values())

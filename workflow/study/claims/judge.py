@@ -99,7 +99,11 @@ def _judge(rule: str, published: float, found: Found) -> tuple[str, str]:
     if rule == "duration" and not 0 < found.value < np.inf:
         return ABSENT, "no time was measured"
     if rule == "duration":  # the table states no seconds, and is the same on any machine that is fast enough
-        return (CONFIRMED, "a fit takes less") if found.value < published else (FAILS, "a fit takes longer")
+        return (
+            (CONFIRMED, "timed: a fit takes less")
+            if found.value < published
+            else (FAILS, "timed: a fit takes longer")
+        )
     if rule in ("within", "fails", "at_once"):
         share = f"{_percent(found.value)} of the seeds"
         return _by_share(found.value), share

@@ -16,6 +16,7 @@ from study.blind_trials.numbers import UNOBSERVABLE
 from study.blind_trials.score import NOISES, SLACK_POSES
 from study.blind_trials.statistics import LEVEL, clustered, wilson
 from study.blind_trials.summaries import NATURAL
+from study.blind_trials.trial_summaries import QUANTILES
 
 SAME_FORMULA = (
     "angle_bump",
@@ -175,6 +176,23 @@ def reported_stratified(table: pd.DataFrame) -> dict[str, Any]:
     rows = [_rates(str(row["row"]), row) for row in table.to_dict("records")]
     together = {name: table[name].sum(skipna=False) for name in columns if name in table}
     return {"rows": rows, "all": _rates("all", together)}
+
+
+def with_ratios(reported: Mapping[str, Any], ratios: pd.DataFrame) -> dict[str, Any]:
+    """Return what ``reported_stratified`` gives, with the error after over the noise floor beside the rates of each row and of all.
+
+    Args:
+        reported: ``rows`` and ``all``. ratios: ``row, ratio, quantile, value``, as the summaries have it.
+    """
+    after: Any = ratios[ratios["ratio"] == "after_over_floor"].pivot(
+        index="row", columns="quantile", values="value"
+    )
+
+    def beside(rates: Mapping[str, Any]) -> dict[str, Any]:
+        values = [float(after.loc[rates["row"], quantile]) for quantile in QUANTILES]
+        return {**rates, "after_over_floor": dict(zip(("median", "p95", "greatest"), values, strict=True))}
+
+    return {"rows": [beside(row) for row in reported["rows"]], "all": beside(reported["all"])}
 
 
 def _rates(name: str, row: Mapping[Any, Any]) -> dict[str, Any]:
