@@ -49,7 +49,7 @@ class EffectColumns:
             whitening: ``(N, m, m)``, applied to the rows of every pose, or None.
         """
         self._residuals, self._model, self._rows, self._whitening = residuals, model, rows, whitening
-        self._keeping: dict[tuple[str, ...], Measurement] = {}
+        self._profiles: dict[tuple[str, ...], Measurement] = {}
 
     def of(self, effects: Sequence[Effect], bases: dict[Effect, Basis] | None = None) -> Array:
         """Return the columns ``(N m, e)``.
@@ -119,12 +119,12 @@ class EffectColumns:
     def _of_points(self, effects: Sequence[PointEffect]) -> Array:
         """Return the columns ``(N, m, k)`` of effects on points."""
         names = tuple(dict.fromkeys(extra_basis_of(effects)))
-        if names not in self._keeping:
-            rows = self._rows.keeping(names)
-            self._keeping[names] = profile_measurement(rows, self._model, self._residuals)
+        if names not in self._profiles:
+            rows = self._rows.with_functions(names)
+            self._profiles[names] = profile_measurement(rows, self._model, self._residuals)
         T = self._residuals.kinematics(self._model).T_base_sensor
         bound = [BoundPointEffect(effect, self._residuals.poses) for effect in effects]
-        return self._whitened(self._keeping[names].extra_columns(T, self._model.target, bound))
+        return self._whitened(self._profiles[names].extra_columns(T, self._model.target, bound))
 
     def _whitened(self, rows: Array) -> Array:
         """Return rows ``(N, m, k)`` whitened."""

@@ -215,7 +215,7 @@ def _fitted(
     """Return the joint optimum of a model with its effects, linear in their coefficients."""
     model, effects = model.rebased(), model.effects
     free = np.r_[geometry_free, np.ones(sum(len(e.coefficients) for e in effects), dtype=bool)]
-    measurement = rows.keeping(extra_basis_of(model.effects))
+    measurement = rows.with_functions(extra_basis_of(model.effects))
     residuals = Residuals.of(dataset, model, measurement)
     if measurement.scans:
         # Noise that is not stated is estimated from the scatter within scans, which profile rows no longer contain.

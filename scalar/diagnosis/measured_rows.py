@@ -1,6 +1,7 @@
-"""The rows to which a dataset is compressed, once for each set of functions of the points that effects need; all refits share them.
+"""The rows to which a dataset is compressed; all refits share them.
 
-The rows are weighted for the noise within poses as far as it is known, so that tests and standard errors agree with it.
+Effects on points need functions of the points (of the range, for example), which compression has to keep. The dataset is compressed once for each set
+of such functions. The rows are weighted for the noise within poses as far as it is known, so that tests and standard errors agree with it.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ from scalar.estimation.settings import WithinScanNoiseSettings
 from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement, PoseNoise, measure
 
-_LITTLE = 0.1  # relative change of an estimated noise that is within its own error for a hundred measurements
+_NEGLIGIBLE_CHANGE = (
+    0.1  # relative change of an estimated noise that is within its own error for a hundred measurements
+)
 
 
 class MeasuredRows:
@@ -29,7 +32,7 @@ class MeasuredRows:
 
         Args:
             dataset: Must not change afterwards.
-            noise: The noise within its poses; None where it is white and of one size.
+            noise: The noise within its poses; None if it is white and the same for all points.
             like: A measurement of the same dataset, whose weights the rows take over; None for the usual weights.
         """
         self._dataset = dataset
@@ -38,8 +41,8 @@ class MeasuredRows:
         self._known: dict[tuple[str, ...], Measurement] = {}
         self._derivatives: Array | None = None
 
-    def keeping(self, extra_basis: Sequence[str]) -> Measurement:
-        """Return the rows with some functions of a point kept, as ``scalar.sensors.measure`` gives them."""
+    def with_functions(self, extra_basis: Sequence[str]) -> Measurement:
+        """Return the measurement with the functions ``extra_basis`` of a point kept by the compression (``scalar.sensors.measure``)."""
         names = tuple(extra_basis)
         if names not in self._known:
             rows = measure(self._dataset, names).given_noise(self.noise)
@@ -47,9 +50,9 @@ class MeasuredRows:
         return self._known[names]
 
     def derivatives_by_joint(self, residuals: Residuals, model: Model) -> Array:
-        """Return the size of the derivative of the rows by each joint ``(n,)``, root mean square over the poses, relative to the largest.
+        """Return the size of the derivative of the rows by each joint ``(n,)``, root mean square over the poses, as a share of the largest.
 
-        It is computed once, so that all models of one selection hold out the same poses.
+        It is computed once, for the first model, so that the same poses are held out from all models of one selection.
 
         Args:
             residuals: Of the same dataset.
@@ -64,7 +67,7 @@ class MeasuredRows:
         return known
 
     def reweighted(self, residuals: Residuals, model: Model) -> MeasuredRows | None:
-        """Return the rows with weights estimated anew from the residual of a model; None where no weight is estimated, or all change little.
+        """Return the rows with weights estimated anew from the residual of a model; None if no weight is estimated, or none changes noticeably.
 
         Args:
             residuals: Of the same dataset.
@@ -75,17 +78,19 @@ class MeasuredRows:
         T_base_sensor = residuals.kinematics(model).T_base_sensor
         like = measure(self._dataset).reweighted(T_base_sensor, model.target)
         old, new = ({n.name: n.value for n in m.estimated_noise} for m in (self._like, like))
-        if old.keys() == new.keys() and all(abs(new[name] / old[name] - 1.0) < _LITTLE for name in new):
+        if old.keys() == new.keys() and all(
+            abs(new[name] / old[name] - 1.0) < _NEGLIGIBLE_CHANGE for name in new
+        ):
             return None
         return MeasuredRows(self._dataset, self.noise, like)
 
 
 def rows_given_own_noise(dataset: Dataset, model: Model, settings: WithinScanNoiseSettings) -> MeasuredRows:
-    """Return the rows of a dataset with the noise that its own points show within poses.
+    """Return the rows of a dataset, weighted for the noise within poses that is estimated from the points themselves.
 
     Args:
         dataset: Cleaned.
-        model: Near the optimum; a pose's points about their own line do not depend on it.
+        model: Near the optimum; the distances of a scan's points from their own line hardly depend on it.
         settings: Thresholds.
     """
     residuals = Residuals.of(dataset, model).reweighted(model)
@@ -98,12 +103,12 @@ def rows_given_own_noise(dataset: Dataset, model: Model, settings: WithinScanNoi
 
 
 def profile_measurement(measurement: Measurement, model: Model, residuals: Residuals) -> Measurement:
-    """Return a dataset's rows for tests: scans as profiles, whitened where the sensor stands in a model.
+    """Return a dataset's profile rows (a few numbers for each scan), whitened for the sensor poses of a model.
 
     Args:
-        measurement: The rows as they are compressed.
-        model: Where the sensor stands.
-        residuals: Of the same dataset, which know the noise within scans.
+        measurement: The compressed dataset.
+        model: Gives the pose of the sensor at every pose of the arm.
+        residuals: Of the same dataset; they have the standard deviation of the noise within scans.
     """
     T = residuals.kinematics(model).T_base_sensor
     return measurement.profiles(T, model.target, residuals.measurement.sigma)

@@ -8,7 +8,7 @@ from scalar.effects import Effect
 
 
 def merged(effects: Sequence[Effect], new: Effect) -> tuple[Effect, ...]:
-    """Return the effects with a new one added; if it has further terms of one of them, the two become one effect."""
+    """Return the effects with a new one added; if it consists of further terms of one of them, the two become one effect."""
     result = list(effects)
     for i, old in enumerate(result):
         both = old.merged_with(new)

@@ -11,7 +11,7 @@ from scalar.estimation.data_sheet_priors import fit_near_data_sheet
 
 
 def near_data_sheet(state: FittedState) -> FittedState:
-    """Return the optimum with priors of the data sheet, the effects kept; the same state where the priors make no difference."""
+    """Return the optimum with the same effects and the priors of the data sheet; the same state if these priors make no difference."""
     if state.is_rounding:
         return state
     model = fit_near_data_sheet(state.residuals, state.model, state.free, state.settings.estimation)

@@ -1,6 +1,6 @@
 """The residual that noise alone would leave, and the scatter of whole scans beyond the noise of their points.
 
-Where the noise of a measurement is neither stated nor seen within the measurement itself (a tracker), it is what the model leaves.
+If the noise is neither stated nor observable within a pose (a tracker measures one point), it is estimated from the residual of the model.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ def within_scans(state: FittedState) -> float:
     return state.residuals.measurement.sigma * _scale(state)
 
 
-def floor(state: FittedState) -> float:
-    """Return the root mean square distance [m] that the noise within scans alone would leave."""
+def noise_floor(state: FittedState) -> float:
+    """Return the root mean square distance [m] of points from the model that the noise within scans alone would leave."""
     measurement = state.residuals.measurement
     pose = state.residuals.kinematics(state.model).T_base_sensor
     return measurement.noise_floor(pose, state.model.target) * _scale(state)
@@ -33,6 +33,6 @@ def between_scans(state: FittedState) -> float:
 
 
 def _scale(state: FittedState) -> float:
-    """Return the ratio of the noise to the one that rows are whitened for: one where that noise is known."""
+    """Return the ratio of the noise to that for which the rows are whitened; it is one if the noise is known."""
     known = state.residuals.measurement.sigma_known
     return 1.0 if known else float(np.sqrt(state.background_within_scans().variance))

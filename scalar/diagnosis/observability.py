@@ -1,4 +1,4 @@
-"""Unobservable effects: the other parameters absorb them, so they leave no residual, and yet predictions at other poses may be wrong.
+"""Unobservable effects: the other parameters absorb them, so they leave no residual, but predictions at other poses may be wrong.
 
 If an effect with coefficient c is present and not in the model, the fit moves the free parameters by ``J^+ E c``, with J and E the whitened columns
 of the parameters and of the effect, and leaves the residual ``(I - J J^+) E c``. If that is almost zero, the effect is unobservable.
@@ -26,9 +26,10 @@ class Unobservable:
     """An effect that leaves no residual in these data.
 
     Attributes:
-        effect: Its coefficients are zero.
-        observability: ``|E'| / |E|``: what is left of its columns beyond the model.
-        prediction_error: [m], root mean square over poses within the joint limits, with the effect of natural size present.
+        effect: The effect, with coefficients of zero.
+        observability: ``|E'| / |E|``, the share of its columns that the model does not span; the largest if it has several columns.
+        prediction_error: [m], root mean square over random poses within the joint limits if the effect is present in its natural size; the largest
+            if it has several coefficients.
         consequence: The same in words.
     """
 
@@ -38,7 +39,10 @@ class Unobservable:
     consequence: str
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return the entry of ``diagnosis.json``; the settings tell effects of one target apart, as backlash by moves and by torque."""
+        """Return the entry of ``diagnosis.json``.
+
+        ``settings`` distinguishes effects with the same name and target, for example a backlash whose side follows from the moves or from the torque.
+        """
         return {
             "name": self.effect.name,
             "target": self.effect.target,
@@ -51,7 +55,7 @@ class Unobservable:
 def unobservable_effects(state: FittedState, candidates: Sequence[Effect]) -> list[Unobservable]:
     """Return the unobservable candidates, each with the prediction error that it would cause.
 
-    Only candidates with one term are judged, of kinds that state a natural size and of which no effect was found.
+    Only candidates with a single term and a natural size are tested, and only of kinds of which no effect was found.
     """
     found_names = {effect.name for effect in state.effects}
     wanted = [
@@ -79,20 +83,22 @@ def unobservable_effects(state: FittedState, candidates: Sequence[Effect]) -> li
 
 
 def prediction_errors(state: FittedState, effect: Effect, E: Array) -> Array:
-    """Return the prediction error ``(k,)`` [m] that each coefficient of natural size makes where it is present and not in the model.
+    """Return the prediction error ``(k,)`` [m] that each coefficient causes if it has its natural size and the model lacks it.
+
+    It is the root mean square over random poses within the joint limits.
 
     Args:
         state: Fitted without the effect.
-        effect: Of natural size.
+        effect: The effect.
         E: ``(N m, k)``, its whitened columns.
     """
     J = whitened(state.whitening, state.linearised()[1])[: len(E)]
-    taken_up = np.linalg.lstsq(J, E * effect.natural_sizes, rcond=_RANK_TOLERANCE)[0]
+    absorbed = np.linalg.lstsq(J, E * effect.natural_sizes, rcond=_RANK_TOLERANCE)[0]
     poses = random_poses(state)
     errors = []
     for k, size in enumerate(effect.natural_sizes):
         steps = np.zeros(len(state.free) + len(effect.coefficients))
-        steps[: len(state.free)][state.free] = taken_up[:, k]
+        steps[: len(state.free)][state.free] = absorbed[:, k]
         steps[len(state.free) + k] = -size
         errors.append(float(np.sqrt(np.mean(displacements(state, [effect], steps, poses) ** 2))))
     return np.array(errors)

@@ -1,11 +1,11 @@
-"""Errors on unseen poses, by an outer split around the whole diagnosis: cleaning, forward selection, spectrum, variance components and fit.
+"""Errors on unseen poses, by an outer split around the whole diagnosis: cleaning, selection, spectrum, variance components and fit.
 
-If the poses that judge a selection took part in it, the estimated error is too small (Cawley and Talbot, Journal of Machine Learning
-Research 11, 2010; Varma and Simon, BMC Bioinformatics 7, 2006). So the whole diagnosis is run anew without each part of the poses, and its
-calibrations predict that part.
-Parts are made of blocks of successive poses, and repetitions of a pose belong to one part, as in ``hold_out``. Poses that the diagnosis of all data
-sets aside as gross errors are not counted. A run has fewer poses than the whole diagnosis, and errs more for it: the reported error is corrected
-for that (Burman, Biometrika 76, 1989). The share of runs that choose an effect measures its stability (stability selection: Meinshausen and
+If a selected model is tested on poses that took part in the selection, its estimated error is too small (Cawley and Talbot, Journal of Machine
+Learning Research 11, 2010; Varma and Simon, BMC Bioinformatics 7, 2006). The whole diagnosis is therefore run anew without each part of the poses,
+and the calibrations of that run predict the part.
+Parts are made of blocks of successive poses, and repetitions of a pose belong to one part, as in ``hold_out``. Poses that the diagnosis of all poses
+sets aside as gross errors are not counted. A run has fewer poses than the whole diagnosis, so its errors are larger; the reported error is corrected
+for that (Burman, Biometrika 76, 1989). The share of runs that select an effect measures its stability (stability selection: Meinshausen and
 Bühlmann, Journal of the Royal Statistical Society B 72, 2010).
 """
 
@@ -35,11 +35,11 @@ from scalar.geometry.se3 import Array
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """The answer of a diagnosis of some of the poses.
+    """The result of a diagnosis of some of the poses.
 
     Attributes:
-        before, after: The models that it would ship.
-        effects: Those that it found.
+        before, after: The models of the calibrations that it would ship, without effects and as shipped.
+        effects: The effects that it found.
         noise: Name of its likeliest variance component, or None.
     """
 
@@ -58,11 +58,12 @@ class OuterSplit:
 
     Attributes:
         folds: Number of parts.
-        answers: Of the runs that succeeded.
-        failed: Why the other runs failed, a line each.
-        errors: Errors on the poses that were left out, without effects and as shipped; only of poses whose run succeeded.
+        answers: The answers of the runs that succeeded.
+        failed: Why the other runs failed, one line for each.
+        errors: Errors without effects and as shipped, each pose predicted by the run without it; poses whose run failed are not included.
         fold: ``(N,)``, the part of each of these poses.
-        everywhere: Mean squared distances [m^2] that the runs leave over all these poses, seen and unseen, without effects and as shipped.
+        over_all_poses: Mean squared distances [m^2] without effects and as shipped, over all poses that are no gross errors, whether or not a run
+            left them out; averaged over the runs with the number of poses that each left out as weight.
     """
 
     folds: int
@@ -70,31 +71,32 @@ class OuterSplit:
     failed: tuple[str, ...]
     errors: tuple[HeldOutErrors, HeldOutErrors]
     fold: Array
-    everywhere: tuple[float, float]
+    over_all_poses: tuple[float, float]
 
     def unseen_rms(self, which: int, seen_rms: float) -> float:
         """Return the root mean square error [m] of the whole diagnosis on unseen poses.
 
-        With L the mean squared distance over all poses: ``L(left out) + L(whole) - mean L(run)``, to second order in one over the number of
-        poses (Burman, 1989, eq. 2.3). It is never below the smaller one of ``seen_rms`` and the error on the parts that were left out.
+        Its square is ``L(left out) + L(whole) - mean L(run)``, correct to second order in one over the number of poses (Burman, 1989, eq. 2.3). L is
+        a mean squared distance: of the poses left out from their runs, of all poses from the whole diagnosis, and of all poses from a run. The result
+        is never below the smaller one of ``seen_rms`` and the error on the parts that were left out.
 
         Args:
             which: 0 without effects, 1 as shipped.
-            seen_rms: What the whole diagnosis leaves on the poses that it was fitted to [m].
+            seen_rms: Root mean square error of the whole diagnosis on the poses to which it was fitted [m].
         """
-        corrected = self.errors[which].rms ** 2 + seen_rms**2 - self.everywhere[which]
+        corrected = self.errors[which].rms ** 2 + seen_rms**2 - self.over_all_poses[which]
         return float(np.sqrt(max(corrected, min(seen_rms, self.errors[which].rms) ** 2)))
 
     def selected_in(self, effect: Effect) -> float:
-        """Return the share of runs that chose an effect with its target; for a flexible term, that found structure along one of its variables."""
+        """Return the share of runs that found an effect at the same place; for a flexible term, one along a common variable."""
         return self._share(lambda answer: any(_same(effect, other) for other in answer.effects))
 
     def noise_selected_in(self, name: str) -> float:
-        """Return the share of runs that identified a variance component."""
+        """Return the share of runs whose likeliest variance component has this name."""
         return self._share(lambda answer: answer.noise == name)
 
-    def spread(self, errors: HeldOutErrors) -> tuple[float, float]:
-        """Return the standard deviations over the parts of the root mean square error and of the largest [m]."""
+    def std_over_parts(self, errors: HeldOutErrors) -> tuple[float, float]:
+        """Return the standard deviations over the parts of the root mean square error and of the largest error [m]; NaN with one part."""
         parts = [self.fold == k for k in np.unique(self.fold)]
         if len(parts) < 2:
             return float("nan"), float("nan")
@@ -105,14 +107,16 @@ class OuterSplit:
         )
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return what ``diagnosis.json`` says of the runs."""
+        """Return the entry of ``diagnosis.json``."""
         return {"folds": self.folds, "failed": list(self.failed), "poses": len(self.fold)}
 
     def _share(self, chosen: Callable[[Answer], bool]) -> float:
+        """Return the share of answers for which a condition holds."""
         return sum(map(chosen, self.answers)) / len(self.answers)
 
 
 def _same(effect: Effect, other: Effect) -> bool:
+    """Return whether another run's effect confirms an effect: the same place or the same answer; for flexible terms, a common variable."""
     if effect.flexible:
         return other.flexible and bool(set(effect.depends_on) & set(other.depends_on))
     return not other.flexible and (effect.same_place(other) or effect.same_answer(other))
@@ -128,16 +132,16 @@ def outer_split(
     cores: int | None = None,
     moving: Array | None = None,
 ) -> OuterSplit | None:
-    """Return the errors on poses that took no part in a diagnosis, or None without an outer split.
+    """Return the answers and errors of the runs without a part of the poses, or None if there are fewer than two parts.
 
     Args:
         dataset: All that was measured, gross errors included.
         cleaned: The dataset without the gross errors that the diagnosis of all poses sets aside.
-        run: Diagnoses a dataset; importable by its name.
+        run: Diagnoses a dataset; a function that other processes can import by its name.
         settings: Thresholds.
-        folds: Number of parts; with fewer than two there is no outer split.
-        on_fold: Called with the number of runs that are done and the number of all runs.
-        cores: How many runs at once; None: as many as this process may use processors.
+        folds: Number of parts.
+        on_fold: Called before the first and after each run, with the number of runs that are done and the number of all runs.
+        cores: Number of runs at once; None for as many as there are processors that this process may use.
         moving: ``(n,)`` bool, the joints by which poses differ (``hold_out.moving_joints``); None for all.
     """
     if folds < 2:
@@ -159,7 +163,9 @@ def outer_split(
     failed: list[str] = []
     metric = np.full((2, len(kept)), np.nan)
     counts = np.ones(len(kept))
-    everywhere: list[tuple[float, Array]] = []
+    over_all_poses: list[
+        tuple[float, Array]
+    ] = []  # (number of poses that the run left out, mean squared distances)
     for out, answer in zip(parts, _run_all(jobs, on_fold, cores or available_cores()), strict=True):
         left_out = np.isin(kept, out)
         try:
@@ -170,7 +176,7 @@ def outer_split(
             failed.append(str(error).splitlines()[0])
             continue
         answers.append(answer)
-        everywhere.append(
+        over_all_poses.append(
             (float(left_out.sum()), np.array([squares.sum() / n.sum() for squares, n in found]))
         )
         for k, (squares, n) in enumerate(found):
@@ -178,7 +184,9 @@ def outer_split(
     known = np.isfinite(metric[0])
     own_block = np.unique(block[kept][known], return_inverse=True)[1]
     errors = [HeldOutErrors(m[known], m[known], counts[known], own_block, settings.hold_out) for m in metric]
-    mean = sum(share * left for share, left in everywhere) / max(sum(share for share, _ in everywhere), 1.0)
+    mean = sum(n_out * squares for n_out, squares in over_all_poses) / max(
+        sum(n_out for n_out, _ in over_all_poses), 1.0
+    )
     before, after = np.broadcast_to(mean, 2)
     return OuterSplit(
         len(parts),
@@ -191,17 +199,17 @@ def outer_split(
 
 
 def _numbered(dataset: Dataset) -> Dataset:
-    """Return the dataset with its order of acquisition as a column, since the rows of a part no longer show it."""
+    """Return the dataset with its order of acquisition as a column, because the rows of a part no longer show it."""
     if "order" in dataset.poses:
         return dataset
     return replace(dataset, poses=dataset.poses.assign(order=np.arange(dataset.n_poses, dtype=float)))
 
 
 def _squared_distances(dataset: Dataset, model: Model) -> tuple[Array, Array]:
-    """Return per pose the sum of squared distances [m^2] that a model leaves, and their number.
+    """Return for each pose ``(N,)`` the sum of the squared distances [m^2] of its points from a model, and the number of points.
 
     Raises:
-        Undetermined: The model was fitted without one of the targets of the dataset.
+        Undetermined: The model was fitted without one of the targets or sessions of the dataset.
     """
     residuals = Residuals.of(dataset, model)
     if residuals.measurement.initial_target(dataset).parameter_names != model.target.parameter_names:
@@ -222,7 +230,7 @@ def _run_all(
             yield _answered(*job)
             on_fold(k + 1, len(jobs))
         return
-    # Forked, so that effects from outside are known in the other processes as well.
+    # The processes are forked, so that they know effects from outside the package as well.
     others = set(active_children())
     with ProcessPoolExecutor(
         cores, mp_context=get_context("fork"), initializer=_begin_work, initargs=(os.getpid(),)
@@ -240,13 +248,14 @@ def _run_all(
 
 
 def _begin_work(parent: int) -> None:
-    """Let a worker end with the process that started it, or when that process terminates it; interruptions are left to that process."""
+    """Make a worker end with the process that started it, or when that process terminates it; only that process handles interruptions."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with(parent)
 
 
 def _answered(run: Run, dataset: Dataset, settings: Settings) -> Answer | ScalarError:
+    """Return the answer of a run, or the error that ended it."""
     try:
         return run(dataset, settings)
     except ScalarError as error:

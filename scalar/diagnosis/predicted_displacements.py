@@ -1,4 +1,7 @@
-"""Predictions of a fitted state at random poses, most of them not measured; a motion of the base does not count."""
+"""Displacements of predicted positions when parameters of a fitted state change, at poses that need not be measured.
+
+The best rigid motion of all positions is removed from the displacements, because a motion of the base is no error of the arm.
+"""
 
 from __future__ import annotations
 
@@ -19,22 +22,22 @@ _SEED = 20240
 
 
 def joint_limits(state: FittedState) -> Array:
-    """Return the joints' limits ``(n, 2)`` [rad], or the measured range where a joint has none."""
+    """Return the joints' limits ``(n, 2)`` [rad, or m of a joint that slides]; the measured range of a joint without limits."""
     return limits_or_seen(state.model.nominal.limits, state.residuals.poses.q)
 
 
 def measured_ranges(state: FittedState) -> Array:
-    """Return the ranges of the joints ``(n, 2)`` [rad] that were measured."""
+    """Return the measured ranges of the joints ``(n, 2)`` [rad, or m of a joint that slides]."""
     return seen_ranges(state.residuals.poses.q)
 
 
 def random_poses(state: FittedState, count: int = N_POSES) -> Poses:
-    """Return random poses within the joint limits, the same for every call; other columns take measured values."""
+    """Return random poses within the joint limits, the same in every call; the other columns have measured values."""
     return poses_within(joint_limits(state), state, count)
 
 
 def poses_within(limits: Array, state: FittedState, count: int) -> Poses:
-    """Return random poses within ranges of the joints ``(n, 2)`` [rad], the same for every call; other columns take measured values."""
+    """Return random poses within ranges of the joints ``(n, 2)`` [rad or m], the same in every call; the other columns have measured values."""
     return poses_within_limits(limits, state.residuals.poses, count, _SEED)
 
 
@@ -48,10 +51,10 @@ def poses_measured(state: FittedState, count: int) -> Poses:
 
 
 def displacements(state: FittedState, more: Sequence[Effect], steps: Array, poses: Poses) -> Array:
-    """Return by how far predicted positions move ``(N,)`` [m], the best rigid motion removed.
+    """Return the lengths ``(N,)`` [m] by which predicted positions move, the best rigid motion removed, to first order.
 
     Args:
-        state: Fitted.
+        state: Fitted, with P parameters.
         more: Effects that the state does not have; their k coefficients follow those of its model.
         steps: ``(P + k,)``, changes of all parameters and of those coefficients.
         poses: The N poses at which positions are predicted.

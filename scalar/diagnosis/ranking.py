@@ -18,8 +18,8 @@ REFINEMENTS = (
     1.0,
     0.5,
     0.25,
-)  # sizes of the steps in which nonlinear parameters are varied, as in ``Effect.variations``
-_LEAST_P_VALUE = 1e-300  # below it the distribution's tail is no longer computed
+)  # step sizes with which nonlinear parameters are varied one after the other (``Effect.variations``)
+_LEAST_P_VALUE = 1e-300  # smaller p-values are not computed and count as this one
 
 
 @dataclass(frozen=True)
@@ -27,12 +27,12 @@ class Scored:
     """A candidate with its score.
 
     Attributes:
-        effect: With the terms that raise its evidence.
+        effect: The candidate; one of several terms has only those terms that raise its evidence.
         gain: Drop of the squared whitened residual.
         dof: Number of observable directions.
-        evidence: In nats.
-        p_value: Corrected for all that were tried.
-        observability: ``|E'| / |E|``.
+        evidence: Log evidence [nats] (``score_test.evidence``).
+        p_value: Of the gain, corrected for the number of all candidates.
+        observability: ``|E'| / |E|``, the largest of its columns; 1 for a change.
     """
 
     effect: Effect
@@ -46,10 +46,19 @@ class Scored:
 def rank(
     state: FittedState, background: Background, columns: CandidateColumns, most: int | None = None
 ) -> list[Scored]:
-    """Return every candidate and change with its score, best first; only so many of them if ``most`` is given."""
+    """Return every candidate and change with its score, the one with the most evidence first; at most ``most`` of them.
+
+    A change is listed once, with the pose at which its gain is largest as its beginning.
+
+    Args:
+        state: Fitted.
+        background: Of the state, or of the state without some of its effects.
+        columns: The candidates' columns at the state.
+        most: Number of candidates that are returned; None for all.
+    """
     candidates = columns.candidates
     conditional = columns.conditional(background)
-    tally = _Tally()
+    table = _ScoreTable()
     for width, members in candidates.by_width.items():
         gain, dof, observability = conditional[width].score()
         families = candidates.families[width]
@@ -63,8 +72,8 @@ def rank(
             rest, degrees_of_freedom = remainder(background, gain[k], dof[k])
             projected, terms = conditional[width].of(k), np.arange(width).reshape(candidate.n_terms, -1)
             # Each term is penalised for its columns and for the number of terms tried, as it would be alone.
-            price = np.log(background.degrees_of_freedom) + 2 * np.log(candidate.n_terms) / terms.shape[1]
-            chosen = projected.forward(terms, least_drop=float(price * rest / degrees_of_freedom))
+            penalty = np.log(background.degrees_of_freedom) + 2 * np.log(candidate.n_terms) / terms.shape[1]
+            chosen = projected.forward(terms, least_drop=float(penalty * rest / degrees_of_freedom))
             if not chosen:
                 kept[k] = False
                 continue
@@ -74,14 +83,15 @@ def rank(
             numbers[k, :2] = own[0][0], own[1][0]
             numbers[k, 3] += log(choices)
             numbers[k, 4] = float(candidates.total * choices)
-        tally.add([effect for effect, keep in zip(effects, kept, strict=True) if keep], numbers[kept])
-    _tally_changes(tally, state, background, columns)
-    return tally.scored(background, most)
+        table.add([effect for effect, keep in zip(effects, kept, strict=True) if keep], numbers[kept])
+    _add_changes(table, state, background, columns)
+    return table.scored(background, most)
 
 
-def _tally_changes(
-    tally: _Tally, state: FittedState, background: Background, columns: CandidateColumns
+def _add_changes(
+    table: _ScoreTable, state: FittedState, background: Background, columns: CandidateColumns
 ) -> None:
+    """Add every kind of change to a table, with the beginning at which its gain is largest."""
     order = state.residuals.poses.order
     time = state.residuals.poses.columns.get("time")
     for effect, found in columns.changes(background):
@@ -91,12 +101,17 @@ def _tally_changes(
         i = int(found.first[best])
         at = effect.beginning(float(order[i]), None if time is None else float(time[i]))
         total = float(columns.candidates.total)
-        tally.add([at], [[found.gain[best], found.dof[best], 1.0, log(len(found.gain)), total]])
+        table.add([at], [[found.gain[best], found.dof[best], 1.0, log(len(found.gain)), total]])
 
 
 @dataclass
-class _Tally:
-    """Candidates with their gains, whose p-values and evidence are computed all at once."""
+class _ScoreTable:
+    """Candidates with their gains; p-values and evidence of all candidates are computed at once.
+
+    Attributes:
+        effects: The candidates.
+        numbers: Arrays as ``add`` takes them, which together have a row for each candidate.
+    """
 
     effects: list[Effect] = field(default_factory=list)
     numbers: list[Any] = field(default_factory=list)
@@ -106,14 +121,14 @@ class _Tally:
 
         Args:
             effects: The candidates.
-            numbers: ``(T, 5)``: gain, degrees of freedom, observability, logarithm of the number of candidates of its kind that were tried, and
-                the number of all that were tried. Choices of terms multiply, so these numbers may exceed any integer type.
+            numbers: ``(T, 5)``: gain, degrees of freedom, observability, logarithm of the number of candidates of its kind, and number of all
+                candidates. Each choice of terms counts as a candidate, so the last number may exceed any integer type; it is a float.
         """
         self.effects += effects
         self.numbers.append(numbers)
 
     def scored(self, background: Background, most: int | None = None) -> list[Scored]:
-        """Return the candidates with their scores, or so many of them, the one with the largest evidence first."""
+        """Return the candidates with their scores, the one with the most evidence first; at most ``most`` of them."""
         gain, dof, observability, log_family, total = np.concatenate([np.zeros((0, 5)), *self.numbers]).T
         p = np.minimum(1.0, np.maximum(p_value(background, gain, dof), _LEAST_P_VALUE) * total)
         nats = evidence(background, gain, dof, log_family)
@@ -137,21 +152,21 @@ def score_of(
     """Return an effect with its score.
 
     Args:
-        background: Of the model without it.
-        effect: Any.
+        background: Of the model without the effect.
+        effect: The effect.
         gain: Drop of the squared whitened residual.
         dof: Number of observable directions.
         observability: ``|E'| / |E|``.
-        family: How many of its kind were tried.
-        total: How many were tried in all.
+        family: Number of candidates of its kind.
+        total: Number of all candidates.
     """
-    tally = _Tally()
-    tally.add([effect], [[gain, dof, observability, log(max(family, 1)), float(total)]])
-    return tally.scored(background)[0]
+    table = _ScoreTable()
+    table.add([effect], [[gain, dof, observability, log(max(family, 1)), float(total)]])
+    return table.scored(background)[0]
 
 
 def refined(state: FittedState, background: Background, entry: Scored) -> Scored:
-    """Return a scored effect with its nonlinear parameters fitted by a search around the coarse candidate."""
+    """Return a scored effect with its nonlinear parameters fitted by a search around the values of the candidate, in ever smaller steps."""
     for scale in REFINEMENTS:
         for _ in range(state.settings.selection.refinement_rounds):
             finer = _best_variation(state, background, entry, scale)
@@ -162,14 +177,14 @@ def refined(state: FittedState, background: Background, entry: Scored) -> Scored
 
 
 def _best_variation(state: FittedState, background: Background, entry: Scored, scale: float) -> Scored:
-    """Return the best of an effect's variations, or the entry itself."""
+    """Return the best of an effect's variations with steps of the size ``scale``; the entry itself if none gains ``least_refinement`` [nats]."""
     pool = CandidateSet.of(entry.effect.variations(scale))
     if len(pool.tried) == 1:
         return entry
     best = rank(state, background, CandidateColumns(state, pool), 1)[0]
     # The penalty for the number of candidates is that of the coarse search; only the fit improves.
-    was, now = (max(background.sum_of_squares - e.gain, 1e-300) for e in (entry, best))
-    gained = float(0.5 * background.degrees_of_freedom * np.log(was / now))
+    before, after = (max(background.sum_of_squares - e.gain, 1e-300) for e in (entry, best))
+    gained = float(0.5 * background.degrees_of_freedom * np.log(before / after))
     if gained < state.settings.selection.least_refinement:
         return entry
     return replace(

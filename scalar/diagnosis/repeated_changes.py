@@ -1,7 +1,8 @@
-"""Doubt the names of changes of one kind that are found many times: one cause that acts all the time is more probable than so many accidents.
+"""Lower the confidence in changes of one kind that are found many times: one cause that acts all the time is more probable than so many accidents.
 
-A target plane is knocked, or a sensor slips, by accident. A base that sways or an encoder that drifts acts all the time, and several changes at
-different moments approximate it as the steps of a staircase approximate a slope. The evidence of each change is large, but all their names are wrong.
+A target plane is knocked, or a sensor slips, by accident and at one moment. A base that sways or an encoder that drifts acts all the time. Several
+changes at different moments then approximate its effect, as the steps of a staircase approximate a slope. The evidence for each change is large, but
+all their names are wrong.
 """
 
 from __future__ import annotations
@@ -12,26 +13,29 @@ from typing import Any
 
 from scalar.diagnosis.finding import Finding
 
-MOST_ACCIDENTS = 2  # of one kind in a campaign, each at another place
+MOST_ACCIDENTS = 2  # changes of one kind in a campaign, each at another place, that may be accidents
 
 
 def repeated_changes_doubted(found: Sequence[Finding], least_confidence: float) -> tuple[Finding, ...]:
-    """Return the findings; changes of a kind that is found more often than accidents happen have their confidence divided by their number.
+    """Return the findings; if a kind of change is found more often than by accident, the confidence in each is divided by their number.
 
     Args:
         found: All findings.
-        least_confidence: Below which a name is doubtful.
+        least_confidence: A name with less confidence is doubtful.
     """
     result = []
     for f, times in zip(found, repetitions([(f.effect.name, f.effect.target) for f in found]), strict=True):
-        sure = f.confidence / times
-        doubtful = f.doubtful or (times > 1 and sure < least_confidence)
-        result.append(replace(f, confidence=sure, doubtful=doubtful))
+        confidence = f.confidence / times
+        doubtful = f.doubtful or (times > 1 and confidence < least_confidence)
+        result.append(replace(f, confidence=confidence, doubtful=doubtful))
     return tuple(result)
 
 
 def repetitions(answers: Sequence[tuple[str, Mapping[str, Any]]]) -> list[int]:
-    """Return for each answer (name, target) how many changes of its kind were found, or one if these may be accidents."""
+    """Return for each answer (name, target) the number of changes of its kind; one if it is no change, or if these may be accidents.
+
+    They may be accidents if there are at most ``MOST_ACCIDENTS`` and each is at another place.
+    """
     result = []
     for name, target in answers:
         places = [

@@ -12,7 +12,7 @@ from scalar.diagnosis.finding import UNATTRIBUTED, Finding, unattributed_entry
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.grounds import Grounds
 from scalar.diagnosis.hold_out import HeldOutErrors
-from scalar.diagnosis.noise_floor import between_scans, floor, within_scans
+from scalar.diagnosis.noise_floor import between_scans, noise_floor, within_scans
 from scalar.diagnosis.observability import Unobservable
 from scalar.diagnosis.outer_split import OuterSplit
 from scalar.diagnosis.ranking import Scored
@@ -193,7 +193,7 @@ class Diagnosis:
                     self.calibration_after, self.held_out_after, self.halves if self.ships_effects else None
                 )
                 | unseen(self.outer, 0 if self._ships_geometry_alone else 1, self.calibration_after),
-                "floor_mm": floor(self.after) / MM,
+                "floor_mm": noise_floor(self.after) / MM,
             },
             "shipped": self.shipped.to_mapping() | {"halves": of_halves(self.halves)},
             "not_confirmed": not_confirmed,

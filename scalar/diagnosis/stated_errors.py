@@ -43,5 +43,5 @@ def unseen(outer: OuterSplit | None, which: int, shipped: Calibration) -> dict[s
     if outer is None or not len(outer.errors[which].metric):
         return dict.fromkeys(keys)
     error = outer.errors[which]
-    values = (outer.unseen_rms(which, shipped.residual_rms), error.largest, *outer.spread(error))
+    values = (outer.unseen_rms(which, shipped.residual_rms), error.largest, *outer.std_over_parts(error))
     return {key: value / MM if np.isfinite(value) else None for key, value in zip(keys, values, strict=True)}

@@ -146,7 +146,7 @@ def test_what_runs_leave_on_all_poses_is_known(cleaned):
     found = split(cleaned)
     model = geometry_fit(cleaned.dataset)[0]
     seen = Residuals.of(cleaned.dataset, model).rms(model)
-    assert seen**2 < found.everywhere[0] < found.errors[0].rms ** 2
+    assert seen**2 < found.over_all_poses[0] < found.errors[0].rms ** 2
     assert seen < found.unseen_rms(0, seen) < found.errors[0].rms
 
 
