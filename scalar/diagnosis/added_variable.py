@@ -1,7 +1,7 @@
-"""An effect given all other free parameters: the part of its signal that they cannot fit, and what the residual shows of that part.
+"""An effect given all other free parameters: the part of its signal that they cannot fit, and the part of the residual that it explains.
 
-By the theorem of Frisch, Waugh and Lovell, the coefficient of an effect in the joint fit is the slope of the residual over the effect's
-signal once the columns of everything else are projected out of both: the added-variable plot.
+The *signal* of an effect is the change of the whitened rows that its fitted coefficients make. By the theorem of Frisch, Waugh and Lovell, the slope
+of the residual over the signal, after the columns of everything else are projected out of both, is that of the joint fit: the added-variable plot.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from scalar.geometry.se3 import Array
 
 
 def added_variable(state: FittedState, index: int, residual: Array) -> Profile:
-    """Return the added-variable plot of an effect: the measured shift over the predicted one, both without what other parameters can fit.
+    """Return the added-variable plot of an effect: the measured shift over the predicted shift, both without what other parameters can fit.
 
     It is drawn for effects that are no function of a single variable. The slope is one if the effect explains the residual.
 
     Args:
         state: With the effect.
-        index: Which of its effects.
-        residual: ``(N, m)``, whitened rows.
+        index: Index of the effect in ``state.effects``.
+        residual: ``(N, m)``, whitened residual of the state.
     """
     N, m = residual.shape
     jacobian = state.linearised()[1]
@@ -40,15 +40,15 @@ def added_variable(state: FittedState, index: int, residual: Array) -> Profile:
 
 
 def share_left(state: FittedState, index: int, gram: Array) -> float:
-    """Return how much of an effect's fitted signal no other parameter can take up, 0 to 1.
+    """Return the share, 0 to 1, of the length of an effect's signal that no other parameter can absorb.
 
-    With G the Gram matrix of all free columns, what is left of the effect's own beyond the others is the
-    Schur complement ``S = G_ee - G_eo G_oo^+ G_oe``, and the share ``sqrt(c' S c / c' G_ee c)``.
+    With G the Gram matrix of all free columns, e the effect's columns and o the others, the Gram matrix of what is left of the effect's columns is
+    the Schur complement ``S = G_ee - G_eo G_oo^+ G_oe``. With c the effect's coefficients, the share is ``sqrt(c' S c / c' G_ee c)``.
 
     Args:
         state: With the effect.
-        index: Which of its effects.
-        gram: G ``(F, F)``.
+        index: Index of the effect in ``state.effects``.
+        gram: ``(F, F)``, G.
     """
     mine, c = _free_part(state, index)
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
@@ -56,12 +56,12 @@ def share_left(state: FittedState, index: int, gram: Array) -> float:
     c = c * scale[mine]
     whole = float(c @ G[np.ix_(mine, mine)] @ c)
     across = G[np.ix_(~mine, mine)] @ c
-    taken = float(across @ np.linalg.lstsq(G[np.ix_(~mine, ~mine)], across, rcond=1e-12)[0])
-    return float(np.sqrt(np.clip((whole - taken) / whole, 0.0, 1.0))) if whole > 0 else 0.0
+    absorbed = float(across @ np.linalg.lstsq(G[np.ix_(~mine, ~mine)], across, rcond=1e-12)[0])
+    return float(np.sqrt(np.clip((whole - absorbed) / whole, 0.0, 1.0))) if whole > 0 else 0.0
 
 
 def _free_part(state: FittedState, index: int) -> tuple[Array, Array]:
-    """Return which of the free columns are an effect's, and its coefficients that are free."""
+    """Return which of the F free columns are an effect's ``(F,)`` bool, and those of its coefficients that are free ``(k,)``."""
     start = state.model.blocks["effects"].start + sum(len(e.coefficients) for e in state.effects[:index])
     own = np.zeros(len(state.free), dtype=bool)
     own[start : start + len(state.effects[index].coefficients)] = True

@@ -14,7 +14,7 @@ from scalar.diagnosis.explained import Explained, explained
 from scalar.diagnosis.finding import Finding
 from scalar.diagnosis.fold_odds import fold_odds
 from scalar.diagnosis.grounds import FinalResiduals, grounds_of_component, grounds_of_effect
-from scalar.diagnosis.harmonic_spectrum import as_whitened, has_all_orders, is_shrunk
+from scalar.diagnosis.harmonic_spectrum import has_all_orders, is_shrunk, priors_for_whitened_rows
 from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors, moving_joints
 from scalar.diagnosis.identified_components import identified_components, only_place
 from scalar.diagnosis.merging import merged
@@ -174,7 +174,7 @@ def _findings(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding,
     found: list[Finding] = []
     state, error_before = before, held_out_errors(before)
     effects: tuple[Effect, ...] = ()
-    scored = as_whitened(after)
+    scored = priors_for_whitened_rows(after)
     columns = CandidateColumns(scored, candidates)
     without_a_name = evidence_without_a_name(scored, run.flexible_candidates)
     for i, effect in enumerate(after.effects):

@@ -14,7 +14,7 @@ from scalar.data.dataset import Dataset
 from scalar.diagnosis.candidate_columns import CandidateSet, named_candidates
 from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.forward_selection import select_forward
-from scalar.diagnosis.harmonic_spectrum import as_whitened, with_spectrum
+from scalar.diagnosis.harmonic_spectrum import priors_for_whitened_rows, with_spectrum
 from scalar.diagnosis.joint_selection import select_jointly
 from scalar.diagnosis.measured_rows import rows_given_own_noise
 from scalar.diagnosis.near_data_sheet import near_data_sheet
@@ -229,4 +229,4 @@ def _final_fit(state: FittedState, component: VarianceComponent | None) -> tuple
         residuals.bases,
         residuals.known,
     )
-    return fit_from(state.dataset, as_whitened(state).model, state.free, residuals, settings)
+    return fit_from(state.dataset, priors_for_whitened_rows(state).model, state.free, residuals, settings)

@@ -1,11 +1,11 @@
 """Joints that err in many orders: all orders are fitted at once, shrunk to the sizes that the data support.
 
-Few poses, or a joint that moves through a part of a turn only, do not distinguish neighbouring orders. If orders are chosen one by one, chance
-decides which, and the correction at angles that were not measured is noise. Here every order from 1 to 64 is fitted, shrunk towards zero by a prior
-of its size: one size for a band of orders, shared by the joints, found by maximising the evidence (MacKay, Bayesian interpolation, Neural
-Computation 4, 1992). At angles that were not measured, these sizes are too large; the prior is
-therefore made narrower by the factor that best predicts poses in parts of a joint's range that were left out of the fit. At angles that were not
-measured the correction then fades to nothing, so that it can be used in another campaign.
+Few poses, or poses over a part of a turn only, do not distinguish neighbouring orders. If orders are chosen one by one, chance decides which, and the
+correction at angles that were not measured is noise. Here every order from 1 to 64 is fitted, and shrunk towards zero by a prior. The prior standard
+deviation is the same for all orders of a band and for all these joints, and is found by maximising the evidence (MacKay, Bayesian interpolation,
+Neural Computation 4, 1992). For angles that were not measured, these standard deviations are too large. They are therefore multiplied by the factor
+that best predicts poses in parts of a joint's range that were left out of the fit. Away from the measured angles the correction then tends to zero,
+so that it can be used in another campaign.
 """
 
 from __future__ import annotations
@@ -25,17 +25,26 @@ from scalar.effects import Effect, registry
 from scalar.effects.series import Series
 from scalar.geometry.se3 import Array
 
-BANDS = ((1, 2), (3, 6), (7, 12), (13, 20), (21, 32), (33, 48), (49, 64))
-FIRST_SIZE = 3e-5  # rad, where the search for the sizes starts; its end does not depend on the start
-LEAST_SIZE = 1e-7  # rad: 0.1 micrometres at a metre; an order of this size is left out
+BANDS = ((1, 2), (3, 6), (7, 12), (13, 20), (21, 32), (33, 48), (49, 64))  # first and last order
+FIRST_SIZE = (
+    3e-5  # rad: prior standard deviation with which the search starts; its end does not depend on the start
+)
+LEAST_SIZE = 1e-7  # rad: smallest prior standard deviation, 0.1 micrometres at a metre; it shrinks a band to almost nothing
 ROUNDS = 60  # of that search, at most; it usually converges before
-CONVERGED = 1e-3  # relative change of the sizes that ends it: far below what they are known to
-_RIDGE = 1e-8  # prior weight of all other columns, of unit length: without a part of the poses, the rest may not determine a parameter
-PRIOR_SHARES = (1.0, 0.5, 0.25, 0.125)  # factors that are tried on the sizes of greatest evidence
+CONVERGED = 1e-3  # relative change of the standard deviations that ends it: far below their uncertainty
+_RIDGE = 1e-8  # prior weight of all other columns, of unit length, because without a part of the poses some of them may be undetermined
+PRIOR_SHARES = (
+    1.0,
+    0.5,
+    0.25,
+    0.125,
+)  # factors that are tried on the prior standard deviations of greatest evidence
 
 
 def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
-    """Return a state in which joints that err in many orders have all of them, unless held-out poses are then predicted worse.
+    """Return a state in which joints that err in many orders have all orders, unless held-out poses are then predicted no better.
+
+    The state is returned unchanged as well if no joint has ``settings.spectrum.many_orders`` orders, or if the data are too few for all orders.
 
     Args:
         state: With the orders that were found one by one.
@@ -49,23 +58,23 @@ def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
         len(effect.coefficients) for effect in dense
     ):
         return state
-    system = _System.of(state, dense)
+    system = LinearSystem.of(state, dense)
     sizes, variance = system.sizes_of_greatest_evidence()
     share = min(PRIOR_SHARES, key=lambda share: system.unseen_error(share * sizes, state, joints))
     std = dict(zip(BANDS, share * sizes, strict=True))
     kept = [effect for effect in state.effects if not _is_series_of(effect, joints)]
     smooth = [effect.with_term_std([std[_band(order)] for order in effect.orders]) for effect in dense]
     # Fits weigh rows by the stated noise, so priors are scaled by the residual that will remain with all orders.
-    misfit = np.sqrt(variance) * _excess(state)
-    effects = tempered([*smooth, *kept], 1.0 / max(misfit, 1.0))
+    misfit = np.sqrt(variance) * _std_ratio(state)
+    effects = with_scaled_priors([*smooth, *kept], 1.0 / max(misfit, 1.0))
     trial = state.refitted(effects)
-    trial = _with_more(_without_insignificant_bands(trial, named), named)
+    trial = _with_more(_without_insignificant_series(trial, named), named)
     return trial if improvement(held_out_errors(state), held_out_errors(trial)) > 0 else state
 
 
-def _without_insignificant_bands(state: FittedState, named: CandidateSet) -> FittedState:
-    """Return the state without those bands of orders of single joints that are not significant."""
-    scored = as_whitened(state)
+def _without_insignificant_series(state: FittedState, named: CandidateSet) -> FittedState:
+    """Return the state without those series of all orders of a joint that are not significant."""
+    scored = priors_for_whitened_rows(state)
     columns = CandidateColumns(scored, named)
     kept = [
         effect
@@ -81,11 +90,12 @@ def _without_insignificant_bands(state: FittedState, named: CandidateSet) -> Fit
 def _with_more(state: FittedState, named: CandidateSet) -> FittedState:
     """Return a state with further named effects that are significant only given all orders, each confirmed by held-out poses.
 
-    Over a part of a turn, low orders resemble a weight on the joint: chosen one by one they come first, and the weight explains nothing.
+    Over a part of a turn, for example, low orders of a joint resemble its deflection by a weight. If orders are chosen one by one, they are chosen
+    first, and the deflection then explains nothing more.
     """
     rest = CandidateSet.of([c for c, _ in named.tried if not isinstance(c, Series)])
     for _ in range(state.settings.selection.max_effects):
-        scored = as_whitened(state)
+        scored = priors_for_whitened_rows(state)
         ranking = rank(scored, scored.background(), CandidateColumns(scored, rest))
         for entry in ranking[: state.settings.selection.most_candidates_tried]:
             if entry.p_value > state.settings.selection.alpha_named_effect or entry.evidence <= 0:
@@ -102,8 +112,8 @@ def _with_more(state: FittedState, named: CandidateSet) -> FittedState:
     return state
 
 
-def tempered(effects: Sequence[Effect], factor: float) -> tuple[Effect, ...]:
-    """Return effects with their own priors widened by a factor, for rows with other weights; effects without such priors are unchanged."""
+def with_scaled_priors(effects: Sequence[Effect], factor: float) -> tuple[Effect, ...]:
+    """Return effects with the prior standard deviations of their orders multiplied by a factor; effects without such priors are unchanged."""
     return tuple(
         effect.with_term_std([factor * std for std in effect.term_std])
         if isinstance(effect, Series) and effect.term_std
@@ -112,11 +122,14 @@ def tempered(effects: Sequence[Effect], factor: float) -> tuple[Effect, ...]:
     )
 
 
-def as_whitened(state: FittedState) -> FittedState:
-    """Return a state with its priors set against rows that are whitened for its variance component as well: for scores and final fits."""
+def priors_for_whitened_rows(state: FittedState) -> FittedState:
+    """Return a state with the priors of its orders scaled for rows that are whitened for its variance component as well.
+
+    Refits use rows whitened for the noise within scans alone, and their priors are scaled for these. Scores and final fits use the other rows.
+    """
     if not any(is_shrunk(effect) for effect in state.effects):
         return state
-    effects = tempered(state.effects, max(_excess(state), 1.0))
+    effects = with_scaled_priors(state.effects, max(_std_ratio(state), 1.0))
     return replace(state, model=replace(state.model, effects=effects))
 
 
@@ -128,18 +141,18 @@ def has_all_orders(state: FittedState, effect: Effect) -> bool:
 
 
 def is_shrunk(effect: Effect) -> bool:
-    """Return whether an effect is all orders of a joint, each with its own prior; its evidence, which counts columns, cannot be compared."""
+    """Return whether an effect has all orders of a joint, each with its own prior; its evidence, which counts columns, cannot be compared."""
     return isinstance(effect, Series) and bool(effect.term_std)
 
 
-def _excess(state: FittedState) -> float:
-    """Return the ratio of the variance of rows whitened for the noise within scans alone to that of rows whitened for whole poses as well."""
+def _std_ratio(state: FittedState) -> float:
+    """Return the residual's standard deviation, whitened for the noise within scans alone, over that if it is whitened for whole poses as well."""
     plain = state.background_within_scans()
     return float(np.sqrt(plain.variance / state.background().variance))
 
 
 def _series(state: FittedState) -> dict[int, list[type[Series]]]:
-    """Return the joints whose error is a series, each with the kinds of its terms, if one of them has many."""
+    """Return the joints whose error is a series, each with the kinds of series that have its orders; none if no joint has many orders."""
     found = [e for e in state.effects if isinstance(e, Series)]
     counts = {joint: 0 for joint in sorted({effect.joint for effect in found})}
     for effect in found:
@@ -155,22 +168,24 @@ def _series(state: FittedState) -> dict[int, list[type[Series]]]:
 
 
 def _is_series_of(effect: Effect, joints: list[int]) -> bool:
+    """Return whether an effect is a series of one of some joints."""
     return isinstance(effect, Series) and effect.joint in joints
 
 
 def _band(order: int) -> tuple[int, int]:
+    """Return the band of an order."""
     return next(band for band in BANDS if band[0] <= order <= band[1])
 
 
 @dataclass(frozen=True, eq=False)
-class _System:
-    """The rows of a state, linear in the coefficients of all orders and in everything else that is free.
+class LinearSystem:
+    """The R whitened rows of a state, linear in the coefficients of all orders and in all other free parameters.
 
     Attributes:
-        A: ``(R, F)``, the columns of everything else, of unit length.
-        E: ``(R, e)``, the columns of all orders [1/rad].
-        residual: ``(R,)``, as it would be without the harmonics that were found one by one.
-        band: ``(e,)``, which band a column belongs to.
+        A: ``(R, F)``, derivatives by the other free parameters, scaled to columns of unit length.
+        E: ``(R, e)``, derivatives by the coefficients of all orders [1/rad].
+        residual: ``(R,)``, extrapolated linearly to a model without the orders that were found one by one.
+        band: ``(e,)``, index of the band that each column of E belongs to.
     """
 
     A: Array
@@ -179,7 +194,7 @@ class _System:
     band: Array
 
     @classmethod
-    def of(cls, state: FittedState, dense: Sequence[Series]) -> _System:
+    def of(cls, state: FittedState, dense: Sequence[Series]) -> LinearSystem:
         """Return the system of a state, whitened for the variance component of whole poses."""
         residual, J = (whitened(state.whitening, rows) for rows in state.linearised())
         joints = [effect.joint for effect in dense]
@@ -204,7 +219,10 @@ class _System:
         )
 
     def sizes_of_greatest_evidence(self) -> tuple[Array, float]:
-        """Return the sizes of the bands [rad] that have the greatest evidence, all else being unknown, and the variance of the rows with them."""
+        """Return the prior standard deviations ``(len(BANDS),)`` [rad] of greatest evidence, and the variance of the residual with them.
+
+        The other parameters have no prior.
+        """
         Q = np.linalg.qr(self.A)[0]
         E = self.E - Q @ (Q.T @ self.E)
         r = self.residual - Q @ (Q.T @ self.residual)
@@ -227,7 +245,13 @@ class _System:
         return sizes, variance
 
     def unseen_error(self, sizes: Array, state: FittedState, joints: Sequence[int]) -> float:
-        """Return the squared error of poses in parts of the joints' ranges that are left out, each joint's parts in turn."""
+        """Return the squared error at poses in parts of the joints' ranges, each part predicted by a fit without it.
+
+        Args:
+            sizes: ``(len(BANDS),)`` [rad], prior standard deviations.
+            state: The state of these rows.
+            joints: The joints, from 1; the parts of each joint's range are left out in turn.
+        """
         X = np.concatenate([self.A, self.E * sizes[self.band]], axis=1)
         ridge = np.r_[np.full(self.A.shape[1], _RIDGE), np.ones(self.E.shape[1])]
         gram, projection = X.T @ X + np.diag(ridge), X.T @ self.residual

@@ -15,7 +15,7 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.diagnosis.fitted_state import FittedState, whitened
-from scalar.diagnosis.harmonic_spectrum import as_whitened
+from scalar.diagnosis.harmonic_spectrum import priors_for_whitened_rows
 from scalar.diagnosis.predicted_displacements import (
     displacement_columns,
     joint_limits,
@@ -119,7 +119,7 @@ def prediction_changes(state: FittedState, whitening: Array | None) -> Predictio
         state: Near the optimum.
         whitening: As for ``Linearised``.
     """
-    linear = Linearised(state if whitening is None else as_whitened(state), whitening)
+    linear = Linearised(state if whitening is None else priors_for_whitened_rows(state), whitening)
     step, left_out = linear.fitted(np.ones(len(linear.scale), dtype=bool))
     return PredictionChanges(linear.columns @ step, left_out @ linear.columns.T)
 

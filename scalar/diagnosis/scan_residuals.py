@@ -1,4 +1,4 @@
-"""Residuals for pictures, in metres and with a sign: heights over planes, and scans cut in pieces."""
+"""Residuals for pictures, in metres: one number for each pose, and the heights of pieces of each scan over its plane."""
 
 from __future__ import annotations
 
@@ -9,14 +9,19 @@ from scalar.sensors import Pieces
 
 
 def signed_residual(state: FittedState) -> Array:
-    """Return each pose's residual ``(N,)`` [m], as its kind of sensor shows it: a height over the plane, or a distance without a sign."""
+    """Return one residual for each pose ``(N,)`` [m]: the height over the plane, with its sign, or for other kinds of sensor a distance."""
     rows = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
     residual = state.residuals.residual(state.model)[:rows]
     return state.residuals.measurement.shown_residual(residual.reshape(state.dataset.n_poses, -1))
 
 
 def pieces(state: FittedState, effect: Effect) -> Pieces:
-    """Return the scans in pieces, or a probe's contacts, with what one of the state's effects on points adds."""
+    """Return the heights of pieces of the scans, or of a probe's contacts, over their planes, and what one of the state's effects adds to them.
+
+    Args:
+        state: With the effect.
+        effect: One of its effects on points; the same object.
+    """
     residuals = state.residuals
     bound = residuals.point_effects(state.model)
     return residuals.measurement.pieces(

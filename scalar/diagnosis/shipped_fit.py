@@ -21,7 +21,7 @@ from typing import Any
 
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.focused_choice import FocusedChoice, focused_choice
-from scalar.diagnosis.harmonic_spectrum import as_whitened
+from scalar.diagnosis.harmonic_spectrum import priors_for_whitened_rows
 from scalar.diagnosis.hold_out import (
     HeldOutErrors,
     held_out_errors,
@@ -132,7 +132,7 @@ def shipped_fit(
     without, equal = held_out_errors(before), held_out_errors(after)
     fit, held_out, decided_by, found = EQUAL, equal, "only_one", None
     if whitening is not None:
-        weighted = held_out_errors(as_whitened(after), whitening)
+        weighted = held_out_errors(priors_for_whitened_rows(after), whitening)
         of_equal, of_weighted = prediction_changes(after, None), prediction_changes(after, whitening)
         difference, error = of_weighted.difference_from(of_equal)
         found = Disagreement(

@@ -19,23 +19,24 @@ _FARTHEST = (
 )
 
 
-def upper_tail(products: Array, near: Array, n_poses: int) -> float:
-    """Return the probability that random signs give a sum at least as large as the sum of the products.
+def upper_tail(products: Array, pairs: Array, n_poses: int) -> float:
+    """Return the probability that random signs give a sum at least as large as the sum of the products (all signs equal).
 
     Args:
         products: ``(P,)``, p of every pair.
-        near: ``(P, 2)``, the pairs of poses.
+        pairs: ``(P, 2)``, the pairs of poses.
         n_poses: Number of poses.
     """
     size = float(np.sqrt(np.sum(products**2)))
     if size == 0.0:
         return 1.0
     value = float(products.sum()) / size
-    k3, k4 = _cumulants(products / size, near, n_poses)
+    k3, k4 = _cumulants(products / size, pairs, n_poses)
     if value <= 0.0:
         return float(norm.sf(value))
 
     def slope(t: float) -> float:
+        """Return the derivative of the cumulant generating function K of the sum of unit variance."""
         return t + k3 * t**2 / 2.0 + k4 * t**3 / 6.0
 
     if slope(_FARTHEST) <= value:
@@ -47,15 +48,15 @@ def upper_tail(products: Array, near: Array, n_poses: int) -> float:
     return float(norm.sf(r + np.log(u / r) / r))
 
 
-def _cumulants(p: Array, near: Array, n_poses: int) -> tuple[float, float]:
+def _cumulants(p: Array, pairs: Array, n_poses: int) -> tuple[float, float]:
     """Return the third and the fourth cumulant of a sum of unit variance.
 
-    Negative ones are set to zero, so that the tail is never taken to be lighter than the normal one.
+    A negative cumulant is replaced by zero, so that the tail is never taken to be lighter than that of the normal distribution.
     """
-    upper = coo_array((p, (near[:, 0], near[:, 1])), shape=(n_poses, n_poses))
+    upper = coo_array((p, (pairs[:, 0], pairs[:, 1])), shape=(n_poses, n_poses))
     A = (upper + upper.T).tocsr()
-    squared = A @ A
-    degrees = np.asarray(A.multiply(A).sum(axis=1)).ravel()
-    third = float(squared.multiply(A).sum())
-    fourth = 3.0 * float(squared.multiply(squared).sum()) - 6.0 * np.sum(degrees**2) + 4.0 * np.sum(p**4)
+    AA = A @ A
+    sums_of_squares = np.asarray(A.multiply(A).sum(axis=1)).ravel()  # of the pairs of each pose
+    third = float(AA.multiply(A).sum())
+    fourth = 3.0 * float(AA.multiply(AA).sum()) - 6.0 * np.sum(sums_of_squares**2) + 4.0 * np.sum(p**4)
     return max(third, 0.0), max(float(fourth), 0.0)

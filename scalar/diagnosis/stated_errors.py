@@ -1,4 +1,4 @@
-"""The errors that ``diagnosis.json`` states: of training poses, of poses held out from the fit, and of poses that no part of the diagnosis used."""
+"""The errors that ``diagnosis.json`` states: at training poses, at poses held out from the fit, and at poses that no part of the diagnosis used."""
 
 from __future__ import annotations
 
@@ -13,7 +13,13 @@ from scalar.units import MM
 def held_out(
     calibration: Calibration, error: HeldOutErrors, halves: OuterSplit | None = None
 ) -> dict[str, float]:
-    """Return the errors of a calibration; errors of poses that the diagnosis of one half has not seen count if they are larger."""
+    """Return the entry of ``diagnosis.json`` on a calibration's errors at training poses and at held-out poses.
+
+    Args:
+        calibration: The calibration.
+        error: Its held-out errors.
+        halves: Diagnoses of one half of the poses each, or None. If their errors at the other half are larger, they are stated as held-out errors.
+    """
     rms, largest = error.rms, error.largest
     if halves is not None:
         rms = max(rms, halves.unseen_rms(1, calibration.residual_rms))
@@ -26,7 +32,7 @@ def held_out(
 
 
 def of_halves(halves: OuterSplit | None) -> dict[str, float] | None:
-    """Return what ``diagnosis.json`` says of the two runs on one half of the poses each."""
+    """Return the entry of ``diagnosis.json`` on the two runs on one half of the poses each; None without such runs."""
     if halves is None:
         return None
     without, effects = halves.errors
@@ -38,7 +44,13 @@ def of_halves(halves: OuterSplit | None) -> dict[str, float] | None:
 
 
 def unseen(outer: OuterSplit | None, which: int, shipped: Calibration) -> dict[str, float | None]:
-    """Return the errors on poses that nothing has seen, and their spread over the parts; null where they are not known."""
+    """Return the entry of ``diagnosis.json`` on errors at unseen poses, and their standard deviations over the parts; null if they are not known.
+
+    Args:
+        outer: The outer split, or None.
+        which: 0 for the errors without effects, 1 for those as shipped.
+        shipped: The calibration whose errors at its own poses correct the estimate (``OuterSplit.unseen_rms``).
+    """
     keys = ("unseen_rms_mm", "unseen_max_mm", "unseen_rms_spread_mm", "unseen_max_spread_mm")
     if outer is None or not len(outer.errors[which].metric):
         return dict.fromkeys(keys)

@@ -1,16 +1,16 @@
-"""Two further runs, each on one half of the poses, where residuals of similar poses are correlated: what they confirm, and how they predict.
+"""Two further runs, each on one half of the poses, if residuals of similar poses are correlated: what they confirm, and how well they predict.
 
-Held-out poses took part in the choice of the effects. That makes their errors too small by little where residuals are independent, because few
-candidates then pass the tests by chance. Where the residuals of similar poses are still correlated with all effects in the model, the tests
-count more samples than there are, chosen effects may fit what these poses have in common, and held-out poses that resemble those of the fit do
-not show it.
-The whole diagnosis is then run anew on one half of the blocks and judged on the other, and vice versa (twofold cross-validation around the
-choice; Varma and Simon, BMC Bioinformatics 7, 2006). These runs have half of the poses. They decide against effects that predict the other half
-worse, and the stated error is corrected for the number of poses as in ``outer_split``.
+Held-out poses took part in the selection of the effects. If residuals are independent, this makes held-out errors only a little too small, because
+few candidates pass the tests by chance. If the residuals of similar poses are still correlated with all effects in the model, the tests count more
+independent samples than there are. Selected effects may then fit an error that only similar poses have in common, and held-out poses that resemble
+those of the fit do not reveal it.
+The whole diagnosis is then run anew on one half of the blocks and tested on the other, and vice versa (twofold cross-validation around the
+selection; Varma and Simon, BMC Bioinformatics 7, 2006). If effects predict the other half worse, they are not shipped. The stated error is corrected
+for the smaller number of poses in these runs as in ``outer_split``.
 
 A cause that acts on the arm acts in both halves, which share no poses (complementary pairs: Shah and Samworth, Journal of the Royal Statistical
-Society B 75, 2013). What only some poses have in common shows in one of them or in neither. The confidence in a name is therefore limited by the
-number of halves that choose it.
+Society B 75, 2013). An error that only some poses have in common appears in one half or in neither. The confidence in a name is therefore limited by
+the number of halves that select it.
 """
 
 from __future__ import annotations
@@ -29,20 +29,22 @@ from scalar.diagnosis.outer_split import OuterSplit, Run, outer_split
 from scalar.diagnosis.settings import Settings
 from scalar.estimation.design_effect import design_effect
 
-EQUATIONS_FOR_EFFECTS = 4.0  # for each parameter: chosen, 64 scans of an arm of six joints; with 60, half of the trials are wholly right
+EQUATIONS_FOR_EFFECTS = 4.0  # in each half, for each free parameter; chosen: 64 scans of an arm of six joints (with 60, half of the trials fail)
 
 
 def two_halves(
     dataset: Dataset, found: Explained, run: Run, settings: Settings, cores: int | None
 ) -> OuterSplit | None:
-    """Return the answers of the two halves of the poses, or None where they are not needed, or where a half has too few poses to show effects.
+    """Return the answers of the two halves of the poses; None if they are not needed, if a half has too few poses, or if both runs fail.
+
+    They are needed if effects were found and the residuals of similar poses are correlated.
 
     Args:
         dataset: All that was measured, gross errors included.
         found: The run on all poses.
-        run: Diagnoses a dataset; importable by its name.
+        run: Diagnoses a dataset; a function that other processes can import by its name.
         settings: Thresholds.
-        cores: How many runs at once; None: as many as this process may use processors.
+        cores: Number of runs at once; None for as many as there are processors that this process may use.
     """
     equations = float(found.before.residuals.measurement.equations.sum())
     enough = equations / 2 >= EQUATIONS_FOR_EFFECTS * int(found.before.free.sum())
@@ -55,7 +57,7 @@ def two_halves(
 
 
 def residuals_are_correlated(state: FittedState) -> bool:
-    """Return whether the residuals of similar poses are significantly correlated, so that poses are fewer samples than they are in number."""
+    """Return whether the residuals of similar poses are significantly correlated, so that N poses are fewer than N independent samples."""
     ratio = float(np.sqrt(state.background_within_scans().variance))
     least = state.settings.estimation.fit.misfit_p_value
     return ratio > 0 and design_effect(state.residuals, state.model, state.free, ratio, least) > 1.0
@@ -64,12 +66,12 @@ def residuals_are_correlated(state: FittedState) -> bool:
 def limited_by_halves(
     found: Sequence[Finding], halves: OuterSplit | None, least_confidence: float
 ) -> tuple[Finding, ...]:
-    """Return the findings with the confidence in each name limited by the halves that chose it; a flexible term has no name.
+    """Return the findings with the confidence in each name limited by the halves that selected it; flexible terms are unchanged.
 
     Args:
         found: All findings.
         halves: As ``two_halves`` returns them.
-        least_confidence: Below which a name is doubtful.
+        least_confidence: A name with less confidence is doubtful.
     """
     if halves is None:
         return tuple(found)
@@ -83,12 +85,12 @@ def limited_by_halves(
 
 
 def most_confidence(share: float, halves: OuterSplit) -> float:
-    """Return the largest confidence in a name that a share of the halves chose: no limit if all did, else Laplace's rule of succession.
+    """Return the largest confidence in a name that a share of the halves selected: 1 if all did, else Laplace's rule of succession.
 
-    Of two halves, one gives 1/2 and none 1/4: the probability that a further one would choose it.
+    The rule gives the probability that a further run would select it: 1/2 if one of two halves did, and 1/4 if none did.
 
     Args:
-        share: Of the runs.
+        share: Share of the runs that selected it.
         halves: As ``two_halves`` returns them.
     """
     runs = len(halves.answers)

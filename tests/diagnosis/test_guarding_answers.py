@@ -101,7 +101,7 @@ def weighted(monkeypatch, std: float, difference: float) -> shipped_fit.ShippedF
         )
 
     monkeypatch.setattr(shipped_fit, "prediction_changes", changes)
-    monkeypatch.setattr(shipped_fit, "as_whitened", lambda found: found)
+    monkeypatch.setattr(shipped_fit, "priors_for_whitened_rows", lambda found: found)
     monkeypatch.setattr(
         shipped_fit, "focused_choice", lambda found: SimpleNamespace(state=found, left_out=(), as_found=True)
     )
@@ -144,7 +144,7 @@ def test_what_explains_nearly_as_much_is_confounded(monkeypatch):
     own = scored(JointScale(2), 100.0)
     near, far = JointHarmonic(4, (7,)), JointHarmonic(5, (7,))
     stand_ins: dict[str, Any] = {
-        "as_whitened": lambda after: after,
+        "priors_for_whitened_rows": lambda after: after,
         "CandidateColumns": lambda *_: None,
         "evidence_without_a_name": lambda *_: [[]],
         "held_out_errors": lambda _: None,

@@ -20,7 +20,7 @@ from scalar.diagnosis import (
 )
 from scalar.diagnosis.autocorrelation import _in_order, _moving_angles
 from scalar.diagnosis.fitted_state import FittedState, _optimum, refit
-from scalar.diagnosis.harmonic_spectrum import _series, _System
+from scalar.diagnosis.harmonic_spectrum import LinearSystem, _series
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.diagnosis.variance_components import variance_components
@@ -35,7 +35,7 @@ from tests.random_scene import make_scene
 SPECTRUM = DEFAULTS.spectrum
 
 
-def system() -> _System:
+def system() -> LinearSystem:
     """Return rows with an error of orders 1 and 3 of one joint, and columns of all orders up to 12."""
     rng = np.random.default_rng(2)
     q = rng.uniform(-3.0, 3.0, 600)
@@ -43,7 +43,7 @@ def system() -> _System:
     E = np.column_stack([f(k * q) for k in orders for f in (np.sin, np.cos)]) / 1e-4
     residual = 3e-4 / 1e-4 * np.sin(q) + 2e-4 / 1e-4 * np.cos(3 * q) + rng.standard_normal(600)
     band = np.repeat([0, 0, 1, 1, 1, 1, *[2] * 6], 2)
-    return _System(np.ones((600, 1)) / np.sqrt(600), E, residual, band)
+    return LinearSystem(np.ones((600, 1)) / np.sqrt(600), E, residual, band)
 
 
 def test_the_sizes_of_greatest_evidence_do_not_depend_on_where_the_search_starts(monkeypatch):

@@ -9,7 +9,7 @@ from scalar.data.poses import Poses
 from scalar.diagnosis.candidate_columns import named_candidates
 from scalar.diagnosis.fitted_state import refit
 from scalar.diagnosis.forward_selection import select_forward
-from scalar.diagnosis.harmonic_spectrum import as_whitened, tempered, with_spectrum
+from scalar.diagnosis.harmonic_spectrum import priors_for_whitened_rows, with_scaled_priors, with_spectrum
 from scalar.diagnosis.hold_out import held_out_errors
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
@@ -100,14 +100,14 @@ def test_a_single_order_stays_one():
     state = select_forward(refit(dataset, model, prepared.free, ()), names)
     assert [e.target for e in state.effects] == [{"joint": 2, "order": 5}]
     assert with_spectrum(state, names) is state
-    assert as_whitened(state) is state
+    assert priors_for_whitened_rows(state) is state
 
 
 def test_own_priors_are_tempered_and_nothing_else():
     """Prior standard deviations of an effect's own are multiplied by the factor; effects without such priors are the same objects."""
     own = JointHarmonic(2, (3, 4), term_std=(1e-4, 2e-5))
     common, scale = JointHarmonic(3, (1,)), JointScale(1)
-    wide, *rest = tempered([own, common, scale], 3.0)
+    wide, *rest = with_scaled_priors([own, common, scale], 3.0)
     np.testing.assert_allclose(wide.prior_std, [3e-4, 3e-4, 6e-5, 6e-5])
     assert rest == [common, scale]
     assert JointHarmonic.from_mapping(wide.to_mapping()).term_std == wide.term_std
