@@ -1,8 +1,11 @@
-"""Lower the confidence in changes of one kind that are found many times: one cause that acts all the time is more probable than so many accidents.
+"""Lower the confidence in names that are given several times: one cause that no effect describes is more probable than so many of one kind.
 
 A target plane is knocked, or a sensor slips, by accident and at one moment. A base that sways or an encoder that drifts acts all the time. Several
 changes at different moments then approximate its effect, as the steps of a staircase approximate a slope. The evidence for each change is large, but
 all their names are wrong.
+
+Any other effect acts at a place once and all the time. If it is found twice at one place (a warm-up beside another, two plays of a joint), its form
+is not that of the cause: the second describes what the first left.
 """
 
 from __future__ import annotations
@@ -17,33 +20,39 @@ MOST_ACCIDENTS = 2  # changes of one kind in a campaign, each at another place, 
 
 
 def repeated_changes_doubted(found: Sequence[Finding], least_confidence: float) -> tuple[Finding, ...]:
-    """Return the findings; if a kind of change is found more often than by accident, the confidence in each is divided by their number.
+    """Return the findings; if a name is given more often than one cause of its kind can explain, the confidence in each is divided by their number.
 
     Args:
         found: All findings.
-        least_confidence: A name with less confidence is doubtful.
+        least_confidence: A repeated name with no more confidence is doubtful.
     """
     result = []
-    for f, times in zip(found, repetitions([(f.effect.name, f.effect.target) for f in found]), strict=True):
+    times_of = iter(repetitions([(f.effect.name, f.effect.target) for f in found if not f.effect.flexible]))
+    for f in found:
+        times = 1 if f.effect.flexible else next(times_of)
         confidence = f.confidence / times
-        doubtful = f.doubtful or (times > 1 and confidence < least_confidence)
+        doubtful = f.doubtful or (times > 1 and confidence <= least_confidence)
         result.append(replace(f, confidence=confidence, doubtful=doubtful))
     return tuple(result)
 
 
 def repetitions(answers: Sequence[tuple[str, Mapping[str, Any]]]) -> list[int]:
-    """Return for each answer (name, target) the number of changes of its kind; one if it is no change, or if these may be accidents.
+    """Return for each answer (name, target) the number of answers that one cause would explain better; one if each may have its own.
 
-    They may be accidents if there are at most ``MOST_ACCIDENTS`` and each is at another place.
+    Changes at a moment may each have their own cause if there are at most ``MOST_ACCIDENTS`` of a kind and each is at another place; other effects
+    if each is at another place.
     """
     result = []
     for name, target in answers:
+        if "at" not in target:
+            result.append(sum(other == (name, target) for other in answers))
+            continue
         places = [
             {k: v for k, v in other.items() if k != "at"}
             for kind, other in answers
             if kind == name and "at" in other
         ]
         again = any(place in places[:i] for i, place in enumerate(places))
-        many = "at" in target and (again or len(places) > MOST_ACCIDENTS)
+        many = again or len(places) > MOST_ACCIDENTS
         result.append(len(places) if many else 1)
     return result

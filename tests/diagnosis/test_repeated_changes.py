@@ -10,6 +10,7 @@ from scalar.effects import Effect
 from scalar.effects.joint_scale import JointScale
 from scalar.effects.plane_moved import PlaneMoved
 from scalar.effects.sensor_slip import SensorSlip
+from scalar.effects.thermal_drift import ThermalDrift
 
 
 def finding(effect: Effect) -> Finding:
@@ -44,10 +45,11 @@ def test_accidents_at_different_places_stay_sure(effects):
         [moved("a", 10.0), moved("a", 30.0)],
         [moved("a", 10.0), moved("b", 20.0), moved("c", 30.0)],
         [SensorSlip(20.0, None), SensorSlip(40.0, None)],
+        [ThermalDrift("time", 0.0, 600.0), ThermalDrift("time", 0.0, 90.0)],
     ],
 )
 def test_a_staircase_is_doubted_as_a_whole(effects):
-    """The same place twice, or three of a kind: no name is kept, what is beside them is."""
+    """The same place twice, or three accidents of a kind: no name is kept, what is found beside them is."""
     judged = repeated_changes_doubted([finding(effect) for effect in [*effects, JointScale(2)]], 0.5)
     assert all(f.doubtful and f.confidence == pytest.approx(0.98 / len(effects)) for f in judged[:-1])
     assert judged[-1].confidence == 0.98 and not judged[-1].doubtful
