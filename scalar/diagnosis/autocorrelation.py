@@ -1,11 +1,12 @@
 """Test whether the remaining residual is noise: if something unmodelled acts on the arm, residuals of neighbouring poses are correlated.
 
-A variance component of whole poses is drawn anew at every pose. Before one is reported, the poses are sorted by every quantity that is known of
-them, and the residuals a of neighbours i and k in that order are multiplied: ``t = sum a_i a_k / sqrt(sum (a_i a_k)^2)`` is about normal if the
-order has no influence (von Neumann's ratio, with the standard error of the products taken from the products themselves). Two kinds of a are
-tested. One is the residual itself, with neighbours on the same target plane. The other is the component of the residual along its derivative by a
-quantity that might err (``components_along``); its sign is that of the error, whichever plane was measured. The poses are sorted by time, by recorded
-columns, by angles, by sums and differences of two angles, by the place on the plane and by the direction of gravity in the sensor's frame.
+The error that a variance component describes is independent from pose to pose. Before a variance component is reported, the poses are therefore
+sorted by every quantity that is known of them, and the residuals a of neighbours i and k in that order are multiplied. The number
+``t = sum a_i a_k / sqrt(sum (a_i a_k)^2)`` is about normal if the order has no influence (von Neumann's ratio, with the standard error of the
+products taken from the products themselves). Two kinds of a are tested. One is the residual itself, with neighbours on the same target plane. The
+other is the component of the residual along its derivative by a quantity that might err (``components_along``); its sign is that of the error,
+whichever plane was measured. The poses are sorted by time, by recorded columns, by angles, by sums and differences of two angles, by the place on the
+plane and by the direction of gravity in the sensor's frame. For two angles, the poses that are nearest to each other in both are neighbours as well.
 """
 
 from __future__ import annotations
@@ -24,26 +25,26 @@ from scalar.geometry.planes import Planes
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
 
-LAGS = (1, 2, 3)
-_NORMAL_SUFFICES = 0.01  # a p-value above it is taken from the normal distribution
+LAGS = (1, 2, 3)  # poses that are so many places apart in an order are neighbours
+_NORMAL_SUFFICES = 0.01  # a larger p-value is taken from the normal distribution
 
 
 def depends_on(state: FittedState) -> list[str]:
     """Return the columns along which the residuals are most significantly autocorrelated; an empty list if no autocorrelation is significant."""
     found = autocorrelation_p_values(state, state.background().residual)
-    surest = min(found, key=lambda names: found[names])
-    return list(surest) if found[surest] < state.settings.autocorrelation.alpha_autocorrelation else []
+    names = min(found, key=lambda names: found[names])
+    return list(names) if found[names] < state.settings.autocorrelation.alpha_autocorrelation else []
 
 
 def autocorrelation_p_values(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
-    """Return the p-value of the autocorrelation along each set of columns, corrected for the number of sets.
+    """Return the p-value of the autocorrelation along each set of columns, corrected for the number of tests.
 
-    The sets form three families: recorded quantities that vary in the course of time, single columns, and pairs of angles. Each family
-    has a third of the significance level (weighted Bonferroni), so that the many pairs of angles do not hide a dependence on time.
+    The sets form three families: time and columns recorded with the poses, other single quantities, and pairs of angles. Each family has a third of
+    the significance level (weighted Bonferroni), so that the many pairs of angles do not hide a dependence on time.
 
     Args:
-        state: Whose model is at its optimum.
-        z: ``(N, m)``, its whitened residuals, or a draw of what they would be by chance.
+        state: The fitted state.
+        z: ``(N, m)``, its whitened residuals, or random numbers in their place.
     """
     least = state.settings.autocorrelation.least_poses
     components = components_along(state, z)
@@ -52,24 +53,26 @@ def autocorrelation_p_values(state: FittedState, z: Array) -> dict[tuple[str, ..
     angles, in_time = _moving_angles(state), _recorded_in_time(state)
     found: dict[str, list[tuple[tuple[str, ...], float]]] = {"in_time": [], "single": [], "pair": []}
 
-    def judge(family: str, names: tuple[str, ...], tried: list[float]) -> None:
-        found[family].append((names, min(tried, default=1.0) * len(tried)))
+    def add(family: str, names: tuple[str, ...], p_values: list[float]) -> None:
+        """Add the smallest of the p-values of one order, corrected for their number."""
+        found[family].append((names, min(p_values, default=1.0) * len(p_values)))
 
     def in_order(values: Array) -> list[float]:
-        by_plane = neighbour_p_value(z, _in_order(planes, values, least))
-        return [by_plane, *neighbour_p_values(components, _in_order(one_group, values, least))]
+        """Return the p-values of the residual and of its components in the order of values ``(N,)``."""
+        by_plane = neighbour_p_value(z, neighbours_in_order(planes, values, least))
+        return [by_plane, *neighbour_p_values(components, neighbours_in_order(one_group, values, least))]
 
     for name, values in in_time.items():
-        judge("in_time", (name,), in_order(values))
+        add("in_time", (name,), in_order(values))
     for name, values in (angles | _places(state)).items():
-        judge("single", (name,), in_order(values))
+        add("single", (name,), in_order(values))
     for component in _gravity(state):
-        judge("single", (GRAVITY,), in_order(component))
+        add("single", (GRAVITY,), in_order(component))
     for a, b in itertools.combinations(angles, 2):
-        judge("pair", (a, b), in_order(angles[a] + angles[b]))
-        judge("pair", (a, b), in_order(angles[a] - angles[b]))
-        near = _near(np.column_stack([angles[a], angles[b]]), state.settings.autocorrelation)
-        judge("pair", (a, b), neighbour_p_values(components, near))
+        add("pair", (a, b), in_order(angles[a] + angles[b]))
+        add("pair", (a, b), in_order(angles[a] - angles[b]))
+        pairs = neighbours_in_two(np.column_stack([angles[a], angles[b]]), state.settings.autocorrelation)
+        add("pair", (a, b), neighbour_p_values(components, pairs))
     corrected: dict[tuple[str, ...], float] = {}
     for family in found.values():
         for names, chance in family:
@@ -83,38 +86,40 @@ def _moving_angles(state: FittedState) -> dict[str, Array]:
     return {f"q{j + 1}": q[:, j] for j in range(q.shape[1]) if np.ptp(q[:, j]) > still}
 
 
-def neighbour_p_value(z: Array, near: Array) -> float:
-    """Return the p-value of the correlation of residuals between neighbours.
+def neighbour_p_value(z: Array, pairs: Array) -> float:
+    """Return the p-value of the correlation of whitened residuals between neighbours.
 
     Args:
-        z: ``(N, m)``, residuals.
-        near: ``(P, 2)``, pairs of neighbours.
+        z: ``(N, m)``, whitened residuals.
+        pairs: ``(P, 2)``, indices of the poses of each pair of neighbours.
     """
-    products = np.sum(z[near[:, 0]] * z[near[:, 1]], axis=1)
-    return _p_values(products[:, None], near, len(z))[0]
+    products = np.sum(z[pairs[:, 0]] * z[pairs[:, 1]], axis=1)
+    return _p_values(products[:, None], pairs, len(z))[0]
 
 
-def neighbour_p_values(components: Array, near: Array) -> list[float]:
-    """Return the same p-value for each column of ``components`` ``(N, K)``."""
-    return _p_values(components[near[:, 0]] * components[near[:, 1]], near, len(components))
+def neighbour_p_values(components: Array, pairs: Array) -> list[float]:
+    """Return the same p-value for each of the K columns of ``components`` ``(N, K)``."""
+    return _p_values(components[pairs[:, 0]] * components[pairs[:, 1]], pairs, len(components))
 
 
-def _p_values(products: Array, near: Array, n_poses: int) -> list[float]:
-    """Return the p-value of each sum of products ``(P, K)`` over neighbours ``(P, 2)``, where the sign of each pose is random.
+def _p_values(products: Array, pairs: Array, n_poses: int) -> list[float]:
+    """Return the p-value of each of K sums of products ``(P, K)`` over P pairs of neighbours ``(P, 2)``, if the sign of each pose is random.
 
-    A p-value that is small by the normal distribution is computed again from the distribution of the sum itself, whose tail is heavier
-    if a few poses have large residuals.
+    A p-value that is small by the normal distribution is computed again from the distribution of the sum itself (``sign_flips``), whose tail is
+    heavier if a few poses have large residuals.
     """
     sums, lengths = products.sum(axis=0), np.sqrt(np.sum(products**2, axis=0))
     seen = lengths > 0
     found = np.where(seen, norm.sf(sums / np.where(seen, lengths, 1.0)), 1.0)
     for k in np.flatnonzero(found < _NORMAL_SUFFICES):
-        found[k] = upper_tail(products[:, k], near, n_poses)
+        found[k] = upper_tail(products[:, k], pairs, n_poses)
     return [float(chance) for chance in found]
 
 
-def _in_order(groups: Array, order: Array, least_poses: int = DEFAULTS.autocorrelation.least_poses) -> Array:
-    """Return the neighbours ``(P, 2)`` in an order ``(N,)`` within each group ``(N,)``."""
+def neighbours_in_order(
+    groups: Array, order: Array, least_poses: int = DEFAULTS.autocorrelation.least_poses
+) -> Array:
+    """Return the pairs of neighbours ``(P, 2)`` in an order ``(N,)`` within each group ``(N,)``; groups of fewer than ``least_poses`` have none."""
     pairs = [np.zeros((0, 2), dtype=int)]
     for group in np.unique(groups):
         mine = np.flatnonzero(groups == group)
@@ -124,8 +129,11 @@ def _in_order(groups: Array, order: Array, least_poses: int = DEFAULTS.autocorre
     return np.concatenate(pairs)
 
 
-def _near(values: Array, settings: AutocorrelationSettings = DEFAULTS.autocorrelation) -> Array:
-    """Return the neighbours ``(P, 2)`` in two variables ``(N, 2)``, each by its rank, as many as in an order; every pair once."""
+def neighbours_in_two(values: Array, settings: AutocorrelationSettings = DEFAULTS.autocorrelation) -> Array:
+    """Return the pairs of neighbours ``(P, 2)`` in two variables ``(N, 2)``: each pose with the nearest poses by rank, as many as there are lags.
+
+    Every pair is listed once. There are none with fewer than ``settings.least_poses`` poses.
+    """
     if len(values) < settings.least_poses:
         return np.zeros((0, 2), dtype=int)
     ranks = rankdata(values, axis=0)
@@ -135,14 +143,14 @@ def _near(values: Array, settings: AutocorrelationSettings = DEFAULTS.autocorrel
 
 
 def components_along(state: FittedState, z: Array) -> Array:
-    """Return the component of each pose's residual along its derivative by each quantity that might err ``(N, K)``, in standard errors.
+    """Return the component of each pose's residual along its derivative by each of K quantities that might err ``(N, K)``, in standard errors.
 
-    The quantities are every joint's angle, all lengths in proportion (growth), and the components of the sensor's pose on the flange and of
-    the base's pose. A quantity that no row depends on is left out.
+    The quantities are the angle (or travel) of every joint, a growth of all lengths in proportion, and the components of the sensor's pose on the
+    flange and of the base's pose. A quantity on which no row depends is left out.
 
     Args:
-        state: Whose model is at its optimum.
-        z: ``(N, m)``, whitened residuals.
+        state: The fitted state.
+        z: ``(N, m)``, its whitened residuals.
     """
     N, m = z.shape
     model, n = state.model, state.model.robot.n_joints
@@ -162,7 +170,7 @@ def components_along(state: FittedState, z: Array) -> Array:
 
 
 def _recorded_in_time(state: FittedState) -> dict[str, Array]:
-    """Return the order of acquisition and every column that was recorded with the poses."""
+    """Return the order of acquisition, and every column recorded with the poses that has enough different values, ``(N,)`` each, by name."""
     dataset = state.dataset
     found = {"time" if "time" in dataset.poses else "order": state.residuals.poses.order}
     for name in ("temperature", *dataset.covariates):
@@ -175,7 +183,7 @@ def _recorded_in_time(state: FittedState) -> dict[str, Array]:
 
 
 def _places(state: FittedState) -> dict[str, Array]:
-    """Return where on its target plane the sensor looked, along the plane's own two axes [m], ``(N,)`` each; nothing for a tracker."""
+    """Return the position of the sensor along the two axes of its target plane [m], ``(N,)`` each, by name; nothing if targets are no planes."""
     target = state.model.target
     if not isinstance(target, Planes):
         return {}
@@ -185,7 +193,7 @@ def _places(state: FittedState) -> dict[str, Array]:
 
 
 def _gravity(state: FittedState) -> Array:
-    """Return the direction of gravity in the sensor's frame ``(3, N)``; nothing where it is not stated."""
+    """Return the three components of the direction of gravity in the sensor's frame ``(3, N)``; ``(0, N)`` if gravity is not stated."""
     down = state.model.robot.down
     if not down.any():
         return np.zeros((0, state.dataset.n_poses))

@@ -1,10 +1,10 @@
 """Identify the variance components of the arm or of the scans: those that explain the scatter better than the sensor's own noise.
 
-Whole poses scatter by more than the noise of their points if the joints do not repeat, or if each scan has an error of its own. They do so too if
-the noise of the points is larger than it appears, in all rows alike, or if its cause is common to a whole scan (a surface with waves longer than a
-scan, slow speckle). Each component of the arm or of the scans is therefore fitted together with these two of the sensor by restricted likelihood,
-and is identified only if it explains what the two do not. A jitter smaller than the repeatability of any data sheet is no finding; it is fitted
-together with every other component.
+Whole poses scatter by more than the noise of their points if the joints do not repeat, or if each scan has an error of its own. The sensor alone can
+cause the same scatter in two ways: the noise of all rows is larger than it appears, or an error extends over a whole scan (a surface with waves
+longer than a scan, slow speckle). Each component of the arm or of the scans is therefore fitted together with these two components of the sensor by
+restricted likelihood, and is identified only if it explains scatter that the two do not. A jitter smaller than the repeatability of any data sheet is
+no finding; it is fitted together with every other component.
 
 A jitter of all joints, or a bias of the scans, is not named if a random error at one place explains the scatter clearly better. Something unknown
 then acts on one joint, on the sensor's mount or on the base (``only_place``).
@@ -41,7 +41,7 @@ def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
         return found
     background = state.background_within_scans()
     # Covariances (N, m, m) of the whitened rows by each source of unit variance.
-    sensor_kernels = _of_the_sensor(state)
+    sensor_kernels = _kernels_of_sensor(state)
     kernels = {name: D @ np.swapaxes(D, 1, 2) for name, D in directions(residuals, model)}
     settings = state.settings
     too_small = {
@@ -77,10 +77,11 @@ def only_place(state: FittedState, component: VarianceComponent) -> str | None:
         The name of a joint (``q4``), ``sensor`` or ``base``; None if no place is better by ``settings.selection.confounded_margin`` [nats].
     """
     residuals, model = state.residuals, state.model
-    sensor_kernels = _of_the_sensor(state)
+    sensor_kernels = _kernels_of_sensor(state)
     background = state.background_within_scans()
 
     def log_likelihood(columns: Array) -> float:
+        """Return the restricted log likelihood [nats] with a random error of which ``columns`` ``(N, m, k)`` are the derivatives of the rows."""
         kernel = columns @ np.swapaxes(columns, 1, 2)
         return fit_components(background, [kernel, *sensor_kernels]).log_likelihood
 
@@ -93,7 +94,7 @@ def only_place(state: FittedState, component: VarianceComponent) -> str | None:
     return likeliest.split(".")[0] if clearly else None
 
 
-def _of_the_sensor(state: FittedState) -> list[Array]:
+def _kernels_of_sensor(state: FittedState) -> list[Array]:
     """Return covariances ``(N, m, m)`` of the sensor's noise: of independent errors, and of those that extend over a whole pose."""
     residuals, model = state.residuals, state.model
     T_base_sensor = residuals.kinematics(model).T_base_sensor

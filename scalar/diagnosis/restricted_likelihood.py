@@ -1,11 +1,12 @@
 """Variance components fitted together by restricted likelihood, by steps of average information.
 
-The rows r of all poses have the covariance ``V = I + sum_k v_k K_k``, pose by pose, about a model with columns X. With
+The whitened residual r of all poses has the covariance ``V = I + sum_k v_k K_k``, block by block for each pose, about a model with columns X. With
 ``P = V^-1 - V^-1 X (X' V^-1 X)^-1 X' V^-1`` the restricted log likelihood (Patterson and Thompson, Biometrika 58, 1971) has
 
     dL/dv_k = -1/2 [tr(P K_k) - r' P K_k P r],    AI_kl = 1/2 r' P K_k P K_l P r
 
-(Gilmour, Thompson and Cullis, Biometrics 51, 1995). Rows of priors are rows like others, with the covariance I.
+(Gilmour, Thompson and Cullis, Biometrics 51, 1995). AI is the average information, and a step is ``AI^-1 dL/dv``. The rows of priors are included,
+with the covariance I.
 """
 
 from __future__ import annotations
@@ -19,11 +20,9 @@ from scalar.diagnosis.score_test import Background
 from scalar.geometry.se3 import Array
 
 _MOST_STEPS = 40
-_CONVERGED = 1e-4  # nats gained by a step
-_HALVINGS = 12
-_LARGEST = (
-    1e8  # of a component's variance over that of the noise, so that data without noise give finite numbers
-)
+_CONVERGED = 1e-4  # nats: a step with a smaller gain is the last
+_HALVINGS = 12  # of a step that lowers the likelihood, at most
+_LARGEST = 1e8  # largest variance of a scaled component, so that data without noise give finite numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +44,8 @@ def fit_components(background: Background, kernels: Sequence[Array]) -> Componen
     """Return the variance components of greatest restricted likelihood.
 
     Args:
-        background: Rows whitened for the noise within poses, and what the model explains of them.
-        kernels: ``(N, m, m)`` each, what a component of variance one adds to the covariance of each pose's rows.
+        background: The residual, whitened for the noise within poses, and the directions that the model explains.
+        kernels: K_k ``(N, m, m)`` each, what a component of unit variance adds to the covariance of each pose's rows.
     """
     scale = np.array([1.0 / max(float(np.median(np.trace(K, axis1=1, axis2=2))), 1e-300) for K in kernels])
     scaled = [s * K for s, K in zip(scale, kernels, strict=True)]
@@ -58,7 +57,7 @@ def fit_components(background: Background, kernels: Sequence[Array]) -> Componen
 
 
 def _maximised(background: Background, kernels: list[Array], v: Array) -> Components:
-    """Return the optimum that steps of average information reach from a start, no variance becoming negative."""
+    """Return the optimum that steps of average information reach from variances v ``(k,)``; no variance becomes negative."""
     value, gradient, information = _evaluate(background, kernels, v)
     for _ in range(_MOST_STEPS):
         free = (v > 0) | (gradient > 0)
@@ -67,7 +66,7 @@ def _maximised(background: Background, kernels: list[Array], v: Array) -> Compon
             step[free] = np.linalg.lstsq(information[np.ix_(free, free)], gradient[free], rcond=1e-10)[0]
         if float(gradient @ step) < 0:
             step = gradient / np.maximum(np.diag(information), 1e-300) * free
-        # A component grows by ten at most, so that the quadratic is not trusted where it does not hold.
+        # In one step a variance grows to ten times its value plus one at most, because the quadratic approximation does not hold farther away.
         step = np.minimum(step, 9.0 * v + 1.0)
         for _halving in range(_HALVINGS):
             trial = np.clip(v + step, 0.0, _LARGEST)
@@ -86,7 +85,7 @@ def _maximised(background: Background, kernels: list[Array], v: Array) -> Compon
 
 
 def _evaluate(background: Background, kernels: list[Array], v: Array) -> tuple[float, Array, Array]:
-    """Return the restricted log likelihood, its gradient and the average information at variances v ``(k,)``."""
+    """Return the restricted log likelihood, its gradient ``(k,)`` and the average information ``(k, k)`` at variances v ``(k,)``."""
     r = background.residual
     N, m = r.shape
     X = background.Q.reshape(N, m, -1)
@@ -102,19 +101,20 @@ def _evaluate(background: Background, kernels: list[Array], v: Array) -> tuple[f
     L = np.linalg.cholesky(G + 1e-12 * np.eye(len(G)))
     half = np.linalg.solve(L, WX.T)
 
-    def whitened(x: Array) -> Array:
+    def weighted(x: Array) -> Array:
+        """Return ``V^-1 x`` ``(N m,)``."""
         return (W @ x.reshape(N, m, 1)).reshape(-1)
 
-    Wr = whitened(r)
+    Wr = weighted(r)
     b = flat.T @ (Wr - r.ravel())
     Pr = Wr - half.T @ np.linalg.solve(L, b)
     value = -determinant - float(np.sum(np.log(np.diag(L))))
     value -= 0.5 * float(r.ravel() @ Wr - np.sum(np.linalg.solve(L, b) ** 2))
     blocks = W - np.einsum("fni,fnj->nij", half.reshape(-1, N, m), half.reshape(-1, N, m))
-    moved = [(K @ Pr.reshape(N, m, 1)).reshape(-1) for K in kernels]
+    KPr = [(K @ Pr.reshape(N, m, 1)).reshape(-1) for K in kernels]
     gradient = np.array(
-        [-0.5 * (float(np.sum(blocks * K)) - float(Pr @ q)) for K, q in zip(kernels, moved, strict=True)]
+        [-0.5 * (float(np.sum(blocks * K)) - float(Pr @ q)) for K, q in zip(kernels, KPr, strict=True)]
     )
-    projected = [whitened(q) - half.T @ (half @ q) for q in moved]
-    information = 0.5 * np.array([[float(p @ q) for q in moved] for p in projected])
+    PKPr = [weighted(q) - half.T @ (half @ q) for q in KPr]
+    information = 0.5 * np.array([[float(p @ q) for q in KPr] for p in PKPr])
     return value, gradient, information

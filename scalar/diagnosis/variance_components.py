@@ -1,9 +1,9 @@
 """Variance components of whole poses: joints that do not repeat exactly, and scans with an error of their own.
 
 Such errors have zero mean, so only the covariance of the residual shows them. Each component adds ``v K_i`` to the unit covariance of the whitened
-rows of pose i, where v is its variance ([rad^2] or [m^2]) and ``K_i = D_i D_i'``. For a jitter D_i has the rows' derivatives by the joint angles,
-for a bias those by an error common to the scan. v is found by maximum likelihood. The likelihoods distinguish the two: a jitter moves the sensor
-more in stretched poses than in folded ones and also turns the scanned lines, whereas a bias only shifts the lines.
+rows of pose i, where v is its variance ([rad^2] or [m^2]) and ``K_i = D_i D_i'``. For a jitter of the joints, D_i has the rows' derivatives by the
+joint angles; for a bias of the scans, those by an error common to the scan. v is found by maximum likelihood. The likelihoods distinguish the two,
+because a jitter moves the sensor more in stretched poses than in folded ones and also turns the scanned lines, whereas a bias only shifts the lines.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class VarianceComponent:
         std: Standard deviation of each joint angle [rad], or of the error that is common to a scan [m].
         std_error: Standard error of ``std``, in the same unit.
         log_likelihood_gain: Log likelihood with the component less that with the noise within scans alone [nats].
-        p_value: Probability of so large a gain if there is no such component.
+        p_value: Probability of at least so large a gain if there is no such component.
         covariance: ``(N, m, m)``, covariance of each pose's whitened rows, the noise within scans included.
     """
 
@@ -81,10 +81,10 @@ def variance_components(
 
 
 def directions(residuals: Residuals, model: Model) -> list[tuple[str, Array]]:
-    """Return for each component the derivatives ``(N, m, k)`` of the whitened rows by the k errors that it consists of.
+    """Return the name of each component and the derivatives ``(N, m, k)`` of the whitened rows by the k errors of which it consists.
 
-    ``pose_jitter`` has the angles of all revolute joints [1/rad] and is absent if there are none; ``scan_bias`` has the errors that are common to a
-    pose's measurement [1/m].
+    Those of ``pose_jitter`` are errors of the angles of all revolute joints [1/rad]; it is absent if there are none. Those of ``scan_bias`` are
+    errors that are common to all points of a pose [1/m].
     """
     kinematics = residuals.kinematics(model)
     revolute = (
@@ -98,10 +98,10 @@ def directions(residuals: Residuals, model: Model) -> list[tuple[str, Array]]:
 
 
 def columns_by_place(residuals: Residuals, model: Model) -> list[tuple[str, Array]]:
-    """Return the derivatives ``(N, m)`` of the whitened rows by each single coordinate of a place that may err.
+    """Return the name of each coordinate of a place that may err, and the derivatives ``(N, m)`` of the whitened rows by it.
 
     Names are ``q4`` (a joint), ``sensor.0`` (a coordinate of the sensor on the flange) and ``base.5`` (a component of the base's rigid motion).
-    Coordinates that move no row are left out.
+    Coordinates that change no row are left out.
     """
     kinematics = residuals.kinematics(model)
     by_joint = kinematics.screws()[:, :, model.robot.joint_columns]
@@ -115,10 +115,10 @@ def columns_by_place(residuals: Residuals, model: Model) -> list[tuple[str, Arra
 
 
 def _maximum_likelihood(rows: Array, K: Array) -> tuple[float, float, float]:
-    """Return the gain of log likelihood over v = 0 [nats], v itself and its standard error.
+    """Return the gain of log likelihood over v = 0 [nats], the variance v of greatest likelihood, and the standard error of v.
 
     Args:
-        rows: ``(N, m)``, whitened residual.
+        rows: ``(N, m)``, residual, whitened for the noise within scans.
         K: ``(N, m, m)``, what a component of unit variance adds to the covariance of each pose's rows.
     """
     values, vectors = np.linalg.eigh(K)
@@ -128,6 +128,7 @@ def _maximum_likelihood(rows: Array, K: Array) -> tuple[float, float, float]:
     typical = 1.0 / max(float(np.median(values[:, -1])), 1e-300)
 
     def cost(log_v: float) -> float:
+        """Return minus the log likelihood, less a constant."""
         variance = 1.0 + np.exp(log_v) * values
         return 0.5 * float(np.sum(np.log(variance) + squares / variance))
 
@@ -206,7 +207,7 @@ class WhitenedMeasurement(Measurement):
 
     @property
     def sigma_known(self) -> bool:
-        """Return whether the noise within scans is stated; the variance component itself is estimated apart from the fit."""
+        """Return whether the noise within scans is stated; the variance component is estimated separately and not by the fit."""
         return self.inner.sigma_stated
 
     def initial_target(self, dataset: Any) -> Target:
@@ -241,6 +242,6 @@ class WhitenedMeasurement(Measurement):
 
 
 def whitening_for(component: VarianceComponent) -> Array:
-    """Return the inverse square roots ``(N, m, m)`` of a variance component's covariances."""
+    """Return the symmetric inverse square roots ``(N, m, m)`` of the covariances of the poses' rows with a variance component."""
     values, vectors = np.linalg.eigh(component.covariance)
     return (vectors / np.sqrt(values)[:, None, :]) @ np.swapaxes(vectors, 1, 2)

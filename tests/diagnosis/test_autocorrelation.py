@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scalar.diagnosis.autocorrelation import _in_order, _near, neighbour_p_value
+from scalar.diagnosis.autocorrelation import neighbour_p_value, neighbours_in_order, neighbours_in_two
 from scalar.diagnosis.settings import DEFAULTS
 
 
@@ -14,7 +14,7 @@ def p_values(profile, seeds=400, n=150):
         rng = np.random.default_rng([seed, 5])
         order, groups = rng.permutation(n).astype(float), rng.integers(0, 3, n)
         z = rng.standard_normal((n, 3)) * rng.uniform(0.5, 2.0, (n, 1)) + profile(order / n)[:, None]
-        found.append(neighbour_p_value(z, _in_order(groups, order)))
+        found.append(neighbour_p_value(z, neighbours_in_order(groups, order)))
     return np.array(found)
 
 
@@ -36,14 +36,14 @@ def test_a_profile_of_the_size_of_the_noise_is_seen(profile):
 def test_few_poses_say_nothing():
     """With fewer poses on a target plane than neighbours need, the p-value is one."""
     z = np.ones((9, 3))
-    assert neighbour_p_value(z, _in_order(np.arange(9) // 3, np.arange(9.0))) == 1.0
+    assert neighbour_p_value(z, neighbours_in_order(np.arange(9) // 3, np.arange(9.0))) == 1.0
 
 
 def test_neighbours_in_two_variables_are_the_nearest_whatever_their_units():
     """Three of every pose, by brute force over ranks; a variable in another unit has the same."""
     rng = np.random.default_rng(3)
     values = rng.standard_normal((40, 2))
-    pairs = {tuple(pair) for pair in _near(values)}
+    pairs = {tuple(pair) for pair in neighbours_in_two(values)}
     ranks = np.argsort(np.argsort(values, axis=0), axis=0)
     for i in range(40):
         distance = np.sum((ranks - ranks[i]) ** 2, axis=1).astype(float)
@@ -51,4 +51,4 @@ def test_neighbours_in_two_variables_are_the_nearest_whatever_their_units():
         third = np.sort(distance)[2]
         mine = {k for pair in pairs if i in pair for k in pair} - {i}
         assert set(np.flatnonzero(distance < third)) <= mine
-    assert pairs == {tuple(pair) for pair in _near(values * [1.0, 1000.0])}
+    assert pairs == {tuple(pair) for pair in neighbours_in_two(values * [1.0, 1000.0])}

@@ -18,7 +18,7 @@ from scalar.diagnosis import (
     harmonic_spectrum,
     unmodelled_structure,
 )
-from scalar.diagnosis.autocorrelation import _in_order, _moving_angles
+from scalar.diagnosis.autocorrelation import _moving_angles, neighbours_in_order
 from scalar.diagnosis.fitted_state import FittedState, _optimum, refit
 from scalar.diagnosis.harmonic_spectrum import LinearSystem, _series
 from scalar.diagnosis.result import Diagnosis
@@ -87,8 +87,8 @@ def test_neighbours_need_enough_poses_to_be_near():
     """Twenty poses of a plane have neighbours where twelve are enough, none where twenty-four are needed."""
     settings = DEFAULTS.autocorrelation
     order = np.random.default_rng(3).random(20)
-    assert len(_in_order(np.zeros(20), order, settings.least_poses))
-    assert not len(_in_order(np.zeros(20), order, 2 * settings.least_poses))
+    assert len(neighbours_in_order(np.zeros(20), order, settings.least_poses))
+    assert not len(neighbours_in_order(np.zeros(20), order, 2 * settings.least_poses))
 
 
 def test_a_joint_that_a_loaded_brake_lets_give_does_not_move():
