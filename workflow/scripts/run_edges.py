@@ -1,4 +1,4 @@
-"""Spoil simulated datasets by degrees along one axis, and diagnose them."""
+"""Spoil simulated datasets by degrees along each axis, and diagnose them."""
 
 from job import logged
 
@@ -9,5 +9,5 @@ with logged(snakemake.log):
     from study.edges.run import run_edges
 
     params = snakemake.params
-    table = run_edges(Path(snakemake.input.scene), params.axis, params.values, params.seeds)
+    table = run_edges(Path(snakemake.input.scene), params["degrees"], params.seeds)
     write_table(snakemake.output[0], table)

@@ -1,16 +1,20 @@
 """Where it breaks: spoiling does what its axis says and no more, answers are judged by name and joint, edges are found in the curves."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
 from study.edges.axes import AXES
-from study.edges.run import EDGE_COLUMNS, answer, is_right
+from study.edges.run import EDGE_COLUMNS, answer, is_right, run_edges
 from study.edges.summary import ANSWERS, SUMMARY_COLUMNS, edge_numbers, summarise_edges
 from study.plots.edges import draw_edges
 
+from scalar.data.io.plain_yaml import load_yaml
 from scalar.errors import Undetermined
 from tests.random_scene import make_scene
 
+PAPER = Path(__file__).parents[3] / "configs" / "scenes" / "paper.yaml"
 GEAR = {"name": "joint_harmonic", "target": {"joint": 2, "order": 1}}
 
 
@@ -27,13 +31,30 @@ def same_poses(one, other):
 
 @pytest.mark.parametrize("axis", AXES)
 def test_nothing_is_changed_where_nothing_is_wrong(axis, dataset):
-    """At the sound value the dataset is the one that was given, and no further error of the guesses is asked for."""
+    """At the sound value the dataset is the one that was given, and the errors of the guesses are those of the scene."""
     wrong = AXES[axis]
     assert wrong.sound in wrong.values
     same = wrong.spoil(dataset, wrong.sound, np.random.default_rng(0))
     np.testing.assert_array_equal(same.points, dataset.points)
     assert same_poses(same, dataset) and same.sensor.noise == dataset.sensor.noise
-    assert all(value == 0 for value in wrong.overrides(wrong.sound).values())
+    scene = {f"plane_guess.{key}": value for key, value in load_yaml(PAPER)["plane_guess"].items()}
+    assert all(value == scene[key] for key, value in wrong.overrides(wrong.sound).items())
+
+
+def test_what_nothing_is_wrong_with_is_diagnosed_once(monkeypatch, capsys):
+    """Its answer is a row of every axis; each other degree is a set of its own."""
+    pytest.importorskip("pybullet")
+    made = []
+    monkeypatch.setattr(
+        "study.edges.run.answer",
+        lambda make, *_: {"answer": f"answer {len(made)}", **(made.append(make()) or {})},
+    )
+    table = run_edges(PAPER, {"outliers": [0.0, 10.0], "noise": [1.0, 3.0], "tilt": [1.0]}, [1])
+    assert len(table) == 10 and len(made) == 6 and table["answer"].nunique() == 6
+    sound = table[
+        [value == AXES[axis].sound for axis, value in zip(table["axis"], table["value"], strict=True)]
+    ]
+    assert sound.groupby("injected")["answer"].nunique().eq(1).all() and len(sound) == 6
 
 
 def test_each_axis_spoils_what_it_names(dataset):

@@ -21,8 +21,8 @@ class Axis:
 
     Attributes:
         label: Of the axis of a figure, with unit.
-        values: That are tried, growing; the first, or the one where nothing is wrong, is ``sound``.
-        sound: The value at which nothing is wrong.
+        values: That are tried, growing.
+        sound: The value that the scene itself has, at which nothing is changed: the set is that of all other axes.
         overrides: Returns the keys of the scene that a value replaces, with dots.
         spoil: Changes the dataset.
     """
@@ -57,13 +57,13 @@ def _stated_noise(dataset: Dataset, ratio: float, rng: np.random.Generator) -> D
 AXES = {
     "outliers": Axis("stray points [%]", (0.0, 5.0, 10.0, 20.0, 30.0, 40.0), 0.0,
                      spoil=lambda d, v, rng: _stray_points(d, v / 100, rng)),
-    "labels": Axis("poses with a wrong plane [%]", (0.0, 1.0, 2.0, 4.0, 7.0, 10.0), 0.0,
+    "labels": Axis("poses with a wrong plane [%]", (0.0, 2.0, 5.0, 10.0), 0.0,
                    spoil=lambda d, v, rng: _wrong_labels(d, v / 100, rng)),
     "missing": Axis("poses of a plane missing [%]", (0.0, 40.0, 70.0, 85.0, 95.0, 100.0), 0.0,
                     spoil=lambda d, v, rng: _missing_poses(d, v / 100, rng)),
     "noise": Axis("stated over true noise", (0.1, 0.3, 1.0, 3.0, 10.0), 1.0, spoil=_stated_noise),
-    "tilt": Axis("plane guesses tilted [°]", (0.0, 10.0, 20.0, 30.0, 45.0), 0.0,
+    "tilt": Axis("plane guesses tilted [°]", (1.0, 15.0, 30.0, 45.0), 1.0,
                  overrides=lambda v: {"plane_guess.tilt_deg": v}),
-    "offset": Axis("plane guesses off [mm]", (0.0, 30.0, 100.0, 200.0, 300.0), 0.0,
+    "offset": Axis("plane guesses off [mm]", (10.0, 100.0, 200.0, 300.0), 10.0,
                    overrides=lambda v: {"plane_guess.offset_m": v * MM}),
 }  # fmt: skip
