@@ -8,6 +8,7 @@ for the same files, options and release, is not computed again.
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import signal
 import sys
@@ -27,9 +28,9 @@ if TYPE_CHECKING:
     from multiprocessing.context import ForkProcess, SpawnProcess
 
 RESULT = "batch.json"
-"""File in the folder of each result, with its line of the table and a checksum of what it was made from; where it exists, the result is
-complete."""
-FORMAT = "scalar-batch/1"
+"""File in the folder of each result, with its line of the table, and checksums of that line and of what it was made from; where it exists, the
+result is complete."""
+FORMAT = "scalar-batch/2"
 
 
 @dataclass(frozen=True)
@@ -117,12 +118,24 @@ def finished_row(job: Job, *, again: bool = False) -> dict[str, Any] | None:
 
     try:
         content = read_json(job.output / RESULT)
-        row, source = content["row"], content["source"]
+        row = content["row"]
         status = int(row["status"])
-        stale = content["format"] != FORMAT or source != made_from(job)
+        stale = content != content_of_result(job, row)
     except (ScalarError, OSError, KeyError, TypeError, ValueError):
         return None
     return None if stale or (status == unexpected.EXIT_STATUS and not again) else dict(row)
+
+
+def content_of_result(job: Job, row: Mapping[str, Any], source: str | None = None) -> dict[str, Any]:
+    """Return the content of the file of a result.
+
+    Args:
+        job: The job.
+        row: Its line of the table.
+        source: What ``made_from`` returned before the files were read; None: what it returns now.
+    """
+    checksum = hashlib.sha256(json.dumps(row, sort_keys=True).encode()).hexdigest()
+    return {"format": FORMAT, "source": source or made_from(job), "row": row, "checksum": checksum}
 
 
 def made_from(job: Job) -> str:
@@ -143,7 +156,7 @@ def made_from(job: Job) -> str:
 
 def _work(job: Job, cores: int, parent: int, load: bool) -> None:
     """Diagnose one dataset, in a process of its own, and write its folder of results, whole or not at all."""
-    from scalar.data.io.atomic import atomic_directory, write_json
+    from scalar.data.io.atomic import atomic_directory, json_content, write_json
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that started this one ends it
     end_with(parent)
@@ -155,7 +168,7 @@ def _work(job: Job, cores: int, parent: int, load: bool) -> None:
     try:
         with atomic_directory(job.output, lambda folder: (folder / RESULT).is_file()) as folder:
             row = _answer(job, cores, folder)
-            write_json(folder / RESULT, {"format": FORMAT, "source": source, "row": row})
+            write_json(folder / RESULT, content_of_result(job, json_content(row), source))
     except (ScalarError, OSError):  # nothing can be written there; the caller sees that there is no result
         sys.exit(1)
 

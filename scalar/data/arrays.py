@@ -14,7 +14,16 @@ from numpy.typing import ArrayLike
 from scalar.data.description import Description, check_description
 from scalar.data.folder import Content
 from scalar.data.located_table import Layout, Table, check_cells, header_faults
-from scalar.data.table_consistency import check_points, check_poses, points_layout, poses_layout
+from scalar.data.references import References
+from scalar.data.sensor_formats import sensor_formats
+from scalar.data.table_consistency import (
+    check_points,
+    check_poses,
+    is_name,
+    not_a_name,
+    points_layout,
+    poses_layout,
+)
 from scalar.data.unit_suspicions import (
     suspect_description,
     suspect_joint_angles,
@@ -69,6 +78,39 @@ def content_of_arrays(
     if faults or poses is None:
         raise InvalidInput(faults)
     return Content(mapping, poses, table)
+
+
+def references_of_arrays(nests: Mapping[str, ArrayLike], n_poses: int, kind: str) -> References | None:
+    """Return the references of arrays ``(N, 3)`` [m] by name, checked as strictly as nests.csv is; None if there are none.
+
+    Args:
+        nests: The arrays; a row that is not finite was not measured.
+        n_poses: Number N of poses.
+        kind: Of the sensor.
+
+    Raises:
+        InvalidInput: With all the faults found.
+    """
+    if not nests:
+        return None
+    if sensor_formats()[kind].references is None:
+        raise InvalidInput(Fault("nests", f"a {kind} measures no points on the base; leave them out"))
+    faults: list[Fault] = []
+    for name, values in nests.items():
+        if not is_name(name):
+            faults.append(Fault("nests", not_a_name(name), None, name))
+        elif (shape := np.shape(values)) != (n_poses, 3):
+            faults.append(
+                Fault(
+                    "nests",
+                    f"of shape {shape}; write ({n_poses}, 3), NaN where it was not measured",
+                    None,
+                    name,
+                )
+            )
+    if faults:
+        raise InvalidInput(faults)
+    return References.of_arrays(nests)
 
 
 def _table(file: str, columns: dict[str, np.ndarray]) -> Table:

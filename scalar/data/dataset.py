@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from scalar.data.arrays import content_of_arrays
+from scalar.data.arrays import content_of_arrays, references_of_arrays
 from scalar.data.covariates import covariate_names
 from scalar.data.dataset_writer import write_dataset
 from scalar.data.declared import PlaneGuess, Sensor, declared_parts, description, unit_plane
@@ -128,7 +128,7 @@ class Dataset:
         mapping = description(name, source, robot, sensor, planes)
         content = content_of_arrays(mapping, q, points, plane, pose_ids, columns or {}, point_columns or {})
         # The transforms are taken from the arguments: as rotation vectors in dataset.yaml they would lose their last digit.
-        references = References.of_arrays(nests) if nests else None
+        references = references_of_arrays(nests or {}, content.poses.n_rows, sensor.kind)
         declared = {"robot": robot, "sensor": sensor, "planes": tuple(map(unit_plane, planes))}
         return replace(_build(content), **declared, references=references)
 

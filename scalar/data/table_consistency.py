@@ -88,17 +88,27 @@ def _several_items(layout: MeasuredTable) -> str:
     return f", or name in a column '{layout.item}' which of several each row measures ({DATASET_FORMAT})"
 
 
+def is_name(text: str) -> bool:
+    """Return whether a text may name an item, and so be a part of a parameter's name."""
+    return _NAME.fullmatch(text) is not None
+
+
+def not_a_name(text: str) -> str:
+    """Return the message about a text that may not name an item."""
+    return f"not a name ({shorten(text)}); write letters, digits, _ or - only"
+
+
 def check_items(points: Table, item: str, faults: list[Fault]) -> None:
     """Add the rows that repeat an item at the same pose, and the items' names that no parameter may contain."""
     if "pose" not in points.columns:
         return
     ids, names = points.columns["pose"], points.columns[item].astype(str)
-    unfit = np.array([not _NAME.fullmatch(name) and bool(name) for name in names], dtype=bool)
+    unfit = np.array([not is_name(name) and bool(name) for name in names], dtype=bool)
     points.report(
         faults,
         item,
         unfit,
-        lambda i: f"not a name ({shorten(names[i])}); write letters, digits, _ or - only",
+        lambda i: not_a_name(str(names[i])),
     )
     lines = points.line_numbers()
     first: dict[tuple[float, str], int] = {}

@@ -12,6 +12,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
+import numpy as np
 from jsonschema import Draft202012Validator
 
 from scalar.data.description import Description, KeyPath, check_schema
@@ -19,7 +20,9 @@ from scalar.data.io.atomic import plain
 from scalar.data.strict_schema import strict_validator
 from scalar.effects.effect import Effect
 from scalar.errors import InvalidInput
+from scalar.geometry.se3 import Array
 
+_ROUNDING = 1e-6  # relative: what a covariance may be off by rounding
 _JOINTS = ("joint", "source", "joints")
 
 
@@ -95,6 +98,33 @@ def _check_sizes(content: Description) -> None:
             ("covariance",),
             f"not a matrix of {len(names)} rows and columns, as names has it; calibrate again",
         )
+    elif names and not content.faults:
+        _check_covariance(content, names, np.array(rows, dtype=float))
+
+
+def _check_covariance(content: Description, names: Sequence[str], covariance: Array) -> None:
+    """Add a fault where the matrix is no covariance, or contradicts the standard errors of the parameters; null: the fit gave none."""
+    if not np.isfinite(covariance).all():
+        return
+    variances = np.diag(covariance)
+    if np.any(variances < 0.0):
+        content.fault(
+            ("covariance",),
+            f"the variance of {names[int(np.argmin(variances))]} is negative; calibrate again",
+        )
+        return
+    for name, variance in zip(names, variances.tolist(), strict=True):
+        std = content.get("parameters", name, "std")
+        if std is not None and abs(std - variance**0.5) > _ROUNDING * max(std, variance**0.5):
+            message = f"contradicts the covariance, by which it is {variance**0.5:g}; calibrate again"
+            content.fault(("parameters", name, "std"), message)
+    std = np.sqrt(variances)
+    correlation = covariance / np.maximum(np.outer(std, std), np.finfo(float).tiny)
+    i, j = divmod(int(np.argmax(np.abs(correlation - correlation.T))), len(names))
+    if abs(correlation[i, j] - correlation[j, i]) > _ROUNDING:
+        content.fault(("covariance",), f"not symmetric for {names[i]} and {names[j]}; calibrate again")
+    elif np.abs(correlation).max() > 1.0 + _ROUNDING or np.linalg.eigvalsh(correlation)[0] < -_ROUNDING:
+        content.fault(("covariance",), "no parameters vary together as it says; calibrate again")
 
 
 def _check_joints(content: Description) -> None:

@@ -30,7 +30,6 @@ import pandas as pd
 from ruamel.yaml import YAML
 
 from scalar.errors import ScalarError
-from tests.endurance.mutations import mutated
 from tests.endurance.readers import READERS, Reader, answer
 
 PATIENCE = 20  # s of processor time
@@ -107,7 +106,7 @@ class Fuzzed:
     def one(self, rng: random.Random) -> str | None:
         """Read one damaged copy; return the kind of find, or None."""
         file = rng.choice(self.files)
-        raw = mutated(file.read_bytes(), rng)
+        raw = self.reader.damage(file.read_bytes(), rng)
         copy = self.folder / "bad"
         if not copy.exists():
             shutil.copytree(self.good, copy)

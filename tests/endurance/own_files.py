@@ -11,15 +11,14 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
-from click.testing import CliRunner
 
-from scalar.cli import cli
 from scalar.data.dataset import Dataset, read_dataset
 from scalar.data.dataset_writer import write_dataset
 from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.errors import InvalidInput
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.result import load_calibration
+from tests.endurance.commands import outcome
 from tests.random_scene import make_scene
 from tests.small_datasets import description, tables
 
@@ -97,18 +96,11 @@ def write_joints_file(folder: Path) -> None:
 
 
 def read_joints_file(folder: Path) -> Any:
-    """Return what ``scalar predict`` writes; raise InvalidInput where it refuses. The calibration is never damaged, and is read only once."""
+    """Return what ``scalar predict`` says and writes; raise what it refuses. The calibration is never damaged, and is read only once."""
     out = folder.with_name("frames.csv")
-    out.unlink(missing_ok=True)
-    given = [str(folder / "calibration.json"), str(folder / "joints.csv"), "-o", str(out)]
     calibration = _sound_calibration((folder / "calibration.json").read_bytes(), folder / "calibration.json")
     with mock.patch("scalar.estimation.result.load_calibration", lambda path: calibration):
-        result = CliRunner().invoke(cli, ["predict", *given])
-    if result.exit_code == 2:
-        assert not out.exists() and result.stderr.startswith("scalar: "), result.output
-        raise InvalidInput([])
-    assert result.exit_code == 0, result.output
-    return out.read_text()
+        return outcome(["predict", folder / "calibration.json", folder / "joints.csv", "-o", out], out)
 
 
 _CALIBRATIONS: dict[bytes, Any] = {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import random
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +11,8 @@ from typing import Any
 
 from scalar.data.io.json_reader import read_json
 from scalar.data.io.plain_yaml import load_yaml
-from tests.endurance import foreign_files, own_files
+from tests.endurance import foreign_files, own_files, used_files
+from tests.endurance.mutations import mutated
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,7 @@ class Reader:
         damaged: Patterns of the names of the files to damage.
         content: Parses one file to plain data. A damaged file that parses to the same data as the good one has to be read alike.
             None: this is not compared.
+        damage: Returns the bytes of a file with things wrong in them.
     """
 
     name: str
@@ -31,6 +34,7 @@ class Reader:
     read: Callable[[Path], Any]
     damaged: tuple[str, ...] = ("*",)
     content: Callable[[Path], Any] | None = None
+    damage: Callable[[bytes, random.Random], bytes] = mutated
 
 
 def answer(value: Any) -> str:
@@ -67,5 +71,30 @@ READERS = {
         ),
         Reader("truth", own_files.write_truth_folder, own_files.read_truth_folder),
         Reader("bag", foreign_files.write_bag_file, foreign_files.read_bag_file),
+        Reader("dataset with all of version 2", used_files.write_campaign, used_files.read_campaign),
+        Reader("dataset, calibrated", used_files.write_campaign, used_files.calibrate_campaign),
+        Reader(
+            "bag, imported",
+            used_files.write_recording,
+            used_files.import_recording,
+            ("*.bag",),
+            damage=used_files.with_other_numbers,
+        ),
+        Reader(
+            "calibration, used",
+            used_files.write_calibration_to_use,
+            used_files.use_calibration,
+            ("calibration.json",),
+            content=read_json,
+        ),
+        Reader(
+            "whole diagnosis",
+            used_files.write_whole_diagnosis,
+            used_files.read_whole_diagnosis,
+            content=read_json,
+        ),
+        Reader(
+            "result of a batch", used_files.write_batch_result, used_files.read_batch_result, ("batch.json",)
+        ),
     )
 }

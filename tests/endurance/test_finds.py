@@ -6,9 +6,12 @@ import random
 import numpy as np
 import pytest
 
+from scalar.data.dataset import Dataset
 from scalar.errors import InvalidInput
+from scalar.ingest.bag.stops import find_stops
 from scalar.ingest.urdf import robot_from_urdf
 from tests.endurance.readers import READERS
+from tests.random_scene import make_scene
 from tests.robot_descriptions import random_description
 
 
@@ -66,3 +69,40 @@ def test_damage_is_the_same_from_the_same_seed():
 
     raw = b"format: x\nvalues: [1.0, 2.0]\n"
     assert mutated(raw, random.Random(5)) == mutated(raw, random.Random(5))
+
+
+@pytest.mark.parametrize("damage", [{}, {"held_out_before_mm": "x"}, {"effects": "another"}, {"status": 1}])
+def test_a_damaged_result_of_a_batch_is_made_again(damage, tmp_path):
+    """A line of the table that lacked a number ended the batch as a fault of the program, and one with another number was taken."""
+    READERS["result of a batch"].make(tmp_path)
+    path = tmp_path / "out" / "batch.json"
+    content = json.loads(path.read_text())
+    content["row"] = {**content["row"], **damage} if damage else {"status": 0}
+    path.write_text(json.dumps(content))
+    assert READERS["result of a batch"].read(tmp_path) is None
+
+
+def test_a_position_that_is_no_number_is_no_stop():
+    """It once was one, and lasted until the recording ended: nothing that is compared with NaN has moved."""
+    times = np.arange(0.0, 6.0, 0.1)
+    positions = np.where(times < 3.0, 0.0, 1.0)[:, None] * np.ones(2)
+    whole = find_stops(times, positions)
+    assert [stop.q.tolist() for stop in whole] == [[0.0, 0.0], [1.0, 1.0]]
+    positions[0, 0] = positions[45, 1] = np.nan
+    stops = find_stops(times, positions)
+    assert [stop.q.tolist() for stop in stops] == [[0.0, 0.0], [1.0, 1.0], [1.0, 1.0]]
+    assert find_stops(times, np.full((60, 2), np.nan)) == []
+
+
+def test_references_that_no_file_may_hold_are_refused():
+    """A name that the reader refuses, and an array of other poses, were written to a folder that could not be read."""
+    dataset = make_scene("vs060", "tracker", poses_per_plane=4).dataset
+    arrays = {"robot": dataset.robot, "sensor": dataset.sensor, "q": dataset.q, "points": dataset.points}
+    n = dataset.n_poses
+    for nests, words in (
+        ({"nest 1": np.zeros((n, 3))}, r"not a name \('nest 1'\)"),
+        ({"nest": np.zeros((n - 1, 3))}, f"write \\({n}, 3\\)"),
+    ):
+        with pytest.raises(InvalidInput, match=words):
+            Dataset.from_arrays(**arrays, nests=nests)
+    assert Dataset.from_arrays(**arrays, nests={"nest": np.zeros((n, 3))}).references is not None

@@ -12,9 +12,11 @@ from tests.endurance.fuzz import Fuzzed, TooLong, patience
 from tests.endurance.readers import READERS, Reader
 
 INPUTS = 50
+LONG = ("dataset, calibrated",)
+"""Readers that take a second for an input: of the long run alone."""
 
 
-@pytest.fixture(scope="module", params=READERS)
+@pytest.fixture(scope="module", params=[name for name in READERS if name not in LONG])
 def fuzzed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Fuzzed:
     """Return the good files of each reader."""
     if request.param == "scene":

@@ -74,6 +74,43 @@ DAMAGE = [
 ]  # fmt: skip
 
 
+def damaged_covariance(content: dict[str, Any], how: str) -> dict[str, Any]:
+    """Return the content with a covariance, or a standard error, that one number has made impossible."""
+    content = copy.deepcopy(content)
+    rows = content["covariance"]
+    if how == "one entry":
+        rows[0][1] *= -1e6
+    elif how == "two entries":
+        rows[0][1] = rows[1][0] = 2.0 * (rows[0][0] * rows[1][1]) ** 0.5
+    elif how == "variance":
+        rows[1][1] *= 4.0
+    elif how == "negative":
+        rows[1][1] *= -1.0
+    else:
+        content["parameters"][content["names"][1]]["std"] *= 2.0
+    return content
+
+
+@pytest.mark.parametrize(
+    ("how", "words"),
+    [
+        ("one entry", "covariance: not symmetric"),
+        ("two entries", "covariance: no parameters vary together"),
+        ("variance", ".std: contradicts the covariance"),
+        ("negative", "covariance: the variance of"),
+        ("std", ".std: contradicts the covariance"),
+    ],
+)
+def test_what_is_no_covariance_is_refused(
+    sound: dict[str, Any], how: str, words: str, tmp_path: Path
+) -> None:
+    """The comparison of two calibrations took the root of a negative variance, and standard errors of predictions were wrong in silence."""
+    with pytest.raises(InvalidInput, match=words):
+        load_calibration(saved(damaged_covariance(sound, how), tmp_path))
+    empty = [[None] * len(row) for row in sound["covariance"]]
+    assert load_calibration(saved(sound | {"covariance": empty}, tmp_path)).free == tuple(sound["names"])
+
+
 @pytest.mark.parametrize("path, value, column", DAMAGE, ids=[f"{d[2]}={str(d[1])[:20]}" for d in DAMAGE])
 def test_a_damaged_value_is_refused_by_its_key(
     sound: dict[str, Any], path: tuple[str | int, ...], value: Any, column: str, tmp_path: Path

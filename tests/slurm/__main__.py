@@ -1,6 +1,6 @@
 """`make test-slurm`: a sweep on a real Slurm cluster gives the bytes of one machine, though a job and a node are killed on the way.
 
-Not part of `make test`. ``CASES`` (200), ``IN_A_JOB`` (25) and ``SLURM_LOGS`` (results/slurm) may be set in the environment.
+Not part of `make test`. ``CASES`` (200), ``IN_A_JOB`` (10) and ``SLURM_LOGS`` (results/slurm) may be set in the environment.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tests.slurm.cluster import Cluster, MissingPackages, cluster, copy_logs
 from tests.test_resume import contents
 
 CASES = int(os.environ.get("CASES", "200"))
-IN_A_JOB = int(os.environ.get("IN_A_JOB", "25"))  # cases
+IN_A_JOB = int(os.environ.get("IN_A_JOB", "10"))  # jobs of Snakemake, of a few cases each, in one of Slurm
 LOGS = Path(os.environ.get("SLURM_LOGS", "results/slurm"))
 SWEEP = """
 results: results/slurm
@@ -42,7 +42,11 @@ WITHOUT_DATABASE = (
     "--slurm-status-command", "squeue", "--slurm-init-seconds-before-status-checks", "2", "--slurm-no-account",
     "--seconds-between-status-checks", "2", "--latency-wait", "20",
 )  # fmt: skip
-GROUPED = ("--groups", "sweep=cases", "--group-components", f"cases={IN_A_JOB}")
+# Without a limit of memory within a group, Snakemake asks for the cores and the memory of all of its jobs at once, which no node here has.
+GROUPED = (
+    "--groups", "sweep=cases", "--group-components", f"cases={IN_A_JOB}",
+    "--resources", "mem_mb=500", "--set-resource-scopes", "mem_mb=local",
+)  # fmt: skip
 
 
 def write_sweep(folder: Path) -> None:
@@ -73,10 +77,19 @@ def say(text: str) -> None:
 
 
 def disturbed(running: subprocess.Popen[bytes], slurm: Cluster) -> list[str]:
-    """Kill a job and later a node while the workflow runs, and bring the node back; return what was done."""
+    """Kill a job and later a node while the workflow runs, and bring the node back; return what was done.
+
+    Raises:
+        RuntimeError: A job asks for more than any node has, and would wait for ever.
+    """
     done: list[str] = []
     while running.poll() is None:
         time.sleep(2)
+        if "PartitionConfig" in slurm.run("squeue", "-h", "-t", "PENDING", "-o", "%r"):
+            raise RuntimeError(
+                "a job asks for more cores or memory than any node has:\n"
+                + slurm.run("scontrol", "show", "job")
+            )
         busy = slurm.jobs()
         if not done and busy:
             time.sleep(3)
@@ -121,7 +134,11 @@ def main() -> int:
                         stdout=log,
                         stderr=log,
                     )
-                    done = disturbed(running, slurm)
+                    try:
+                        done = disturbed(running, slurm)
+                    finally:  # where this process is stopped, Snakemake would wait for ever for a cluster that is gone
+                        running.terminate()
+                        running.wait()
                 say(
                     f"{CASES} cases by Slurm: status {running.returncode}, {time.monotonic() - started:.0f} s"
                 )

@@ -159,11 +159,16 @@ def _finite(value: Any) -> Any:
     return value
 
 
+def json_content(obj: Any) -> Any:
+    """Return `obj` as it is read back from the file that ``write_json`` writes: plain, with None for numbers that are not finite."""
+    return _finite(plain(obj))
+
+
 def write_json(path: str | os.PathLike[str], obj: Any) -> None:
     """Write `obj` to `path` as JSON, atomically: keys in the given order, indent 1, and a line end at the end.
 
     Numbers that are not finite become null, since JSON has no others; floats read back exactly.
     """
-    text = json.dumps(_finite(plain(obj)), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    text = json.dumps(json_content(obj), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")

@@ -31,7 +31,7 @@ def find_stops(
     settled: float = SETTLED,
     least_time: float = LEAST_TIME,
 ) -> list[Stop]:
-    """Return the stops, during which no joint moves, in order of time.
+    """Return the stops, during which no joint moves, in order of time; a position that is not finite is no stop, and ends one.
 
     Args:
         times: ``(J,)`` [s], ascending.
@@ -48,18 +48,22 @@ def find_stops(
             inside = slice(int(np.searchsorted(times, times[i] + settled)), j)
             found.append(Stop(float(times[inside][0]), float(times[j - 1]), positions[inside].mean(axis=0)))
             i = j
+        elif j == len(times):  # what begins later is shorter still
+            break
         else:
             i += 1
     return found
 
 
 def _until(positions: Array, i: int, still: float) -> int:
-    """Return the first sample after i by which some joint has moved by more than ``still`` since i, or the number of samples."""
+    """Return the first sample after i by which some joint has moved by more than ``still`` since i or is not finite, or the number of samples."""
+    if not np.isfinite(positions[i]).all():
+        return i + 1
     size = 64
     while True:
         part = positions[i : i + size]
         span = np.maximum.accumulate(part, axis=0) - np.minimum.accumulate(part, axis=0)
-        moved = np.flatnonzero((span > still).any(axis=1))
+        moved = np.flatnonzero(~(span <= still).all(axis=1))
         if len(moved):
             return i + int(moved[0])
         if i + size >= len(positions):
