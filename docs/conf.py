@@ -77,9 +77,9 @@ def _write_generated(_app: Any, _config: Any) -> None:
     command_pages.write_page(generated / "commands.md")
     mapping_keys.write_table(generated / "mapping_keys.md")
     api_pages.write_page(generated / "api.md")
-    # With all that a scene can record: an effect is asked for where its columns are.
+    # With all that a scene can record, and with a stop: an effect is asked for where its columns are.
     every = ["time", "temperature", "approach", "payload", "torque"]
-    dataset = simulated(CATALOGUE["joint_harmonic"], poses_per_plane=4, record=every)
+    dataset = simulated(CATALOGUE["joint_harmonic"], poses_per_plane=4, record=every, stops={"count": 1})
     effect_pages.write_pages(generated / "effects", dataset)
 
 

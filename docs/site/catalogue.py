@@ -61,6 +61,14 @@ CATALOGUE: dict[str, Shown] = {
         "axis_nonparallel:3", _injected("axis_nonparallel", target={"joint": 3}, size=2.0e-3)
     ),
     "thermal_drift": Shown("thermal_drift:temperature", _injected("thermal_drift", size=5.0e-4)),
+    "restarted_warm_up": Shown(
+        "restarted_warm_up:time",
+        {
+            **_injected("restarted_warm_up", size=1.0e-3, constant_s=120.0),
+            "stops": {"count": 2, "duration_s": 3600},
+        },
+        "A diagnosis looks for it only where the record has stops: gaps in the time, or sessions where no time is recorded.",
+    ),
     "target_drift": Shown(
         "target_drift:time",
         _injected("target_drift", size=5.0e-4),

@@ -32,6 +32,7 @@ from scalar.effects.pose_lag import PoseLag
 from scalar.effects.range_distortion import RangeDistortion
 from scalar.effects.range_offset import RangeOffset
 from scalar.effects.range_scale import RangeScale
+from scalar.effects.restarted_warm_up import RestartedWarmUp
 from scalar.effects.sensor_map import SensorMap
 from scalar.effects.sensor_slip import SensorSlip
 from scalar.effects.target_drift import TargetDrift
@@ -55,6 +56,7 @@ BUILT_IN: tuple[type[Effect], ...] = (
     PoseLag,
     AxisNonparallel,
     ThermalDrift,
+    RestartedWarmUp,
     TargetDrift,
     SensorSlip,
     RangeScale,

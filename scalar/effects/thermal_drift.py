@@ -11,10 +11,12 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import missing_column, order_and_time
 from scalar.effects.effect import Effect
-from scalar.effects.picture import CURVE_POINTS, Axis, Map, Profile, View, variable_axis
+from scalar.effects.growth import growing_lengths, growth_picture
+from scalar.effects.picture import Map, Profile, View
 from scalar.effects.places import LinkEffect
+from scalar.effects.stretches import stretches_of_work
 from scalar.effects.wording import columns_in_words, listed, number
-from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
+from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
@@ -86,11 +88,7 @@ class ThermalDrift(LinkEffect):
     def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the nominal lengths times the profile of the growth."""
         x = self.growth(self._order(poses) if self.by == "order" else poses.column(self.by))
-        lengths = np.array([kind in LENGTHS for kind in GEOMETRY])[:, None] * robot.geometry
-        lengths = np.broadcast_to(lengths, (len(poses), *lengths.shape)).copy()
-        travel = list(robot.prismatic)  # a rack or a screw grows as the links do
-        lengths[:, GEOMETRY.index("d"), travel] += poses.q[:, travel]
-        return x[:, None, None, :] * lengths[..., None]
+        return growing_lengths(robot, poses, x)
 
     def growth(self, driver: Array) -> Array:
         """Return the growth per unit of every coefficient ``(N, k)`` at values of the column that drives it."""
@@ -170,9 +168,12 @@ class ThermalDrift(LinkEffect):
         """Return growth in proportion to each variable that may drive it, and warm-ups of a few time constants.
 
         A room thermometer does not show that the motors warm the arm. Growth over the time, or over the order of the poses, is therefore proposed
-        even if a temperature is recorded.
+        even if a temperature is recorded. Where the time has gaps in which the arm stood still, growth over the order is proposed beside growth
+        over the time: the order counts the poses that the arm worked.
         """
         drivers = {drift_driver(dataset), "time" if "time" in dataset.poses else "order"}
+        if stretches_of_work(dataset)[1]:
+            drivers.add("order")
         found: list[Effect] = []
         for driver in sorted(drivers):
             x = _values(dataset, driver)
@@ -259,20 +260,8 @@ class ThermalDrift(LinkEffect):
 
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the growth of all lengths over what drives it."""
-        nominal, poses = view.nominal, view.poses
-        driver = poses.order if self.by == "order" else poses.column(self.by)
-        lengths = np.array([kind in LENGTHS for kind in GEOMETRY])[:, None] * nominal.geometry
-        rest, std = view.estimated_along(view.geometry_screws() @ lengths.ravel())
-        x = np.linspace(driver.min(), driver.max(), CURVE_POINTS)
-        basis = self.growth(x)
-        curve = np.stack([x, basis @ self.coefficients, view.error_of(self, basis)])
-        fitted = self.growth(driver) @ self.coefficients
-        axis = Axis("growth of all lengths", "m/m")
-        return [
-            Profile(
-                variable_axis(self.by, view.nominal), axis, driver, fitted + rest, rest, std, fitted, curve
-            )
-        ]
+        driver = view.poses.order if self.by == "order" else view.poses.column(self.by)
+        return [growth_picture(view, self, self.by, driver, self.growth)]
 
 
 def drift_driver(dataset: Dataset) -> str:

@@ -3,7 +3,8 @@
 A scene without injected effects may record all of them too, so that a column does not reveal an effect.
 """
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,12 @@ GRIPPED = 0.1  # m; largest coordinate x, y or z of a payload's centre of mass i
 
 
 def recorded_columns(
-    names: Collection[str], seed: int, n_poses: int, n_joints: int, draws: Callable[..., Array]
+    names: Collection[str],
+    seed: int,
+    n_poses: int,
+    n_joints: int,
+    draws: Callable[..., Array],
+    stops: Mapping[str, Any],
 ) -> dict[str, Array]:
     """Return the columns that poses.csv gets: `time` [s], `temperature` [degrees C], `approach1`.. (-1, 1), `payload` [kg] and where it sits [m].
 
@@ -31,9 +37,11 @@ def recorded_columns(
         seed: of the scene.
         n_poses, n_joints: their numbers.
         draws: gives (N, n) uniform draws of one of the `streams`, in acquisition order.
+        stops: `stops` of the scene: how many pauses, and how long each is [s].
     """
     columns: dict[str, Array] = {}
     time = np.cumsum(stream(seed, TIME).uniform(*SECONDS_A_POSE, n_poses))
+    time += stops["duration_s"] * (np.arange(n_poses) * (stops["count"] + 1) // n_poses)
     if "time" in names:
         columns["time"] = np.round(time, 1)
     if "temperature" in names:

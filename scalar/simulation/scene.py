@@ -160,7 +160,7 @@ def simulate(
     )
     poses[[f"q{i + 1}" for i in range(n)]] = q
     recorded = {*config["record"], *injected_records(config["injected"])}
-    for name, column in recorded_columns(recorded, seed, len(q), n, draws).items():
+    for name, column in recorded_columns(recorded, seed, len(q), n, draws, config["stops"]).items():
         poses[name] = column
     if "torque" in recorded:
         with World() as world:

@@ -30,6 +30,7 @@ from scalar.effects.pose_lag import PoseLag
 from scalar.effects.range_distortion import RangeDistortion
 from scalar.effects.range_offset import RangeOffset
 from scalar.effects.range_scale import RangeScale
+from scalar.effects.restarted_warm_up import RestartedWarmUp
 from scalar.effects.sensor_map import SensorMap
 from scalar.effects.sensor_slip import SensorSlip
 from scalar.effects.target_drift import TargetDrift
@@ -74,6 +75,8 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         ThermalDrift("time", 0.0, 400.0),
         ThermalDrift("time", 0.0, 400.0, about=1e-3),
         ThermalDrift("order", 0.0),
+        RestartedWarmUp("time", (0.0, 100.0), (80.0, 400.0), 60.0),
+        RestartedWarmUp("order", (0.0, half), (half - 1.0, 2.0 * half), half / 2, 0.0),
         TargetDrift("time", 0.0, 2e3, (1, 2)),
         TorqueCompliance((2, 3)),
         PayloadDeflection((2, 5)),

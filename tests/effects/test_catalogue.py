@@ -196,5 +196,9 @@ def test_a_drift_without_its_column_is_refused():
     plain = make_cell(seed=5, poses_per_plane=4, points_per_scan=6).dataset
     with pytest.raises(InvalidInput, match="no column 'temperature'"):
         parse_effects("thermal_drift:temperature", plain)
+    with pytest.raises(InvalidInput, match="no column 'time'"):
+        parse_effects("restarted_warm_up:time", plain)
+    with pytest.raises(InvalidInput, match="time, order"):
+        parse_effects("restarted_warm_up:temperature", plain)
     (by_order,) = parse_effects("thermal_drift", plain)
     assert by_order.to_mapping()["by"] == "order"

@@ -11,7 +11,7 @@ from scalar.estimation.transfer import carried
 from tests.effects.everything import every_effect, optional_columns
 from tests.random_scene import make_scene
 
-STAYS = {"target_drift", "sensor_slip", "plane_moved", "plane_bow", "pose_lag"}
+STAYS = {"restarted_warm_up", "target_drift", "sensor_slip", "plane_moved", "plane_bow", "pose_lag"}
 GOES = {
     "joint_compliance",
     "joint_harmonic",

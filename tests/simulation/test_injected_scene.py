@@ -19,7 +19,7 @@ NOISE = {"range_noise_std_m": 1e-4, "scan_bias_std_m": 5e-5, "joint_noise_std_ra
 INTERFACE = {
     "joint_compliance": {"joints"}, "joint_harmonic": {"joint", "order"}, "joint_scale": {"joint"},
     "joint_coupling": {"joint", "source"}, "joint_backlash": {"joint"}, "pose_lag": {"joint"}, "axis_nonparallel": {"joint"},
-    "base_compliance": set(), "thermal_drift": set(), "target_drift": set(), "torque_compliance": {"joints"},
+    "base_compliance": set(), "thermal_drift": set(), "restarted_warm_up": set(), "target_drift": set(), "torque_compliance": {"joints"},
     "payload_deflection": {"joints"}, "sensor_slip": {"at"}, "range_scale": set(),
     "range_offset": set(), "range_distortion": set(), "plane_bow": {"plane"}, "plane_moved": {"plane", "at"},
     "pose_jitter": set(), "scan_bias": set(),

@@ -23,6 +23,7 @@ from scalar.simulation.injected.compliance import (
     TorqueCompliance,
 )
 from scalar.simulation.injected.drift import TargetDrift
+from scalar.simulation.injected.heat import RestartedWarmUp
 from scalar.simulation.injected.joints import JointBacklash, JointCoupling, JointHarmonic, JointScale
 from scalar.simulation.injected.links import AxisNonparallel, ThermalDrift
 from scalar.simulation.injected.moves import BacklashByMoves, PoseLag
@@ -50,6 +51,7 @@ CLASSES: tuple[type[InjectedEffect], ...] = (
     AxisNonparallel,
     BaseCompliance,
     ThermalDrift,
+    RestartedWarmUp,
     TargetDrift,
     SensorSlip,
     RangeScale,

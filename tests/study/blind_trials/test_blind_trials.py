@@ -21,6 +21,7 @@ from study.blind_trials.statistics import half_point, half_point_interval, wilso
 from scalar.effects.joint_ripple import JointRipple
 from scalar.effects.payload_deflection import PayloadDeflection
 from scalar.effects.pose_lag import PoseLag
+from scalar.effects.restarted_warm_up import RestartedWarmUp
 from scalar.effects.sensor_map import SensorMap
 from scalar.effects.target_drift import TargetDrift
 from scalar.effects.torque_compliance import TorqueCompliance
@@ -37,12 +38,13 @@ NAMES = set(SCHEMA["$defs"]["name"]["enum"]) - {
     PoseLag.name,
     SensorMap.name,
     PayloadDeflection.name,
+    RestartedWarmUp.name,
     TargetDrift.name,
     TorqueCompliance.name,
 }
 """All that can be injected alone: a ripple is named only beside all lower orders of its joint (tests/diagnosis/test_spectrum.py), a map is what a
 crooked lens makes (tests/effects/test_sensor_map.py). A lag is newer than the committed tables (tests/diagnosis/test_moves.py). What needs
-torques, a payload, or a tracker is newer too, and the scenes of these trials do not record it."""
+torques, a payload, a tracker or stops is newer too, and the scenes of these trials do not have it."""
 
 
 @pytest.mark.parametrize(("k", "n"), [(0, 200), (3, 10), (19, 20), (20, 20)])
