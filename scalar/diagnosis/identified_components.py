@@ -29,8 +29,8 @@ def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
 
     The gain of log likelihood [nats] and the p-value of each are those given the sensor's own noise; its standard deviation is left as it was.
 
-    A sensor that measures one point at a pose does not show its own noise. Whatever scatters alike in all directions is then taken for noise that is
-    larger than stated, unless residuals are autocorrelated: the likeliest component is then returned, to be reported without a name.
+    A sensor that takes no scans does not show by itself how its points err as a whole. Whatever scatters alike in all directions is then taken for
+    noise of the sensor, unless residuals are autocorrelated: the likeliest component is then returned, to be reported without a name.
 
     Args:
         state: With all effects that were found.
@@ -52,16 +52,19 @@ def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
     given = [*sensor_kernels, *(kernels[name] for name in too_small)]
     log_likelihood_given = fit_components(background, given).log_likelihood
     identified: list[VarianceComponent] = []
+    scans = residuals.measurement.scans
     for component in found:
-        if component.name in too_small:
+        if component.name in too_small or (component.name == "scan_bias" and not scans):
             continue
         together = fit_components(background, [kernels[component.name], *given])
+        if not scans and together.variances[0] < settings.variance_components.least_repeatability**2:
+            continue
         gain = together.log_likelihood - log_likelihood_given
         # Half of a chi-squared distribution, because a variance cannot be negative (Self and Liang, JASA 82, 1987).
         p_value = float(0.5 * chi2.sf(2 * max(gain, 0.0), 1))
         if p_value < settings.selection.alpha_unnamed:
             identified.append(replace(component, log_likelihood_gain=gain, p_value=p_value))
-    if not identified and not residuals.measurement.scans and depends_on(state):
+    if not identified and not scans and depends_on(state):
         return found[:1]
     return tuple(sorted(identified, key=lambda c: -c.log_likelihood_gain))
 
@@ -101,4 +104,7 @@ def _kernels_of_sensor(state: FittedState) -> list[Array]:
     m = residuals.measurement.rows_per_pose
     independent = np.broadcast_to(np.eye(m), (len(T_base_sensor), m, m))
     extended = residuals.measurement.covariance_of_extended_errors(T_base_sensor, model.target)
+    if extended is None and not residuals.measurement.scans:
+        shift = residuals.measurement.common_error(T_base_sensor, model.target)
+        extended = shift @ np.swapaxes(shift, 1, 2) if m > shift.shape[2] else None
     return [independent] if extended is None else [independent, extended]

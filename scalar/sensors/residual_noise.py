@@ -1,19 +1,27 @@
-"""The noise of a sensor that takes too few readings at a pose to see its own noise: it is estimated from what a model leaves.
+"""The noise of a sensor that takes few readings at a pose: it is estimated from what a model leaves.
 
 Where a noise is stated, it is kept as long as the residual is not clearly smaller. A larger residual proves nothing, since the model may lack an
 effect. A smaller one proves that the noise is stated too large, and such a statement would hide effects and keep the arm at its data sheet.
+
+Several targets on one flange move as a rigid body, whatever the arm does. What remains of their residuals without any rigid motion is noise alone,
+and shows its size whether it is stated or not.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.stats import chi2
 
+from scalar.geometry.se3 import Array
 from scalar.sensors.pose_noise import POSITION_NOISE, NoiseComponent
 from scalar.units import MM
 
 _ENOUGH = 20  # degrees of freedom from which the size of a residual says something: 16 % standard error
 _CLEARLY_SMALLER = 0.8  # of the stated noise; less differs no more than data sheets of one instrument do
+_CLEARLY_DIFFERENT = 1.25  # ratio of a noise that is measured within poses to the stated one, or its inverse
 _STANDARD_ERRORS = 4.0  # by which the residual has to be smaller as well; one data set in 30,000 is by chance
+_LEAST_SIZE = 1e-6  # singular values of a rigid motion, over the largest: the turn of two points about their line is none
+_OF_A_MEDIAN = 1.6  # its standard error over that of a root mean square
 UNCHANGED = 1e-3  # a smaller relative change of an estimated noise is not applied
 
 
@@ -33,6 +41,32 @@ def noise_factor(rms: float, rows: int, unknowns: int, *, stated: bool) -> float
     if (stated and not smaller) or abs(rms - 1.0) < UNCHANGED:
         return 1.0
     return rms
+
+
+def factor_within_poses(residual: Array, moved: Array, measured: Array) -> tuple[float, bool] | None:
+    """Return the noise in units of the assumed one, from what no rigid motion of whole poses explains, and whether it clearly differs from 1.
+
+    The median over the poses is taken, so that gross errors of some poses do not matter. None if too few rows remain.
+
+    Args:
+        residual: ``(N, m)``, in standard deviations of the assumed noise.
+        moved: ``(N, m, 6)``, derivatives of the rows by a rigid motion.
+        measured: ``(N, m)`` bool; rows that were not measured are zero.
+    """
+    U, sizes, _ = np.linalg.svd(moved, full_matrices=False)
+    counted = sizes > _LEAST_SIZE * sizes[:, :1]
+    along = np.einsum("nmk,nm->nk", U, residual) * counted
+    left = residual - np.einsum("nmk,nk->nm", U, along)
+    freedom = measured.sum(axis=1) - counted.sum(axis=1)
+    poses = freedom > 0
+    if freedom[poses].sum() < _ENOUGH:
+        return None
+    typical = float(np.median(freedom[poses]))
+    mean_squares = np.sum(left[poses] ** 2, axis=1) / freedom[poses]
+    factor = float(np.sqrt(np.median(mean_squares) / (chi2.ppf(0.5, typical) / typical)))
+    by_chance = np.log1p(_STANDARD_ERRORS * _OF_A_MEDIAN / np.sqrt(2.0 * freedom[poses].sum()))
+    differs = abs(np.log(max(factor, 1e-300))) > max(np.log(_CLEARLY_DIFFERENT), by_chance)
+    return factor, bool(differs)
 
 
 def scaled_up(rms: float, rows: int, unknowns: int) -> float:

@@ -18,6 +18,7 @@ from scalar.geometry.screws import change_frame
 from scalar.geometry.se3 import Array, exp_so3, inverse
 from scalar.sensors.pose_noise import NoiseComponent
 from scalar.sensors.protocol import Measurement
+from scalar.sensors.residual_noise import factor_within_poses
 from scalar.sensors.rows import Rows
 from scalar.sensors.target import Target
 from scalar.sensors.tracker_frames import TargetOffsets, TrackerFrames
@@ -132,6 +133,11 @@ class Tracker(Measurement):
         return self.noise_of.position_stated
 
     @property
+    def sigma_known(self) -> bool:
+        """Return whether the noise of positions is stated, or shown by the targets of each pose."""
+        return self.noise_of.position_stated or self.noise_of.measured
+
+    @property
     def rows_per_pose(self) -> int:  # type: ignore[override]
         """Return the number of rows: three for each target, and three more if rotations were measured."""
         return len(self.names) * (3 if self.rotations is None else 6)
@@ -189,6 +195,21 @@ class Tracker(Measurement):
         residual = self._linear(T_base_sensor, target, self.target_index)[0]
         return residual[:, : 3 * K].reshape(N, K, 3), residual[:, 3 * K :].reshape(N, -1, 3)
 
+    def _noise_within_poses(
+        self, T_base_sensor: Array, target: Target
+    ) -> tuple[tuple[float, bool] | None, tuple[float, bool] | None]:
+        """Return the noise of positions and of orientations as ``factor_within_poses`` does; None for what the targets of a pose do not show."""
+        n = 3 * len(self.names)
+        if self.noise_of.fixed or len(self.names) == 1:
+            return None, None
+        residual, wrench, _ = self._linear(T_base_sensor, target, self.target_index)
+        weights = self.noise_of.weights()
+        residual, moved = residual * weights, wrench * weights[:, :, None]
+        of_positions = factor_within_poses(residual[:, :n], moved[:, :n], weights[:, :n] > 0)
+        if self.rotations is None:
+            return of_positions, None
+        return of_positions, factor_within_poses(residual[:, n:], moved[:, n:], weights[:, n:] > 0)
+
     def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
         """Return the derivatives of measurements of all targets: every pose can be measured."""
         _, wrench, by_target = self._linear(T_base_sensor, target, index, perfect=True)
@@ -198,7 +219,8 @@ class Tracker(Measurement):
 
     def reweighted(self, T_base_sensor: Array, target: Target) -> Tracker:
         """Return the same measurement with a noise that is not stated, or stated too large, estimated from the residuals of the model."""
-        noise = self.noise_of.estimated(*self._residuals(T_base_sensor, target))
+        shift, turn = self._residuals(T_base_sensor, target)
+        noise = self.noise_of.estimated(shift, turn, self._noise_within_poses(T_base_sensor, target))
         return self if noise is self.noise_of else replace(self, noise_of=noise)
 
     def weighted_like(self, other: Measurement) -> Tracker:

@@ -22,6 +22,11 @@ _REACHES = (0.01, 10.0)
 """[m] Bounds of the ratio of the noise of positions to that of orientations, if neither is stated."""
 
 
+_CLEARLY_LARGER = 1.5  # a stated noise of orientations is too small if their residuals exceed those of positions by it, in standard deviations
+
+Factor = tuple[float, bool]
+
+
 @dataclass(frozen=True, eq=False)
 class TrackerNoise:
     """Standard deviations of the measurements of K targets in N poses.
@@ -35,6 +40,7 @@ class TrackerNoise:
         unknowns: Approximate number of parameters that a fit estimates.
         stated: Root mean square of the stated noise of positions [m]; None if none is stated.
         position_estimated: Whether ``position`` is estimated from residuals.
+        measured: Whether the targets of each pose show the noise of positions.
         fixed: Whether a noise that was estimated before is not estimated again.
     """
 
@@ -46,6 +52,7 @@ class TrackerNoise:
     unknowns: int
     stated: float | None = None
     position_estimated: bool = False
+    measured: bool = False
     fixed: bool = False
 
     @classmethod
@@ -107,44 +114,57 @@ class TrackerNoise:
         """Return the noise of positions over the stated one; None if none was stated."""
         return None if self.stated is None else self.typical / self.stated
 
-    def estimated(self, shift: Array, turn: Array) -> TrackerNoise:
-        """Return the noise as residuals show it where it is not stated, or stated too large; the same object if that changes nothing.
+    def estimated(
+        self, shift: Array, turn: Array, within_poses: tuple[Factor | None, Factor | None]
+    ) -> TrackerNoise:
+        """Return the noise as residuals show it where it is not stated, or stated wrongly; the same object if that changes nothing.
 
         Args:
             shift: ``(N, K, 3)`` [m], residuals of positions.
             turn: ``(N, K, 3)`` [rad], residuals of orientations; not used if none was measured.
+            within_poses: The noise of positions, and that of orientations, in units of the assumed one as ``factor_within_poses`` gives it; None for
+                one that the targets of a pose do not show.
         """
         if self.fixed:
             return self
         rows = 3 * int(self.seen.sum()) * (1 if self.rotation is None else 2)
         of_position = scaled_up(_relative(shift, self.position, self.seen), rows, self.unknowns)
-        factor = noise_factor(of_position, rows, self.unknowns, stated=self.position_stated)
+        by_positions, by_turns = within_poses
+        if by_positions is None:
+            factor = noise_factor(of_position, rows, self.unknowns, stated=self.position_stated)
+        else:
+            factor = by_positions[0] if by_positions[1] or not self.position_stated else 1.0
         if self.rotation is None:
-            return self._scaled(factor)
+            return self._scaled(factor, measured=by_positions is not None)
         of_rotation = scaled_up(_relative(turn, self.rotation, self.seen), rows, self.unknowns)
-        if self.rotation_stated and not self.position_stated:
+        if self.rotation_stated and not self.position_stated and by_positions is None:
             factor = max(of_position, LEAST_SIGMA / self.typical)
-        scaled = self._scaled(factor)
-        if self.rotation_stated:
+        scaled = self._scaled(factor, measured=by_positions is not None)
+        if by_turns is not None:
+            turn_factor = by_turns[0] if by_turns[1] or not self.rotation_stated else 1.0
+        elif self.rotation_stated:
+            # What the model lacks moves and turns a target. A turn that is larger than that, in standard deviations, is noise.
             turn_factor = noise_factor(of_rotation, rows, self.unknowns, stated=True)
-            if turn_factor == 1.0:
-                return scaled
-            return replace(scaled, rotation=self.rotation * turn_factor, rotation_stated=False)
-        if self.position_stated:
-            rotation = np.maximum(self.rotation * of_rotation, LEAST_SIGMA)
+            beyond = of_rotation / max(of_position / factor, 1.0)
+            turn_factor = beyond if beyond > _CLEARLY_LARGER else turn_factor
+        elif self.position_stated:
+            turn_factor = of_rotation
         else:
             reach = self.typical * of_position / (self.rotation * max(of_rotation, 1e-300))
-            rotation = scaled.typical / np.clip(reach, *_REACHES)
-        return (
-            scaled if _same(float(np.max(rotation / self.rotation))) else replace(scaled, rotation=rotation)
-        )
+            turn_factor = float(np.max(scaled.typical / np.clip(reach, *_REACHES) / self.rotation))
+        if _same(turn_factor):
+            return scaled
+        rotation = np.maximum(self.rotation * turn_factor, LEAST_SIGMA)
+        return replace(scaled, rotation=rotation, rotation_stated=False)
 
-    def _scaled(self, factor: float) -> TrackerNoise:
+    def _scaled(self, factor: float, *, measured: bool) -> TrackerNoise:
         """Return the noise with that of positions multiplied by a factor that residuals show; the same object if it is 1."""
         if _same(factor):
-            return self
+            return replace(self, measured=True) if measured and not self.measured else self
         position = np.maximum(self.position * factor, LEAST_SIGMA)
-        return replace(self, position=position, position_stated=False, position_estimated=True)
+        return replace(
+            self, position=position, position_stated=False, position_estimated=True, measured=measured
+        )
 
     def components(self) -> tuple[NoiseComponent, ...]:
         """Return the estimated noise of positions and of orientations as files list them; none that is stated, guessed or not measured."""

@@ -11,10 +11,10 @@ from tests.tracked_targets import TrackedArm
 TRUE = 1e-4  # m
 
 
-def tracked(stated, gear=0.0, jitter=0.0, seed=1):
+def tracked(stated, gear=0.0, jitter=0.0, seed=1, targets=("ball",)):
     """Return 150 poses of an arm, with a gear error of joint 2 and joints that do not repeat [rad]."""
     rng = np.random.default_rng(seed)
-    arm = TrackedArm.drawn(rng, ("ball",))
+    arm = TrackedArm.drawn(rng, targets)
     q = arm.poses(150, rng)
     q_true = q + rng.normal(0.0, jitter, q.shape) if jitter else q.copy()
     q_true[:, 1] += gear * np.sin(3 * q[:, 1])
@@ -47,3 +47,12 @@ def test_joints_that_do_not_repeat_are_told_from_a_noise_stated_too_small():
     """The scatter grows with the distance of the tracked point from each axis, which an error of the tracker does not."""
     diagnosis = diagnose(tracked(2e-5, jitter=4e-4), outer_folds=0)
     assert [c.name for c in diagnosis.noise] == ["pose_jitter"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stated", [None, 2e-5])
+def test_three_targets_measure_their_own_noise(stated):
+    """With the stated noise, a fifth of the true one, no gear was found, and poses were wrong by its whole error."""
+    diagnosis = diagnose(tracked(stated, gear=4e-4, targets=("a", "b", "c")), outer_folds=0)
+    assert [f.effect.name for f in diagnosis.findings] == ["joint_harmonic"] and not diagnosis.noise
+    assert diagnosis.to_mapping()["noise"]["within_scan_mm"] == pytest.approx(0.1, rel=0.15)

@@ -9,7 +9,7 @@ import pytest
 
 from scalar.sensors import measure
 from scalar.sensors.probe import Probe
-from scalar.sensors.residual_noise import noise_factor, scaled_up
+from scalar.sensors.residual_noise import factor_within_poses, noise_factor, scaled_up
 from tests.random_scene import make_scene
 from tests.tracked_targets import TrackedArm
 
@@ -80,3 +80,29 @@ def test_a_probe_with_the_wrong_statement(stated):
     assert not found.sigma_stated and found.sigma == pytest.approx(expected)
     assert [noise.name for noise in found.estimated_noise] == ["position_noise"]
     assert probe.weighted_like(found).reweighted(T, target).sigma == found.sigma
+
+
+@pytest.mark.parametrize("names", [("a", "b"), ("a", "b", "c")])
+def test_several_targets_show_their_noise_whatever_the_arm_does(names):
+    """Each pose is moved by millimetres as a rigid body, and a fifth has a gross error: the scatter of the targets is found to 15 %."""
+    rng = np.random.default_rng(11)
+    arm = TrackedArm.drawn(rng, names)
+    q = arm.poses(200, rng)
+    q_true = q + rng.normal(0.0, 5e-3, q.shape)
+    dataset = arm.dataset(q, rng, noise=TRUE, stated={"noise": 2e-5}, q_true=q_true)
+    exact = arm.dataset(q, rng, stated={"noise": 2e-5})
+    measured = measure(dataset)
+    T = dataset.robot.flange(q) @ dataset.sensor.T_flange_sensor
+    target = measure(exact).fitted_target(T, measured.initial_target(dataset))
+    residual, moved = (getattr(measured.rows(T, target), key) for key in ("residual", "wrench"))
+    # What the nominal geometry does to the places of the targets on the flange is no rigid motion; it is taken out with exact measurements.
+    residual = residual - measure(exact).rows(T, target).residual
+    residual[:40, 0] += 1e3
+    factor, differs = factor_within_poses(residual, moved, np.ones(residual.shape, dtype=bool))
+    assert differs and factor == pytest.approx(5.0, rel=0.15)
+
+
+def test_one_target_shows_nothing_within_a_pose():
+    """Its three coordinates move freely with the pose."""
+    moved = np.tile(np.hstack([np.eye(3), np.eye(3)]), (50, 1, 1))
+    assert factor_within_poses(np.ones((50, 3)), moved, np.ones((50, 3), dtype=bool)) is None
