@@ -1,9 +1,9 @@
-"""Backward elimination: remove effects, or single joints or orders of an effect, without which held-out poses are predicted as well.
+"""Backward elimination: remove effects, or single joints or orders of an effect, without which held-out poses are predicted equally well.
 
-An effect that was selected together with others has not yet been tested by itself. A *part* is a joint or an order of an effect that has several,
+An effect that was selected together with others has not yet been tested by itself. A *part* is one joint or one order of an effect that has several,
 else the whole effect. Here each part is left out in turn, and the model is refitted without it. A part is kept if held-out poses are predicted
-clearly worse without it (by ``settings.selection.least_improvement`` standard errors), or if the other effects take implausibly large coefficients
-to replace it. The part whose removal costs least is removed first.
+clearly worse without it (by ``settings.selection.least_improvement`` standard errors), or if the other effects need implausibly large coefficients to
+replace it. The part whose removal costs least is removed first, until all remaining parts are kept.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def eliminate_backward(state: FittedState) -> FittedState:
     while state.effects:
         trials = [state.refitted(effects) for effects in _without_one_part(state.effects)]
         complete = held_out_errors(state, state.whitening)
-        # What each part gains [standard errors]; infinite if the model without it is implausible, so that the part is kept.
+        # The improvement by each part [standard errors]; infinite if the model without it is implausible, so that the part is kept.
         gains = [
             improvement(held_out_errors(trial, state.whitening), complete) if trial.is_plausible else np.inf
             for trial in trials

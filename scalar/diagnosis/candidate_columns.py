@@ -1,6 +1,6 @@
-"""The columns of all candidates at a fitted model, computed once and scored again whenever the residual changes.
+"""The columns of all candidates at a fitted model, computed once and scored again for every background.
 
-Several candidates share columns (an order of a joint is a candidate itself and a part of the joint's whole spectrum): each column is kept once.
+Several candidates share columns (an order of a joint is a candidate itself and a part of the joint's whole spectrum); each column is kept once.
 """
 
 from __future__ import annotations
@@ -14,30 +14,32 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scalar.diagnosis.background import Background
 from scalar.diagnosis.candidate_set import candidates, changes, elements
 from scalar.diagnosis.change_scores import ChangeColumns, ChangeScores
 from scalar.diagnosis.effect_columns import Basis
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.score_test import Background, Projected, observable_share, shrunk_gain
+from scalar.diagnosis.score_test import Projected, observable_share, shrunk_gain
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-_MOST_NUMBERS = 2_000_000  # of columns that are copied at once for their products: 16 MB
+_MOST_NUMBERS = 2_000_000  # numbers of columns that are copied at once for their products: 16 MB
 
 
 @dataclass(frozen=True, eq=False)
 class CandidateSet:
-    """All candidates of a dataset, made of elements: a column that several candidates share is an element only once.
+    """All candidates of a dataset, made of elements (effects of one term); candidates with a common term share its element.
 
     Attributes:
-        tried: Candidates with the indices of their columns.
-        elements: Effects whose columns these are.
-        changes: (effect that acts always, the poses it touches) for every kind of change; their columns come last.
+        tried: The candidates, changes excepted, each with the indices of its columns.
+        elements: The effects whose columns these are.
+        changes: For every kind of change the effect as if it acted all the time, and ``(N,)`` bool, the poses that it touches. Their columns follow
+            those of the elements.
         bases: The bases of effects at the poses (``effect_columns``), computed when they are first used.
-        elsewhere: Number of further candidates of the same kind that are tried in other sets.
+        elsewhere: Number of further candidates of the same kind that are in other sets.
     """
 
     tried: list[tuple[Effect, Array]]
@@ -50,7 +52,7 @@ class CandidateSet:
     def of(
         cls, pool: Sequence[Effect], changes: Sequence[tuple[Effect, Array]] = (), elsewhere: int = 0
     ) -> CandidateSet:
-        """Return the candidate set of a pool of candidates and kinds of change."""
+        """Return the candidate set of some candidates and kinds of change; for ``elsewhere`` see the class."""
         columns: list[Effect] = []
         where: dict[str, Array] = {}
         tried, width = [], 0
@@ -68,17 +70,17 @@ class CandidateSet:
 
     @cached_property
     def effects(self) -> list[Effect]:
-        """Return the elements and the changes."""
+        """Return the elements and the kinds of change, in the order of their columns."""
         return [*self.elements, *(effect for effect, _ in self.changes)]
 
     @cached_property
     def prior_std(self) -> Array:
-        """Return the prior standard deviation of every coefficient."""
+        """Return the prior standard deviation of every coefficient ``(e,)``, infinite if it has no prior."""
         return np.concatenate([np.zeros(0), *(effect.prior_std for effect in self.effects)])
 
     @cached_property
     def by_width(self) -> dict[int, list[tuple[Effect, Array]]]:
-        """Return the candidates by their number of columns."""
+        """Return the candidates and the indices of their columns, by the number of columns."""
         result: dict[int, list[tuple[Effect, Array]]] = {}
         for candidate, where in self.tried:
             result.setdefault(len(where), []).append((candidate, where))
@@ -86,7 +88,7 @@ class CandidateSet:
 
     @cached_property
     def families(self) -> dict[int, Array]:
-        """Return for each candidate of ``by_width`` the logarithm of the number of candidates of its kind that are tried."""
+        """Return for each candidate of ``by_width`` the logarithm of the number of candidates of its kind ``(T,)``."""
         count = Counter(candidate.name for candidate, _ in self.tried)
         return {
             width: np.array([log(count[candidate.name] + self.elsewhere) for candidate, _ in own])
@@ -95,7 +97,7 @@ class CandidateSet:
 
     @cached_property
     def of_several_terms(self) -> dict[int, list[int]]:
-        """Return which candidates of ``by_width`` consist of several terms."""
+        """Return the indices in ``by_width`` of the candidates that consist of several terms."""
         return {
             width: [k for k, (candidate, _) in enumerate(own) if candidate.n_terms > 1]
             for width, own in self.by_width.items()
@@ -103,12 +105,12 @@ class CandidateSet:
 
     @cached_property
     def groups(self) -> dict[int, Array]:
-        """Return the columns ``(T, w)`` of the candidates of each width w, in the order of ``by_width``."""
+        """Return the indices ``(T, w)`` of the columns of the T candidates of each width w, in the order of ``by_width``."""
         return {width: np.array([where for _, where in own]) for width, own in self.by_width.items()}
 
     @cached_property
     def total(self) -> int:
-        """Return the number of candidates that are tried, a change counted once for each pose that it touches."""
+        """Return the number of all candidates, a change counted once for each pose that it touches."""
         return len(self.tried) + self.elsewhere + sum(int(touched.sum()) for _, touched in self.changes)
 
 
@@ -119,12 +121,12 @@ def named_candidates(dataset: Dataset) -> CandidateSet:
 
 @dataclass(frozen=True, eq=False)
 class Conditional:
-    """The candidates of one number of columns, conditional on a background.
+    """The T candidates with w columns each, conditional on a background.
 
     Attributes:
         variance: Of the residual.
-        grams: ``(T, w, w)``, ``E'^T E'`` of each, in the units of ``Projected``.
-        projections: ``(T, w)``, ``E'^T r``.
+        grams: ``(T, w, w)``, ``E'^T E'`` of each candidate, in the units of ``Projected``.
+        projections: ``(T, w)``, ``E'^T r`` in the same units.
         share: ``(T, w)``, ``|E'|^2 / |E|^2`` of each column.
     """
 
@@ -134,7 +136,7 @@ class Conditional:
     share: Array
 
     def score(self) -> tuple[Array, Array, Array]:
-        """Return gain, degrees of freedom and observability ``(T,)`` each."""
+        """Return gain, degrees of freedom and observability of each candidate, ``(T,)`` each."""
         gain, dof = shrunk_gain(self.grams, self.projections)
         return self.variance * gain, dof, np.sqrt(self.share.max(axis=1, initial=0.0))
 
@@ -144,18 +146,20 @@ class Conditional:
 
 
 class CandidateColumns:
-    """The whitened columns of a candidate set at a state's model, and what follows from them without another pass over the rows.
+    """The whitened columns of a candidate set at a state's model, and the products from which scores follow without another pass over the rows.
 
-    Products of columns are taken within each candidate alone.
+    Products are computed only of columns of the same candidate.
+
+    Attributes:
+        candidates: The candidate set.
+        change_margin: Least number of poses before and after the beginning of a change.
+        full: The background of the state with all its effects.
+        E: ``(N m, e)``, the columns.
+        squared_lengths: ``(e,)``, of the columns.
     """
 
     def __init__(self, state: FittedState, candidates: CandidateSet) -> None:
-        """Take the columns.
-
-        Args:
-            state: Fitted.
-            candidates: The candidate set.
-        """
+        """Compute the columns of a candidate set at a fitted state."""
         self.candidates = candidates
         self.change_margin = state.settings.selection.change_margin
         self.full = state.background()
@@ -166,7 +170,7 @@ class CandidateColumns:
         self._grams: dict[int, Array] = {}
 
     def conditional(self, background: Background) -> dict[int, Conditional]:
-        """Return the candidates by their number of columns, conditional on the state's background, or on it without some of its columns."""
+        """Return the candidates by their number of columns, conditional on the state's background, or on that without some of its effects."""
         released = None if background.released is None else (background.released.T @ self.E).T
         given = self.squared_lengths - np.einsum("ef,ef->e", self._along, self._along)
         if released is not None:
@@ -185,7 +189,7 @@ class CandidateColumns:
         return found
 
     def _grams_given_all(self, width: int) -> Array:
-        """Return ``E'^T E'`` ``(T, w, w)`` of the candidates with so many columns, given all that the state's background explains."""
+        """Return ``E'^T E'`` ``(T, w, w)`` of the candidates with w columns, conditional on the background of the state with all its effects."""
         if width not in self._grams:
             groups = self.candidates.groups[width]
             at_once = max(_MOST_NUMBERS // max(width * len(self.E), 1), 1)
@@ -194,11 +198,12 @@ class CandidateColumns:
         return self._grams[width]
 
     def _grams_of(self, groups: Array) -> Array:
+        """Return the same for the columns with the indices ``groups`` ``(T, w)``."""
         own, along = self.E.T[groups], self._along[groups]
         return own @ np.swapaxes(own, 1, 2) - along @ np.swapaxes(along, 1, 2)
 
     def changes(self, background: Background) -> list[tuple[Effect, ChangeScores]]:
-        """Return the scores of every kind of change for every pose at which it may begin."""
+        """Return every kind of change with its scores for all poses at which it may begin."""
         N, m = background.residual.shape
         found = []
         at = self.E.shape[1] - sum(len(effect.coefficients) for effect, _ in self.candidates.changes)

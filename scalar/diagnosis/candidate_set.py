@@ -1,4 +1,4 @@
-"""The candidate set: the effects that every known kind proposes for a dataset."""
+"""The candidates for a dataset: the effects that every known kind proposes for it."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ if TYPE_CHECKING:
 
 
 def candidates(dataset: Dataset) -> list[Effect]:
-    """Return the named effects that are tried on a dataset, without those that may begin at any pose (``changes``)."""
+    """Return the named effects that are candidates for a dataset, without those that may begin at any pose (``changes``)."""
     return [effect for kind in registry.known().values() for effect in kind.candidates(dataset)]
 
 
 def changes(dataset: Dataset) -> list[tuple[Effect, np.ndarray]]:
-    """Return effects that may begin at any pose: each as if it acted all the time, and the poses ``(N,)`` bool that it touches."""
+    """Return the effects that may begin at any pose: each as if it acted all the time, and ``(N,)`` bool, the poses that it touches."""
     return [change for kind in registry.known().values() for change in kind.changes(dataset)]
 
 
 def flexible(dataset: Dataset) -> list[Effect]:
-    """Return the flexible terms that are tried on structure that the named effects leave."""
+    """Return the flexible terms that are candidates for structure that the named effects leave."""
     return flexible_terms(dataset)
 
 
 def elements(effect: Effect) -> list[Effect]:
-    """Return effects of one term each, whose columns, one after the other, are those of an effect."""
+    """Return effects of one term each; their columns, one after the other, are those of the given effect."""
     return [effect] if effect.n_terms == 1 else [effect.with_terms([i]) for i in range(effect.n_terms)]

@@ -1,7 +1,7 @@
-"""Score tests of a change for all poses at which it may begin: columns that act from one pose on.
+"""Score tests of a change for all poses at which it may begin. Its columns are zero before that pose.
 
-``E'^T E'`` and ``E'^T r`` of the columns from each pose on are cumulative sums over the poses, taken from the last one, so all poses together
-cost hardly more than one.
+``E^T E``, ``Q^T E`` and ``E^T r`` of the columns from each pose on are cumulative sums over the poses, from the last pose to the first. The scores
+for all poses together therefore cost hardly more than the score for one.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scalar.diagnosis.score_test import Background, in_prior_units, shrunk_gain
+from scalar.diagnosis.background import Background
+from scalar.diagnosis.score_test import in_prior_units, shrunk_gain
 from scalar.geometry.se3 import Array
 
 
@@ -19,7 +20,7 @@ class ChangeScores:
     """Scores of a change for each of the T poses at which it may begin.
 
     Attributes:
-        first: ``(T,)``, index of the first pose after the change, in order of acquisition among the poses that it touches.
+        first: ``(T,)``, index of the pose with which the change begins.
         gain: ``(T,)``, drop of the squared whitened residual.
         dof: ``(T,)``, number of observable directions.
     """
@@ -31,13 +32,13 @@ class ChangeScores:
 
 @dataclass(frozen=True, eq=False)
 class ChangeColumns:
-    """Columns that act from one pose on, for every such pose, given a model: what does not depend on the residual.
+    """The columns of a change for each of the T poses at which it may begin: the products that do not depend on the residual.
 
     Attributes:
         index: Indices of the poses that the change touches.
-        at: ``(T,)``, positions in ``index`` of the poses that may be the first after the change.
-        grams: ``(len(at), e, e)``, ``E'^T E'`` of the columns from there on.
-        squared_lengths: ``(e,)``, of the columns where they act all the time.
+        at: ``(T,)``, positions in ``index`` of the poses with which the change may begin.
+        grams: ``(T, e, e)``, ``E'^T E'`` of the columns of the change that begins there.
+        squared_lengths: ``(e,)``, of the columns if the change begins with the first pose.
     """
 
     index: Array
@@ -47,9 +48,13 @@ class ChangeColumns:
 
     @classmethod
     def of(cls, background: Background, E: Array, index: Array, margin: int) -> ChangeColumns:
-        """Return the products of columns ``(N, m, e)`` that touch the poses ``index``; what a background has released is not regarded.
+        """Return the products of a change's columns.
 
-        The change begins at least ``margin`` poses after the first one that it touches and before the end.
+        Args:
+            background: Of a model with all its effects; directions that it has released are not taken into account.
+            E: ``(N, m, e)``, the columns if the change begins with the first pose.
+            index: Indices of the poses that the change touches.
+            margin: Least number of these poses before the change, and from its beginning on.
         """
         Ei = E[index]
         grams_from = np.cumsum(np.einsum("nmi,nmj->nij", Ei, Ei)[::-1], axis=0)[::-1]
@@ -59,7 +64,13 @@ class ChangeColumns:
         return cls(index, at, grams, np.einsum("nme,nme->e", Ei, Ei))
 
     def score(self, background: Background, E: Array, prior_std: Array) -> ChangeScores:
-        """Return the scores given a background of the same model, or one that has released directions of it."""
+        """Return the scores for all beginnings.
+
+        Args:
+            background: Of the same model, or of that without some of its effects.
+            E: ``(N, m, e)``, the columns if the change begins with the first pose.
+            prior_std: ``(e,)``, prior standard deviations of their coefficients.
+        """
         projection = np.cumsum(
             np.einsum("nme,nm->ne", E[self.index], background.residual[self.index])[::-1], axis=0
         )[::-1]
@@ -74,7 +85,7 @@ class ChangeColumns:
 
 
 def _from_each_on(Q: Array, E: Array, index: Array) -> Array:
-    """Return ``Q^T E`` over the poses of ``index`` from each on, ``(T, F, e)``."""
+    """Return ``Q^T E`` ``(len(index), F, e)``, each summed over one pose of ``index`` and all those after it."""
     N, m, _ = E.shape
     by_pose = np.swapaxes(Q.reshape(N, m, -1)[index], 1, 2) @ E[index]
     return np.cumsum(by_pose[::-1], axis=0)[::-1]

@@ -7,10 +7,11 @@ from math import prod
 
 import numpy as np
 
+from scalar.diagnosis.background import Background
 from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
 from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.diagnosis.ranking import Scored, rank, score_of
-from scalar.diagnosis.score_test import Background, Projected
+from scalar.diagnosis.score_test import Projected
 from scalar.geometry.se3 import Array
 
 
@@ -26,16 +27,16 @@ def score_together(
     candidates: CandidateSet,
     left_out: tuple[Background, Array, Array],
 ) -> Scored:
-    """Return the joint score of several effects of a state given the others, under the name of the first.
+    """Return the joint score of several effects of a state given its other effects; ``Scored.effect`` is the first of them.
 
     Args:
         state: With the effects.
         indices: Indices of the effects.
-        candidates: The candidate set.
-        left_out: As ``background_without`` gives it for these effects.
+        candidates: The candidate set, from which the numbers of candidates are taken.
+        left_out: What ``background_without`` returns for these effects.
     """
     without, columns, prior_std = left_out
-    # The effects' own columns conditional on the rest of the model; the priors of these effects do not act on other effects.
+    # The products of the effects' own columns, conditional on the rest of the model.
     assert without.released is not None
     given = without.released.T @ columns
     squares = np.sum(columns * columns, axis=0)
@@ -50,7 +51,10 @@ def score_together(
 
 
 def background_without(state: FittedState, indices: Sequence[int]) -> tuple[Background, Array, Array]:
-    """Return the background of a state without some effects, those effects' free columns ``(N m, k)`` and prior standard deviations ``(k,)``."""
+    """Return the background of a state without some effects, the free columns of these effects ``(N m, k)`` and their prior standard deviations.
+
+    The prior standard deviations are ``(k,)``, infinite for coefficients without a prior.
+    """
     local, prior_std = columns_of_effects(state, indices)
     background = without_columns(state.background(), state, local, prior_std)
     measured = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
@@ -58,12 +62,19 @@ def background_without(state: FittedState, indices: Sequence[int]) -> tuple[Back
 
 
 def without_columns(background: Background, state: FittedState, local: Array, prior_std: Array) -> Background:
-    """Return a background of a state without some of its free columns ``(F,)`` with prior standard deviations ``(k,)``, where finite."""
+    """Return a background of a state without some of its free columns.
+
+    Args:
+        background: Of the state, under any whitening.
+        state: The state.
+        local: ``(F,)`` bool, the k free columns that are left out.
+        prior_std: ``(k,)``, prior standard deviations of their coefficients, infinite for those without a prior.
+    """
     return background.without(local, state.model.vector[state.free][local], int(np.isfinite(prior_std).sum()))
 
 
 def columns_of_effects(state: FittedState, indices: Sequence[int]) -> tuple[Array, Array]:
-    """Return which of a state's free columns ``(F,)`` are those of some effects, and their prior standard deviations ``(k,)``."""
+    """Return which of a state's free columns ``(F,)`` bool are those of some effects, and their prior standard deviations ``(k,)``."""
     start = state.model.blocks["effects"].start
     ends = start + np.cumsum([0, *(len(effect.coefficients) for effect in state.effects)])
     mine = np.zeros(len(state.free), dtype=bool)

@@ -1,8 +1,8 @@
-"""The columns of effects at a fitted model: how its whitened rows would change with effects that it has or might be given.
+"""The columns of effects at a fitted model: derivatives of its whitened rows by the coefficients of effects, in the model or not.
 
-A column is a product: the derivative of the rows by a motion of the place where the effect acts, times the motion that the effect makes there
-at each pose, its *basis*. The derivative does not depend on the effect and is computed once for a model. For effects on points, the rows
-compressed with the functions of the points that they need are kept instead.
+A column is a product: the derivative of the rows by a motion of the place where the effect acts, times the motion that the effect makes there at
+each pose, its *basis*. The derivative does not depend on the effect and is computed once for a model. For effects on points, the profile rows that
+were compressed with the functions of the points that these effects need are kept instead.
 """
 
 from __future__ import annotations
@@ -28,23 +28,23 @@ if TYPE_CHECKING:
 
 Basis = JointBasis | Array  # an array ``(N, 6, k)`` of screws for base and sensor, ``(N, 5, n, k)`` for links
 
-_MOST_KEPT = 1_000_000  # bytes: a larger basis, as of links at thousands of poses, is computed anew each time
+_MOST_KEPT = 1_000_000  # bytes: a larger basis (of links at thousands of poses) is computed anew each time
 
 
 class EffectColumns:
     """The columns of any effects at one model, under one whitening.
 
-    Each effect is taken as a change of the model that begins at coefficients of zero; coefficients that it has are not applied.
+    Columns are derivatives at coefficients of zero, whatever coefficients the effects have.
     """
 
     def __init__(
         self, residuals: Residuals, model: Model, rows: MeasuredRows, whitening: Array | None
     ) -> None:
-        """Take the model.
+        """Keep what the columns are computed from.
 
         Args:
-            residuals: Of the dataset.
-            model: At its optimum.
+            residuals: The residuals of the dataset.
+            model: The model at its optimum.
             rows: The dataset reduced to rows.
             whitening: ``(N, m, m)``, applied to the rows of every pose, or None.
         """
@@ -52,11 +52,11 @@ class EffectColumns:
         self._profiles: dict[tuple[str, ...], Measurement] = {}
 
     def of(self, effects: Sequence[Effect], bases: dict[Effect, Basis] | None = None) -> Array:
-        """Return the columns ``(N m, e)``.
+        """Return the columns ``(N m, e)`` of effects with e coefficients in all.
 
         Args:
-            effects: Any.
-            bases: The bases that are known already; those that are computed here are added.
+            effects: Any effects.
+            bases: Bases that were computed before; those that are computed here are added.
         """
         bases = {} if bases is None else bases
         N, m = self._by_geometry.shape[:2]
@@ -132,7 +132,7 @@ class EffectColumns:
 
     @cached_property
     def _by_geometry(self) -> Array:
-        """Return the derivatives ``(N, m, 5 n)`` by the geometric parameters."""
+        """Return the derivatives ``(N, m, 5 n)`` of the whitened rows by the geometric parameters."""
         m = self._residuals.measurement.rows_per_pose
         jacobian = self._residuals.linearise_measured(self._model)[1][:, self._model.blocks["geometry"]]
         assert jacobian.shape[1] == len(GEOMETRY) * self._model.robot.n_joints
@@ -140,23 +140,26 @@ class EffectColumns:
 
     @cached_property
     def _by_joint(self) -> Array:
-        """Return the derivatives ``(n, N, m)`` by the joints' angles and travels."""
+        """Return the derivatives ``(n, N, m)`` of the whitened rows by the joints' angles and travels."""
         return np.moveaxis(self._by_geometry[:, :, self._model.robot.joint_columns], 2, 0).copy()
 
     @cached_property
     def _by_base(self) -> Array:
-        """Return the derivatives ``(N, m, 6)`` by a screw of the arm in the frame of its base, as the effects of the model have moved it."""
+        """Return the derivatives ``(N, m, 6)`` of the whitened rows by a screw of the arm in the frame of its base.
+
+        This frame includes the motion of the base by the effects of the model.
+        """
         wrench = self._whitened(self._residuals.wrench(self._model))
         T = self._residuals.kinematics(self._model).T_base_tilted
         return wrench if T is None else wrench @ _adjoint(T)
 
     @cached_property
     def _by_sensor(self) -> Array:
-        """Return the derivatives ``(N, m, 6)`` by a screw of the sensor in its own frame."""
+        """Return the derivatives ``(N, m, 6)`` of the whitened rows by a screw of the sensor in its own frame."""
         T = self._residuals.kinematics(self._model).T_base_sensor
         return self._whitened(self._residuals.wrench(self._model)) @ _adjoint(T)
 
 
 def _adjoint(T: Array) -> Array:
-    """Return the matrices ``(N, 6, 6)`` that take screws to another frame, T being ``(N, 4, 4)``."""
+    """Return the matrices ``(N, 6, 6)`` that transform screws by T ``(N, 4, 4)``, from frame b to frame a for ``T_a_b``."""
     return change_frame(T, np.broadcast_to(np.eye(6), (len(T), 6, 6)))

@@ -1,4 +1,4 @@
-"""A model fitted to a dataset, as forward selection uses it: its residual, its Jacobian, its noise, and the columns of candidates at its optimum."""
+"""A model fitted to a dataset, as the diagnosis uses it: its residual, its Jacobian, its noise, and the columns of candidates at its optimum."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scalar.diagnosis.background import Background
 from scalar.diagnosis.effect_columns import Basis, EffectColumns
 from scalar.diagnosis.measured_rows import MeasuredRows, profile_measurement
-from scalar.diagnosis.score_test import Background
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.variance_components import VarianceComponent, variance_components, whitening_for
 from scalar.effects import Effect
@@ -26,12 +26,14 @@ if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
 # Refits take Gauss-Newton steps by normal equations. If these do not converge, the slower fit of ``least_squares`` is made.
-_STEPS = 10  # at most; usually three suffice
-_LEAST_DROP = 1e-8  # of the misfit's variance: a step that is expected to lower the cost by less is the last
-_LEAST_EIGENVALUE = 1e-11  # of the largest: with a smaller one, normal equations lose too many digits
-_TOLERANCE = 1e-9  # relative, of cost and coordinates, at which the slower fit ends: rounding errors
+_STEPS = 10  # largest number of steps; usually three suffice
+_LEAST_DROP = 1e-8  # a step that is expected to lower the cost by a smaller share of the residual's mean square (at least 1) is the last
+_LEAST_EIGENVALUE = (
+    1e-11  # as a share of the largest: with a smaller one, normal equations lose too many digits
+)
+_TOLERANCE = 1e-9  # relative change of cost and coordinates with which the slower fit ends: rounding errors
 _RELINEARISATIONS = (
-    8  # at most, for nonlinear parameters of effects, such as a time constant; usually three suffice
+    8  # largest number, for nonlinear parameters of effects, such as a time constant; usually three suffice
 )
 
 
@@ -40,14 +42,14 @@ class FittedState:
     """A model fitted to a dataset on its profile rows.
 
     Attributes:
-        dataset: Cleaned.
-        model: At the optimum, with the effects found so far.
-        geometry_free: ``(G,)`` bool over the parameters of robot, sensor and target: which of them are free, with any effects.
-        free: ``(P,)`` bool over all parameters, effects included.
-        residuals: Whitened at the optimum.
+        dataset: The cleaned dataset, of N poses with m rows each.
+        model: The model at the optimum, with P parameters and the effects found so far.
+        geometry_free: ``(G,)`` bool, which parameters of robot, sensor and target are free; the same whatever effects the model has.
+        free: ``(P,)`` bool, which of all parameters are free, those of the effects included.
+        residuals: The residuals of the dataset, whitened at the optimum for the noise within scans.
         settings: Thresholds.
         rows: The dataset reduced to rows, for refits.
-        held_out: Held-out errors that are known already, ``{id of a whitening: (the whitening, errors)}`` (``hold_out.held_out_errors``).
+        held_out: Held-out errors that were computed already, ``{id of a whitening: (the whitening, errors)}`` (``hold_out.held_out_errors``).
     """
 
     dataset: Dataset
@@ -70,16 +72,19 @@ class FittedState:
         return self.model.effects
 
     @cached_property
-    def _rows(self) -> tuple[Array, Array]:
+    def _linearised(self) -> tuple[Array, Array]:
         residual, jacobian = self.residuals.linearise(self.model)
         return residual, jacobian[:, self.free]
 
     def linearised(self) -> tuple[Array, Array]:
-        """Return the rows whitened for the noise within scans ``(N m + priors,)`` and their derivatives by the free parameters."""
-        return self._rows
+        """Return the residual, whitened for the noise within scans, ``(N m + priors,)`` and its derivatives by the F free parameters.
+
+        The rows of priors follow those of the poses.
+        """
+        return self._linearised
 
     def rows_of(self, poses: Array) -> tuple[Array, Array]:
-        """Return the indices of the rows of some poses, and these indices followed by those of the rows of priors."""
+        """Return the indices of the rows of the poses with the indices ``poses``, and the same followed by the indices of the rows of priors."""
         N, m = self.dataset.n_poses, self.residuals.measurement.rows_per_pose
         rows = (poses[:, None] * m + np.arange(m)).ravel()
         return rows, np.r_[rows, np.arange(N * m, len(self.linearised()[0]))]
@@ -109,9 +114,9 @@ class FittedState:
 
     @cached_property
     def whitening(self) -> Array | None:
-        """Return ``(N, m, m)``, the whitening of the likeliest variance component of whole poses, or None.
+        """Return the whitening ``(N, m, m)`` for the likeliest variance component of whole poses, or None if there is none.
 
-        An effect that the model lacks at first looks like such a component. With this whitening, tests do not mistake a few poses of large residuals
+        An effect that the model still lacks looks like such a component. With this whitening, tests do not mistake a few poses with large residuals
         for an effect.
         """
         return whitening_for(self.variance_components[0]) if self.variance_components else None
@@ -156,7 +161,7 @@ class FittedState:
 
         Args:
             effects: Any effects, in the model or not.
-            bases: The bases of effects at the poses, as far as they are known; those that are computed here are added.
+            bases: Bases of effects at the poses that were computed before (``effect_columns``); those that are computed here are added.
         """
         return self._columns.of(effects, bases)
 
@@ -172,7 +177,7 @@ class FittedState:
 
 
 def whitened(whitening: Array | None, rows: Array) -> Array:
-    """Return rows ``(N m + priors,)`` or ``(N m + priors, k)`` with those of each pose whitened by ``(N, m, m)``; rows of priors are unchanged."""
+    """Return rows ``(N m + priors,)`` or ``(N m + priors, k)``, those of each pose multiplied by its ``(m, m)`` matrix; priors are unchanged."""
     if whitening is None:
         return rows
     N, m, _ = whitening.shape
@@ -218,7 +223,7 @@ def _fitted(
     measurement = rows.with_functions(extra_basis_of(model.effects))
     residuals = Residuals.of(dataset, model, measurement)
     if measurement.scans:
-        # Noise that is not stated is estimated from the scatter within scans, which profile rows no longer contain.
+        # Noise that is not stated is estimated from the scatter within the scans, which profile rows no longer contain.
         weighted = residuals if measurement.sigma_stated else residuals.reweighted(model)
         profiled = profile_measurement(measurement, model, weighted)
         residuals = Residuals(profiled, residuals.poses, residuals.bases, residuals.known)
@@ -236,7 +241,7 @@ def _fitted(
 
 
 def _optimum(residuals: Residuals, model: Model, free: Array) -> Model:
-    """Return the optimum near a model by Gauss-Newton steps, or by the slower fit if a step raises the cost or the equations are ill-conditioned."""
+    """Return the optimum near a model by Gauss-Newton steps; by the slower fit if these do not converge or the equations are ill-conditioned."""
     start = model
     cost = np.inf
     for _ in range(_STEPS):

@@ -1,7 +1,7 @@
 """The log odds of an effect against its rivals when one fold of the poses is left out.
 
-If they fall far when one fold is left out, the answer depends on a few poses only. A *rival* is a candidate that might explain the data in the
-effect's place. The odds compare fits alone: no penalty for the number of candidates is subtracted.
+If the odds fall far when one fold is left out, the answer depends on a few poses only. A *rival* is a candidate that might explain the data in the
+effect's place. The odds compare the fit and the number of coefficients: no penalty for the number of candidates is subtracted.
 """
 
 from __future__ import annotations
@@ -11,10 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scalar.diagnosis.background import Background
 from scalar.diagnosis.conditional_scores import columns_of_effects
 from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.diagnosis.hold_out import blocks_of
-from scalar.diagnosis.score_test import Background, Projected, evidence
+from scalar.diagnosis.score_test import Projected, evidence
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 
@@ -29,8 +30,8 @@ def fold_odds(state: FittedState, i: int, others: Sequence[Effect]) -> Array:
 
     Returns:
         ``(1 + K,)`` [nats]: first the log odds against no effect, then those against each rival in the effect's place. Each number is the least over
-        the folds. If the effect has several joints or orders, the first number is the least of the whole effect's and of theirs, each given the
-        others.
+        the folds. If the effect has several joints or orders, the first number is the least of the log odds of the whole effect and those of each
+        joint or order given the others.
     """
     residual, jacobian = (whitened(state.whitening, rows) for rows in state.linearised())
     of_effect, prior_std = columns_of_effects(state, [i])

@@ -1,8 +1,8 @@
-"""Partial residuals of a fitted model: what its poses show of one effect, for the picture of that effect.
+"""Partial residuals of a fitted model: the size of one effect that each pose shows, for the picture of that effect.
 
-With a pose's whitened rows r and their derivative g by a quantity that an effect changes (a joint's angle, the growth, a plane's height), the
-change of that quantity that fits the pose best is ``-g . r / g . g``, with the standard error ``1 / |g|``. Added to the change that the effect
-predicts at that pose, it is the partial residual: what the pose would show if the effect alone were missing from the model.
+Let r be a pose's whitened residual, and g its derivative by a quantity that an effect changes (a joint's angle, the growth of all lengths, the height
+of a plane). The change of that quantity that fits the pose best is ``-g . r / g . g``, with the standard error ``1 / |g|``. Its sum with the change
+that the effect predicts at that pose is the partial residual: the change that the pose would show if only this effect were missing from the model.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ class FittedView:
     """A state with what pictures of its effects need, computed once; it fulfils the protocol ``scalar.effects.picture.View``.
 
     Attributes:
-        state: With all effects.
-        free: Names of the parameters of the covariance.
-        covariance: ``(F, F)``, of the final fit, for the error of curves.
-        kinematics: At the state.
+        state: The state with all effects.
+        free: Names of the F free parameters of the final fit.
+        covariance: ``(F, F)``, their covariance, from which the error bands of curves follow.
+        kinematics: Of the state's model at the poses.
         residual: ``(N, m)``, whitened.
-        wrench: ``(N, m, 6)``, derivative of the residual by a screw of the sensor in the base frame.
+        wrench: ``(N, m, 6)``, derivatives of the residual by a screw of the sensor in the base frame.
     """
 
     state: FittedState
@@ -79,18 +79,18 @@ class FittedView:
         return self.kinematics.T_base_sensor
 
     def joint_screws(self, joint: int) -> Array:
-        """Return how the sensor moves with a joint's angle ``(N, 6)``: as it does with that joint's theta."""
+        """Return the screw of the sensor in the base frame ``(N, 6)`` per unit of a joint's angle, as of its theta; joints count from 1."""
         return self._screws[:, :, 3 * self.state.model.robot.n_joints + joint - 1]
 
     def geometry_screws(self) -> Array:
-        """Return how the sensor moves with every parameter of the geometry ``(N, 6, 5 n)``."""
+        """Return the screws of the sensor in the base frame ``(N, 6, 5 n)`` per unit of every geometric parameter."""
         return self._screws[:, :, : self.nominal.geometry.size]
 
     def estimated_along(self, screws: Array) -> tuple[Array, Array]:
-        """Return by what multiple of a motion the sensor would have to move to fit each pose best, and its standard error, ``(N,)`` each.
+        """Return the multiple of a motion of the sensor that fits each pose best, and its standard error, ``(N,)`` each; NaN if it changes no row.
 
         Args:
-            screws: ``(N, 6)``, a motion of size one of each pose, in the base frame.
+            screws: ``(N, 6)``, the motion at each pose as a screw in the base frame.
         """
         g = np.einsum("nmi,ni->nm", self.wrench, screws)
         squared_lengths = np.sum(g * g, axis=1)
@@ -111,12 +111,12 @@ class FittedView:
         return np.sqrt(np.maximum(np.einsum("gi,ij,gj->g", basis, C, basis), 0.0))
 
     def _names_of(self, effect: Effect) -> tuple[str, ...]:
-        """Return the names of an effect's coefficients in the calibration; none for an effect that the state does not have."""
+        """Return the names of an effect's coefficients in the calibration; an empty tuple for an effect that the state does not have."""
         names = self.state.model.effect_names
         return next((names[i] for i, own in enumerate(self.state.effects) if own is effect), ())
 
     def pieces(self, effect: Effect) -> Pieces:
-        """Return the measured heights over the planes, with what one effect on points adds to them."""
+        """Return the measured heights over the planes, and what one of the state's effects on points adds to them."""
         return pieces(self.state, effect)
 
     def on_plane(self, plane: str) -> Array:
@@ -135,8 +135,9 @@ class FittedView:
         return added_variable(self.state, self._index(effect), self.residual)
 
     def share_left(self, effect: Effect) -> float:
-        """Return how much of one of the state's effects no other parameter can take up, 0 to 1."""
+        """Return the share, 0 to 1, of the signal of one of the state's effects that no other parameter can absorb."""
         return share_left(self.state, self._index(effect), self.gram)
 
     def _index(self, effect: Effect) -> int:
+        """Return the index of one of the state's effects, which must be the same object."""
         return next(i for i, own in enumerate(self.state.effects) if own is effect)

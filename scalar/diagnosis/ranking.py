@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from scalar.diagnosis.background import Background
 from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.score_test import Background, evidence, p_value, remainder
+from scalar.diagnosis.score_test import evidence, p_value, remainder
 from scalar.effects import Effect
 
 REFINEMENTS = (

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scalar.diagnosis.score_test import Background
+from scalar.diagnosis.background import Background
 from scalar.geometry.se3 import Array
 
 _MOST_STEPS = 40

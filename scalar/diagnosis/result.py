@@ -32,23 +32,24 @@ class Diagnosis:
     """Which effects the rigid model of a dataset lacks.
 
     Attributes:
-        dataset: As read; ``cleaned`` is what was used.
-        before, after: States without effects and with all that were found.
+        dataset: The dataset as read.
+        cleaned: The dataset without its gross errors, and what was set aside.
+        before, after: The states without effects and with all findings.
         held_out_before: Held-out errors without effects.
-        calibration_before, calibration_found: The same as calibrations.
-        calibration_after: The calibration that is shipped.
-        shipped: Which of them is ``after.json``, how the latter weighs the poses, and what decided.
-        findings: In the order in which they were added.
-        not_confirmed: Effects that fewer than half of the outer split's runs chose: no findings, and not in ``after``.
-        noise: Variance components of whole poses, the likeliest first; the first is what is reported.
-        noise_grounds: What the confidence in it follows from, or None where there is none.
+        calibration_before, calibration_found: The calibrations without effects and with all findings.
+        calibration_after: The calibration that is shipped as ``after.json``.
+        shipped: Which fit is shipped, how it weights the poses, and what decided that.
+        findings: The effects that were found, in the order in which they were added.
+        noise: Variance components of whole poses that were identified, the likeliest first; only the first is reported.
+        noise_grounds: The grounds of the first, or None if there is none.
         depends_on: Columns along which the residuals are autocorrelated. A variance component is then no noise, and is reported as unattributed.
-        noise_place: The one place at which a random error explains the scatter better (``q4``, ``sensor``, ``base``), or None. A variance
-            component is then no noise either.
-        unobservable: Effects that these data cannot show.
-        ranking: Of all candidates on the residual before, best first.
-        outer: Answers of the diagnoses without a part of the poses, or None if there were none.
-        halves: Answers of the diagnoses of one half of the poses each, where residuals of similar poses are correlated (``two_halves``), or None.
+        unobservable: Effects that leave no residual in these data.
+        ranking: The candidates with the most evidence on the residual without effects, best first.
+        not_confirmed: Effects that too few of the outer split's runs selected: they are no findings, and not in ``after``.
+        noise_place: The one place at which a random error explains the scatter better (``q4``, ``sensor``, ``base``), or None. If there is one, a
+            variance component is no noise either.
+        outer: Answers of the diagnoses without a part of the poses, or None without an outer split.
+        halves: Answers of the diagnoses of one half of the poses each, or None if they were not needed (``two_halves``).
     """
 
     dataset: Dataset
@@ -73,12 +74,12 @@ class Diagnosis:
 
     @property
     def _ships_geometry_alone(self) -> bool:
-        """Return whether effects were found but none is shipped; the errors of runs that shipped effects then do not hold for this calibration."""
+        """Return whether effects were found but none is shipped; the errors of runs that shipped effects then say nothing about this calibration."""
         return self.shipped.without_effects or (bool(self.not_confirmed) and not self.findings)
 
     @property
     def ships_effects(self) -> bool:
-        """Return whether ``after.json`` corrects for effects that were chosen, so that held-out poses have taken part in its choice."""
+        """Return whether ``after.json`` contains effects, so that held-out poses have taken part in their selection."""
         return bool(self.findings) and not self.shipped.without_effects
 
     @property
@@ -107,16 +108,18 @@ class Diagnosis:
 
     @property
     def noise_confidence(self) -> float:
-        """Return the estimated probability that the likeliest variance component is what it is called."""
+        """Return the estimated probability that the likeliest variance component has its name rightly."""
         assert self.noise_grounds is not None
-        sure = confidence(self.noise_grounds, self.noise[0].name)
+        result = confidence(self.noise_grounds, self.noise[0].name)
         if self.halves is not None:
-            sure = min(sure, most_confidence(self.halves.noise_selected_in(self.noise[0].name), self.halves))
-        return sure if self.confirmed_noise else min(sure, self._noise_selected_in or 0.0)
+            result = min(
+                result, most_confidence(self.halves.noise_selected_in(self.noise[0].name), self.halves)
+            )
+        return result if self.confirmed_noise else min(result, self._noise_selected_in or 0.0)
 
     @property
     def noise_is_doubtful(self) -> bool:
-        """Return whether the poses scatter, but the name of the component is less likely right than the settings demand of a name."""
+        """Return whether a variance component is reported whose confidence is below ``settings.naming.least_confidence``."""
         return (
             bool(self.reported_noise) and self.noise_confidence < self.after.settings.naming.least_confidence
         )
@@ -128,6 +131,7 @@ class Diagnosis:
 
     @property
     def _noise_selected_in(self) -> float | None:
+        """Return the share of the outer split's runs that identified the likeliest variance component; None if it is not known."""
         if self.outer is None or not self.outer.answers or not self.noise:
             return None
         return self.outer.noise_selected_in(self.noise[0].name)
@@ -139,13 +143,13 @@ class Diagnosis:
 
     @property
     def component_is_no_noise(self) -> bool:
-        """Return whether the variance component is no noise: larger than any arm's repeatability, autocorrelated, or of one place."""
+        """Return whether the variance component is no noise: larger than any arm's repeatability, autocorrelated, or an error of one place."""
         no_noise = self.exceeds_any_repeatability or bool(self.depends_on) or self.noise_place is not None
         return bool(self.confirmed_noise) and no_noise
 
     @property
     def exceeds_any_repeatability(self) -> bool:
-        """Return whether poses vary by more than any arm's repeatability: something acts on them that no test here recognises."""
+        """Return whether the poses scatter by more than any arm's repeatability, so that the scatter has another, unknown cause."""
         return (
             bool(self.noise)
             and self.noise[0].name == "pose_jitter"
@@ -203,9 +207,10 @@ class Diagnosis:
         return plain(mapping)
 
     def _candidates(self) -> list[dict[str, Any]]:
-        """Return the leading candidates with their scores on the residual before, best first, each title once.
+        """Return the leading candidates with their scores on the residual without effects, best first, each title once.
 
-        A gear is tried order by order and with several orders at once, which may come to the same. What these data cannot show has no score.
+        A gear error is a candidate order by order and with several orders at once, and both may select the same orders. Unobservable candidates have
+        no score and are left out.
         """
         sum_of_squares = self.before.background().sum_of_squares
         best: dict[str, Scored] = {}
@@ -225,7 +230,7 @@ class Diagnosis:
         ]
 
     def _unattributed_entry(self) -> dict[str, Any]:
-        """Return the one entry of everything that was found and has no name."""
+        """Return the one entry for all findings without a name, and for a variance component without a name."""
         component = self.noise_entry() if self.noise_without_a_name else None
         findings = [finding for finding in self.findings if not finding.has_name]
         if component and self.component_is_no_noise:
@@ -240,11 +245,11 @@ class Diagnosis:
 
     @property
     def _joint_columns(self) -> list[str]:
-        """Return the columns of all joints; they are listed if no test shows on which columns the structure depends."""
+        """Return the columns of all joints, which are stated if no test shows on which columns the structure depends."""
         return [f"q{i + 1}" for i in range(self.dataset.robot.n_joints)]
 
     def noise_entry(self) -> dict[str, Any]:
-        """Return the entry of the likeliest variance component under its name; it is unattributed if it is no noise."""
+        """Return the entry of the likeliest variance component, under its name or, if it is no noise, as unattributed."""
         best, *others = self.noise
         settings = self.after.settings
         unit = "std_rad" if best.name == "pose_jitter" else "std_m"

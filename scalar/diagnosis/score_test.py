@@ -1,7 +1,7 @@
 """How much of a residual each candidate would explain given everything the model already fits: a score test without a refit.
 
-With Q an orthonormal basis of the Jacobian's columns, ``E' = E - Q Q' E`` is the part of a candidate's columns that the model does not span, and
-``gain = r' E' (E' E')^+ E' r`` is the drop of the squared residual if the candidate were added (Frisch, Waugh and Lovell). Directions in which E'
+With Q an orthonormal basis of the Jacobian's columns, ``E' = E - Q Q^T E`` is the part of a candidate's columns that the model does not span, and
+``gain = r^T E' (E'^T E')^+ E'^T r`` is the drop of the squared residual if the candidate were added (Frisch, Waugh and Lovell). Columns of which E'
 is almost zero are not scored, because an almost unobservable column explains nothing but rounding errors. Combinations that the data determine
 less well than their prior does are not scored either, because their coefficients would be implausibly large.
 
@@ -11,108 +11,13 @@ remain: by an F test, and by the log evidence (half the drop of the Bayesian inf
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg
 from scipy.special import fdtrc
 
-from scalar.diagnosis.settings import DEFAULTS, ScoreTestSettings
+from scalar.diagnosis.background import Background
 from scalar.geometry.se3 import Array
-
-
-@dataclass(frozen=True, eq=False)
-class Background:
-    """A fitted model's residual and everything it already explains.
-
-    Attributes:
-        residual: ``(N, m)``, without its components along what the model explains.
-        Q: ``(N m, F)``, orthonormal together with its rows on priors.
-        degrees_of_freedom: Of the residual.
-        R: ``(F, K)``: the Jacobian by the K free coordinates is ``Q R``, priors included.
-        along: ``(F,)``, the rows' components along Q, priors included.
-        settings: Thresholds.
-        released: ``(N m, w)`` or None: orthonormal directions within Q that the model no longer explains, because an effect was left out.
-    """
-
-    residual: Array
-    Q: Array
-    degrees_of_freedom: int
-    R: Array
-    along: Array
-    settings: ScoreTestSettings
-    released: Array | None = None
-
-    @classmethod
-    def of(
-        cls,
-        residual: Array,
-        jacobian: Array,
-        n_poses: int,
-        rows_per_pose: int,
-        settings: ScoreTestSettings = DEFAULTS.score_test,
-    ) -> Background:
-        """Return the background of whitened rows and the Jacobian by what is free; rows beyond the poses' are priors.
-
-        Rows that are zero for every model (a scan of two points has no curvature) are not counted.
-        """
-        norms = np.linalg.norm(jacobian, axis=0)
-        scale = np.where(norms > 0, norms, 1.0)
-        Q, R = _triangular(jacobian / scale, settings.rank_tolerance)
-        R = R * scale
-        along = Q.T @ residual
-        rest = residual - Q @ along
-        measured = n_poses * rows_per_pose
-        live = int(np.count_nonzero(np.any(jacobian != 0, axis=1)))
-        degrees_of_freedom = max(live - Q.shape[1], 1)
-        return cls(rest[:measured].reshape(n_poses, -1), Q[:measured], degrees_of_freedom, R, along, settings)
-
-    def without(self, removed: Array, coefficients: Array, n_priors: int) -> Background:
-        """Return the background of the model without some of its columns, in which it is linear. Q is updated and not factorised again.
-
-        With N the directions that the other columns do not span, in the coordinates of Q, the residual gains ``Q N N' (Q' r - R c)``.
-
-        Args:
-            removed: ``(K,)`` bool, the columns to leave out.
-            coefficients: ``(k,)``, their coefficients.
-            n_priors: Number of rows of priors that are left out with them.
-        """
-        others = self.R[:, ~removed]
-        norms = np.linalg.norm(others, axis=0)
-        pivoted: Any = linalg.qr(others / np.where(norms > 0, norms, 1.0), pivoting=True)
-        basis, triangle, _ = pivoted
-        freed = basis[:, np.count_nonzero(np.abs(np.diag(triangle)) > self.settings.rank_tolerance) :]
-        gained = freed.T @ (self.along - self.R[:, removed] @ coefficients)
-        released = self.Q @ freed
-        residual = self.residual + (released @ gained).reshape(self.residual.shape)
-        degrees_of_freedom = max(self.degrees_of_freedom + freed.shape[1] - n_priors, 1)
-        return replace(self, residual=residual, degrees_of_freedom=degrees_of_freedom, released=released)
-
-    @cached_property
-    def sum_of_squares(self) -> float:
-        """Return the sum of squares of the residual."""
-        return float(np.sum(self.residual**2))
-
-    @property
-    def variance(self) -> float:
-        """Return the residual's mean square over its degrees of freedom: 1 where the noise explains it."""
-        return self.sum_of_squares / self.degrees_of_freedom
-
-
-def _triangular(columns: Array, tolerance: float) -> tuple[Array, Array]:
-    """Return Q ``(n, F)``, an orthonormal basis of columns ``(n, K)`` of unit or no length, and R ``(F, K)`` with ``columns = Q R``."""
-    Q, R = np.linalg.qr(columns)
-    if np.all(np.abs(np.diag(R)) > tolerance):
-        return Q, R
-    # Without pivoting, a column that adds no direction would occupy a column of Q, and later columns would be expressed by it.
-    pivoted: Any = linalg.qr(columns, mode="economic", pivoting=True)
-    Q, R, order = pivoted
-    rank = np.count_nonzero(np.abs(np.diag(R)) > tolerance)
-    back = np.empty_like(order)
-    back[order] = np.arange(len(order))
-    return Q[:, :rank], R[:rank, back]
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +26,7 @@ class Projected:
 
     Attributes:
         variance: Of the residual.
-        gram: ``(e, e)``, ``E'^T E'``, in units of the prior standard deviations and of the residual's variance.
+        gram: ``(e, e)``, ``E'^T E'``, for coefficients in units of their prior standard deviations, divided by the residual's variance.
         projection: ``(e,)``, ``E'^T r`` in the same units.
         share: ``(e,)``, ``|E'|^2 / |E|^2`` of each column.
     """
@@ -137,8 +42,8 @@ class Projected:
 
         Args:
             background: Of the fitted model.
-            E: ``(N m, e)``.
-            own_gram: ``E^T E``, which does not depend on the background.
+            E: ``(N m, e)``, the columns.
+            own_gram: ``(e, e)``, ``E^T E``, which does not depend on the background.
             prior_std: ``(e,)``, prior standard deviations of the coefficients.
         """
         return cls.with_gram(background, E, gram_given(background, E, own_gram), np.diag(own_gram), prior_std)
@@ -147,7 +52,7 @@ class Projected:
     def with_gram(
         cls, background: Background, E: Array, gram: Array, squared_lengths: Array, prior_std: Array
     ) -> Projected:
-        """Return the same, where ``E'^T E'`` ``(e, e)`` and the columns' squared lengths ``(e,)`` are known."""
+        """Return the same from ``gram``, ``E'^T E'`` ``(e, e)``, and the squared lengths of the columns ``(e,)``."""
         share, scale = observable_share(background, np.diag(gram), squared_lengths, prior_std)
         return cls(
             background.variance,
@@ -157,15 +62,19 @@ class Projected:
         )
 
     def score(self, groups: Array) -> tuple[Array, Array, Array]:
-        """Return gain, degrees of freedom and observability ``(T,)`` each of groups of columns ``(T, w)``."""
+        """Return gain, degrees of freedom and observability, ``(T,)`` each, of T groups of columns with the indices ``groups`` ``(T, w)``."""
         gain, dof = shrunk_gain(self.gram[groups[:, :, None], groups[:, None, :]], self.projection[groups])
         return self.variance * gain, dof, np.sqrt(self.share[groups].max(axis=1, initial=0.0))
 
     def forward(self, groups: Array, least_drop: float) -> list[int]:
-        """Return the groups of columns ``(T, w)`` that forward selection takes, best first.
+        """Return the indices of the groups that forward selection adds, in the order in which they are added.
 
-        It ends when no group lowers the squared residual by ``least_drop`` for each of its columns. After each step the remaining columns and the
-        residual are made conditional on the group that was taken.
+        The selection ends when no group lowers the squared residual by ``least_drop`` for each of its columns. After each step the remaining columns
+        and the residual are made conditional on the group that was added.
+
+        Args:
+            groups: ``(T, w)``, the indices of the columns of T groups.
+            least_drop: Least drop of the squared residual for each column.
         """
         width = groups.shape[1]
         columns = groups.ravel()
@@ -190,7 +99,7 @@ class Projected:
 
 
 def gram_given(background: Background, E: Array, own_gram: Array) -> Array:
-    """Return ``E'^T E'`` ``(e, e)`` of columns conditional on a background."""
+    """Return ``E'^T E'`` ``(e, e)`` of columns E ``(N m, e)`` conditional on a background, ``own_gram`` being ``E^T E``."""
     A = background.Q.T @ E
     gram = own_gram - A.T @ A
     if background.released is not None:
@@ -202,7 +111,7 @@ def gram_given(background: Background, E: Array, own_gram: Array) -> Array:
 def observable_share(
     background: Background, given: Array, squared_lengths: Array, prior_std: Array
 ) -> tuple[Array, Array]:
-    """Return ``|E'|^2 / |E|^2`` ``(e,)`` of columns, and the factor ``(e,)`` on each: zero if the column is almost unobservable.
+    """Return ``|E'|^2 / |E|^2`` ``(e,)`` of columns, and the factor ``(e,)`` of ``in_prior_units`` on each, zero if it is almost unobservable.
 
     Args:
         background: Of the fitted model.
@@ -219,7 +128,13 @@ def observable_share(
 
 
 def in_prior_units(background: Background, squared_lengths: Array, prior_std: Array) -> Array:
-    """Return the factor ``(e,)`` on each column: the prior standard deviation of its coefficient, or many standard errors if it has no prior."""
+    """Return the factor ``(e,)`` that gives each coefficient the unit of its prior standard deviation; without a prior, of many standard errors.
+
+    Args:
+        background: Of the fitted model.
+        squared_lengths: ``(e,)``, of the columns.
+        prior_std: ``(e,)``, prior standard deviations of the coefficients, infinite for those without a prior.
+    """
     without_prior = background.settings.std_without_prior * np.sqrt(
         background.variance / np.maximum(squared_lengths, 1e-300)
     )
@@ -227,19 +142,23 @@ def in_prior_units(background: Background, squared_lengths: Array, prior_std: Ar
 
 
 def shrunk_gain(grams: Array, projections: Array) -> tuple[Array, Array]:
-    """Return gains ``(T,)``, divided by the residual's variance, and degrees of freedom ``(T,)`` of grams ``(T, w, w)``, projections ``(T, w)``.
+    """Return the gains ``(T,)``, divided by the residual's variance, and the degrees of freedom ``(T,)`` of T groups of w columns.
 
-    In the units of ``Projected`` an eigenvalue says how much better the data determine a direction than its prior does: directions with less
-    than 1 are left out, the others are shrunk by that much.
+    In the units of ``Projected`` an eigenvalue v of the gram is the information of the data on a direction over that of its prior. Directions with an
+    eigenvalue below 1 are left out; the gain of the others is shrunk by the factor ``v / (1 + v)``.
+
+    Args:
+        grams: ``(T, w, w)``, in the units of ``Projected``.
+        projections: ``(T, w)``, in the same units.
     """
     values, components = _in_eigenvectors(grams, projections)
-    seen = values > 1.0
-    gain = np.sum(np.where(seen, components**2 / (1.0 + np.maximum(values, 0.0)), 0.0), axis=1)
-    return gain, seen.sum(axis=1)
+    determined = values > 1.0
+    gain = np.sum(np.where(determined, components**2 / (1.0 + np.maximum(values, 0.0)), 0.0), axis=1)
+    return gain, determined.sum(axis=1)
 
 
 def _in_eigenvectors(grams: Array, projections: Array) -> tuple[Array, Array]:
-    """Return the eigenvalues ``(T, w)`` of symmetric matrices ``(T, w, w)`` and vectors ``(T, w)`` along their eigenvectors ``(T, w)``.
+    """Return the eigenvalues ``(T, w)`` of symmetric matrices ``(T, w, w)``, and the components ``(T, w)`` of vectors along their eigenvectors.
 
     Most candidates have one column or two, for which one rotation of Jacobi's method is exact and is made for all matrices at once.
     """
@@ -259,7 +178,7 @@ def _in_eigenvectors(grams: Array, projections: Array) -> tuple[Array, Array]:
 
 
 def remainder(background: Background, gain: Array, dof: Array) -> tuple[Array, Array]:
-    """Return the squared residuals that would remain after gains, and their degrees of freedom."""
+    """Return the squared residuals that would remain after gains, and their degrees of freedom, in the shape of ``gain`` and ``dof``."""
     degrees_of_freedom = np.maximum(background.degrees_of_freedom - dof, 1)
     least = background.settings.least_remainder * degrees_of_freedom * min(1.0, background.variance)
     return np.maximum(background.sum_of_squares - gain, least), degrees_of_freedom
@@ -277,7 +196,14 @@ def p_value(background: Background, gain: Array, dof: Array) -> Array:
 
 
 def evidence(background: Background, gain: Array, dof: Array, log_tried: Array) -> Array:
-    """Return the log evidence for candidates [nats]: the gain in fit, less penalties for coefficients and for the number of their kind."""
+    """Return the log evidence for candidates [nats]: half the drop of the Bayesian information criterion, less ``log_tried``.
+
+    Args:
+        background: Of the model without them.
+        gain: Drops of the squared residual.
+        dof: Numbers of observable directions; without any, the log evidence is minus infinity.
+        log_tried: Logarithms of the numbers of candidates of the same kind.
+    """
     rest, _ = remainder(background, gain, dof)
     n = background.degrees_of_freedom
     found = 0.5 * (n * np.log((rest + gain) / rest) - dof * np.log(n)) - log_tried

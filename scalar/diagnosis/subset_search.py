@@ -1,15 +1,14 @@
 """Search for the set of effects that explains the data best, where one effect alone explains little.
 
 If several strong effects are present, each of them explains only a small share of the residual. With few poses, none is then significant while
-the others are missing from the model, and forward selection stops at its first step. All of them together leave only the noise, whose size is
-known from the scatter within the scans.
+the others are missing from the model, and forward selection stops at its first step. All of them together, however, leave only the noise, whose size
+is known from the scatter within the scans.
 
-An *element* is the smallest thing that is chosen: an effect of the candidate set that cannot be divided further (one order of one joint, for
-example), or a change that begins at a certain pose. Elements of the same effect are merged in the result.
-
-This search therefore does not ask whether each step is significant. The best few sets of each size are extended by the elements that explain most
-given the set (``beam_search``). Each member of the best set is then exchanged if another element gives more evidence. The log evidence of the
-whole set decides. The result is a proposal: the caller has to fit the set, and to test each of its effects given the others.
+This search therefore does not ask whether each step is significant; the log evidence of the whole set decides. An *element* is the smallest part of a
+set: an effect of the candidate set that cannot be divided further (one order of one joint, for example), or a change that begins at a certain pose.
+The best few sets of each size are extended by the elements that explain most given the set (``beam_search``). Each element of the best set is then
+exchanged if another element gives more evidence. Elements of the same effect are merged in the result. The result is a proposal: the caller has to
+fit the set, and to test each of its effects given the others.
 """
 
 from __future__ import annotations
@@ -19,13 +18,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scalar.diagnosis.background import Background
 from scalar.diagnosis.beam_search import SearchElements
 from scalar.diagnosis.candidate_columns import CandidateSet
 from scalar.diagnosis.conditional_scores import columns_of_effects
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import blocks_of
 from scalar.diagnosis.merging import merged
-from scalar.diagnosis.score_test import Background, in_prior_units
+from scalar.diagnosis.score_test import in_prior_units
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 
@@ -33,14 +33,14 @@ FIRST_MOMENTS = 40  # poses at which a change may begin in the first, coarse sea
 
 
 def best_subset(state: FittedState, candidates: CandidateSet) -> tuple[Effect, ...]:
-    """Return the set of effects that explains the data best; the effects that the state contains are not presupposed.
+    """Return the set of effects that explains the data best; it need not contain the effects of the state.
 
     With few poses, some of the many candidates explain chance patterns of the residual. Which candidates do so changes with the poses.
     An element of the best set is therefore kept only if it adds evidence to the set in most of the subsets of the poses that leave out one fold
-    (after stability selection: Meinshausen and Buehlmann, Journal of the Royal Statistical Society B 72, 2010).
+    (after stability selection: Meinshausen and Bühlmann, Journal of the Royal Statistical Society B 72, 2010).
 
     Args:
-        state: Fitted. The model is linearised at its optimum.
+        state: The fitted state. The model is linearised at its optimum.
         candidates: The candidate set.
 
     Returns:
@@ -53,9 +53,8 @@ def best_subset(state: FittedState, candidates: CandidateSet) -> tuple[Effect, .
     rows = _Rows.of(state, candidates)
     elements = rows.element_rows(moments)
     chosen = elements.of_poses(all_poses).best()
-    if (
-        step > 1
-    ):  # a second, fine search: changes may begin at every pose near those that the coarse search found
+    if step > 1:
+        # In a second, fine search changes may begin at every pose near those that the coarse search found.
         coarse = [i for p in chosen for i in elements.onsets[p]]
         moments = {j for i in coarse for j in range(i - step, i + step + 1)}
         elements = rows.element_rows(moments)
@@ -64,7 +63,7 @@ def best_subset(state: FittedState, candidates: CandidateSet) -> tuple[Effect, .
     complete_set = tuple(range(len(chosen)))
     sets = [complete_set, *(tuple(q for q in complete_set if q != p) for p in complete_set)]
     fold = blocks_of(state)[1]
-    # For each chosen element: in how many of the subsets of the poses, each without one fold, it adds evidence to the set.
+    # For each element of the set, the number of subsets of the poses, each without one fold, in which it adds evidence to the set.
     n_needed = np.zeros(len(chosen))
     for f in np.unique(fold):
         complete, *each_left_out = elements.of_poses(all_poses[fold != f]).subsets(sets)
@@ -104,7 +103,7 @@ class _Rows:
         return cls(state, candidates, without, jacobian[:, ~of_effects], columns)
 
     def element_rows(self, moments: Collection[int]) -> _ElementRows:
-        """Return the elements of the candidate set, and each kind of change once for each pose of ``moments`` at which it may begin."""
+        """Return the elements of the candidate set, and each kind of change once for each of the poses ``moments`` at which it may begin."""
         state, candidates = self.state, self.candidates
         ends = np.cumsum([len(effect.coefficients) for effect in candidates.effects])
         columns_of_each = np.split(np.arange(self.columns.shape[1]), ends[:-1])
@@ -129,12 +128,12 @@ class _Rows:
 
 @dataclass(frozen=True, eq=False)
 class _ElementRows:
-    """Elements and the values of their columns in the rows of all poses.
+    """Elements, and their columns in the rows of all poses.
 
     Attributes:
         rows: The linearised rows of the state without its effects.
         effects: The effect of each element.
-        onsets: The pose with which the change of each element begins; empty for an element that is not a change.
+        onsets: For each element the index of the pose with which its change begins; empty if it is not a change.
         columns: The indices ``(w,)`` of the columns of each element.
         family: ``(n,)``, the family of each of the n elements: changes of one kind at different poses have the same one (``beam_search``).
         E: ``(N m, e)``, all e columns, whitened for the noise within scans.
@@ -184,11 +183,11 @@ def _changes_at(
 
     Args:
         state: The fitted state.
-        change: The effect as if it were present from the first pose, and ``(N,)`` bool, the poses that it touches at all (those of one target
-            plane, for example).
-        acting: ``(N m, w)``, its columns as if it were present from the first pose.
-        moments: Indices of poses. The change begins with the first pose that it touches at or after each of them, and never so near the first or
-            last of these poses that fewer than ``change_margin`` lie on either side.
+        change: The effect as if it acted from the first pose on, and ``(N,)`` bool, the poses that it touches at all (those of one target plane, for
+            example).
+        acting: ``(N m, w)``, its columns if it acts from the first pose on.
+        moments: Indices of poses. For each of them the change begins with the first pose, at or after it, that the change touches. At least
+            ``change_margin`` poses that it touches come before its beginning, and as many from there on.
     """
     effect, touched = change
     index, margin = np.flatnonzero(touched), state.settings.selection.change_margin

@@ -14,6 +14,7 @@ import numpy as np
 
 from scalar.data.poses import is_joint
 from scalar.diagnosis.autocorrelation import depends_on
+from scalar.diagnosis.background import Background
 from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
 from scalar.diagnosis.candidate_set import flexible
 from scalar.diagnosis.conditional_scores import (
@@ -28,7 +29,6 @@ from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
 from scalar.diagnosis.joint_selection import evidence_of
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import Scored, rank, refined
-from scalar.diagnosis.score_test import Background
 from scalar.effects import Effect
 
 if TYPE_CHECKING:

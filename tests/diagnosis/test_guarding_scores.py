@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from scalar.diagnosis.background import Background
 from scalar.diagnosis.hold_out import (
     HeldOutErrors,
     blocks,
@@ -18,7 +19,7 @@ from scalar.diagnosis.hold_out import (
     moving_joints,
     no_worse,
 )
-from scalar.diagnosis.score_test import Background, Projected, in_prior_units, remainder
+from scalar.diagnosis.score_test import Projected, in_prior_units, remainder
 from scalar.diagnosis.settings import DEFAULTS
 from tests.diagnosis.stand_ins import doubled
 

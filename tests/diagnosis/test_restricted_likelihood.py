@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from scalar.diagnosis.background import Background
 from scalar.diagnosis.identified_components import identified_components
 from scalar.diagnosis.restricted_likelihood import fit_components
-from scalar.diagnosis.score_test import Background
 from tests.diagnosis.test_noise_within_scans import autoregressive, before, quiet, scanned
 from tests.diagnosis.test_variance_components import SEEDS
 from tests.effects.injected import Flaws, make_cell

@@ -8,9 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import kstest
 
+from scalar.diagnosis.background import Background
 from scalar.diagnosis.change_scores import ChangeColumns
 from scalar.diagnosis.ranking import score_of
-from scalar.diagnosis.score_test import Background, Projected, evidence, p_value
+from scalar.diagnosis.score_test import Projected, evidence, p_value
 from scalar.effects.joint_scale import JointScale
 
 HUGE = 1e9  # a size so large that it shrinks nothing
