@@ -76,7 +76,8 @@ class MeasuredRows:
         if self._like is None or self._like.scans:  # scans show their own noise, which no model changes
             return None
         T_base_sensor = residuals.kinematics(model).T_base_sensor
-        like = measure(self._dataset).reweighted(T_base_sensor, model.target)
+        coefficients = sum(len(effect.coefficients) for effect in model.effects)
+        like = measure(self._dataset).counting(coefficients).reweighted(T_base_sensor, model.target)
         old, new = ({n.name: n.value for n in m.estimated_noise} for m in (self._like, like))
         if old.keys() == new.keys() and all(
             abs(new[name] / old[name] - 1.0) < _NEGLIGIBLE_CHANGE for name in new

@@ -36,6 +36,13 @@ class NoiseProtocol(ABC):
         """Return the same measurement, whitened for the geometry of the estimate; by default the weights do not depend on it."""
         return self
 
+    def counting(self, coefficients: int) -> Self:
+        """Return the same measurement, which counts so many coefficients of effects among the parameters when it estimates its noise from a residual.
+
+        By default no noise is estimated from a residual, and the measurement itself is returned.
+        """
+        return self
+
     def weighted_like(self, other: Any) -> Self:
         """Return the same measurement, with the weights that another measurement of the same poses has estimated.
 

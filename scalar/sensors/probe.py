@@ -73,6 +73,10 @@ class Probe(OnPlanes, PointByPoint):
             return self
         return replace(self, sigma=max(self.sigma * factor, LEAST_SIGMA), sigma_stated=False)
 
+    def counting(self, coefficients: int) -> Probe:
+        """Return the same contacts, with coefficients of effects counted among the parameters when the noise is estimated."""
+        return replace(self, unknowns=self.unknowns + coefficients)
+
     def weighted_like(self, other: Measurement) -> Probe:
         """Return the same contacts with the noise of another measurement of the same poses; it is not estimated again."""
         return replace(self, sigma=other.sigma, sigma_stated=other.sigma_stated, fixed=True)

@@ -223,6 +223,12 @@ class Tracker(Measurement):
         noise = self.noise_of.estimated(shift, turn, self._noise_within_poses(T_base_sensor, target))
         return self if noise is self.noise_of else replace(self, noise_of=noise)
 
+    def counting(self, coefficients: int) -> Tracker:
+        """Return the same measurement, which counts coefficients of effects among the parameters when it estimates its noise."""
+        return replace(
+            self, noise_of=replace(self.noise_of, unknowns=self.noise_of.unknowns + coefficients)
+        )
+
     def weighted_like(self, other: Measurement) -> Tracker:
         """Return the same measurement with the noise of another measurement of the same poses; it is not estimated again."""
         assert isinstance(other, Tracker)

@@ -1,4 +1,4 @@
-# The confidence: fitted to the answers of trials of two designs; each half of the trials is reported by the fit to the other half. A target of its own, about
+# The confidence: fitted to the answers of trials of several designs; each half of the trials is reported by the fit to the other half. A target of its own, about
 # an hour of one core; a run that was stopped goes on where it was. The fitted coefficients are part of the package, and the tables are committed:
 #   snakemake confidence --cores 2
 #   cp results/confidence/coefficients.json scalar/diagnosis/confidence_coefficients.json
@@ -13,6 +13,9 @@ try:
                 "configs/blind_trials_confidence.yaml",
                 "configs/blind_trials_components.yaml",
                 "configs/blind_trials_third_exam.yaml",
+                "configs/blind_trials_fourth_exam.yaml",
+                "configs/blind_trials_fifth_exam.yaml",
+                "configs/blind_trials_few_poses.yaml",
             ],
         )
     }
