@@ -1,4 +1,4 @@
-"""Arms of which some joints err by bumps along their own angle, which need many orders to be described."""
+"""Arms of which some joints err along their own angle by a sum of bumps, which needs many orders to be described."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ BUMPY_JOINTS = (2, 3)  # joints, from 1
 
 
 def bumps(seed):
-    """Return the error [rad] of a joint at angles [rad]: a landscape of bumps, periodic in nothing."""
+    """Return the error [rad] of a joint at its angles [rad]: a sum of bumps that is not periodic."""
     rng = np.random.default_rng(seed)
     centres = np.arange(-7.0, 7.0, BUMP_WIDTH)
     heights = BUMP_SIZE * rng.standard_normal(len(centres))
@@ -26,11 +26,13 @@ def bumps(seed):
 
 
 def bumpy(seed, poses_per_plane=700, erring=BUMPY_JOINTS, landscape=None):
-    """Return a tracked arm of which some joints err: it stood at q, its encoders read e with ``e + error(e) = q``.
+    """Return a tracked arm of which some joints err: at a true angle q, the encoder reads e with ``e + error(e) = q``.
 
     Args:
-        seed: Of the workcell. poses_per_plane: A third of the poses.
-        erring: Joints, from 1. landscape: Seed of the errors, that of the workcell by default.
+        seed: Seed of the workcell.
+        poses_per_plane: A third of the number of poses.
+        erring: The joints that err, from 1.
+        landscape: Seed of the errors; that of the workcell by default.
     """
     scene = make_scene(kind="tracker", seed=seed, poses_per_plane=poses_per_plane, noise=TRACKER_NOISE)
     read = scene.dataset.q.copy()

@@ -1,4 +1,4 @@
-"""Workcells with one named effect each, of the size that real arms have, and what a diagnosis ought to say of each."""
+"""Workcells with one named effect each, of the size that real arms have, and the answer that a diagnosis ought to give for each."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ GROWTH = 5e-4  # of all lengths over a run
 
 
 def approaches(rng: np.random.Generator, n_poses: int, n_joints: int) -> dict[str, np.ndarray]:
-    """Return the directions from which the joints arrived."""
+    """Return the directions from which the joints arrived, -1 or 1."""
     return {f"approach{j + 1}": rng.choice([-1.0, 1.0], n_poses) for j in range(n_joints)}
 
 
 def warming(rng: np.random.Generator, n_poses: int, n_joints: int) -> dict[str, np.ndarray]:
-    """Return time and a temperature that rises by ``WARMING``."""
+    """Return columns with a time and a temperature that rises by ``WARMING``."""
     time = np.cumsum(rng.uniform(8.0, 12.0, n_poses))
     return {"time": time, "temperature": 20.0 + WARMING * time / time[-1]}
 
 
 def draw(seed: int) -> np.random.Generator:
-    """Return the generator of a case's own choices."""
+    """Return the random generator from which a case draws joints, orders and sizes."""
     return np.random.default_rng([seed, 4711])
 
 
@@ -42,7 +42,7 @@ def unit(rng: np.random.Generator) -> np.ndarray:
 
 
 def compliance(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """Joints that give 1e-5 rad/(N m) under the arm's weight."""
+    """Joints that are deflected by 1e-5 rad/(N m) under the arm's weight."""
     truth = make_cell(seed=seed, poses_per_plane=3, **settings).scene.truth
     flaws = Flaws(joints=sag(truth, np.full(truth.geometry.shape[1], 1e-5), draw(seed)))
     return make_cell(flaws, seed=seed, **settings), "joint_compliance", {}
@@ -59,21 +59,21 @@ def harmonic(
 
 
 def scale(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """An angle that is 1e-3 too long in any joint but the last."""
+    """A joint's angle whose scale is wrong by 1e-3, in any joint but the last."""
     j = int(draw(seed).integers(1, 6))
     error = on_joint(j, lambda at: 1e-3 * at.q[:, j - 1])
     return make_cell(Flaws(joints=error), seed=seed, **settings), "joint_scale", {"joint": j}
 
 
 def coupling(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """1e-3 of one joint's angle in another's."""
+    """A coupling by which 1e-3 of one joint's angle adds to another's."""
     j, s = [(6, 5), (5, 4), (3, 2), (6, 4)][int(draw(seed).integers(4))]
     error = on_joint(j, lambda at: 1e-3 * at.q[:, s - 1])
     return make_cell(Flaws(joints=error), seed=seed, **settings), "joint_coupling", {"joint": j, "source": s}
 
 
 def backlash(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """A play of twice 3e-4 rad, the direction of approach recorded."""
+    """A backlash of twice 3e-4 rad; the direction of approach is recorded."""
     j = int(draw(seed).integers(1, 6))
     error = on_joint(j, lambda at: 3e-4 * at.columns[f"approach{j}"])
     cell = make_cell(Flaws(joints=error), seed=seed, columns=approaches, **settings)
@@ -81,7 +81,7 @@ def backlash(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
 
 
 def nonparallel(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """2e-3 rad between the near-parallel axes of joints 2 and 3."""
+    """An angle of 2e-3 rad between the near-parallel axes of joints 2 and 3."""
     geometry = np.zeros((5, 6))
     geometry[BETA, 2] = 2e-3
     flaws = Flaws(geometry=lambda at: np.broadcast_to(geometry, (len(at.q), 5, 6)))
@@ -107,7 +107,7 @@ def pedestal(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
 
 
 def drift(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """Lengths that grow by 5e-4 with the temperature, which is recorded."""
+    """Lengths that grow by a share of 5e-4 with the temperature, which is recorded."""
     truth = make_cell(seed=seed, poses_per_plane=3, **settings).scene.truth
     lengths = np.zeros_like(truth.geometry)
     lengths[[A, D]] = truth.geometry[[A, D]]
@@ -119,7 +119,7 @@ def drift(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
 
 
 def slip(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """A sensor that shifts by 0.5 mm in the middle of the run."""
+    """A sensor that shifts by 0.5 mm in the middle of the acquisition."""
     rng = draw(seed)
     motion = np.eye(4)
     motion[:3, 3] = 5e-4 * unit(rng)
@@ -129,13 +129,13 @@ def slip(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
 
 
 def distortion(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """A range that is curved by 0.01 /m, a third of a millimetre at its ends."""
+    """A range with a curvature of 0.01 /m, which makes an error of a third of a millimetre at its ends."""
     flaws = Flaws(measured=lambda r: r + 0.01 * (r - 0.25) ** 2)
     return make_cell(flaws, seed=seed, **settings), "range_distortion", {}
 
 
 def bow(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """A target plane that is 0.5 mm higher half a metre from its middle."""
+    """A target plane that is 0.5 mm higher at half a metre from its middle."""
     target_plane = PLANE_NAMES[int(draw(seed).integers(3))]
     return (
         make_cell(Flaws(bent={target_plane: (2e-3, 0.0, 2e-3)}), seed=seed, **settings),
@@ -145,7 +145,7 @@ def bow(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
 
 
 def knock(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """A target plane that moves by 0.5 mm in the middle of the run."""
+    """A target plane that moves by 0.5 mm in the middle of the acquisition."""
     rng = draw(seed)
     target_plane = PLANE_NAMES[int(rng.integers(3))]
     n = 3 * settings.get("poses_per_plane", 60)
@@ -155,12 +155,12 @@ def knock(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
 
 
 def jitter(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """Joints that repeat to 2e-4 rad."""
+    """Joints that repeat with a standard deviation of 2e-4 rad."""
     return make_cell(Flaws(jitter=2e-4), seed=seed, **settings), "pose_jitter", {}
 
 
 def bias(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """Scans with an error of 0.2 mm each."""
+    """Scans with an error of 0.2 mm (standard deviation) each, common to their points."""
     return make_cell(Flaws(bias=2e-4), seed=seed, **settings), "scan_bias", {}
 
 
@@ -183,7 +183,7 @@ NAMED: dict[str, Case] = {
 
 
 def judged(effects: list[dict[str, Any]], name: str, target: dict[str, Any], slack: int = 6) -> bool:
-    """Return whether the first effect is the right one: joint, order and target plane, and the beginning to within ``slack`` poses."""
+    """Return whether the first effect is the right one: its name, joint, order and target plane, and its beginning to within ``slack`` poses."""
     if not effects or effects[0]["name"] != name:
         return False
     found = effects[0]["target"]

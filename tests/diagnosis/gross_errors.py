@@ -19,14 +19,14 @@ def spoiled(
     poses: float = 0.0,
     labels: float = 0.0,
 ) -> tuple[Dataset, dict[str, Any]]:
-    """Return a dataset with gross errors, and what they are.
+    """Return a dataset with gross errors, and which these are.
 
     Args:
-        dataset: Without.
-        rng: Chooses.
+        dataset: The dataset without gross errors.
+        rng: Draws the points and poses that are spoiled.
         points: Share of the points that are off by 2 to 30 mm along their rays.
-        poses: Share of the poses whose joint angles belong to no scan of theirs.
-        labels: Share of the poses that name another target plane.
+        poses: Share of the poses whose joint angles are replaced by wrong ones.
+        labels: Share of the poses whose label names another target plane.
     """
     cloud, frame = dataset.points.copy(), dataset.poses.copy()
     N = dataset.n_poses

@@ -1,4 +1,4 @@
-"""Stand-ins for fitted states and scores, for tests of single decisions of the diagnosis."""
+"""Stand-ins for fitted states and scores, with which tests try single decisions of the diagnosis."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -14,16 +14,16 @@ def scored(effect: Any, evidence: float = 100.0, p_value: float = 1e-9, dof: int
 
 
 class Tried(Exception):
-    """An alternative was good enough to be fitted."""
+    """Raised by the stand-in of a refit: an alternative was good enough to be fitted."""
 
 
 def tried(*_: Any) -> Any:
-    """Stand for a refit."""
+    """Raise ``Tried`` in place of a refit."""
     raise Tried
 
 
 def state(**more: Any) -> Any:
-    """Return what stands for a fitted state: its settings, and a refit that says that it was asked for."""
+    """Return a stand-in for a fitted state: it has the default settings, and its refit raises ``Tried``."""
     return SimpleNamespace(settings=DEFAULTS, refitted=tried, **more)
 
 

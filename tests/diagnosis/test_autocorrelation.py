@@ -8,7 +8,7 @@ from scalar.diagnosis.settings import DEFAULTS
 
 
 def p_values(profile, seeds=400, n=150):
-    """Return the p-values of many draws of noise, each added to a profile over the order."""
+    """Return the p-values of many draws of noise, each added to a profile over the order of the poses."""
     found = []
     for seed in range(seeds):
         rng = np.random.default_rng([seed, 5])
@@ -18,8 +18,8 @@ def p_values(profile, seeds=400, n=150):
     return np.array(found)
 
 
-def test_where_the_order_means_nothing_the_chance_is_what_it_says():
-    """Of draws whose poses scatter unequally, a share p has a p-value below p, up to what 400 draws can show."""
+def test_p_values_are_uniform_for_noise():
+    """For noise whose size differs from pose to pose, a share p of the draws has a p-value below p, within what 400 draws can show."""
     found = p_values(lambda x: np.zeros_like(x))
     for p in (0.5, 0.1, 0.02):
         share = np.mean(found < p)
@@ -28,19 +28,19 @@ def test_where_the_order_means_nothing_the_chance_is_what_it_says():
 
 
 @pytest.mark.parametrize("profile", [lambda x: np.sin(15 * x), lambda x: np.where(x > 0.6, 1.5, 0.0)])
-def test_a_profile_of_the_size_of_the_noise_is_seen(profile):
-    """A profile as large as the noise has a significant p-value in at least 95 of 100 draws, a dozen orders being tried."""
+def test_a_profile_of_the_size_of_the_noise_is_significant(profile):
+    """A profile as large as the noise has a significant p-value in at least 95 of 100 draws, corrected for a dozen orders."""
     assert np.mean(p_values(profile, seeds=100) < DEFAULTS.autocorrelation.alpha_autocorrelation / 12) >= 0.95
 
 
-def test_few_poses_say_nothing():
-    """With fewer poses on a target plane than neighbours need, the p-value is one."""
+def test_too_few_poses_have_a_p_value_of_one():
+    """With fewer poses on a target plane than the test of neighbours needs, the p-value is one."""
     z = np.ones((9, 3))
     assert neighbour_p_value(z, neighbours_in_order(np.arange(9) // 3, np.arange(9.0))) == 1.0
 
 
 def test_neighbours_in_two_variables_are_the_nearest_whatever_their_units():
-    """Three of every pose, by brute force over ranks; a variable in another unit has the same."""
+    """Each pose has the three nearest poses by rank as neighbours, as a brute-force search finds them; the unit of a variable does not matter."""
     rng = np.random.default_rng(3)
     values = rng.standard_normal((40, 2))
     pairs = {tuple(pair) for pair in neighbours_in_two(values)}

@@ -1,4 +1,4 @@
-"""What a confidence means: a chance, the smaller the better the rivals, and as often right as it says on sets to which it was not fitted."""
+"""The confidence of an answer: a probability that grows with the evidence, and is right as often as it states on sets to which it was not fitted."""
 
 import json
 import math
@@ -39,7 +39,7 @@ grounds = st.builds(
 
 @given(own=nats, more=st.floats(0.0, 50.0), others=st.lists(nats, min_size=1, max_size=5))
 def test_evidence_for_an_answer_raises_its_odds_and_evidence_for_a_rival_lowers_them(own, more, others):
-    """They never fall with its own evidence, and never rise with a rival's, nor with one rival more."""
+    """The log odds never fall with the answer's own evidence, and never rise with a rival's evidence or with one more rival."""
     now = log_odds(own, others)
     assert log_odds(own + more, others) >= now
     assert log_odds(own, [others[0] + more, *others[1:]]) <= now
@@ -48,34 +48,34 @@ def test_evidence_for_an_answer_raises_its_odds_and_evidence_for_a_rival_lowers_
 
 @given(own=nats, others=st.lists(nats, min_size=2, max_size=5), seed=st.integers(0, 1000))
 def test_the_order_of_the_rivals_does_not_matter(own, others, seed):
-    """Rivals are a set."""
+    """The log odds are the same for every order of the rivals."""
     shuffled = list(np.random.default_rng(seed).permutation(others))
     assert log_odds(own, shuffled) == pytest.approx(log_odds(own, others), rel=1e-12, abs=1e-12)
 
 
 def test_of_two_equals_neither_is_likelier():
-    """Far from nothing at all, each of two equals has even odds; without a rival the odds are those against nothing."""
+    """Two answers with the same large evidence have even odds each; without a rival, the odds are those against no effect."""
     assert log_odds(500.0, [500.0]) == pytest.approx(0.0)
     assert log_odds(5.0, []) == pytest.approx(5.0) == log_odds(5.0, [-math.inf])
 
 
 @given(grounds=grounds, name=names)
-def test_it_is_a_chance(grounds, name):
-    """Between 0 and 1, whatever the grounds and the name."""
+def test_a_confidence_is_a_probability(grounds, name):
+    """It lies between 0 and 1, whatever the grounds and the name."""
     assert 0.0 <= confidence(grounds, name) <= 1.0
 
 
 @given(grounds=grounds, name=names, more=st.floats(0.0, 100.0))
-def test_more_evidence_never_makes_an_answer_less_sure(grounds, name, more):
-    """All other grounds being the same."""
+def test_more_evidence_never_lowers_the_confidence(grounds, name, more):
+    """With larger log odds, or larger least log odds, and all other grounds the same, the confidence is at least as large."""
     likelier = replace(grounds, log_odds=grounds.log_odds + more)
     steadier = replace(grounds, least_log_odds=grounds.least_log_odds + more)
     assert min(confidence(likelier, name), confidence(steadier, name)) >= confidence(grounds, name)
 
 
 @given(grounds=grounds, name=names)
-def test_grounds_beyond_what_was_tried_are_judged_as_the_nearest_that_were(grounds, name):
-    """No answer is surer than any that was tried, feature by feature."""
+def test_grounds_outside_the_trials_count_as_the_nearest_in_them(grounds, name):
+    """A feature outside the range of the trials is replaced by the nearest end of that range."""
     tried = json.loads(SHIPPED.read_text(encoding="utf-8"))[grounds.kind]
     values = features(grounds)
     nearest = {
@@ -85,7 +85,7 @@ def test_grounds_beyond_what_was_tried_are_judged_as_the_nearest_that_were(groun
 
 
 def test_a_regression_finds_the_coefficients_of_simulated_answers():
-    """20,000 answers drawn from known odds: coefficients within four of their standard errors, here at most 0.1."""
+    """From 20,000 answers drawn with known odds, the coefficients are found within four standard errors, at most 0.1."""
     rng = np.random.default_rng(4)
     X = rng.normal(size=(20_000, len(FEATURES))) * np.linspace(0.5, 2.0, len(FEATURES)) + 1.0
     signs = {"log_odds": 2.5, "least_log_odds": 1, "rivalled": -1, "share": 1}  # which coefficients keep
@@ -98,7 +98,7 @@ def test_a_regression_finds_the_coefficients_of_simulated_answers():
 
 
 def test_evidence_that_speaks_against_an_answer_is_ignored():
-    """Where surer answers were right less often, the coefficient is zero: an artefact of few answers."""
+    """If answers with more evidence were right less often in the trials, the coefficient is zero, because that is an artefact of few answers."""
     rng = np.random.default_rng(5)
     X = np.zeros((400, len(FEATURES)))
     X[:, 0] = rng.normal(size=400)
@@ -106,8 +106,10 @@ def test_evidence_that_speaks_against_an_answer_is_ignored():
     assert regression(X, right, ["one"] * len(X), 1.0)["features"][FEATURES[0]]["coefficient"] == 0.0
 
 
-def test_a_name_that_is_given_wrongly_more_often_is_less_sure():
-    """On the same grounds, one name is right nine times in ten and another six: so are their chances; a name never given lies between."""
+def test_a_name_that_is_wrong_more_often_has_less_confidence():
+    """On the same grounds, one name is right in nine of ten answers and another in six; these are their confidences, and a name never given lies
+    between.
+    """
     X = np.zeros((2000, len(FEATURES)))
     given_names = ["often right"] * 1000 + ["often wrong"] * 1000
     right = np.r_[np.arange(1000) < 900, np.arange(1000) < 600].astype(float)
@@ -128,7 +130,7 @@ def answers():
 
 
 def test_the_shipped_coefficients_are_those_that_the_committed_answers_give(answers):
-    """Fitted anew: the same chances to 1e-3, though the table keeps nine digits; and those that each half has by the fit to the other."""
+    """A new fit gives the same probabilities to 1e-3, and so do the fits to each half of the answers, applied to the other half."""
     again, shipped = fitted(answers), json.loads(SHIPPED.read_text(encoding="utf-8"))
     for row in answers.to_dict("records"):
         chance = predicted(row, row["name"], shipped[row["kind"]])
@@ -137,14 +139,14 @@ def test_the_shipped_coefficients_are_those_that_the_committed_answers_give(answ
 
 
 def test_no_set_and_no_unknown_cause_is_in_both_halves(answers):
-    """Nothing is reported on what it was fitted to."""
+    """Each set of a trial lies in one half, so that no probability is reported for an answer to which the regression was fitted."""
     halves = answers.groupby(["number", "seed"])["half"].nunique()
     assert halves.max() == 1
     assert set(answers["half"]) == set(HALVES)
 
 
 def test_answers_have_been_right_as_often_as_the_fit_to_the_other_half_says():
-    """In every bin with answers, to within four standard errors of the share."""
+    """In every bin with answers, the share of right answers agrees with the stated confidence within four standard errors."""
     table = pd.read_csv(SUMMARIES / "reliability.csv").query("answers > 0")
     assert table["answers"].sum() > 100
     for row in table.to_dict("records"):
@@ -154,7 +156,7 @@ def test_answers_have_been_right_as_often_as_the_fit_to_the_other_half_says():
 
 
 def test_the_committed_numbers_are_those_of_the_committed_answers(answers):
-    """What the paper quotes follows from the table beside it."""
+    """The numbers that the paper quotes follow from the committed table of answers."""
     committed = json.loads((SUMMARIES / "numbers.json").read_text(encoding="utf-8"))
     for key, value in summary(answers).items():
         if isinstance(value, dict):

@@ -1,6 +1,6 @@
-"""The whole diagnosis on workcells that this repository's simulator has not made: rates, not anecdotes.
+"""The whole diagnosis on small simulated workcells of the tests' own simulator: rates over several workcells, not single cases.
 
-60 poses a target plane, 32 points a scan, 0.1 mm of noise; effects of the sizes that real arms have.
+Each has 60 poses for each target plane, 32 points for each scan, 0.1 mm of noise, and effects of the sizes that real arms have.
 """
 
 from dataclasses import replace
@@ -24,7 +24,7 @@ SEEDS = (100, 101)
 
 @pytest.fixture(scope="module")
 def named():
-    """Return the diagnoses of two workcells of every named effect."""
+    """Return the diagnoses of two workcells for every named effect."""
     found = {}
     for label, case in NAMED.items():
         for seed in SEEDS:
@@ -34,9 +34,9 @@ def named():
 
 
 def test_single_effects_are_named(named):
-    """Of 28 sets, two of each of 14 effects, at least 92 % are named right with joint, order, target plane and moment,
-    and none is said to be clean. The pedestal may be taken for a joint that gives way only where it is listed as
-    confounded: with the arm in one vertical plane both do the same but for some micrometres.
+    """Of 28 sets, two for each of 14 effects, at least 92 % are named rightly with joint, order, target plane and moment, and no set is said to be
+    without effects. A compliance of joints may be named in place of the pedestal's only if the latter is listed as confounded: if the arm stays in
+    one vertical plane, both do the same to within some micrometres.
     """
     wrong = []
     for (label, seed), (_, name, target, diagnosis) in named.items():
@@ -50,15 +50,15 @@ def test_single_effects_are_named(named):
     assert len(wrong) <= (1 - LEAST_RIGHT) * len(named), wrong
 
 
-def test_nothing_is_named_besides(named):
-    """With one effect injected no more than one set in ten shows a second."""
+def test_no_second_effect_is_named(named):
+    """With one effect injected, at most one set in ten has a second effect."""
     more = [key for key, (*_, diagnosis) in named.items() if len(diagnosis.to_mapping()["effects"]) > 1]
     assert len(more) <= 0.1 * len(named), more
 
 
 def test_held_out_errors_fall(named):
-    """Taking an effect lowers the error of poses never seen, to little more than the noise leaves; noise effects
-    are no shift and lower nothing.
+    """With the effect in the model, the held-out error is smaller, and at most 10 % above the noise floor; random errors, which no effect can
+    correct, are excepted.
     """
     for key, (_, name, _, diagnosis) in named.items():
         residual = diagnosis.to_mapping()["residual"]
@@ -69,8 +69,8 @@ def test_held_out_errors_fall(named):
 
 
 def test_predictions_come_near_the_floor(named):
-    """Over 1,000 poses the error after is within 1.25 times that of the same workcell without the effect, in the
-    median over the sets of effects that act on the arm; and better than before.
+    """At 1,000 poses, the error after correction is at most 1.25 times that of the same workcell without the effect, in the median over the sets with
+    effects on the arm, and smaller than before correction.
     """
     ratios, gains = [], []
     for (_, seed), (cell, name, _, diagnosis) in named.items():
@@ -95,12 +95,12 @@ def test_predictions_come_near_the_floor(named):
 
 
 def error(calibration, table):
-    """Return the mean position error [m] over true poses, the base aligned."""
+    """Return the mean position error [m] at true poses, the base aligned."""
     return evaluate(calibration, table).aligned.position.mean()
 
 
-def test_clean_cells_are_clean():
-    """Of 12 workcells with nothing injected, none is given an effect."""
+def test_no_effect_is_named_where_none_was_injected():
+    """Of 12 workcells without effects, none is given an effect."""
     found = [diagnose(make_cell(seed=200 + k).dataset).to_mapping() for k in range(12)]
     assert [m["verdict"] for m in found] == ["no_effect"] * 12
     assert not any(m["effects"] for m in found)
@@ -108,7 +108,7 @@ def test_clean_cells_are_clean():
 
 @pytest.mark.parametrize("share", [{"points": 0.03}, {"poses": 0.1}, {"labels": 0.08}, {"poses": 0.3}])
 def test_gross_errors_are_no_effect(share):
-    """Gross errors in points, poses and labels are listed, and no effect is made of them; up to 30 % of poses."""
+    """Gross errors of points, poses and labels, in up to 30 % of the poses, are listed, and no effect is named for them."""
     for seed in (300, 301):
         dataset, injected = spoiled(make_cell(seed=seed).dataset, np.random.default_rng(seed), **share)
         mapping = diagnose(dataset).to_mapping()
@@ -120,7 +120,7 @@ def test_gross_errors_are_no_effect(share):
 
 
 def test_an_effect_is_found_among_gross_errors():
-    """With stray points, wrong poses and wrong labels together the gear error is named all the same."""
+    """The gear error is named although there are stray points, wrong poses and wrong labels."""
     right = 0
     for seed in range(400, 404):
         cell, name, target = harmonic(seed)
@@ -130,14 +130,14 @@ def test_an_effect_is_found_among_gross_errors():
 
 
 def test_few_poses_name_a_scale():
-    """At 75 poses the misfit that a scale error makes does not tie the geometry to its data sheet: the scale is named, with its joint."""
+    """With 75 poses, priors whose weight grows with the misfit do not hide a scale error: it is named, with its joint."""
     cell, name, target = scale(5, poses_per_plane=25)
     (effect,) = diagnose(cell.dataset).to_mapping()["effects"]
     assert effect["name"] == name and effect["target"] == target
 
 
-def test_what_has_no_name_is_given_none():
-    """Joint 3 erring with the sine of the product of two other angles is unattributed, and depends on both."""
+def test_an_unknown_cause_is_unattributed():
+    """If joint 3 errs with the sine of the product of two other angles, the structure is unattributed, and depends on both."""
     for seed in range(500, 504):
         cell, name, target = unnamed(seed)
         mapping = diagnose(cell.dataset).to_mapping()
@@ -147,9 +147,9 @@ def test_what_has_no_name_is_given_none():
         assert len(mapping["effects"]) == 1
 
 
-def test_what_imitates_a_name_is_not_given_it():
-    """Of 18 workcells with structure of six kinds that sums of named effects, or a noise, imitate, at least 17 are unattributed, and
-    no more than one is given a name.
+def test_an_unknown_cause_that_imitates_named_effects_is_unattributed():
+    """Of 18 workcells with six kinds of unknown structure, which sums of named effects or a noise imitate, at least 17 are unattributed, and at most
+    one is given a name.
     """
     verdicts, names = [], []
     for flaws in UNNAMED.values():
@@ -162,8 +162,10 @@ def test_what_imitates_a_name_is_not_given_it():
     assert names.count("unattributed") >= 17, names
 
 
-def test_a_creep_is_found_with_the_moment_from_which_it_goes_on():
-    """A target plane that creeps by 0.6 mm from some pose to the end: its name, and the moment within a tenth of the run; in 4 of 4 workcells."""
+def test_a_creep_is_found_with_its_beginning():
+    """If a target plane creeps by 0.6 mm from some pose to the end, the effect is named and its beginning found to a tenth of the run, in 4 of 4
+    workcells.
+    """
     for seed in range(540, 544):
         first = float(np.random.default_rng([seed, 1]).integers(60, 180))
         cell = make_cell(Flaws(creep={"floor": (first, 6e-4)}), seed=seed, poses_per_plane=100)
@@ -197,10 +199,8 @@ def side(at, joint):
 
 
 @pytest.mark.parametrize("pair", PAIRS)
-def test_two_at_once_are_found_one_after_another(pair):
-    """Two effects together are both named, and the order in which they are found does not matter; in both of two
-    workcells, with nothing besides.
-    """
+def test_two_effects_are_both_named(pair):
+    """Two effects together are both named, and nothing else, in both of two workcells; the order in which they are found does not matter."""
     settings, wanted = PAIRS[pair]
     for seed in (600, 601):
         cell = make_cell(Flaws(**settings), seed=seed, columns=approaches)
@@ -214,7 +214,7 @@ def test_two_at_once_are_found_one_after_another(pair):
 
 @pytest.mark.parametrize("case", [slip, knock, drift])
 def test_the_order_in_the_files_does_not_matter(case):
-    """With ``order`` stated, rows shuffled in poses.csv give the same findings as rows in order."""
+    """If ``order`` is stated, shuffled rows in poses.csv give the same findings as rows in order."""
     dataset = case(700)[0].dataset
     dataset = replace(dataset, poses=dataset.poses.assign(order=np.arange(dataset.n_poses)))
     shuffled = in_file_order(dataset, np.random.default_rng(1).permutation(dataset.n_poses))
@@ -225,14 +225,14 @@ def test_the_order_in_the_files_does_not_matter(case):
 
 
 def in_file_order(dataset, rows):
-    """Return the dataset as the reader gives it where the files hold its rows in another order."""
+    """Return the dataset as the reader returns it if the files hold its rows in another order."""
     poses = dataset.poses.iloc[rows].sort_values("order", kind="stable")
     back = dataset.subset(poses.index.to_numpy())
     return replace(back, poses=poses.reset_index(drop=True))
 
 
 def test_several_orders_of_one_joint_are_one_entry():
-    """A strain wave gear errs at several orders: one entry, with ``orders`` that hold them."""
+    """A strain wave gear that errs at several orders is one entry, and its ``orders`` contain them."""
 
     def gear(at):
         q = at.q[:, 3]
@@ -245,7 +245,7 @@ def test_several_orders_of_one_joint_are_one_entry():
 
 @pytest.mark.parametrize("robot", ["ur10e", "puma560"])
 def test_other_arms(robot):
-    """Parallel axes and offset wrists: clean workcells stay clean and a gear error is named."""
+    """Arms with parallel axes and with offset wrists: no effect is named without one, and a gear error is named."""
     assert diagnose(make_cell(seed=900, robot=robot).dataset).verdict == "no_effect"
     cell, name, target = harmonic(901, robot=robot)
     assert judged(diagnose(cell.dataset).to_mapping()["effects"], name, target)

@@ -1,4 +1,4 @@
-"""What ``scalar diagnose`` writes: the frozen format, the same bytes each time, calibrations that can be used."""
+"""The files that ``scalar diagnose`` writes: the documented format, the same bytes each time, and calibrations that can be used."""
 
 import json
 import math
@@ -44,7 +44,7 @@ def run(folder, out):
 
 
 def strict(path):
-    """Return the content of a JSON file that holds no number but finite ones."""
+    """Return the content of a JSON file; a number that is not finite is an error."""
     return json.loads(
         path.read_text(encoding="utf-8"), parse_constant=lambda word: pytest.fail(f"{word} in {path}")
     )
@@ -69,7 +69,7 @@ SLOW = ("jitter", "unnamed")
     "label", [pytest.param(label, marks=pytest.mark.slow) if label in SLOW else label for label in CASES]
 )
 def test_every_verdict_follows_the_format(label):
-    """diagnosis.json holds what interfaces promise, for every verdict: names, targets, finite numbers or null."""
+    """For every verdict, diagnosis.json has the documented names and targets, and its numbers are finite or null."""
     mapping = diagnose(CASES[label]().dataset).to_mapping()
     jsonschema.validate(mapping, SCHEMA)
     names = [effect["name"] for effect in mapping["effects"]]
@@ -91,7 +91,7 @@ def assert_finite(value):
 
 @pytest.mark.slow
 def test_the_same_dataset_gives_the_same_bytes(tmp_path):
-    """Twice the same folder: the same four files, byte by byte, nothing else; a parquet copy finds the same."""
+    """Two runs on one folder write the same four files, byte for byte, and nothing else; a copy in parquet gives the same."""
     cell, *_ = harmonic(11, poses_per_plane=40)
     folder = written(cell, tmp_path / "cell")
     outs = [tmp_path / name for name in ("one", "two")]
@@ -111,7 +111,7 @@ def test_the_same_dataset_gives_the_same_bytes(tmp_path):
 
 @pytest.mark.slow
 def test_the_order_of_rows_does_not_matter(tmp_path):
-    """With ``order`` stated, rows in any order give the very same diagnosis.json."""
+    """If ``order`` is stated, rows in any order give the same diagnosis.json."""
     cell, *_ = knock(12, poses_per_plane=40)
     dataset = spoiled(cell.dataset, np.random.default_rng(1), points=0.01)[0]
     poses = dataset.poses.assign(order=np.arange(dataset.n_poses))
@@ -128,8 +128,8 @@ def test_the_order_of_rows_does_not_matter(tmp_path):
 
 
 def test_the_calibrations_can_be_used(tmp_path):
-    """before.json and after.json load and predict; after differs by the effect, and the coefficient in
-    diagnosis.json is the one that after.json applies, in radians.
+    """before.json and after.json can be loaded and predict. They differ by the effect, and the coefficient in diagnosis.json is the one that
+    after.json applies, in radians.
     """
     cell, _, target = harmonic(13, poses_per_plane=40)
     folder = written(cell, tmp_path / "cell")
@@ -154,8 +154,8 @@ def test_the_calibrations_can_be_used(tmp_path):
 
 
 def test_numbers_are_in_the_units_of_their_names():
-    """Noise of 0.2 mm within and 0.3 mm between scans reads so, in millimetres; errors before, after and floor
-    stand in that order of size.
+    """Noise of 0.2 mm within and 0.3 mm between scans is stated as such, in millimetres; the errors before and after and the noise floor have the
+    right order.
     """
     from tests.effects.injected import Flaws
 
@@ -177,7 +177,7 @@ def test_numbers_are_in_the_units_of_their_names():
 
 
 def test_nothing_is_left_of_a_diagnosis_that_fails(tmp_path, monkeypatch):
-    """Where the report cannot be made nothing is written at all."""
+    """If the report cannot be made, nothing is written at all."""
     import scalar.report
 
     diagnosis = diagnose(make_cell(seed=15, poses_per_plane=30).dataset)

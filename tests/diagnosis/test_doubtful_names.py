@@ -1,4 +1,4 @@
-"""A name that is less likely right than wrong is not given: what was found is unattributed, and its shape stays in the correction."""
+"""A finding whose name is more probably wrong than right is unattributed, and the correction still contains its effect."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STRICT = replace(DEFAULTS, naming=NamingSettings(least_confidence=1.01))  # no c
 
 @pytest.fixture(scope="module")
 def scaled() -> Diagnosis:
-    """Return the diagnosis of a joint whose angle errs in proportion, by settings to which every name is doubtful."""
+    """Return the diagnosis of an arm with a scale error of a joint, by settings with which every name is doubtful."""
     dataset = make_scene(seed=11, poses_per_plane=40, points_per_scan=16).dataset
     poses = dataset.poses.copy()
     poses[f"q{SCALED}"] = poses[f"q{SCALED}"] / 1.002
@@ -30,12 +30,12 @@ def scaled() -> Diagnosis:
 
 @pytest.fixture(scope="module")
 def scattered() -> Diagnosis:
-    """Return the diagnosis of joints that do not repeat, by the same settings."""
+    """Return the diagnosis of an arm whose joints do not repeat, by the same settings."""
     return diagnose(make_cell(Flaws(jitter=2e-4), seed=2).dataset, settings=STRICT)
 
 
 def test_a_doubtful_effect_is_unattributed_and_says_what_it_is_like(scaled):
-    """The entry has no name or coefficients; ``most_like`` names the joint's scale, and the two confidences add up to one."""
+    """The entry has no name and no coefficients; ``most_like`` lists the joint's scale error, and the two confidences add up to one."""
     (entry,) = scaled.to_mapping()["effects"]
     assert scaled.verdict == entry["name"] == "unattributed"
     assert entry["depends_on"] == [f"q{SCALED}"] and entry["target"] == entry["coefficients"] == {}
@@ -45,8 +45,8 @@ def test_a_doubtful_effect_is_unattributed_and_says_what_it_is_like(scaled):
     assert not entry["corrected_by_flexible_term"]
 
 
-def test_the_correction_keeps_the_shape_of_a_doubtful_effect(scaled):
-    """The shipped calibration has the scale with its true size, and held-out poses are predicted at least twice as well."""
+def test_the_correction_keeps_a_doubtful_effect(scaled):
+    """The shipped calibration has the scale error with its true size, and its held-out error is at most half of that without effects."""
     (effect,) = scaled.calibration_after.model.effects
     assert effect.name == "joint_scale"
     assert abs(effect.coefficients[0]) == pytest.approx(0.002, rel=0.1)
@@ -54,7 +54,7 @@ def test_the_correction_keeps_the_shape_of_a_doubtful_effect(scaled):
 
 
 def test_report_and_terminal_send_nobody_to_a_repair(scaled):
-    """Both say what the structure looks like, and give none of the advice that belongs to the name."""
+    """Both say what the structure resembles, and give none of the advice that belongs to the name."""
     page, said = render_report(scaled), describe_diagnosis(scaled)
     assert "Structure most like “joint 3: " in page
     assert "Look for the cause before anything is repaired" in page
@@ -64,7 +64,7 @@ def test_report_and_terminal_send_nobody_to_a_repair(scaled):
 
 @pytest.mark.slow
 def test_a_doubtful_scatter_is_unattributed(scattered):
-    """The entry has no name, is most like a jitter, depends on all joints, and the report does not state a cause."""
+    """The entry has no name, most resembles a jitter, and depends on all joints; the report states no cause."""
     (entry,) = scattered.to_mapping()["effects"]
     assert scattered.verdict == entry["name"] == "unattributed"
     assert [like["name"] for like in entry["most_like"]] == ["pose_jitter"]
@@ -73,8 +73,8 @@ def test_a_doubtful_scatter_is_unattributed(scattered):
     assert "do not show what causes it" in page and "come back to a pose only up to" not in page
 
 
-def test_what_is_certain_keeps_its_name_beside_what_is_not(scaled):
-    """With the usual settings the same data name the joint; the threshold decides, and nothing else changes."""
+def test_with_the_usual_settings_the_name_is_given(scaled):
+    """With the usual settings the same data name the joint: the threshold decides, and nothing else differs."""
     usual = diagnose(scaled.dataset)
     (entry,) = usual.to_mapping()["effects"]
     assert (usual.verdict, entry["name"]) == ("effect", "joint_scale")
@@ -86,7 +86,9 @@ def test_what_is_certain_keeps_its_name_beside_what_is_not(scaled):
 
 
 def test_a_name_that_is_confounded_is_given_with_its_rivals():
-    """Planes of known place show a gain of the range, but hardly whether the gain is the same at all ranges: either is likely, and both are told."""
+    """Planes with known places show an error of the range, but hardly whether it is proportional to the range: either effect is likely, and both are
+    stated.
+    """
     cell = make_cell(Flaws(measured=lambda r: r / (1 + 2e-3)), seed=13, poses_per_plane=60)
     truth = cell.scene.truth
     known = tuple(

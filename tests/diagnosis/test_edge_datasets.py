@@ -1,4 +1,4 @@
-"""Datasets at the edge: what can still be said is said, and where nothing can, exit 3 and why; never a traceback."""
+"""Unusual datasets: the diagnosis states what can still be determined, or exits with status 3 and a reason; it never ends with a traceback."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from tests.random_scene import make_scene
 
 
 def said(dataset):
-    """Return the verdict, or the exit status and the text where there is none; any other exception fails."""
+    """Return the verdict, or the exit status and the message if there is no verdict; any other exception fails the test."""
     try:
         diagnosis = diagnose(dataset)
     except ScalarError as error:
@@ -26,14 +26,14 @@ def said(dataset):
 
 @pytest.mark.parametrize("kind", ["probe", "tracker"])
 def test_points_instead_of_scans(kind):
-    """Contacts and tracked points are diagnosed: clean ones are clean, and a joint's scale is found."""
+    """Contacts of a probe and points of a tracker can be diagnosed: no effect is named without one, and a joint's scale error is found."""
     verdict, _ = said(make_scene(kind=kind, seed=1, poses_per_plane=80).dataset)
     assert verdict == "no_effect"
 
 
 @pytest.mark.slow
 def test_a_tracked_joint_error_is_named():
-    """A tracker sees a joint that errs: encoder angles shifted against the truth are named with joint."""
+    """With a tracker, an error of a joint's angle is named with its joint."""
     right = 0
     for seed in range(3):
         scene = make_scene(kind="tracker", seed=seed, poses_per_plane=60)
@@ -48,9 +48,7 @@ def test_a_tracked_joint_error_is_named():
 
 @pytest.mark.parametrize("poses_per_plane", [1, 2, 3, 5, 7, 8, 10, 13])
 def test_few_poses(poses_per_plane):
-    """From far too few to hardly enough to hold anything out: exit 3 with the reason, or no effect; never an
-    effect that is not there.
-    """
+    """With too few poses, or hardly enough to hold any out, the exit status is 3 with a reason, or no effect is named."""
     for seed in range(2):
         verdict, text = said(make_cell(seed=seed, poses_per_plane=poses_per_plane).dataset)
         assert verdict in (3, "no_effect"), text
@@ -59,13 +57,13 @@ def test_few_poses(poses_per_plane):
 
 
 def test_two_points_a_scan():
-    """Scans of two points have no scatter and no curvature: they are diagnosed by what they have."""
+    """Scans of two points have no scatter and no curvature; they are diagnosed by the remaining rows."""
     verdict, mapping = said(make_cell(seed=3, points_per_scan=2, poses_per_plane=80).dataset)
     assert verdict == "no_effect", mapping
 
 
 def test_unequal_numbers_of_poses_and_points():
-    """A plane with few poses among others with many, scans of 5 to 90 points: nothing is made up."""
+    """With few poses on one plane and many on others, and scans of 5 to 90 points, no effect is named that is not there."""
     dataset = make_cell(seed=4, poses_per_plane=80, points_per_scan=(5, 90)).dataset
     few = np.flatnonzero((dataset.plane_index != 1) | (np.arange(dataset.n_poses) % 8 == 0))
     verdict, mapping = said(dataset.subset(few))
@@ -74,16 +72,16 @@ def test_unequal_numbers_of_poses_and_points():
 
 @pytest.mark.slow
 def test_an_effect_so_large_that_the_first_fit_fails():
-    """A joint that errs by a tenth of a radian: something is found or it is refused, and it is never called
-    clean.
-    """
+    """If a joint errs by a tenth of a radian, something is found or the data are refused; they are never said to be without effects."""
     error = on_joint(3, lambda at: 0.1 * np.sin(at.q[:, 2] * at.q[:, 1]))
     verdict, _ = said(make_cell(Flaws(joints=error), seed=5).dataset)
     assert verdict in (2, 3, "effect", "unattributed")
 
 
 def test_one_plane_seen_at_one_spot():
-    """A plane that is measured along one line only cannot give its normal: exit 3, naming it, or its part is fixed."""
+    """A plane that was measured along one line only does not determine its normal: the exit status is 3 with its name, or the undetermined part is
+    fixed.
+    """
     dataset = make_cell(seed=6).dataset
     first = int(np.flatnonzero(dataset.plane_index == 2)[0])
     keep = np.flatnonzero((dataset.plane_index != 2) | (np.arange(dataset.n_poses) == first))
@@ -95,7 +93,7 @@ def test_one_plane_seen_at_one_spot():
 
 @pytest.mark.parametrize("how", ["in turn", "at random"])
 def test_every_pose_mislabelled(how):
-    """Nothing can be said: exit 3, and the text asks for the labels."""
+    """If all labels are wrong, the exit status is 3, and the message asks for the labels to be checked."""
     data = make_cell(seed=7).dataset
     shift = np.random.default_rng(1).integers(1, 3, data.n_poses) if how == "at random" else 1
     names = np.array([plane.name for plane in data.planes], dtype=object)
@@ -105,20 +103,20 @@ def test_every_pose_mislabelled(how):
 
 
 def test_half_of_all_poses_wrong():
-    """More wrong poses than can be outvoted: exit 3, or the right ones are found; never an effect."""
+    """If half of the poses are wrong, the exit status is 3, or the right poses are found; never an effect."""
     dataset, _ = spoiled(make_cell(seed=8).dataset, np.random.default_rng(2), poses=0.5)
     verdict, text = said(dataset)
     assert verdict in (3, "no_effect"), text
 
 
 def test_a_joint_that_never_moves():
-    """What a still joint does cannot be seen, and is not claimed."""
+    """An error of a joint that never moves cannot be observed, and none is named."""
     verdict, mapping = said(make_cell(seed=9, still_joint=4).dataset)
     assert verdict in (3, "no_effect"), mapping
 
 
 def test_columns_that_say_nothing():
-    """Constant optional columns, nearly constant ones, and a covariate of huge numbers change nothing."""
+    """Optional columns that are constant or nearly so, and a covariate of huge numbers, change nothing."""
     dataset = make_cell(seed=10).dataset
     n = dataset.n_poses
     extra = {
@@ -132,7 +130,7 @@ def test_columns_that_say_nothing():
 
 
 def test_two_sessions():
-    """Planes and sensor may stand elsewhere in each session: no effect; and a joint's scale is shared."""
+    """If planes and sensor stand elsewhere in each session, no effect is named, and a joint's scale error is common to both sessions."""
     cell, name, target = scale(11, poses_per_plane=80)
     sessions = np.repeat([1, 2], cell.dataset.n_poses // 2)
     verdict, mapping = said(replace(cell.dataset, poses=cell.dataset.poses.assign(session=sessions)))
@@ -141,7 +139,7 @@ def test_two_sessions():
 
 
 def test_without_a_nominal_sensor_pose():
-    """A line laser whose place nobody states is found first, and diagnosed as any other."""
+    """If the pose of a line laser on the flange is not stated, it is estimated first, and the diagnosis is as usual."""
     cell, name, target = scale(12, nominal_pose=False)
     verdict, mapping = said(cell.dataset)
     assert verdict == "effect"
@@ -149,7 +147,7 @@ def test_without_a_nominal_sensor_pose():
 
 
 def test_reference_planes_show_the_gain():
-    """Planes known to 10 micrometres bring a length: a range gain is no longer unobservable."""
+    """Planes known to 10 micrometres determine the scale of lengths: a gain of the range is then no longer unobservable."""
     cell = make_cell(Flaws(measured=lambda r: r / (1 + 2e-3)), seed=13, poses_per_plane=60)
     verdict, mapping = said(cell.dataset)
     assert verdict == "no_effect"
@@ -165,13 +163,13 @@ def test_reference_planes_show_the_gain():
 
 
 def test_no_noise_at_all():
-    """Perfect measurements, their noise unstated, are no effect and no error."""
+    """Measurements without any noise, and without a stated noise, give no effect and no error message."""
     verdict, mapping = said(make_cell(seed=14, noise=0.0, stated_noise=None).dataset)
     assert verdict == "no_effect", mapping
 
 
 def test_refusals_are_undetermined():
-    """What a diagnosis refuses for want of data has exit status 3."""
+    """A diagnosis that is refused because the data do not suffice has exit status 3."""
     with pytest.raises(Undetermined) as caught:
         diagnose(make_cell(seed=15, poses_per_plane=2).dataset)
     assert caught.value.exit_status == 3 and caught.value.reasons
@@ -179,7 +177,9 @@ def test_refusals_are_undetermined():
 
 @pytest.mark.parametrize(("kind", "coordinates"), [("tracker", 3), ("probe", 1)])
 def test_noise_that_nobody_states_is_what_the_model_leaves(kind, coordinates):
-    """0.02 mm a coordinate, found to a tenth: no default stands in for it; and scans, which a tracker has none of, do not scatter."""
+    """For a tracker without a stated noise, 0.02 mm for each coordinate is found to a tenth, and no scatter of scans is stated, because there are
+    none.
+    """
     scene = make_scene(kind=kind, seed=31, poses_per_plane=40, noise=2e-5, stated_noise=None)
     verdict, mapping = said(scene.dataset)
     assert verdict == "no_effect"
