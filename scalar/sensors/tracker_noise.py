@@ -86,7 +86,7 @@ class TrackerNoise:
             if of_each is not None:
                 turn = np.maximum(of_each, LEAST_SIGMA)
         noise = cls(seen, sigma, turn, position_stated, rotation_stated, unknowns)
-        return replace(noise, stated=noise.typical) if position_stated else noise
+        return replace(noise, stated=noise.typical) if position_stated and seen.any() else noise
 
     @property
     def typical(self) -> float:
