@@ -18,6 +18,7 @@ from scipy import linalg
 
 from scalar.diagnosis.score_test import shrunk_gain
 from scalar.geometry.se3 import Array
+from scalar.kernels.gains import extension_gains, set_gains
 
 # The extent of the search: larger numbers give the same sets, more slowly.
 WIDTH = 24  # sets of each size that are extended
@@ -99,12 +100,9 @@ class SearchElements:
         found: dict[int, Subset] = {}
         for width in {len(columns) for columns in where}:
             same_width = [k for k, columns in enumerate(where) if len(columns) == width]
-            columns = np.array([where[k] for k in same_width])
-            values, vectors = np.linalg.eigh(self.gram[columns[:, :, None], columns[:, None, :]])
-            along = np.einsum("tei,te->ti", vectors, self.projection[columns])
-            gains = np.sum(along**2 / (1.0 + np.maximum(values, 0.0)), axis=1)
+            gains, dofs = self._gains(np.array([where[k] for k in same_width]))
             sum_of_squares = self.sum_of_squares - gains
-            evidence = self._log_evidence(sum_of_squares, np.sum(values > 1.0, axis=1))
+            evidence = self._log_evidence(sum_of_squares, dofs)
             for k, remaining, nats in zip(
                 same_width, sum_of_squares.tolist(), evidence.tolist(), strict=True
             ):
@@ -121,22 +119,41 @@ class SearchElements:
         """
         if not subsets:
             return []
-        given = [self._given(subset) for subset in subsets]
+        gains, dofs = self._gains_given(subsets)
         sum_of_squares = np.array([subset.sum_of_squares for subset in subsets])[:, None]
-        evidence = np.full((len(subsets), len(self.columns)), -np.inf)
+        evidence = np.where(gains > 0.0, self._log_evidence(sum_of_squares - gains, dofs), -np.inf)
+        return [
+            self._best_of_families(of_set, subset.elements, most)
+            for of_set, subset in zip(evidence, subsets, strict=True)
+        ]
+
+    def _gains(self, columns: Array) -> tuple[Array, Array]:
+        """Return the gains ``(T,)`` of T sets of columns with these indices ``(T, s)``, and the numbers of eigenvalues above 1 ``(T,)``."""
+        compiled = set_gains(self.gram, self.projection, columns)
+        if compiled is not None:
+            return compiled
+        values, vectors = np.linalg.eigh(self.gram[columns[:, :, None], columns[:, None, :]])
+        along = np.einsum("tei,te->ti", vectors, self.projection[columns])
+        return np.sum(along**2 / (1.0 + np.maximum(values, 0.0)), axis=1), np.sum(values > 1.0, axis=1)
+
+    def _gains_given(self, subsets: Sequence[Subset]) -> tuple[Array, Array]:
+        """Return gains and degrees of freedom of all n elements conditional on each of T sets, ``(T, n)`` each."""
+        if self._ranges is not None:
+            where = [self._where(subset.elements) for subset in subsets]
+            compiled = extension_gains(self.gram, self.projection, where, *self._ranges)
+            if compiled is not None:
+                return compiled
+        given = [self._given(subset) for subset in subsets]
+        gains, dofs = (np.zeros((len(subsets), len(self.columns))) for _ in range(2))
         for k, (members, _) in enumerate(self._by_width):
             grams, projections = (
                 np.concatenate([of_set[k] for of_set in of_all_sets])
                 for of_all_sets in zip(*given, strict=True)
             )
-            gains, dofs = (x.reshape(len(subsets), -1) for x in shrunk_gain(grams, projections))
-            evidence[:, members] = np.where(
-                gains > 0.0, self._log_evidence(sum_of_squares - gains, dofs), -np.inf
+            gains[:, members], dofs[:, members] = (
+                x.reshape(len(subsets), -1) for x in shrunk_gain(grams, projections)
             )
-        return [
-            self._best_of_families(of_set, subset.elements, most)
-            for of_set, subset in zip(evidence, subsets, strict=True)
-        ]
+        return gains, dofs
 
     def _given(self, subset: Subset) -> tuple[list[Array], list[Array]]:
         """Return the inner products ``(T, w, w)`` and projections ``(T, w)`` of the T elements of each width w, conditional on a set."""
@@ -170,6 +187,15 @@ class SearchElements:
                 break
             found.setdefault(int(self.family[k]), tuple(sorted((*elements, int(k)))))
         return list(found.values())
+
+    @cached_property
+    def _ranges(self) -> tuple[Array, Array] | None:
+        """Return the first column and the number of columns of each element, ``(n,)`` each; None unless each one's columns follow one another."""
+        first, width = (np.array([of(where) for where in self.columns], dtype=np.int64) for of in (min, len))
+        in_order = all(
+            np.array_equal(where, np.arange(where[0], where[0] + len(where))) for where in self.columns
+        )
+        return (first, width) if in_order else None
 
     @cached_property
     def _by_width(self) -> list[tuple[list[int], Array]]:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
 _MOST_NUMBERS = 2_000_000  # numbers of columns that are copied at once for their products: 16 MB
+_MOST_KEPT = 32_000_000  # bytes of all columns that a state keeps; others, as of thousands of poses, are computed anew each time
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,6 +169,19 @@ class CandidateColumns:
         self._along = (self.full.Q.T @ self.E).T
         self._change_columns: dict[int, ChangeColumns] = {}
         self._grams: dict[int, Array] = {}
+
+    @classmethod
+    def of(cls, state: FittedState, candidates: CandidateSet) -> CandidateColumns:
+        """Return the columns of a candidate set at a state's model; they are kept with the state unless they are too large."""
+        known = state.candidate_columns.get(id(candidates))
+        if known is None:
+            known = cls(state, candidates)
+            kept = sum(columns.E.nbytes for columns in state.candidate_columns.values())
+            if kept + known.E.nbytes <= _MOST_KEPT:
+                state.candidate_columns[id(candidates)] = (
+                    known  # it holds the set, so no other set gets its id
+                )
+        return known
 
     def conditional(self, background: Background) -> dict[int, Conditional]:
         """Return the candidates by their number of columns, conditional on the state's background, or on that without some of its effects."""

@@ -79,7 +79,7 @@ def diagnose(
     before, after = run.before, run.after
     if refused:
         final_residuals = FinalResiduals.of(after)
-    ranking = rank(before, before.background(), CandidateColumns(before, candidates), MAX_RANKING)
+    ranking = rank(before, before.background(), CandidateColumns.of(before, candidates), MAX_RANKING)
     noise = identified_components(after)
     judged = halves if outer is None else outer
     unseen = None if judged is None else judged.errors
@@ -175,7 +175,7 @@ def _findings(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding,
     state, error_before = before, held_out_errors(before)
     effects: tuple[Effect, ...] = ()
     scored = priors_for_whitened_rows(after)
-    columns = CandidateColumns(scored, candidates)
+    columns = CandidateColumns.of(scored, candidates)
     without_a_name = evidence_without_a_name(scored, run.flexible_candidates)
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)

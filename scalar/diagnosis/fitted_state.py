@@ -50,6 +50,7 @@ class FittedState:
         settings: Thresholds.
         rows: The dataset reduced to rows, for refits.
         held_out: Held-out errors that were computed already, ``{id of a whitening: (the whitening, errors)}`` (``hold_out.held_out_errors``).
+        candidate_columns: Columns of candidate sets that are known already, ``{id of a candidate set: columns}`` (``CandidateColumns.of``).
     """
 
     dataset: Dataset
@@ -60,6 +61,7 @@ class FittedState:
     settings: Settings
     rows: MeasuredRows
     held_out: dict[int, tuple[Array | None, Any]] = field(default_factory=dict, init=False, repr=False)
+    candidate_columns: dict[int, Any] = field(default_factory=dict, init=False, repr=False)
 
     def refitted(self, effects: Sequence[Effect], start: Model | None = None) -> FittedState:
         """Return the joint optimum with other effects; the fit starts from this state's model, or from ``start``."""

@@ -23,7 +23,7 @@ def select_forward(state: FittedState, candidates: CandidateSet) -> FittedState:
     if state.is_rounding:
         return state
     refused: set[str] = set()
-    columns = CandidateColumns(state, candidates)
+    columns = CandidateColumns.of(state, candidates)
     for _ in range(state.settings.selection.max_effects):
         better = _with_best_candidate(state, columns, refused)
         if better is None:
@@ -68,7 +68,7 @@ def _significant_candidates(state: FittedState, columns: CandidateColumns) -> li
 
 def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedState, CandidateColumns]:
     """Return a state in which every effect is significant and no candidate in its place explains the data better, and the columns in that state."""
-    columns, settings = CandidateColumns(state, candidates), state.settings.selection
+    columns, settings = CandidateColumns.of(state, candidates), state.settings.selection
     for _ in range(4 + len(state.effects)):
         changed = False
         for i in range(len(state.effects)):
@@ -83,7 +83,7 @@ def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedSt
                 break
         if not changed:
             break
-        columns = CandidateColumns(state, candidates)
+        columns = CandidateColumns.of(state, candidates)
     return state, columns
 
 

@@ -75,7 +75,7 @@ def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
 def _without_insignificant_series(state: FittedState, named: CandidateSet) -> FittedState:
     """Return the state without those series of all orders of a joint that are not significant."""
     scored = priors_for_whitened_rows(state)
-    columns = CandidateColumns(scored, named)
+    columns = CandidateColumns.of(scored, named)
     kept = [
         effect
         for i, effect in enumerate(state.effects)
@@ -96,7 +96,7 @@ def _with_more(state: FittedState, named: CandidateSet) -> FittedState:
     rest = CandidateSet.of([c for c, _ in named.tried if not isinstance(c, Series)])
     for _ in range(state.settings.selection.max_effects):
         scored = priors_for_whitened_rows(state)
-        ranking = rank(scored, scored.background(), CandidateColumns(scored, rest))
+        ranking = rank(scored, scored.background(), CandidateColumns.of(scored, rest))
         for entry in ranking[: state.settings.selection.most_candidates_tried]:
             if entry.p_value > state.settings.selection.alpha_named_effect or entry.evidence <= 0:
                 return state

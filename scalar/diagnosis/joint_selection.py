@@ -45,7 +45,8 @@ def select_jointly(before: FittedState, forward: FittedState, candidates: Candid
     significant = _weakest_dropped(state, candidates)
     tested = eliminate_backward(reconsidered(significant, candidates)[0])
     completed = select_forward(tested, candidates)
-    return eliminate_backward(_clearly_better(forward, completed, candidates))
+    chosen = _clearly_better(forward, completed, candidates)
+    return chosen if chosen is tested else eliminate_backward(chosen)
 
 
 def _clearly_better(state: FittedState, trial: FittedState, candidates: CandidateSet) -> FittedState:

@@ -18,6 +18,7 @@ from scipy.special import fdtrc
 
 from scalar.diagnosis.background import Background
 from scalar.geometry.se3 import Array
+from scalar.kernels.gains import shrunk_gains
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,6 +152,9 @@ def shrunk_gain(grams: Array, projections: Array) -> tuple[Array, Array]:
         grams: ``(T, w, w)``, in the units of ``Projected``.
         projections: ``(T, w)``, in the same units.
     """
+    compiled = shrunk_gains(grams, projections)
+    if compiled is not None:
+        return compiled
     values, components = _in_eigenvectors(grams, projections)
     determined = values > 1.0
     gain = np.sum(np.where(determined, components**2 / (1.0 + np.maximum(values, 0.0)), 0.0), axis=1)

@@ -85,7 +85,7 @@ def _ranked(
     most = state.settings.flexible_terms.most_terms_tried
     found: list[list[Scored]] = [[] for _ in backgrounds]
     for pool in pools:
-        columns = CandidateColumns(state, pool)
+        columns = CandidateColumns.of(state, pool)
         for entries, background in zip(found, backgrounds, strict=True):
             entries += rank(state, background, columns, most)
     return [sorted(entries, key=lambda entry: -entry.evidence)[:most] for entries in found]

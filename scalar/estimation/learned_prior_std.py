@@ -60,7 +60,8 @@ def learned_prior_stds(
         if prior.name in at:
             means[at[prior.name]], stds[at[prior.name]] = prior.mean, prior.std
     off = np.where(np.isfinite(stds), model.vector[index] - means, 0.0)
-    groups = {g: np.array([group_of(name) == g for name in names]) for g in ("length", "angle", "zero")}
+    group = np.array([group_of(name) for name in names])
+    groups = {g: group == g for g in ("length", "angle", "zero")}
     return most_likely_prior_stds(J.T @ J, J.T @ r, off, stds, groups, typical_prior_stds(settings))
 
 

@@ -27,6 +27,11 @@ from scalar.kernels.plane_problem import PlaneProblem
 from scalar.sensors import Measurement, Rows, by_coordinates, measure
 
 
+_MOST_KEPT = (
+    32_000_000  # bytes of a Jacobian: larger ones, as of thousands of poses, are computed anew each time
+)
+
+
 @dataclass(frozen=True, eq=False)
 class BoundPointEffect:
     """An effect on points or surfaces, with the poses at which it acts."""
@@ -66,6 +71,8 @@ class Residuals:
     known: ReferencePlanes | None
     _latest: tuple[Model, Kinematics, Rows] | None = field(default=None, init=False, repr=False)
     _kinematics: Kinematics | None = field(default=None, init=False, repr=False)
+    _linearised: tuple[Model, Array, Array] | None = field(default=None, init=False, repr=False)
+    _problem: tuple[tuple[Any, ...], PlaneProblem | None] | None = field(default=None, init=False, repr=False)
 
     @classmethod
     def of(cls, dataset: Dataset, model: Model, measurement: Measurement | None = None) -> Residuals:
@@ -105,9 +112,19 @@ class Residuals:
         return self._latest[1], self._latest[2]
 
     def plane_problem(self, model: Model) -> PlaneProblem | None:
-        """Return the measured rows as a problem of the compiled library, for all models about the same references; None where it does not apply."""
-        index, factors = self.measurement.target_index, self.measurement.contact_factors
-        return None if factors is None else plane_problem(model, self.poses.q, index, factors)
+        """Return the measured rows as a problem of the compiled library, for all models about the same references; None where it does not apply.
+
+        It is kept, since most models that are asked for in turn share their references.
+        """
+        robot, tangents = model.robot, getattr(model.target, "tangents", None)
+        about = (LIBRARY, robot.T_base_0, robot.T_n_flange, model.reference_rotation, tangents, model.effects)
+        if self._problem is None or any(
+            new is not old for new, old in zip(about, self._problem[0], strict=True)
+        ):
+            index, factors = self.measurement.target_index, self.measurement.contact_factors
+            problem = None if factors is None else plane_problem(model, self.poses.q, index, factors)
+            self._problem = about, problem
+        return self._problem[1]
 
     def wrench(self, model: Model) -> Array:
         """Return the derivatives ``(N, m, 6)`` of the measured rows by a motion of the whole arm: a screw in the base frame."""
@@ -128,7 +145,16 @@ class Residuals:
         return np.concatenate([residual, prior]), np.vstack([jacobian, below])
 
     def linearise_measured(self, model: Model) -> tuple[Array, Array]:
-        """Return the measured rows alone, ``(N m,)`` and ``(N m, P)``."""
+        """Return the measured rows alone, ``(N m,)`` and ``(N m, P)``, both read-only; they are kept until another model is asked for."""
+        if self._linearised is not None and self._linearised[0] is model:
+            return self._linearised[1:]
+        residual, jacobian = self._linearise_measured(model)
+        residual.flags.writeable = jacobian.flags.writeable = False
+        if jacobian.nbytes <= _MOST_KEPT:
+            self._linearised = model, residual, jacobian
+        return residual, jacobian
+
+    def _linearise_measured(self, model: Model) -> tuple[Array, Array]:
         problem = self.plane_problem(model)
         if problem is not None:
             values, jacobian = problem.linearise(model.vector)

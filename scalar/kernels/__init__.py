@@ -55,6 +55,9 @@ _ARGUMENTS = {
         ctypes.POINTER(ProblemStruct), ctypes.POINTER(FreeStruct), _float, _float, _int, _at,
         ctypes.POINTER(_float), ctypes.POINTER(_int),
     ),
+    "shrunk_gains": (_int, _int, _at, _at, _at, _at, _at),
+    "set_gains": (_int, _at, _at, _int, _int, _at, _at, _at),
+    "extension_gains": (_int, _at, _at, _int, _at, _at, _int, _at, _at, _at, _at),
 }  # fmt: skip
 
 

@@ -127,7 +127,7 @@ def test_two_more_shapes_may_imitate_a_name(monkeypatch):
 def test_the_few_best_terms_are_looked_at(monkeypatch):
     """Of thirty that explain about the same, more than two and fewer than eight: each costs a refit."""
     entries = [scored(JointHarmonic(4, (7,)), 100.0 - k) for k in range(30)]
-    monkeypatch.setattr(unmodelled_structure, "CandidateColumns", lambda *_: None)
+    monkeypatch.setattr(unmodelled_structure, "CandidateColumns", SimpleNamespace(of=lambda *_: None))
     monkeypatch.setattr(unmodelled_structure, "rank", lambda *_: entries)
     (found,) = unmodelled_structure._ranked(state(), [None], [None])  # type: ignore[list-item]
     assert 2 < len(found) < 8 and found == entries[: len(found)]

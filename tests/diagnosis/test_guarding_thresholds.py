@@ -102,7 +102,7 @@ def test_a_selection_ends_however_many_effects_are_found(monkeypatch):
     """One more is always found: after dozens it ends, and far above what an arm has."""
     found: list[Any] = []
     state: Any = SimpleNamespace(is_rounding=False, settings=DEFAULTS)
-    monkeypatch.setattr(forward_selection, "CandidateColumns", lambda *_: None)
+    monkeypatch.setattr(forward_selection, "CandidateColumns", SimpleNamespace(of=lambda *_: None))
     monkeypatch.setattr(forward_selection, "_with_best_candidate", lambda *_: found.append(state) or state)
     monkeypatch.setattr(forward_selection, "reconsidered", lambda better, candidates: (better, None))
     forward_selection.select_forward(state, None)  # type: ignore[arg-type]
@@ -177,7 +177,7 @@ def test_every_way_to_the_optimum_ends_there(way, monkeypatch):
 def test_what_rounding_leaves_is_not_looked_into(monkeypatch):
     """A variance of 1.5e-4 of the noise's: searched for effects above 1e-4, left alone below 2e-4."""
     searched: list[Any] = []
-    monkeypatch.setattr(forward_selection, "CandidateColumns", lambda state, candidates: None)
+    monkeypatch.setattr(forward_selection, "CandidateColumns", SimpleNamespace(of=lambda *_: None))
     monkeypatch.setattr(
         forward_selection, "_with_best_candidate", lambda state, columns, refused: searched.append(state)
     )

@@ -1,0 +1,89 @@
+"""Gains of candidates and of sets of elements, in the compiled library: from inner products of columns in units of their prior standard deviations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scalar import kernels
+from scalar.kernels import Array, checked, contiguous
+
+IntArray = NDArray[np.int64]
+
+_NOT_POSITIVE = -1  # status: a matrix has lost so many digits that it is not positive definite
+_WIDEST = 8  # columns: Jacobi's method is slower than LAPACK for larger matrices
+
+
+def shrunk_gains(grams: Array, projections: Array) -> tuple[Array, IntArray] | None:
+    """Return gains ``(T,)`` and degrees of freedom ``(T,)`` as ``scalar.diagnosis.score_test.shrunk_gain``; None where the library does not apply.
+
+    Args:
+        grams: ``(T, w, w)``.
+        projections: ``(T, w)``.
+    """
+    T, w = projections.shape
+    if kernels.LIBRARY is None or w > _WIDEST:
+        return None
+    grams, projections, work = contiguous(grams), contiguous(projections), np.empty(w * (w + 1))
+    gain, seen = np.empty(T), np.empty(T, dtype=np.int64)
+    kernels.LIBRARY.shrunk_gains(
+        T, w, grams.ctypes.data, projections.ctypes.data, work.ctypes.data, gain.ctypes.data, seen.ctypes.data
+    )
+    return gain, seen
+
+
+def set_gains(gram: Array, projection: Array, columns: NDArray[np.intp]) -> tuple[Array, IntArray] | None:
+    """Return for T sets of s columns each the gain ``(T,)``, the drop of the sum of squares with the penalty of the priors, and how many
+    eigenvalues of the set's inner products exceed 1, ``(T,)``; None without the library, or if digits are lost.
+
+    Args:
+        gram: ``(e, e)``.
+        projection: ``(e,)``.
+        columns: ``(T, s)``, indices of the columns of each set.
+    """
+    if kernels.LIBRARY is None:
+        return None
+    gram, projection = contiguous(gram), contiguous(projection)
+    columns = np.ascontiguousarray(columns, dtype=np.int64)
+    T, s = columns.shape
+    gain, seen = np.empty(T), np.empty(T, dtype=np.int64)
+    status = kernels.LIBRARY.set_gains(
+        len(gram), gram.ctypes.data, projection.ctypes.data, T, s, columns.ctypes.data, gain.ctypes.data, seen.ctypes.data
+    )  # fmt: skip
+    return None if _failed(status) else (gain, seen)
+
+
+def extension_gains(
+    gram: Array, projection: Array, given: Sequence[NDArray[np.intp]], first: IntArray, width: IntArray
+) -> tuple[Array, IntArray] | None:
+    """Return gains and degrees of freedom ``(T, n)`` of n elements, conditional on each of T sets; None without the library, or if digits are lost.
+
+    Args:
+        gram: ``(e, e)``.
+        projection: ``(e,)``.
+        given: The indices of the columns of each set.
+        first: ``(n,)``, the first column of each element.
+        width: ``(n,)``, how many columns it has; they follow one another.
+    """
+    if kernels.LIBRARY is None:
+        return None
+    gram, projection = contiguous(gram), contiguous(projection)
+    ends = np.zeros(len(given) + 1, dtype=np.int64)
+    np.cumsum([len(columns) for columns in given], out=ends[1:])
+    columns = np.concatenate([np.zeros(0, dtype=np.int64), *given]).astype(np.int64)
+    T, n = len(given), len(first)
+    gain, seen = np.empty((T, n)), np.empty((T, n), dtype=np.int64)
+    status = kernels.LIBRARY.extension_gains(
+        len(gram), gram.ctypes.data, projection.ctypes.data, T, ends.ctypes.data, columns.ctypes.data, n, first.ctypes.data,
+        width.ctypes.data, gain.ctypes.data, seen.ctypes.data,
+    )  # fmt: skip
+    return None if _failed(status) else (gain, seen)
+
+
+def _failed(status: int) -> bool:
+    if status == _NOT_POSITIVE:
+        return True
+    checked(status)
+    return False
