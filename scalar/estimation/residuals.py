@@ -26,7 +26,6 @@ from scalar.kernels import LIBRARY
 from scalar.kernels.plane_problem import PlaneProblem
 from scalar.sensors import Measurement, Rows, by_coordinates, measure
 
-
 _MOST_KEPT = (
     32_000_000  # bytes of a Jacobian: larger ones, as of thousands of poses, are computed anew each time
 )

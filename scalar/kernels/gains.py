@@ -1,4 +1,4 @@
-"""Gains of candidates and of sets of elements, in the compiled library: from inner products of columns in units of their prior standard deviations."""
+"""Gains of candidates and of sets of elements, in the compiled library, from inner products of columns in units of their priors."""
 
 from __future__ import annotations
 

@@ -144,13 +144,8 @@ def test_what_explains_nearly_as_much_is_confounded(monkeypatch):
     own = scored(JointScale(2), 100.0)
     near, far = JointHarmonic(4, (7,)), JointHarmonic(5, (7,))
     stand_ins: dict[str, Any] = {
-<<<<<<< HEAD
         "priors_for_whitened_rows": lambda after: after,
-        "CandidateColumns": lambda *_: None,
-=======
-        "as_whitened": lambda after: after,
         "CandidateColumns": SimpleNamespace(of=lambda *_: None),
->>>>>>> 2f8053f (Gains of candidates and of sets of effects are compiled; columns of candidates, Jacobians and compiled problems are kept while they are asked for again)
         "evidence_without_a_name": lambda *_: [[]],
         "held_out_errors": lambda _: None,
         "rivals": lambda *_: (own, [own, scored(near, 96.0), scored(far, 93.0)]),
