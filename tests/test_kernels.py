@@ -17,6 +17,7 @@ from scalar.estimation.least_squares import fit
 from scalar.estimation.prepare import prepare
 from scalar.geometry.robot import link_transforms
 from scalar.sensors import profile
+from scalar.sensors.compression import compress, compress_keeping_q
 from tests.random_scene import make_scene
 
 needs_library = pytest.mark.skipif(kernels.LIBRARY is None, reason="no compiled kernels here: no C compiler")
@@ -67,6 +68,17 @@ def test_scans_are_compressed_alike(axis, noise, monkeypatch):
             expected = profile.line_factors(points, starts, contact, axis, 2e-4)
         np.testing.assert_allclose(compiled, expected, rtol=1e-11, atol=1e-11 * np.abs(expected).max())
         np.testing.assert_array_equal(compiled == 0, expected == 0)
+
+
+@needs_library
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+def test_any_functions_of_the_points_are_compressed_alike(noise):
+    """Functions up to the fourth power, on scans of one, two and many points: ``R'R`` is that of the functions, as by NumPy."""
+    points, starts, _ = scans(seed=5, noise=noise)
+    basis = profile.point_basis(("1", "x", "z", "xx", "xz", "uz", "rz", "dz", "uz:04"), points, "ray")
+    compiled, expected = compress(basis, starts), compress_keeping_q(basis, starts)[0]
+    for own, numpy in zip(compiled, expected, strict=True):
+        np.testing.assert_allclose(own.T @ own, numpy.T @ numpy, rtol=1e-11, atol=1e-13)
 
 
 @needs_library

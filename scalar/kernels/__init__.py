@@ -48,6 +48,7 @@ class FreeStruct(ctypes.Structure):
 _ARGUMENTS = {
     "frames": (_int, _int, _at, _at, _at, _at),
     "compress": (_int, _at, _at, _at, ctypes.c_int, _float, _at),
+    "factors": (_int, _int, _at, _at, _at),
     "profiles": (_int, _at, _at, _at, ctypes.c_int, _float, _int, _at, _at),
     "published": (ctypes.POINTER(PublishedStruct), _at, _at, _at, _at),
     "linearise": (ctypes.POINTER(ProblemStruct), _at, _at, _at),
@@ -151,6 +152,22 @@ def compress(
     checked(
         LIBRARY.compress(N, points.ctypes.data, starts.ctypes.data, at, along_z, sigma, found.ctypes.data)
     )
+    return found
+
+
+def factors(basis: Array, starts: NDArray[np.int64]) -> Array | None:
+    """Return the triangular factors ``(N, k, k)`` of k functions of the points of N scans, or None without the library.
+
+    Args:
+        basis: ``(P, k)``, the functions at the points of all scans.
+        starts: ``(N + 1,)``, as for ``compress``.
+    """
+    if LIBRARY is None:
+        return None
+    basis, starts = contiguous(basis), np.ascontiguousarray(starts, dtype=np.int64)
+    N, k = len(starts) - 1, basis.shape[1]
+    found = np.empty((N, k, k))
+    checked(LIBRARY.factors(N, k, basis.ctypes.data, starts.ctypes.data, found.ctypes.data))
     return found
 
 

@@ -46,6 +46,26 @@ static int64_t most_points(int64_t N, const int64_t *starts) {
     return most;
 }
 
+/* The triangular factors R (N, k, k) of any k functions of the points, basis (P, k), by two sweeps of modified Gram-Schmidt. */
+WIDE int factors(int64_t N, int64_t k, const double *basis, const int64_t *starts, double *R) {
+    double *columns = malloc((size_t)(k * most_points(N, starts) + 1) * sizeof(double));
+    if (!columns) return -1;
+    memset(R, 0, (size_t)(N * k * k) * sizeof(double));
+    for (int64_t s = 0; s < N; s++, R += k * k) {
+        int64_t M = starts[s + 1] - starts[s];
+        for (int64_t i = 0; i < M; i++)
+            for (int64_t j = 0; j < k; j++) columns[j * M + i] = basis[(starts[s] + i) * k + j];
+        for (int64_t j = 0; j < k; j++) {
+            double *column = columns + j * M, size = sqrt(dot(column, column, M));
+            for (int sweep = 0; sweep < 2; sweep++)
+                for (int64_t i = 0; i < j; i++) orthogonalised(column, columns + i * M, M, R + i * k + j);
+            R[j * k + j] = normalised(column, size, M);
+        }
+    }
+    free(columns);
+    return 0;
+}
+
 /* The triangular factors R (N, 3, 3) of w [1, x, z], two sweeps of modified Gram-Schmidt.
 
 contact (N, 3) or NULL: with it, w = 1 / (sigma |n . e|), e the ray, or z where along_z; without it, w = 1. */

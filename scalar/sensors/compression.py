@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from scalar import kernels
 from scalar.geometry.se3 import Array
 
 _RANK_TOLERANCE = 1e-13  # times a column's own norm: a smaller remainder after projection is rounding
@@ -28,7 +29,8 @@ def compress(basis: Array, starts: Array) -> Array:
     Returns:
         ``(S, k, k)``, upper triangular with a non-negative diagonal.
     """
-    return compress_keeping_q(basis, starts)[0]
+    compiled = kernels.factors(basis, starts)
+    return compress_keeping_q(basis, starts)[0] if compiled is None else compiled
 
 
 def compress_keeping_q(basis: Array, starts: Array) -> tuple[Array, Array]:

@@ -26,6 +26,7 @@ from scalar.sensors.profile import (
     LINE_BASIS,
     PointFactors,
     contact,
+    effect_rows,
     line_factors,
     point_basis,
     profile_factors,
@@ -181,36 +182,35 @@ class LineLaser(NoisyScans):
         """Return ``R c`` and its derivatives; effects on points add their own functions of the points to c."""
         assert isinstance(target, Planes)
         c, wrench, by_target = contact(T_base_sensor, target, self.target_index)
-        full, extra = self._extended(c, T_base_sensor, target, point_effects)
-        R, residual = self.R[:, :, :3], np.einsum("nij,nj->ni", self.R, full)
-        return Rows(residual, R @ wrench, R @ by_target, self.R @ extra)
+        R, residual = self.R[:, :, :3], np.einsum("nij,nj->ni", self.R[:, :, :3], c)
+        extra = effect_rows(
+            self.R, self.basis_names, point_effects, (T_base_sensor, target, self.target_index, c)
+        )
+        if point_effects:
+            residual += extra @ np.concatenate([effect.coefficients for effect in point_effects])
+        return Rows(residual, R @ wrench, R @ by_target, extra)
 
     def extra_columns(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any]) -> Array:
         """Return the rows of every effect's own functions of the points times what they add to c."""
         assert isinstance(target, Planes)
         c = contact(T_base_sensor, target, self.target_index)[0]
-        columns = [np.zeros((*self.R.shape[:2], 0))]
-        for effect in point_effects:
-            R = self.R[:, :, [self.basis_names.index(name) for name in effect.basis_names]]
-            columns.append(R @ effect.contact_columns(T_base_sensor, target, self.target_index, c))
-        return np.concatenate(columns, axis=2)
+        return effect_rows(
+            self.R, self.basis_names, point_effects, (T_base_sensor, target, self.target_index, c)
+        )
 
     def _extended(
         self, c: Array, T_base_sensor: Array, planes: Planes, point_effects: Sequence[Any]
-    ) -> tuple[Array, Array]:
-        """Return the contact vectors over all functions that R keeps ``(N, k)``, and their derivatives by the effects' coefficients."""
+    ) -> Array:
+        """Return the contact vectors over all functions that R keeps ``(N, k)``: with what effects on points add to c ``(N, 3)``."""
         if not point_effects and len(self.basis_names) == len(LINE_BASIS):
-            return c, np.zeros((len(c), 3, 0))
+            return c
         full = np.zeros((len(c), len(self.basis_names)))
         full[:, :3] = c
-        columns = [np.zeros((len(c), len(self.basis_names), 0))]
         for effect in point_effects:
-            G = np.zeros((len(c), len(self.basis_names), len(effect.coefficients)))
             index = [self.basis_names.index(name) for name in effect.basis_names]
-            G[:, index] = effect.contact_columns(T_base_sensor, planes, self.target_index, c)
-            full += G @ effect.coefficients
-            columns.append(G)
-        return full, np.concatenate(columns, axis=2)
+            added = effect.contact_columns(T_base_sensor, planes, self.target_index, c)
+            full[:, index] += added @ effect.coefficients
+        return full
 
     def reweighted(self, T_base_sensor: Array, target: Target) -> LineLaser:
         """Return the scans weighted by the incidence of the estimate; a sigma that is not stated is estimated from the scatter within scans."""
@@ -254,7 +254,7 @@ class LineLaser(NoisyScans):
         """Return per scan the whitened squared scatter about its own line and its degrees of freedom."""
         assert isinstance(target, Planes)
         c, _, _ = contact(T_base_sensor, target, self.target_index)
-        full, _ = self._extended(c, T_base_sensor, target, point_effects)
+        full = self._extended(c, T_base_sensor, target, point_effects)
         return scatter_within(self.R, c, np.diff(self.starts), full)
 
     def common_error(self, T_base_sensor: Array, target: Target) -> Array:
@@ -273,7 +273,7 @@ class LineLaser(NoisyScans):
         """Return per pose the sum of squared distances to the plane [m^2] and the number of points."""
         assert isinstance(target, Planes)
         c, _, _ = contact(T_base_sensor, target, self.target_index)
-        full, _ = self._extended(c, T_base_sensor, target, point_effects)
+        full = self._extended(c, T_base_sensor, target, point_effects)
         f = np.einsum("nij,nj->ni", self.R_metric, full)
         return np.sum(f * f, axis=1), np.diff(self.starts)
 

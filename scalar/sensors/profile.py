@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -177,6 +178,25 @@ def profile_rows(points: Array, starts: Array, c: Array, weight: Array, values: 
     Q = profile_columns(points, starts, c, weight)[2]
     products = (Q[:, :, None] * values[:, None, :]).reshape(len(Q), -1)
     return np.add.reduceat(products, starts[:-1]).reshape(len(c), 3, -1)
+
+
+def effect_rows(
+    R: Array, names: Sequence[str], point_effects: Sequence[Any], where: tuple[Array, Planes, Array, Array]
+) -> Array:
+    """Return the derivatives ``(N, m, e)`` of the rows ``R c`` by the e coefficients of effects on points.
+
+    Args:
+        R: ``(N, m, k)``, factors of k functions of the points.
+        names: ``(k,)``, names of the functions.
+        point_effects: The effects, bound to their poses.
+        where: The other arguments of ``contact_columns`` of such an effect: ``T_base_sensor`` ``(N, 4, 4)``, the planes, which of them each pose
+            measures ``(N,)``, and the contact vectors c ``(N, 3)``.
+    """
+    columns = [np.zeros((*R.shape[:2], 0))]
+    for effect in point_effects:
+        own = R[:, :, [names.index(name) for name in effect.basis_names]]
+        columns.append(own @ effect.contact_columns(*where))
+    return np.concatenate(columns, axis=2)
 
 
 def scatter_within(R: Array, c: Array, counts: Array, full: Array | None = None) -> tuple[Array, Array]:
