@@ -115,3 +115,17 @@ def test_compressed_rows_have_the_length_of_all_points():
     expected = np.sum((f / (data.sensor.noise * np.maximum(incidence, 0.05))) ** 2)
     assert np.sum(residuals.residual(moved) ** 2) == pytest.approx(expected, rel=1e-12)
     assert residuals.rms(moved) == pytest.approx(np.sqrt(np.mean(f**2)), rel=1e-12)
+
+
+def test_a_jacobian_is_kept_for_its_model_and_cannot_be_changed():
+    """Asked for twice at one model, it is computed once; at another model, and after a change of references, it is that model's own."""
+    scene = make_scene("vs060", "line-laser", poses_per_plane=5, seed=4)
+    residuals, model = residuals_and_model(scene.dataset, np.random.default_rng(1))
+    kept = residuals.linearise_measured(model)[1]
+    assert residuals.linearise_measured(model)[1] is kept
+    with pytest.raises(ValueError, match="read-only"):
+        kept[0, 0] = 1.0
+    for other in (model.with_vector(model.vector + 1e-3), model.rebased()):
+        fresh = Residuals(residuals.measurement, residuals.poses, residuals.bases, residuals.known)
+        np.testing.assert_array_equal(residuals.linearise(other)[1], fresh.linearise(other)[1])
+        np.testing.assert_array_equal(residuals.residual(other), fresh.residual(other))
