@@ -172,15 +172,13 @@ class CandidateColumns:
 
     @classmethod
     def of(cls, state: FittedState, candidates: CandidateSet) -> CandidateColumns:
-        """Return the columns of a candidate set at a state's model; they are kept with the state unless they are too large."""
+        """Return the columns of a candidate set at a state's model; they are computed once for a state unless they are too large to be kept."""
         known = state.candidate_columns.get(id(candidates))
         if known is None:
             known = cls(state, candidates)
             kept = sum(columns.E.nbytes for columns in state.candidate_columns.values())
             if kept + known.E.nbytes <= _MOST_KEPT:
-                state.candidate_columns[id(candidates)] = (
-                    known  # it holds the set, so no other set gets its id
-                )
+                state.candidate_columns[id(candidates)] = known  # holds the set, so no other has its id
         return known
 
     def conditional(self, background: Background) -> dict[int, Conditional]:

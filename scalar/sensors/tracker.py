@@ -225,9 +225,7 @@ class Tracker(Measurement):
 
     def counting(self, coefficients: int) -> Tracker:
         """Return the same measurement, which counts coefficients of effects among the parameters when it estimates its noise."""
-        return replace(
-            self, noise_of=replace(self.noise_of, unknowns=self.noise_of.unknowns + coefficients)
-        )
+        return replace(self, noise_of=replace(self.noise_of, unknowns=self.noise_of.unknowns + coefficients))
 
     def weighted_like(self, other: Measurement) -> Tracker:
         """Return the same measurement with the noise of another measurement of the same poses; it is not estimated again."""
