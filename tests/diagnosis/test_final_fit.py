@@ -1,4 +1,4 @@
-"""What is shipped is the optimum of the rows on which its effects were judged, where an effect acts on single points."""
+"""If an effect acts on single points, the shipped fit minimises the same rows by which the effects were selected."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from tests.effects.injected import Flaws, make_cell
 
 
 def wavy_lens(r: np.ndarray) -> np.ndarray:
-    """Return ranges with a wrong zero, and waves that no effect of the catalogue has."""
+    """Return ranges with a wrong zero, and with waves that no effect of the catalogue describes."""
     return r + 4e-4 + 5e-5 * np.sin(2 * np.pi * r / 0.04)
 
 
@@ -25,8 +25,8 @@ def state_with(kinds: list[type[Effect]], flaws: Flaws) -> FittedState:
     return refit(dataset, model, prepared.free, effects)
 
 
-def test_the_shape_within_the_scans_does_not_outvote_the_poses():
-    """A scanner whose waves are not in the model: the zero and the arm stay where the poses have them."""
+def test_errors_within_the_scans_do_not_bias_the_poses():
+    """With a scanner whose waves are not in the model, the final fit leaves the zero of the range and the arm where the profile rows have them."""
     state = state_with([SensorMap, RangeOffset], Flaws(measured=wavy_lens))
     final, _ = _final_fit(state, None)
     lengths = state.model.robot.geometry - final.model.robot.geometry
@@ -35,7 +35,7 @@ def test_the_shape_within_the_scans_does_not_outvote_the_poses():
 
 
 def test_all_points_are_used_where_effects_act_on_whole_poses():
-    """An effect of a joint is fitted on every point, as a calibration without effects is."""
+    """An effect of a joint is fitted to all points, as a calibration without effects is."""
     state = state_with([JointScale], Flaws())
     _, residuals = _final_fit(state, None)
     assert state.residuals.measurement.profiled and not residuals.measurement.profiled

@@ -1,4 +1,4 @@
-"""Which effects are shipped: those whose correction is expected to bring predictions elsewhere nearer to the truth."""
+"""The effects that are shipped: those whose correction is expected to bring predictions at other poses nearer to the truth."""
 
 import numpy as np
 import pytest
@@ -17,14 +17,14 @@ from tests.effects.test_sensor_map import crooked, mean_error
 
 
 def fitted(dataset, *effects: Effect) -> FittedState:
-    """Return a state with effects."""
+    """Return a workcell's state with some effects."""
     model, prepared = geometry_fit(dataset)
     return refit(dataset, model, prepared.free, effects)
 
 
 @pytest.fixture(scope="module")
 def scaled():
-    """Return a state of a workcell whose joint 3 is 1e-3 too long, with that effect and one that is not there."""
+    """Return the state of a workcell whose joint 3 has a scale error of 1e-3, with that effect and with one that was not injected."""
     flaws = Flaws(joints=on_joint(3, lambda at: 1e-3 * at.q[:, 2]))
     return fitted(
         make_cell(flaws, seed=81, poses_per_plane=30).dataset, JointScale(3), JointHarmonic(5, (7,))
@@ -32,14 +32,14 @@ def scaled():
 
 
 def test_with_all_effects_the_expected_error_is_the_standard_error(scaled):
-    """The wide model has no distance to itself: what is left is what the jackknife says of it."""
+    """The wide model has no bias against itself, so its expected error is the standard error by the jackknife."""
     assert NestedModels(scaled).errors((0, 1))[0] == pytest.approx(
         prediction_changes(scaled, None).std, rel=1e-6
     )
 
 
-def test_a_model_within_the_wide_one_is_a_fit_without_the_other_columns(scaled):
-    """Its step is that of least squares on the other columns, from where the effects that are left out are zero."""
+def test_a_nested_model_is_a_fit_without_the_other_columns(scaled):
+    """Its step is that of least squares on the remaining columns, from a model in which the coefficients that are left out are zero."""
     wide = NestedModels(scaled)
     residual, J = scaled.linearised()
     out = wide.effect_index == 0
@@ -50,8 +50,10 @@ def test_a_model_within_the_wide_one_is_a_fit_without_the_other_columns(scaled):
     np.testing.assert_allclose(found[out] / wide.linear.scale[out], -coefficients)
 
 
-def test_an_effect_that_is_there_is_shipped_and_one_that_is_not_does_not_decide(scaled):
-    """Without the scale the expected error is the error that it makes, many times larger; the other is worth nothing either way."""
+def test_an_injected_effect_is_shipped(scaled):
+    """Without the scale error the expected error is many times larger, so that effect is kept; the effect that was not injected changes little either
+    way.
+    """
     choice = focused_choice(scaled)
     assert JointScale(3) not in [e.with_coefficients(np.zeros(1)) for e in choice.left_out]
     assert not any(effect.name == "joint_scale" for effect in choice.left_out)
@@ -60,14 +62,14 @@ def test_an_effect_that_is_there_is_shipped_and_one_that_is_not_does_not_decide(
 
 
 def test_nothing_found_is_nothing_to_choose():
-    """A state without effects stays as it is."""
+    """A state without effects is returned unchanged."""
     state = fitted(make_cell(seed=82, poses_per_plane=20).dataset)
     choice = focused_choice(state)
     assert choice.state is state and choice.left_out == ()
 
 
 def test_many_effects_that_are_not_there_are_left_out():
-    """Forty-odd coefficients that describe noise make predictions less certain; the model without them is chosen."""
+    """More than forty coefficients that only describe noise make predictions less certain, so the model without them is chosen."""
     state = fitted(
         make_cell(seed=83, poses_per_plane=25).dataset,
         *(JointHarmonic(j, tuple(range(2, 9))) for j in (2, 4, 6)),
@@ -77,8 +79,8 @@ def test_many_effects_that_are_not_there_are_left_out():
     assert choice.error_as_shipped < choice.error_with_all
 
 
-def test_what_serves_where_it_was_measured_is_not_left_out_for_what_it_does_elsewhere():
-    """Orders fitted on a part of joint 2's range are anything beyond it, yet they are the correction of the poses within."""
+def test_a_correction_within_the_measured_ranges_is_kept():
+    """Orders fitted on a part of joint 2's range are undetermined beyond it, but they correct the poses within the range, and are kept."""
     flaws = Flaws(joints=on_joint(2, lambda at: 6e-4 * np.sin(9 * at.q[:, 1] + 0.3)))
     dataset = make_cell(flaws, seed=85, poses_per_plane=60).dataset
     q = dataset.q[:, 1]
@@ -89,7 +91,7 @@ def test_what_serves_where_it_was_measured_is_not_left_out_for_what_it_does_else
 
 
 def test_a_wrong_form_of_the_scanner_error_does_little_harm():
-    """A parabola over the range in the place of a crooked lens may move the arm's lengths: where it does, it is not shipped."""
+    """If a parabola over the range is fitted to the error of a crooked lens, it may bias the arm's lengths; it is shipped only where it does not."""
     harm, shipped = [], []
     for seed in range(4):
         cell = make_cell(seed=84 + seed, poses_per_plane=40, points_per_scan=60, noise=5e-5)
@@ -104,22 +106,22 @@ def test_a_wrong_form_of_the_scanner_error_does_little_harm():
 
 
 class Predicting:
-    """A state that predicts as a calibration does."""
+    """A state with the ``predict`` of a calibration."""
 
     def __init__(self, state: FittedState):
-        """Keep its model."""
+        """Keep the model of a state."""
         self.model = state.model
 
     def predict(self, table):
-        """Return the sensor's poses by the rigid model ``(N, 4, 4)``; errors of the scanner move none."""
+        """Return the sensor's poses ``(N, 4, 4)`` by the rigid model; errors of the scanner move none of them."""
         q = table[[f"q{i + 1}" for i in range(self.model.robot.n_joints)]].to_numpy()
         return self.model.robot.flange(q) @ self.model.T_flange_sensor
 
 
-def test_a_correction_that_serves_the_measured_poses_is_not_left_out_for_the_rest_of_their_ranges(
-    scaled, monkeypatch
-):
-    """Poses that press a tool on plates fill a small part of their joints' ranges, and what is expected of the rest decides nothing there."""
+def test_a_correction_at_the_measured_poses_is_kept(scaled, monkeypatch):
+    """Poses that press a tool on plates fill a small part of their joints' ranges, and a large expected error in the rest does not decide against a
+    correction.
+    """
     measured_without = 7e-3
 
     def errors(self, kept):
@@ -132,7 +134,7 @@ def test_a_correction_that_serves_the_measured_poses_is_not_left_out_for_the_res
 
 
 def test_a_correction_as_large_as_its_own_error_is_not_made(scaled, monkeypatch):
-    """Where the model without effects is expected to err little more, within the joint limits and at the measured poses, nothing is corrected."""
+    """If the expected error without effects is hardly larger, both within the joint limits and at the measured poses, nothing is corrected."""
     with_effects = (8e-3, 8e-3, 8e-3)
     monkeypatch.setattr(
         NestedModels, "errors", lambda self, kept: with_effects if kept else (10e-3, 10e-3, 10e-3)
@@ -144,8 +146,8 @@ def test_a_correction_as_large_as_its_own_error_is_not_made(scaled, monkeypatch)
     assert focused_choice(scaled).left_out == ()
 
 
-def test_planes_that_bow_a_little_are_shipped_beside_one_that_was_found():
-    """All target planes are bowed and one bow was found: with the others' bows the arm is nearer to the truth."""
+def test_small_bows_of_other_planes_are_shipped_too():
+    """If all target planes are bowed and one bow was found, the arm is nearer to the truth with the bows of the other planes in the model."""
     gains, added = [], 0
     for seed in range(3):
         rng = np.random.default_rng(90 + seed)

@@ -1,4 +1,4 @@
-"""The worst case of an effect without some of the poses: against nothing, part by part, and against rivals."""
+"""The least log odds of an effect when one fold is left out: against no effect, part by part, and against rivals."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from tests.effects.injected import Flaws, PoseData, make_cell
 
 
 def gear(at: PoseData) -> np.ndarray:
-    """Return the second order of joint 2."""
+    """Return a gear error of the second order of joint 2."""
     error = np.zeros_like(at.q)
     error[:, 1] = 6e-4 * np.sin(2 * at.q[:, 1] + 0.3)
     return error
@@ -27,21 +27,21 @@ def state_with(effect: Effect, joints=gear) -> FittedState:
     return refit(dataset, model, prepared.free, [effect])
 
 
-def test_a_gear_beats_nothing_and_its_rivals_without_any_fold():
-    """By far: with four fifths of the poses it has most of its evidence."""
+def test_an_injected_gear_error_keeps_its_odds_without_any_fold():
+    """Its log odds against no effect and against rivals stay large, because four fifths of the poses have most of its evidence."""
     odds = fold_odds(state_with(JointHarmonic(2, (2,))), 0, [JointScale(2), JointHarmonic(2, (3,))])
     assert odds.shape == (3,) and odds.min() > 5.0
 
 
 def test_an_order_that_is_not_there_is_the_weakest_part():
-    """Against nothing the effect is as sure as its weakest order."""
+    """The log odds of an effect against no effect are those of its weakest order."""
     right = fold_odds(state_with(JointHarmonic(2, (2,))), 0, [])
     more = fold_odds(state_with(JointHarmonic(2, (2, 9))), 0, [])
     assert right[0] > 20.0 and more[0] < 3.0
 
 
-def test_an_effect_that_hangs_on_the_poses_of_one_fold_has_no_odds_without_them():
-    """The gear errs in the poses of one fold alone."""
+def test_an_effect_of_one_fold_has_no_odds_without_it():
+    """If a gear errs in the poses of one fold only, its least log odds, those without that fold, are about zero."""
     cell = make_cell(seed=91, poses_per_plane=20)
     fold = blocks(cell.dataset.q)[1]
 

@@ -1,4 +1,4 @@
-"""Selection of effects: what takes the place of an effect that is already in the model."""
+"""Forward selection: when a candidate replaces an effect of the model."""
 
 from dataclasses import replace
 
@@ -17,9 +17,9 @@ SMALL = 4e-5  # rad: micrometres, which add less than a hundredth to the root me
 
 
 @pytest.mark.parametrize("seed", [3, 4, 6])
-def test_a_rival_is_not_excused_by_the_scatter_that_it_leaves(seed, monkeypatch):
-    """Injected: order 2 of joint 2. Order 7 of joint 4, whose evidence is overstated here, leaves what joint 2 does as a variance
-    component of whole poses. Judged with the whitening of the state it has the larger squared residual, and the injected effect stays.
+def test_a_rival_is_compared_under_the_same_whitening(seed, monkeypatch):
+    """Order 2 of joint 2 was injected. Order 7 of joint 4, whose evidence is overstated here, leaves the error of joint 2 as a variance component of
+    whole poses. Under the whitening of the state its squared residual is larger, and the injected effect is kept.
     """
     error = on_joint(2, lambda at: SMALL * np.sin(2 * at.q[:, 1] + 0.4))
     dataset = make_cell(Flaws(joints=error), seed=seed, points_per_scan=300).dataset
@@ -43,7 +43,9 @@ def test_a_rival_is_not_excused_by_the_scatter_that_it_leaves(seed, monkeypatch)
 
 @pytest.mark.parametrize("seed", [13, 15, 16])
 def test_what_a_further_term_explains_as_well_is_no_further_cause(seed):
-    """Joints 2 and 3 give a little under the arm's weight. A scale of joint 2 explains its share as well, but would be a second cause."""
+    """Joints 2 and 3 have a compliance. A scale error of joint 2 explains its share as well, but it would be a second cause; a further joint of the
+    compliance is chosen instead.
+    """
     truth = make_cell(seed=seed, poses_per_plane=3).scene.truth
     flaws = Flaws(joints=sag(truth, np.array([0, 3e-6, 3e-6, 0, 0, 0]), np.random.default_rng(seed)))
     dataset = make_cell(flaws, seed=seed, poses_per_plane=25).dataset

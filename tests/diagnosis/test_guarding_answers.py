@@ -1,4 +1,5 @@
-"""Thresholds of what a diagnosis reports and ships, each with numbers on both sides of it: halved or doubled, the decision is another.
+"""Thresholds of what a diagnosis reports and ships: each is tested with numbers on both sides of it, so that half or double the threshold changes the
+decision.
 
 ``snakemake sensitivity`` names these tests for thresholds on which no blind set depends.
 """
@@ -34,7 +35,7 @@ DIAGNOSE = sys.modules["scalar.diagnosis.diagnose"]  # the package's own name fo
 
 @pytest.mark.parametrize(("std", "is_found"), [(14e-6, False), (28e-6, True)])
 def test_joints_that_repeat_as_well_as_any_are_no_finding(std, is_found, monkeypatch):
-    """A scatter of 14 microradians is what the best data sheets state, one of 28 is more, however significant both are."""
+    """A standard deviation of 14 microradians is below that of the best data sheets, and one of 28 is above it; both are significant."""
     dataset = make_cell(seed=1, poses_per_plane=10, points_per_scan=10).dataset
     model, prepared = geometry_fit(dataset)
     found = refit(dataset, model, prepared.free, ())
@@ -53,21 +54,21 @@ def test_joints_that_repeat_as_well_as_any_are_no_finding(std, is_found, monkeyp
 
 
 @pytest.mark.parametrize(("share", "left_out"), [(0.9, True), (0.96, False)])
-def test_effects_are_left_out_only_where_that_is_clearly_nearer(share, left_out, monkeypatch):
-    """An expected error of 90 % without one of two effects is clearly less, one of 96 % is not."""
+def test_effects_are_left_out_only_if_the_error_is_clearly_smaller(share, left_out, monkeypatch):
+    """An expected error of 90 % without one of two effects is clearly smaller, and one of 96 % is not."""
     errors = {(0, 1): (1.0, 1.0, 1.0), (0,): (share, 1.0, 1.0)}
     assert bool(chosen(monkeypatch, errors).left_out) == left_out
 
 
 @pytest.mark.parametrize(("share", "shipped"), [(0.6, 2), (0.8, 0)])
 def test_what_leaves_most_of_the_error_is_not_corrected(share, shipped, monkeypatch):
-    """A correction that leaves 60 % of the expected error is made, one that leaves 80 % is not."""
+    """A correction that leaves 60 % of the expected error is made, and one that leaves 80 % is not."""
     errors = {(0, 1): (share, share, share), (): (1.0, 1.0, 1.0)}
     assert len(chosen(monkeypatch, errors).left_out) == 2 - shipped
 
 
 def chosen(monkeypatch, errors):
-    """Return what is chosen of two effects, given the expected errors of some models; those of all others are large."""
+    """Return the choice among two effects, given the expected errors of some models; those of all others are large."""
     wide = SimpleNamespace(errors=lambda kept: errors.get(kept, (10.0, 10.0, 10.0)))
     monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
     monkeypatch.setattr(focused_choice, "_nuisances", lambda _: [])
@@ -78,13 +79,13 @@ def chosen(monkeypatch, errors):
 
 @pytest.mark.parametrize(("share", "fit"), [(0.6, "weights_of_component"), (0.8, "equal_weights")])
 def test_weights_are_used_only_where_predictions_are_clearly_more_certain(share, fit, monkeypatch):
-    """A standard error of 60 % of that with equal weights is clearly less, one of 80 % is not."""
+    """A standard error of 60 % of that with equal weights is clearly smaller, and one of 80 % is not."""
     assert weighted(monkeypatch, std=share, difference=0.0).fit == fit
 
 
 @pytest.mark.parametrize(("difference", "disagree"), [(1.5, False), (3.0, True)])
 def test_fits_disagree_where_their_predictions_differ_beyond_chance(difference, disagree, monkeypatch):
-    """By three standard errors they do, by one and a half they do not."""
+    """Predictions that differ by three standard errors disagree, and by one and a half they do not."""
     found = weighted(monkeypatch, std=1.0, difference=difference).disagreement
     assert found is not None and found.beyond_chance == disagree
 
@@ -111,7 +112,7 @@ def weighted(monkeypatch, std: float, difference: float) -> shipped_fit.ShippedF
 
 @pytest.mark.parametrize(("share", "confirmed"), [(0.4, False), (0.6, True)])
 def test_an_effect_that_few_runs_choose_is_no_finding(share, confirmed):
-    """Chosen in six tenths of the runs it is confirmed, in four tenths it is not."""
+    """An effect that six tenths of the runs select is confirmed, and one that four tenths select is not."""
     finding = Finding(JointScale(2), 1e-9, None, None, (), 0.9, (), None)  # type: ignore[arg-type]
     after: Any = SimpleNamespace(settings=DEFAULTS, refitted=lambda _: after)
     run = Explained(None, None, after, after, None)  # type: ignore[arg-type]
@@ -121,7 +122,7 @@ def test_an_effect_that_few_runs_choose_is_no_finding(share, confirmed):
 
 
 def test_noises_of_nearly_the_same_likelihood_are_confounded():
-    """Two nats below the likeliest one is confounded with it, four nats below is not."""
+    """A component two nats below the likeliest one is confounded with it, and one four nats below is not."""
     noise = [
         SimpleNamespace(name=name, log_likelihood_gain=gain, std=1e-4, std_error=1e-5, p_value=0.0)
         for name, gain in NOISES
@@ -140,7 +141,7 @@ def test_noises_of_nearly_the_same_likelihood_are_confounded():
 
 
 def test_what_explains_nearly_as_much_is_confounded(monkeypatch):
-    """Four nats below the effect that is named is confounded with it, seven nats below is not."""
+    """A candidate four nats below the effect is confounded with it, and one seven nats below is not."""
     own = scored(JointScale(2), 100.0)
     near, far = JointHarmonic(4, (7,)), JointHarmonic(5, (7,))
     stand_ins: dict[str, Any] = {

@@ -1,4 +1,5 @@
-"""Thresholds of the score test and of held-out poses, each with numbers on both sides of it: halved or doubled, the decision is another.
+"""Thresholds of the score test and of held-out poses: each is tested with numbers on both sides of it, so that half or double the threshold changes
+the decision.
 
 ``snakemake sensitivity`` names these tests for thresholds on which no blind set depends.
 """
@@ -27,14 +28,14 @@ SCORE, HOLD_OUT = DEFAULTS.score_test, DEFAULTS.hold_out
 
 
 def background(settings: Any = SCORE, columns: Any = None) -> Background:
-    """Return the background of 40 poses of three rows, one column fitted unless others are given."""
+    """Return the background of 40 poses of three rows; one column is fitted unless others are given."""
     rng = np.random.default_rng(0)
     r, J = rng.standard_normal(120), rng.standard_normal((120, 1))
     return Background.of(r, J if columns is None else columns, 40, 3, settings)
 
 
 def test_a_column_that_is_all_but_explained_is_not_scored():
-    """15 millionths of its squared length are left: scored from 10 on, not from 20 on."""
+    """The model leaves 15 millionths of the column's squared length: it is scored with a threshold of 10 millionths, and not with 20."""
     rng = np.random.default_rng(0)
     fitted, other = np.linalg.qr(rng.standard_normal((120, 2)))[0].T
     E = (fitted + np.sqrt(1.5e-5) * other)[:, None]
@@ -45,7 +46,7 @@ def test_a_column_that_is_all_but_explained_is_not_scored():
 
 
 def test_a_column_of_rounding_adds_no_direction():
-    """A second column that leaves the first by 1.5e-10 of its length: a direction of its own above 1e-10, none below 2e-10."""
+    """The second column differs from the first by 1.5e-10 of its length: it adds a direction with a tolerance of 1e-10, and none with 2e-10."""
     first, other = np.linalg.qr(np.random.default_rng(1).standard_normal((120, 2)))[0].T
     columns = np.column_stack([first, first + 1.5e-10 * other])
     assert background(SCORE, columns).degrees_of_freedom == 118
@@ -53,7 +54,7 @@ def test_a_column_of_rounding_adds_no_direction():
 
 
 def test_a_coefficient_without_a_prior_is_given_a_wide_one():
-    """Its prior standard deviation is that many of its standard errors; what has a prior keeps it."""
+    """Its prior standard deviation is the stated number of standard errors; a coefficient with a prior keeps it."""
     sizes, squared = np.array([np.inf, 0.3]), np.array([4.0, 4.0])
     usual, wider = (
         in_prior_units(background(s), squared, sizes) for s in (SCORE, doubled(SCORE, "std_without_prior"))
@@ -64,7 +65,9 @@ def test_a_coefficient_without_a_prior_is_given_a_wide_one():
 
 
 def test_no_gain_leaves_less_than_a_share_of_the_noise():
-    """Nine tenths explained: a fifth of the noise is taken to remain, or two fifths."""
+    """If nine tenths of the residual are explained, the remaining variance is taken to be a fifth of the noise, or two fifths with the threshold
+    doubled.
+    """
     given = background()
     left = [
         remainder(replace(given, settings=s), 0.9 * given.sum_of_squares, 1)
@@ -75,21 +78,23 @@ def test_no_gain_leaves_less_than_a_share_of_the_noise():
 
 
 def test_poses_within_reach_of_one_another_are_repetitions():
-    """Three milliradians apart in one joint: two poses above two, one pose below four."""
+    """Poses that differ by three milliradians in one joint are two poses with a threshold of two milliradians, and one pose with four."""
     q = np.array([[0.0, 1.0], [0.003, 1.0], [0.5, 0.5]])
     assert list(first_of_repetitions(q, HOLD_OUT.same_pose)) == [0, 1, 2]
     assert list(first_of_repetitions(q, 2 * HOLD_OUT.same_pose)) == [0, 0, 2]
 
 
 def test_a_joint_that_hardly_moves_what_is_measured_makes_no_other_pose():
-    """Derivatives of 0.007 and 0.015 of the largest: the first joint is still, the second moves; halved or doubled, they are alike."""
+    """With derivatives of 0.007 and 0.015 of the largest, only the second joint distinguishes poses; with the threshold halved both do, and with it
+    doubled neither does.
+    """
     rows = SimpleNamespace(derivatives_by_joint=lambda residuals, model: np.array([0.007, 0.015, 1.0]))
     state: Any = SimpleNamespace(rows=rows, residuals=None, model=None, settings=DEFAULTS)
     assert list(moving_joints(state)) == [False, True, True]
 
 
 def test_poses_are_held_out_in_folds_of_blocks():
-    """A hundred poses: so many folds, and so many blocks in all."""
+    """A hundred poses have the stated number of folds, and the stated number of blocks in all."""
     for settings in (HOLD_OUT, doubled(HOLD_OUT, "folds"), doubled(HOLD_OUT, "blocks_per_fold")):
         block, fold = blocks(np.arange(100.0)[:, None], settings)
         assert fold.max() + 1 == settings.folds
@@ -97,13 +102,15 @@ def test_poses_are_held_out_in_folds_of_blocks():
 
 
 def errors(squared: Any, metric: float = 1.0, settings: Any = HOLD_OUT) -> HeldOutErrors:
-    """Return held-out errors of blocks with a pose each."""
+    """Return held-out errors of blocks of one pose each."""
     n = len(squared)
     return HeldOutErrors(np.asarray(squared), np.full(n, metric), np.ones(n), np.arange(n), settings)
 
 
-def test_what_one_block_gains_counts_for_so_many_times_the_usual():
-    """Nineteen blocks gain one each and the last eight: it counts for five, or for all of its eight, with more scatter."""
+def test_the_gain_of_one_block_is_limited():
+    """Nineteen blocks gain one each, and the last gains eight: it counts for five; with the threshold doubled it counts for eight, and the scatter is
+    larger.
+    """
     drop = np.r_[np.ones(19) + 0.2 * np.tile([1, -1], 10)[:19], 8.0]
     usual, wide = (
         improvement(errors(drop + 5, settings=s), errors(np.full(20, 5.0)))
@@ -113,7 +120,7 @@ def test_what_one_block_gains_counts_for_so_many_times_the_usual():
 
 
 def test_an_error_in_metres_may_grow_by_a_little():
-    """By one and a half per cent: too much where one is tolerated, not where two are."""
+    """A growth by one and a half percent is too much with a tolerance of one percent, and not with two."""
     after = errors(np.ones(4), 1.015**2)
     assert not no_worse(errors(np.ones(4)), after)
     assert no_worse(errors(np.ones(4), settings=doubled(HOLD_OUT, "tolerated_growth")), after)

@@ -1,4 +1,4 @@
-"""Thresholds of the selection of effects, each with numbers on both sides of it: halved or doubled, the decision is another.
+"""Thresholds of the selection of effects: each is tested with numbers on both sides of it, so that half or double the threshold changes the decision.
 
 ``snakemake sensitivity`` names these tests for thresholds on which no blind set depends.
 """
@@ -26,7 +26,7 @@ from tests.diagnosis.stand_ins import Tried, scored, state
 
 
 def test_an_effect_is_worth_a_fit_only_beyond_chance(monkeypatch):
-    """Chances of seven and of fifteen in ten thousand: one in a thousand lies between them."""
+    """A candidate with a p-value of seven in ten thousand is significant, and one with fifteen in ten thousand is not."""
     entries = [scored(JointScale(joint), p_value=p) for joint, p in ((1, 7e-4), (2, 15e-4))]
     monkeypatch.setattr(forward_selection, "rank", lambda *_: entries)
     monkeypatch.setattr(forward_selection, "refined", lambda state, background, entry: entry)
@@ -35,7 +35,7 @@ def test_an_effect_is_worth_a_fit_only_beyond_chance(monkeypatch):
 
 
 def test_another_effect_takes_a_place_only_with_clearly_more_evidence():
-    """Four nats more are enough for a trial, two are not."""
+    """A rival with four nats more evidence is fitted in an effect's place, and one with two nats more is not."""
     own, other = scored(JointScale(2)), JointHarmonic(4, (7,))
     with pytest.raises(Tried):
         forward_selection._replaced(state(), (), own, [scored(other, 104.0), own])
@@ -43,8 +43,8 @@ def test_another_effect_takes_a_place_only_with_clearly_more_evidence():
 
 
 @pytest.mark.parametrize(("gained", "goes_on"), [(0.035, False), (0.07, True)])
-def test_a_finer_look_has_to_gain(gained, goes_on, monkeypatch):
-    """A gain of 0.07 nats is worth another look, one of 0.035 is not."""
+def test_a_refinement_has_to_gain(gained, goes_on, monkeypatch):
+    """A refinement that gains 0.07 nats is kept, and one that gains 0.035 is not."""
     background: Any = SimpleNamespace(sum_of_squares=200.0, degrees_of_freedom=100)
     entry = scored(JointHarmonic(4, (7,)))
     left = (background.sum_of_squares - entry.gain) * np.exp(-2 * gained / background.degrees_of_freedom)
@@ -59,8 +59,8 @@ def test_a_finer_look_has_to_gain(gained, goes_on, monkeypatch):
     assert (found is not entry) == goes_on
 
 
-def test_a_look_that_always_gains_is_not_repeated_for_ever(monkeypatch):
-    """Three times with steps of each of three sizes."""
+def test_refinement_ends_even_if_it_always_gains(monkeypatch):
+    """A refinement that always gains is made three times with steps of each of three sizes."""
     looks: list[float] = []
 
     def always_better(state: Any, background: Any, entry: Scored, scale: float) -> Scored:
@@ -74,7 +74,7 @@ def test_a_look_that_always_gains_is_not_repeated_for_ever(monkeypatch):
 
 @pytest.mark.parametrize(("n_poses", "few"), [(350, True), (700, False)])
 def test_effects_are_selected_together_where_poses_are_few(n_poses, few, monkeypatch):
-    """350 poses are few, 700 are not."""
+    """Sets of effects are searched with 350 poses, and not with 700."""
     asked = []
     monkeypatch.setattr(joint_selection, "best_subset", lambda *_: asked.append(True))
     monkeypatch.setattr(joint_selection, "eliminate_backward", lambda given: given)
@@ -84,7 +84,9 @@ def test_effects_are_selected_together_where_poses_are_few(n_poses, few, monkeyp
 
 
 def test_what_is_proposed_is_stable(monkeypatch):
-    """Of a set of two, one is needed without each of three fifths of the poses, the other of two fifths: the former is proposed."""
+    """Of a set of two elements, one is needed without each of three fifths of the folds, and the other without each of two fifths: only the first is
+    proposed.
+    """
     q = np.arange(60.0)[:, None]
     fold = blocks(q, DEFAULTS.hold_out)[1]
     monkeypatch.setattr(subset_search, "blocks_of", lambda _: (fold, fold))
@@ -113,7 +115,7 @@ def test_what_is_proposed_is_stable(monkeypatch):
 
 @pytest.mark.parametrize(("sizes", "plausible"), [(7.0, True), (14.0, False)])
 def test_a_coefficient_far_beyond_its_prior_is_implausible(sizes, plausible):
-    """Seven times the standard deviation of its prior, and fourteen times."""
+    """A coefficient of seven prior standard deviations is plausible, and one of fourteen is not."""
     effect = JointScale(1)
     given = state(effects=(effect.with_coefficients(sizes * effect.prior_std),))
     assert FittedState.is_plausible.fget(given) == plausible  # type: ignore[attr-defined]

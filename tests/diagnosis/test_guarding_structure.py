@@ -1,4 +1,4 @@
-"""Thresholds of unmodelled structure, each with numbers on both sides of it: halved or doubled, the decision is another.
+"""Thresholds of unmodelled structure: each is tested with numbers on both sides of it, so that half or double the threshold changes the decision.
 
 ``snakemake sensitivity`` names these tests for thresholds on which no blind set depends.
 """
@@ -18,8 +18,8 @@ from tests.diagnosis.stand_ins import Tried, scored, state
 
 
 @pytest.mark.parametrize(("chance", "is_tried"), [(7e-6, True), (15e-6, False)])
-def test_structure_without_a_name_has_to_be_far_beyond_chance(chance, is_tried, monkeypatch):
-    """Seven in a million are too little for chance, fifteen in a million are not."""
+def test_a_flexible_term_has_to_be_highly_significant(chance, is_tried, monkeypatch):
+    """A flexible term with a p-value of seven in a million is tried, and one with fifteen in a million is not."""
     entry = scored(JointHarmonic(4, (7,)), p_value=chance)
     monkeypatch.setattr(unmodelled_structure, "_ranked", lambda *_: [[entry]])
     monkeypatch.setattr(unmodelled_structure, "refined", lambda state, background, entry: entry)
@@ -35,10 +35,10 @@ def replacing(monkeypatch: Any, evidence: float, dof: int, gain: float = 0.0) ->
     """Return what was done to replace a named effect: ``refitted``, ``several`` and ``replaced``.
 
     Args:
-        monkeypatch: Of the test.
+        monkeypatch: The fixture of the test.
         evidence: Of a flexible term in the place of the effect, whose own is 100.
-        dof: Of the effect; the term has as many, so that it is compared with all of the effect's evidence.
-        gain: Evidence of the refitted model with the term beyond that of the model with the effect.
+        dof: Number of coefficients of the effect; the term has as many, so that it is compared with all of the effect's evidence.
+        gain: Evidence of the refitted model with the term, less that of the model with the effect.
     """
     done: list[str] = []
     named = JointHarmonic(4, (7,))
@@ -66,25 +66,27 @@ def replacing(monkeypatch: Any, evidence: float, dof: int, gain: float = 0.0) ->
 
 
 def test_a_name_is_replaced_only_where_the_refitted_model_explains_the_data_better(monkeypatch):
-    """The term alone scores far better than the name; the refitted model explains the data better by 10 nats, or by 5, which is not enough."""
+    """The term alone scores far better than the named effect. It replaces the effect if the refitted model has 10 nats more evidence, and not if it
+    has 5.
+    """
     assert "replaced" in replacing(monkeypatch, 150.0, dof=2, gain=10.0)
     assert "replaced" not in replacing(monkeypatch, 150.0, dof=2, gain=5.0)
 
 
 def test_a_term_that_explains_far_less_than_a_name_is_not_refined(monkeypatch):
-    """With 60 % of the name's evidence it is not, with 80 % it is."""
+    """A term with 60 % of the named effect's evidence is not refined, and one with 80 % is."""
     assert not replacing(monkeypatch, 60.0, dof=2)
     assert "refitted" in replacing(monkeypatch, 80.0, dof=2)
 
 
 def test_several_shapes_are_not_tried_in_the_place_of_a_spectrum(monkeypatch):
-    """In the place of six orders they are, in that of twelve they are not."""
+    """Several shapes are tried in the place of six orders, and not in that of twelve."""
     assert "several" in replacing(monkeypatch, 80.0, dof=12)
     assert "several" not in replacing(monkeypatch, 80.0, dof=24)
 
 
-def test_a_name_that_explains_little_beside_structure_without_one_is_dropped(monkeypatch):
-    """Of the structure that a flexible term explains, 7 % and 15 %: the former is as likely a part of that structure."""
+def test_a_minor_effect_is_dropped(monkeypatch):
+    """An effect that explains 7 % of what a flexible term explains is dropped, and one that explains 15 % is kept."""
     kinds = [
         SimpleNamespace(flexible=f, is_change_in_time=False, depends_on=["q1"]) for f in (True, False, False)
     ]
@@ -103,7 +105,7 @@ def test_a_name_that_explains_little_beside_structure_without_one_is_dropped(mon
 
 
 def test_two_more_shapes_may_imitate_a_name(monkeypatch):
-    """A further shape always explains more: two are added to the first."""
+    """If a further shape always explains more, two shapes are added to the first."""
     entry = scored(JointHarmonic(4, (7,)))
     given: Any = SimpleNamespace(
         effects=(entry.effect,), dataset=None, settings=DEFAULTS, background=lambda: None
@@ -124,8 +126,8 @@ def test_two_more_shapes_may_imitate_a_name(monkeypatch):
     assert len(found.effects) == 3
 
 
-def test_the_few_best_terms_are_looked_at(monkeypatch):
-    """Of thirty that explain about the same, more than two and fewer than eight: each costs a refit."""
+def test_only_the_few_best_terms_are_tried(monkeypatch):
+    """Of thirty terms that explain about the same, more than two and fewer than eight are tried, because each costs a refit."""
     entries = [scored(JointHarmonic(4, (7,)), 100.0 - k) for k in range(30)]
     monkeypatch.setattr(unmodelled_structure, "CandidateColumns", SimpleNamespace(of=lambda *_: None))
     monkeypatch.setattr(unmodelled_structure, "rank", lambda *_: entries)

@@ -1,4 +1,5 @@
-"""Thresholds of spectra, noise and the ends of iterations, each with data on both sides of it: halved or doubled, the decision is another.
+"""Thresholds of spectra, noise and the ends of iterations: each is tested with data on both sides of it, so that half or double the threshold changes
+the decision.
 
 ``snakemake sensitivity`` names these tests for thresholds on which no blind set depends.
 """
@@ -47,7 +48,7 @@ def system() -> LinearSystem:
 
 
 def test_the_sizes_of_greatest_evidence_do_not_depend_on_where_the_search_starts(monkeypatch):
-    """From a half, twice and a hundred times the first size the search ends at the same; cut short, a band that is not there keeps a size."""
+    """From half, twice and a hundred times the first size the search finds the same sizes; with fewer rounds, a band without error keeps a size."""
     usual = system().sizes_of_greatest_evidence()[0]
     for factor in (0.5, 2.0, 100.0):
         with monkeypatch.context() as patch:
@@ -60,12 +61,12 @@ def test_the_sizes_of_greatest_evidence_do_not_depend_on_where_the_search_starts
 
 
 def test_an_order_that_is_not_there_has_the_least_size():
-    """Bands without any column are as small as the search allows."""
+    """A band without an error gets the smallest size that the search allows."""
     assert system().sizes_of_greatest_evidence()[0][-1] == harmonic_spectrum.LEAST_SIZE
 
 
-def test_a_parameter_that_only_one_part_shows_is_held_by_the_ridge(monkeypatch):
-    """With that part left out nothing is known of it: the ridge makes the step zero instead of none, whatever its size."""
+def test_the_ridge_fixes_a_parameter_that_only_one_part_determines(monkeypatch):
+    """Without that part the parameter is undetermined: the ridge makes its step zero, whatever the size of the ridge."""
     given = system()
     q = np.linspace(-3.0, 3.0, 600)
     A = np.column_stack([given.A, np.where(q > 2.0, 1.0, 0.0) / np.sqrt(100)])
@@ -83,23 +84,23 @@ def test_a_parameter_that_only_one_part_shows_is_held_by_the_ridge(monkeypatch):
     assert found[1] == pytest.approx(found[0], rel=1e-4)
 
 
-def test_neighbours_need_enough_poses_to_be_near():
-    """Twenty poses of a plane have neighbours where twelve are enough, none where twenty-four are needed."""
+def test_neighbours_need_enough_poses():
+    """Twenty poses of a plane have neighbours if twelve are enough, and none if twenty-four are needed."""
     settings = DEFAULTS.autocorrelation
     order = np.random.default_rng(3).random(20)
     assert len(neighbours_in_order(np.zeros(20), order, settings.least_poses))
     assert not len(neighbours_in_order(np.zeros(20), order, 2 * settings.least_poses))
 
 
-def test_a_joint_that_a_loaded_brake_lets_give_does_not_move():
-    """By 1.3 milliradians it does not, by three it does."""
+def test_a_joint_that_yields_under_its_brake_does_not_move():
+    """A joint whose angle varies by 1.3 milliradians does not count as moving, and one whose angle varies by three does."""
     q = np.linspace(0.0, 1.0, 9)[:, None] * [1.3e-3, 3e-3]
     state: Any = SimpleNamespace(residuals=SimpleNamespace(poses=SimpleNamespace(q=q)), settings=DEFAULTS)
     assert list(_moving_angles(state)) == ["q2"]
 
 
 def test_a_selection_ends_however_many_effects_are_found(monkeypatch):
-    """One more is always found: after dozens it ends, and far above what an arm has."""
+    """If one more effect is always found, the selection ends after dozens of effects, far more than an arm has."""
     found: list[Any] = []
     state: Any = SimpleNamespace(is_rounding=False, settings=DEFAULTS)
     monkeypatch.setattr(forward_selection, "CandidateColumns", SimpleNamespace(of=lambda *_: None))
@@ -109,8 +110,8 @@ def test_a_selection_ends_however_many_effects_are_found(monkeypatch):
     assert 40 < len(found) < 80
 
 
-def test_structure_without_a_name_has_three_terms_at_most(monkeypatch):
-    """One more is always found, and three are in the model."""
+def test_unmodelled_structure_has_three_terms_at_most(monkeypatch):
+    """If one more flexible term is always found, the model gets three."""
     found: list[Any] = []
     state: Any = SimpleNamespace(is_rounding=False, settings=DEFAULTS, dataset=None)
     for name in ("_without_effects_of_same_curve", "_without_minor_effects"):
@@ -123,7 +124,7 @@ def test_structure_without_a_name_has_three_terms_at_most(monkeypatch):
 
 
 def test_cleaning_and_selecting_in_turn_ends(monkeypatch):
-    """More always stands out given the effects: after three rounds it is left."""
+    """If further poses always stand out given the effects, cleaning ends after three rounds."""
     rounds: list[Any] = []
     residuals = SimpleNamespace(pose_distances=lambda model: None)
     after = SimpleNamespace(residuals=residuals, model=None, dataset=None)
@@ -140,7 +141,7 @@ def test_cleaning_and_selecting_in_turn_ends(monkeypatch):
 
 
 def test_poses_that_repeat_worse_than_any_arm_are_no_noise():
-    """6e-4 rad is above four times, and below eight times, the worst repeatability of an industrial arm."""
+    """A standard deviation of 6e-4 rad is above four times, and below eight times, the worst repeatability of an industrial arm."""
     for settings, exceeds in (
         (DEFAULTS.variance_components, True),
         (doubled(DEFAULTS.variance_components, "worst_repeatability"), False),
@@ -161,8 +162,8 @@ def test_poses_that_repeat_worse_than_any_arm_are_no_noise():
     ],
 )
 def test_every_way_to_the_optimum_ends_there(way, monkeypatch):
-    """Steps by normal equations, the careful fit after one of them or from the first on, and looser ends: within a hundredth of a
-    standard error of the optimum.
+    """Steps by normal equations, the slower fit after one of them or from the start, and looser tolerances all end within a hundredth of a standard
+    error of the optimum.
     """
     for name, value in way.items():
         monkeypatch.setattr(fitted_state, name, value)
@@ -174,8 +175,8 @@ def test_every_way_to_the_optimum_ends_there(way, monkeypatch):
     assert covariance_and_step(jacobian[:, prepared.free], residual)[1] < 0.01
 
 
-def test_what_rounding_leaves_is_not_looked_into(monkeypatch):
-    """A variance of 1.5e-4 of the noise's: searched for effects above 1e-4, left alone below 2e-4."""
+def test_a_residual_of_rounding_errors_is_not_searched(monkeypatch):
+    """A variance of 1.5e-4 of the noise's is searched for effects with a threshold of 1e-4, and not with 2e-4."""
     searched: list[Any] = []
     monkeypatch.setattr(forward_selection, "CandidateColumns", SimpleNamespace(of=lambda *_: None))
     monkeypatch.setattr(
@@ -190,8 +191,8 @@ def test_what_rounding_leaves_is_not_looked_into(monkeypatch):
         assert len(searched) == times
 
 
-def test_so_many_orders_of_a_joint_make_a_spectrum():
-    """Six orders of joint 3: a spectrum where four are many, none where eight are."""
+def test_many_orders_of_a_joint_make_a_spectrum():
+    """Six orders of joint 3 are a spectrum if four are many, and none if eight are."""
     for settings, joints in ((SPECTRUM, [3]), (doubled(SPECTRUM, "many_orders"), [])):
         state: Any = SimpleNamespace(
             effects=(JointHarmonic(3, (1, 2, 4)), JointHarmonic(3, (5, 7, 8))),
@@ -201,7 +202,7 @@ def test_so_many_orders_of_a_joint_make_a_spectrum():
 
 
 def test_a_variance_component_has_to_be_beyond_chance():
-    """What has some chance is named where a little more chance is allowed, and not where a little less is."""
+    """A component is found at twice its own p-value as significance level, and not at half of it."""
     dataset = make_cell(Flaws(jitter=3e-5), seed=1, poses_per_plane=30, points_per_scan=20).dataset
     model, prepared = geometry_fit(dataset)
     state = refit(dataset, model, prepared.free, ())
@@ -213,7 +214,7 @@ def test_a_variance_component_has_to_be_beyond_chance():
 
 @pytest.mark.parametrize(("chance", "is_pattern"), [(0.7e-3, True), (1.5e-3, False)])
 def test_residuals_are_autocorrelated_only_beyond_chance(chance, is_pattern, monkeypatch):
-    """Chances of seven and of fifteen in ten thousand: one in a thousand lies between them."""
+    """A p-value of seven in ten thousand is significant, and one of fifteen in ten thousand is not."""
     state: Any = SimpleNamespace(settings=DEFAULTS, background=lambda: SimpleNamespace(residual=None))
     monkeypatch.setattr(
         autocorrelation, "autocorrelation_p_values", lambda *_: {("q1",): 0.5, ("time",): chance}
