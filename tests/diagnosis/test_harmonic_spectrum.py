@@ -1,4 +1,4 @@
-"""Joints that err in many orders: one smooth error, right where the joint was seen, fading where it was not."""
+"""Joints that err in many orders: one smooth error, right at measured angles and tending to zero away from them."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ from tests.random_scene import make_scene
 
 @pytest.fixture(scope="module")
 def found():
-    """Return a set of which the upper half of joint 3's range was seen, what was found order by order, and all orders."""
+    """Return a set in which the upper half of joint 3's range was measured, the model found order by order, and the model with all orders."""
     whole = bumpy(3)
     middle = np.median(whole.q[:, 2])
     seen = np.flatnonzero(whole.q[:, 2] > middle)
@@ -36,12 +36,12 @@ def found():
 
 
 def rms(dataset, state):
-    """Return the error [m] on poses that no fit has seen."""
+    """Return the root mean square error [m] at poses that took part in no fit."""
     return Residuals.of(dataset, state.model).rms(state.model)
 
 
-def test_a_landscape_of_errors_becomes_one_smooth_error_a_joint(found):
-    """All orders at once predict new poses better than orders chosen one by one, and no joint that does not err is blamed."""
+def test_a_sum_of_bumps_becomes_one_smooth_error(found):
+    """All orders at once predict new poses better than orders chosen one by one, and no joint without an error is named."""
     fresh, one_by_one, smooth = found
     assert smooth is not one_by_one
     assert rms(fresh, smooth) < rms(fresh, one_by_one)
@@ -49,8 +49,8 @@ def test_a_landscape_of_errors_becomes_one_smooth_error_a_joint(found):
     assert {e.joint for e in smooth.effects if isinstance(e, JointHarmonic)} == set(BUMPY_JOINTS)
 
 
-def test_it_fades_where_the_joint_was_not_seen(found):
-    """Far from every angle that was seen the correction is smaller than where there were data to bear it out."""
+def test_the_correction_fades_where_the_joint_was_not_measured(found):
+    """Far from every measured angle the correction is smaller than at measured angles."""
     _, _, smooth = found
     seen = smooth.dataset.q[:, 2]
     beyond = np.linspace(seen.max() + 0.5, seen.min() + 2 * np.pi - 0.5, 200)
@@ -66,10 +66,10 @@ def test_it_fades_where_the_joint_was_not_seen(found):
     assert size(beyond) < 0.5 * size(seen)
 
 
-def test_a_weight_is_told_from_the_orders_beside_it():
-    """A joint with a landscape of errors that also gives way to the weight of the next link: both are named, and its orders are one smooth error.
+def test_a_deflection_is_distinguished_from_many_orders():
+    """A joint that errs in many orders and is deflected by the weight of the next link: both are named, and its orders are one smooth error.
 
-    Joints 2 and 3 are parallel, so the next link's weight bends joint 2 by a sine of the sum of their angles.
+    Joints 2 and 3 are parallel, so the deflection of joint 2 by the next link's weight is a sine of the sum of their angles.
     """
     scene = make_scene(kind="tracker", seed=6, poses_per_plane=400, noise=TRACKER_NOISE)
     q2, q3 = scene.dataset.q[:, 1], scene.dataset.q[:, 2]
@@ -88,7 +88,7 @@ def test_a_weight_is_told_from_the_orders_beside_it():
 
 
 def test_a_single_order_stays_one():
-    """A gear that is off centre is no spectrum: what was found is left as it is."""
+    """The error of an eccentric gear is no spectrum: what was found is left as it is."""
     scene = make_scene(kind="tracker", seed=4, poses_per_plane=100, noise=TRACKER_NOISE)
     q = scene.dataset.q[:, 1]
     read = q.copy()
@@ -103,8 +103,8 @@ def test_a_single_order_stays_one():
     assert priors_for_whitened_rows(state) is state
 
 
-def test_own_priors_are_tempered_and_nothing_else():
-    """Prior standard deviations of an effect's own are multiplied by the factor; effects without such priors are the same objects."""
+def test_only_priors_of_orders_are_scaled():
+    """Prior standard deviations of orders are multiplied by the factor; effects without such priors are the same objects as before."""
     own = JointHarmonic(2, (3, 4), term_std=(1e-4, 2e-5))
     common, scale = JointHarmonic(3, (1,)), JointScale(1)
     wide, *rest = with_scaled_priors([own, common, scale], 3.0)

@@ -1,4 +1,4 @@
-"""Held-out errors: every pose judged once, by a fit that never saw its block."""
+"""Held-out errors: every pose is predicted once, by a fit without its block."""
 
 from dataclasses import replace
 
@@ -53,8 +53,10 @@ def test_every_pose_is_held_out_once_in_a_block(n):
 
 
 @pytest.mark.parametrize("times", [2, 3, 7])
-def test_a_pose_commanded_again_is_held_out_with_its_first_time(times):
-    """Repetitions of a pose, as encoders read them, share its block; the blocks of the first times are those of a run without repetitions."""
+def test_repetitions_of_a_pose_are_held_out_together(times):
+    """Repetitions of a pose, as encoders read them, are in the block of the first such pose; the blocks of first poses are those of a dataset without
+    repetitions.
+    """
     rng = np.random.default_rng(times)
     once = rng.uniform(-2, 2, (100, 6))
     again = np.concatenate([once] * times) + rng.uniform(-5e-4, 5e-4, (100 * times, 6))
@@ -66,8 +68,9 @@ def test_a_pose_commanded_again_is_held_out_with_its_first_time(times):
 
 @pytest.mark.parametrize("off_axis", [0.0, 0.05])
 def test_turning_the_tool_about_its_own_axis_makes_no_other_pose(off_axis):
-    """A reflector on the last axis: five poses that differ in the last joint alone are held out together. Five centimetres off the axis they are
-    five poses, and a block may end between them."""
+    """With a reflector on the last axis, five poses that differ in the last joint alone are held out together. With the reflector five centimetres
+    off the axis they are five poses, and a block may end between them.
+    """
     rng = np.random.default_rng(8)
     scene = make_scene(kind="tracker", seed=8, poses_per_plane=50).dataset
     q = np.repeat(scene.q[:29], 5, axis=0)
@@ -85,7 +88,7 @@ def test_turning_the_tool_about_its_own_axis_makes_no_other_pose(off_axis):
 
 
 def test_the_step_is_a_refit_without_the_fold():
-    """Each fold's errors are those of a model refitted on the other poses alone, within 2 %."""
+    """The errors of each fold are those of a model refitted to the other poses alone, within 2 %."""
     dataset = make_cell(seed=2, poses_per_plane=40, points_per_scan=20).dataset
     state = fitted(dataset)
     found = held_out_errors(state)
@@ -102,8 +105,8 @@ def test_the_step_is_a_refit_without_the_fold():
 
 
 def test_held_out_errors_exceed_the_fitted_ones_by_the_price_of_the_fit():
-    """A fit of p parameters to n rows leaves less than the noise on them and more on new ones: about
-    (n + p) / (n - p) in squares.
+    """A fit of p parameters to n rows leaves less than the noise on these rows and more on new ones: the ratio of the squares is about (n + p) / (n -
+    p).
     """
     dataset = make_cell(seed=3, poses_per_plane=40, points_per_scan=20).dataset
     state = fitted(dataset)
@@ -115,7 +118,7 @@ def test_held_out_errors_exceed_the_fitted_ones_by_the_price_of_the_fit():
 
 
 def test_each_region_is_predicted_by_a_fit_without_it():
-    """Regions are of similar poses, and each is predicted by least squares on the others."""
+    """Regions consist of similar poses, and each is predicted by least squares on the others."""
     dataset = make_cell(seed=5, poses_per_plane=30, points_per_scan=20).dataset
     state = fitted(dataset)
     found = held_out_regions(state)
@@ -132,8 +135,8 @@ def test_each_region_is_predicted_by_a_fit_without_it():
         np.testing.assert_allclose(found.whitened[found.block == region], np.sum(left**2, axis=1), rtol=1e-5)
 
 
-def test_what_is_there_lowers_the_error_of_poses_never_seen():
-    """The injected effect lowers the held-out error by many standard errors; one that is not there does not."""
+def test_an_injected_effect_lowers_the_held_out_error():
+    """The injected effect lowers the held-out error by many standard errors; an effect that was not injected does not."""
     cell, name, target = scale(4)
     without = held_out_errors(fitted(cell.dataset))
     right = held_out_errors(fitted(cell.dataset, f"{name}:{target['joint']}"))
@@ -145,7 +148,7 @@ def test_what_is_there_lowers_the_error_of_poses_never_seen():
 
 @pytest.mark.parametrize(("drop", "sign"), [(0.5, 1), (-0.5, -1), (0.0, 0)])
 def test_improvement_counts_blocks(drop, sign):
-    """The fall is measured in standard errors over blocks: a steady fall is sure, whatever its size."""
+    """The drop is measured in standard errors over blocks: equal drops of all blocks are significant, whatever their size."""
     block, _ = blocks(np.arange(80.0)[:, None])
     rng = np.random.default_rng(0)
     before = HeldOutErrors(rng.chisquare(3, 80), np.ones(80), np.ones(80), block)
@@ -156,7 +159,7 @@ def test_improvement_counts_blocks(drop, sign):
 
 
 def test_one_block_that_gains_most_hides_no_others():
-    """Nineteen blocks that gain alike are beyond doubt, whatever the twentieth gains; a great loss is never played down."""
+    """Nineteen blocks that gain alike are significant, whatever the twentieth gains; a large loss counts in full."""
     block = np.repeat(np.arange(20), 4)
     before, gain = np.full(80, 10.0), np.where(block == 7, 5000.0, 2.0) + np.tile([0.1, -0.1, 0.2, -0.2], 20)
     metric, counts = np.ones(80), np.ones(80)

@@ -1,4 +1,4 @@
-"""Several strong effects and few poses: selected in one model, where one after the other they look like scatter."""
+"""Joint selection: several strong effects with few poses, which forward selection mistakes for a scatter of the poses."""
 
 from types import SimpleNamespace
 
@@ -16,7 +16,7 @@ from tests.effects.injected import Flaws, PoseData, make_cell
 
 
 def several(at: PoseData) -> np.ndarray:
-    """Return the errors of five joints' angles ``(N, n)`` [rad], of about equal consequence."""
+    """Return errors of five joints' angles ``(N, n)`` [rad] that change predictions by about the same amount."""
     q, error = at.q, np.zeros_like(at.q)
     error[:, 0] = 1.2e-3 * np.sin(3 * q[:, 0] + 0.4)
     error[:, 1] = 1.0e-3 * np.sin(5 * q[:, 1] + 1.1)
@@ -36,7 +36,7 @@ TRUE = {
 
 
 def selected(dataset) -> tuple[FittedState, FittedState]:
-    """Return the state where forward selection ends, and the one of both selections."""
+    """Return the state that forward selection finds, and the state after joint selection."""
     model, prepared = geometry_fit(dataset, effects_follow=True)
     before = refit(dataset, model, prepared.free, ())
     candidates = named_candidates(dataset)
@@ -45,13 +45,13 @@ def selected(dataset) -> tuple[FittedState, FittedState]:
 
 
 def named(state: FittedState) -> set[tuple[str, int]]:
-    """Return kind and joint of every effect."""
+    """Return the name and joint of every effect."""
     return {(effect.name, effect.target.get("joint")) for effect in state.effects}
 
 
 @pytest.mark.parametrize("seed", [301, 302, 303])
 def test_five_strong_effects_with_54_poses(seed):
-    """All are named, and nothing else; the scatter that remains is no more than the noise."""
+    """All five are named, and nothing else; the remaining scatter is no larger than the noise."""
     dataset = make_cell(Flaws(joints=several), seed=seed, poses_per_plane=18).dataset
     _, together = selected(dataset)
     assert named(together) == TRUE
@@ -70,8 +70,8 @@ def test_joints_that_do_not_repeat_stay_a_variance_component():
     assert wrong <= 1
 
 
-def test_evidence_prefers_what_is_there():
-    """Of forward selection's end and that of both, the one that is taken has the larger evidence."""
+def test_joint_selection_returns_the_state_with_more_evidence():
+    """Of the state of forward selection and that of joint selection, the one that is returned has the larger evidence."""
     dataset = make_cell(Flaws(joints=several), seed=304, poses_per_plane=18).dataset
     forward, together = selected(dataset)
     candidates = named_candidates(dataset)
@@ -79,7 +79,9 @@ def test_evidence_prefers_what_is_there():
 
 
 def test_each_order_of_a_joint_counts_as_chosen():
-    """With a hundred times as many candidates, a harmonic of three orders loses three times the logarithm of it, a scale once."""
+    """With a hundred times as many candidates, the evidence of a harmonic of three orders falls by three times the logarithm of a hundred, and that
+    of a scale error by once that.
+    """
     dataset = make_cell(seed=305, poses_per_plane=10, points_per_scan=20).dataset
     model, prepared = geometry_fit(dataset, effects_follow=True)
     few, many = SimpleNamespace(total=10), SimpleNamespace(total=1000)

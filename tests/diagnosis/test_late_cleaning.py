@@ -1,4 +1,4 @@
-"""Poses that are set aside given the effects: whatever is reported afterwards is of the poses that remain."""
+"""Poses that are set aside given the effects: everything that is reported afterwards is computed from the poses that remain."""
 
 import sys
 from dataclasses import replace
@@ -15,7 +15,7 @@ MODULE = sys.modules["scalar.diagnosis.explained"]
 
 
 def removing_one_pose(calls):
-    """Return a cleaning that sets the first pose that remains aside, whenever it is called; the calls are counted."""
+    """Return a cleaning that sets aside the first of the remaining poses whenever it is called, and the list of its calls."""
 
     def clean_given_effects(cleaned, distance, settings):
         dataset = cleaned.dataset
@@ -29,7 +29,7 @@ def removing_one_pose(calls):
 
 @pytest.mark.parametrize("rounds", [1, 3])
 def test_what_is_reported_is_of_the_poses_that_remain(rounds, monkeypatch):
-    """Where every cleaning that is allowed still sets a pose aside, states, calibrations, errors and report are of the same poses."""
+    """If every cleaning still sets a pose aside, states, calibrations, errors and report are of the same poses."""
     dataset = scale(5, poses_per_plane=20)[0].dataset
     calls = []
     monkeypatch.setattr(MODULE, "clean_given_effects", removing_one_pose(calls))

@@ -1,4 +1,4 @@
-"""Refits share the rows of a dataset and stand on the profiles of its scans: points are compressed where distances are first asked for, and once."""
+"""Refits share the rows of a dataset: its points are compressed only when distances are first needed, and once."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ REFITS = ("joint_scale:3", "joint_scale:3,joint_harmonic:2:4", "base_compliance"
 
 @pytest.fixture
 def compressed(monkeypatch):
-    """Return a list that grows by the number of functions of a point at every compression of all scans."""
+    """Return a list to which every compression of all scans adds its number of functions of a point."""
     widths = []
     compress, line_factors = profile.compress, profile.line_factors
 
@@ -48,7 +48,7 @@ def test_scans_are_compressed_once_however_often_is_refitted(compressed):
 
 
 def test_functions_that_an_effect_needs_are_compressed_once_more(compressed):
-    """An effect of the laser needs the direction of the ray kept: one more compression, for the distances of all refits that have such an effect."""
+    """An effect of the laser needs the direction of the ray: this takes one more compression for the distances of all refits with such effects."""
     dataset = make_cell(seed=2, poses_per_plane=20).dataset
     model, prepared = geometry_fit(dataset)
     state = refit(dataset, model, prepared.free, ())
@@ -62,7 +62,7 @@ def test_functions_that_an_effect_needs_are_compressed_once_more(compressed):
 
 @pytest.mark.parametrize("stated", [1e-4, None])
 def test_shared_rows_give_the_answer_of_fresh_ones(stated):
-    """A refit on shared rows is the refit on rows compressed for it alone, to the last bit, whether or not the noise is stated."""
+    """A refit on shared rows is, to the last bit, the refit on rows compressed for it alone, whether or not the noise is stated."""
     dataset = make_cell(seed=3, poses_per_plane=20, stated_noise=stated).dataset
     model, prepared = geometry_fit(dataset)
     effects = parse_effects("joint_scale:3,range_offset", dataset)

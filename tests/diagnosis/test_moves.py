@@ -1,4 +1,4 @@
-"""What moves leave: angles logged before the arm had settled, and play on the side from which a joint came."""
+"""Errors from the moves between poses: angles logged before the arm had settled, and backlash on the side from which a joint came."""
 
 from dataclasses import replace
 
@@ -14,19 +14,19 @@ PLAY = 3e-4  # rad, half of it
 
 
 def read_as(error, seed, poses_per_plane=40):
-    """Return a tracked arm whose encoders read ``q - error(q)`` where it stood at q, ``(N, 6)`` in order of acquisition."""
+    """Return a tracked arm whose encoders read ``q - error(q)`` at the true angles q, ``(N, 6)`` in order of acquisition."""
     dataset = make_scene(kind="tracker", seed=seed, poses_per_plane=poses_per_plane, noise=3e-5).dataset
     read = dataset.q - error(dataset.q)
     return replace(dataset, poses=dataset.poses.assign(**dict(zip(joint_names(6), read.T, strict=True))))
 
 
 def lagging(q):
-    """Return what is still to go of the way from the pose before, in every joint."""
+    """Return the error of every joint: a share of its step from the previous pose that is still to go."""
     return SHARE * np.diff(q, axis=0, prepend=q[:1])
 
 
 def loose(joint):
-    """Return half of one joint's play, on the side from which it came."""
+    """Return the error of one joint: half of its backlash, on the side from which it came."""
 
     def error(q):
         dq = np.zeros_like(q)
@@ -38,7 +38,7 @@ def loose(joint):
 
 @pytest.mark.parametrize("seed", [41, 42])
 def test_angles_logged_too_early_are_named_and_nothing_else_is(seed):
-    """All joints still had a share of their way to go: lags are named, no scale error and no drift; their share comes back."""
+    """If all joints still had a share of their step to go, lags are named with that share, and no scale error and no drift."""
     found = diagnose(read_as(lagging, seed)).findings
     assert {f.effect.name for f in found} == {"pose_lag"}
     joints = {f.effect.target["joint"] for f in found}
@@ -48,8 +48,8 @@ def test_angles_logged_too_early_are_named_and_nothing_else_is(seed):
         assert "before" in f.effect.clause and f.effect.advice
 
 
-def test_play_is_named_by_the_way_that_a_joint_came():
-    """Where no direction of approach is recorded, the order of the poses tells it."""
+def test_backlash_is_named_by_the_moves():
+    """If no direction of approach is recorded, it follows from the order of the poses, and the backlash is named."""
     found = diagnose(read_as(loose(3), 43)).findings
     assert [(f.effect.name, f.effect.target) for f in found] == [("joint_backlash", {"joint": 3})]
     assert found[0].effect.by == "moves"
@@ -58,12 +58,12 @@ def test_play_is_named_by_the_way_that_a_joint_came():
 
 @pytest.mark.parametrize("seed", [44, 45, 46])
 def test_moves_that_leave_nothing_are_no_finding(seed):
-    """Poses in a known order, nothing wrong: nothing is named."""
+    """With poses in a known order and nothing injected, nothing is named."""
     assert not diagnose(read_as(np.zeros_like, seed)).findings
 
 
 def test_predictions_are_for_an_arm_at_rest():
-    """Without an order a lag does not act; with one it acts from pose to pose."""
+    """Predictions without an order of poses contain no lag; with an order, the lag acts from pose to pose."""
     diagnosis = diagnose(read_as(lagging, 41))
     calibration = diagnosis.calibration_after
     assert calibration.model.effects

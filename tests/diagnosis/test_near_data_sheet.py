@@ -1,4 +1,4 @@
-"""The final fits of a diagnosis hold near the data sheet what the poses hardly determine, and nothing else."""
+"""The final fits of a diagnosis keep what the poses hardly determine near the data sheet, and nothing else."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def fitted(count: int, gear: float):
 
 
 def test_few_poses_with_gears_end_where_a_calibration_ends():
-    """What a diagnosis ships without effects is the calibration of the same data."""
+    """The geometry that a diagnosis ships without effects is that of a calibration of the same data."""
     dataset, state = fitted(18, 1e-3)
     assert not state.model.priors
     found = near_data_sheet(state).model
@@ -31,15 +31,15 @@ def test_few_poses_with_gears_end_where_a_calibration_ends():
 
 
 def test_what_the_poses_determine_stays_as_it_is():
-    """Many poses without a misfit: the arm moves by a twentieth of its distance from the data sheet at most."""
+    """With many poses and no misfit, the priors change the geometry by at most a twentieth of its distance from the data sheet."""
     dataset, state = fitted(200, 0.0)
     apart = near_data_sheet(state).model.robot.geometry - state.model.robot.geometry
     changed = state.model.robot.geometry - dataset.robot.geometry
     assert np.linalg.norm(apart) < 0.05 * np.linalg.norm(changed)
 
 
-def test_what_scatters_is_judged_without_priors():
-    """Each scan has an error of its own, which makes the priors tight: what these then hold in the geometry is no jitter of the joints."""
+def test_variance_components_are_identified_without_priors():
+    """If each scan has its own error, the priors have much weight; the errors that they would leave in the geometry are not named a jitter."""
     cell = make_cell(Flaws(bias=1.3e-4), seed=4, poses_per_plane=20, points_per_scan=30, noise=5e-5)
     diagnosis = diagnose(cell.dataset)
     assert diagnosis.calibration_before.model.priors

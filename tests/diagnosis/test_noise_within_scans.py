@@ -1,4 +1,4 @@
-"""Errors correlated along a scan, or a surface of waves, are no effect of the arm and hide none; ideal data are left as they were."""
+"""Errors that are correlated along a scan, or a surface with waves, give no effect of the arm and hide none; ideal data are diagnosed as before."""
 
 from dataclasses import replace
 from importlib import import_module
@@ -22,7 +22,9 @@ SMALL = {"poses_per_plane": 22, "points_per_scan": 60}
 
 
 def scanned(cell, errors):
-    """Return a workcell's dataset whose points err along their rays by ``errors(rng, angles)`` of each scan, in the order of the angles."""
+    """Return a workcell's dataset with errors of the points along their rays, ``errors(rng, angles)`` for each scan with its points in the order of
+    the angles.
+    """
     data = cell.dataset
     points = data.points.copy()
     rng = np.random.default_rng(len(points))
@@ -36,7 +38,7 @@ def scanned(cell, errors):
 
 
 def autoregressive(rng, angles, rho=0.8):
-    """Return errors that keep rho of themselves over the mean spacing of the points."""
+    """Return errors with the correlation rho over the mean spacing of the points."""
     kept = rho ** (np.diff(angles) / np.mean(np.diff(angles)))
     e = rng.standard_normal(len(angles))
     for i, c in enumerate(kept, start=1):
@@ -45,7 +47,7 @@ def autoregressive(rng, angles, rho=0.8):
 
 
 def speckle(rng, angles):
-    """Return the mean over a window of eight points of grains of light, skewed as their intensities are."""
+    """Return the mean over eight points of a speckle pattern, skewed as its intensities are."""
     grains = np.cumsum(np.r_[0.0, rng.exponential(size=2200) - 1.0])
     at = np.interp(angles, [angles[0], angles[-1]], [0.0, 1800.0]).astype(int)
     window = 8 * 1800 // len(angles)
@@ -53,7 +55,7 @@ def speckle(rng, angles):
 
 
 def wavy(cell):
-    """Return a workcell's dataset on planes with waves of 0.04 mm, 50 mm long, whose points err independently by 0.07 mm."""
+    """Return a workcell's dataset on planes with waves of 0.04 mm, 50 mm long; its points err independently by 0.07 mm."""
     data = cell.dataset
     N = data.n_poses
     T = true_frames(
@@ -80,7 +82,7 @@ def quiet(case=None, seed=0, **settings):
 
 
 def before(dataset, noise=True):
-    """Return the state without effects, with or without what the points say of their noise."""
+    """Return the state without effects, with or without the noise that is estimated from the points."""
     model, prepared = geometry_fit(dataset)
     rows = (
         rows_given_own_noise(dataset, model, DEFAULTS.within_scan_noise) if noise else MeasuredRows(dataset)
@@ -90,7 +92,7 @@ def before(dataset, noise=True):
 
 @pytest.mark.parametrize("errors", [autoregressive, speckle], ids=["autoregressive", "speckle"])
 def test_rows_of_correlated_scans_are_white_again(errors):
-    """Over four workcells the rows' mean square is about one with the noise of the points, and several times that without."""
+    """Over four workcells the rows' mean square is about one with the noise estimated from the points, and several times that without."""
     ratios = {True: [], False: []}
     for seed in range(4):
         dataset = scanned(quiet(seed=seed), errors)
@@ -104,7 +106,7 @@ def test_rows_of_correlated_scans_are_white_again(errors):
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize("kind", ["autoregressive", "speckle", "waves"])
 def test_a_scanner_alone_is_no_effect(kind, seed):
-    """Correlated noise on a faultless arm: no effect, no jitter, no bias, and components that name scanner or surface."""
+    """With correlated noise on an arm without errors, no effect, jitter or bias is named, but components of scanner or surface are."""
     cell = quiet(seed=seed)
     dataset = (
         wavy(cell)
@@ -134,7 +136,7 @@ def test_an_effect_is_named_in_spite_of_the_scanner(kind, case):
 
 @pytest.mark.slow
 def test_ideal_data_give_the_same_answer_to_the_last_byte(monkeypatch):
-    """White noise as stated: whether or not the points are asked for their noise, the files are the same."""
+    """With white noise as stated, the files are the same whether or not the noise is estimated from the points."""
     dataset = cases.scale(5, **SMALL)[0].dataset
     asked = diagnose(dataset)
     module = import_module("scalar.diagnosis.explained")
@@ -150,7 +152,7 @@ def test_ideal_data_give_the_same_answer_to_the_last_byte(monkeypatch):
 
 @pytest.mark.slow
 def test_the_noise_is_kept_by_the_file_and_shown_in_the_report(tmp_path):
-    """A calibration is loaded with the components that it was saved with; the report has their sentences and a picture."""
+    """A calibration file keeps the noise components, and the report has their sentences and a picture."""
     found = diagnose(scanned(quiet(seed=4), autoregressive))
     found.calibration_after.save(tmp_path / "after.json")
     assert Calibration.load(tmp_path / "after.json").noise == tuple(found.calibration_after.noise)

@@ -1,4 +1,4 @@
-"""Effects that data cannot show are listed, each with the prediction error that it really makes."""
+"""Unobservable effects are listed, each with the prediction error that it causes."""
 
 from dataclasses import replace
 
@@ -22,14 +22,14 @@ from tests.effects.injected import make_cell
 
 @pytest.fixture(scope="module")
 def state():
-    """Return a workcell without flaws, fitted."""
+    """Return the fitted state of a workcell without errors."""
     dataset = make_cell(seed=4, poses_per_plane=40, points_per_scan=12, noise=2e-6).dataset
     model, prepared = geometry_fit(dataset)
     return refit(dataset, model, prepared.free, ())
 
 
 def displaced(state, steps, effect, size):
-    """Return the root mean square distance [m] between predictions with parameters off by ``steps``, and the truth with the effect."""
+    """Return the root mean square distance [m] between predictions with parameters changed by ``steps``, and the truth with the effect."""
     poses = random_poses(state)
 
     def positions(model):
@@ -49,8 +49,8 @@ def displaced(state, steps, effect, size):
 @pytest.mark.parametrize(
     "effect", [JointScale(2), JointHarmonic(4, (2,)), BaseCompliance((2,)), RangeScale()]
 )
-def test_the_cost_is_that_of_the_fit_that_takes_the_effect_up(state, effect):
-    """The error is the one between the truth, the effect present, and the arm whose parameters have taken it up: by exact kinematics."""
+def test_the_error_is_that_of_the_fit_that_absorbs_the_effect(state, effect):
+    """The stated error is that between the true arm with the effect and the model whose parameters have absorbed it, by exact kinematics."""
     E = state.columns_of([effect])
     errors = prediction_errors(state, effect, E)
     J = whitened(state.whitening, state.linearised()[1])[: len(E)]
@@ -62,7 +62,7 @@ def test_the_cost_is_that_of_the_fit_that_takes_the_effect_up(state, effect):
 
 
 def test_only_what_leaves_no_residual_is_listed(state):
-    """The gain of the laser, which scales the whole workcell, is listed with what it costs; errors of joints that turn are not."""
+    """A gain of the laser's range, which scales the whole workcell, is listed with its prediction error; errors of moving joints are not listed."""
     found = {u.effect.name: u for u in unobservable_effects(state, candidates(state.dataset))}
     assert "joint_harmonic" not in found
     gain = found["range_scale"]
@@ -72,7 +72,7 @@ def test_only_what_leaves_no_residual_is_listed(state):
 
 @pytest.mark.parametrize("kind", [kind for kind in registry.BUILT_IN if not kind.flexible])
 def test_no_kind_is_said_to_do_no_harm_where_it_does(state, kind):
-    """Whatever its kind, an effect that moves predictions by half a millimetre is said to put them off by that."""
+    """Whatever the kind of effect, if it changes predictions by half a millimetre, its sentence says so."""
     proposed = [*kind.candidates(state.dataset), *(effect for effect, _ in kind.changes(state.dataset))]
     for effect in proposed[:1]:
         words = effect.consequence(5e-4)

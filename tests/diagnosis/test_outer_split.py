@@ -1,4 +1,4 @@
-"""The outer split: poses that no run has seen, the same numbers on any number of cores, and findings that its runs confirm or not."""
+"""The outer split: poses that took no part in a run, the same numbers on any number of processors, and findings that the runs confirm or not."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def geometry_alone(dataset: Dataset, settings: Settings) -> Answer:
 
 
 def refuses_the_first(dataset: Dataset, settings: Settings) -> Answer:
-    """Stand in for a diagnosis that cannot do without the first pose."""
+    """Stand in for a diagnosis that fails without the first pose."""
     if 1 not in dataset.pose_ids:
         raise Undetermined(["the first pose is missing"])
     return geometry_alone(dataset, settings)
@@ -56,7 +56,7 @@ def split(cleaned: Cleaned, run=geometry_alone, folds: int = 4, dataset: Dataset
 
 
 def test_every_pose_is_predicted_by_a_run_without_it(cleaned, monkeypatch):
-    """The errors are those of fits to the other parts, worked out here one by one; every pose is left out once."""
+    """The errors are those of fits to the other parts, computed here one by one; every pose is left out once."""
     monkeypatch.setattr("scalar.diagnosis.outer_split.available_cores", lambda: 1)
     seen = []
 
@@ -79,7 +79,7 @@ def test_every_pose_is_predicted_by_a_run_without_it(cleaned, monkeypatch):
 
 
 def test_one_core_or_two(cleaned, monkeypatch):
-    """The same numbers to the last bit, however many processes run."""
+    """The numbers are the same to the last bit, however many processes run."""
     found = []
     for cores in (1, 2):
         monkeypatch.setattr("scalar.diagnosis.outer_split.available_cores", lambda cores=cores: cores)
@@ -92,7 +92,7 @@ def test_one_core_or_two(cleaned, monkeypatch):
 
 
 def test_repetitions_are_left_out_together(cleaned):
-    """A pose that is commanded again is in the same part as its first time."""
+    """A repetition of a pose is in the same part as the first such pose."""
     dataset = cleaned.dataset
     again = dataset.subset(np.r_[np.arange(dataset.n_poses), np.arange(0, dataset.n_poses, 7)])
     again = replace(again, poses=again.poses.assign(pose=np.arange(again.n_poses)))
@@ -103,21 +103,21 @@ def test_repetitions_are_left_out_together(cleaned):
 
 
 def test_a_run_that_fails_is_said_and_not_counted(cleaned):
-    """Poses whose run came to no end have no error; the reason is kept, and the other parts count."""
+    """Poses whose run failed have no error; the reason is kept, and the other parts count."""
     found = split(cleaned, refuses_the_first)
     assert found.failed == ("the first pose is missing",) and len(found.answers) == 3
     assert 0 < len(found.fold) < cleaned.dataset.n_poses and np.isfinite(found.errors[1].rms)
 
 
 def test_poses_that_are_gross_errors_are_not_counted(cleaned):
-    """What the whole diagnosis sets aside is not scored; the runs have it among their poses all the same."""
+    """Poses that the whole diagnosis sets aside have no error, but the runs have them among their poses."""
     kept = replace(cleaned, dataset=cleaned.dataset.subset(np.arange(5, cleaned.dataset.n_poses)))
     assert len(split(kept, dataset=cleaned.dataset).fold) == cleaned.dataset.n_poses - 5
 
 
 def test_the_error_reported_is_that_of_the_whole_data():
-    """Least squares of many unknowns, where runs with four fifths of the data err visibly more: on average over draws, what is reported
-    is within 4 % of the error on fresh data, in squares, and the runs alone are 8 % or more above it.
+    """With least squares of many unknowns, runs with four fifths of the data have visibly larger errors. On average over draws, the reported error is
+    within 4 % of the error on fresh data, in squares, and that of the runs alone is at least 8 % larger.
     """
     rng = np.random.default_rng(3)
     n, p, folds = 80, 20, 5
@@ -142,7 +142,7 @@ def test_the_error_reported_is_that_of_the_whole_data():
 
 
 def test_what_runs_leave_on_all_poses_is_known(cleaned):
-    """Seen and unseen poses together: between what fits leave on their own poses and on the others."""
+    """The error of the runs over all poses lies between that of fits on their own poses and that on the other poses."""
     found = split(cleaned)
     model = geometry_fit(cleaned.dataset)[0]
     seen = Residuals.of(cleaned.dataset, model).rms(model)
@@ -151,12 +151,12 @@ def test_what_runs_leave_on_all_poses_is_known(cleaned):
 
 
 def test_no_split(cleaned):
-    """Fewer than two parts are none: nothing is run, and nothing is known."""
+    """With fewer than two parts nothing is run, and there is no result."""
     assert outer_split(cleaned.dataset, cleaned, pytest.fail, DEFAULTS, 0, lambda done, total: None) is None
 
 
 def test_the_share_of_runs(cleaned):
-    """An effect counts where a run chose it at its place: the same joint, and one order at least of a gear's."""
+    """A run confirms an effect if it found it at the same place: the same joint, and for a gear at least one common order."""
     model = geometry_fit(cleaned.dataset)[0]
     chosen = [(JointScale(2),), (JointScale(3), JointHarmonic(4, (2, 5))), (JointHarmonic(4, (2,)),), ()]
     answers = tuple(Answer(model, model, effects, "scan_bias" if effects else None) for effects in chosen)
@@ -168,7 +168,7 @@ def test_the_share_of_runs(cleaned):
 
 
 def test_what_no_run_confirms_is_no_finding(monkeypatch):
-    """An effect that the runs do not choose is listed as not confirmed, with little confidence, and not in after.json."""
+    """An effect that the runs do not find is listed as not confirmed, with little confidence, and is not in after.json."""
     dataset = scale(5, poses_per_plane=40)[0].dataset
     monkeypatch.setattr(DIAGNOSE, "answer_without", geometry_alone)
     diagnosis = diagnose(dataset, outer_folds=2)
@@ -187,7 +187,7 @@ def test_what_no_run_confirms_is_no_finding(monkeypatch):
 
 @pytest.mark.slow
 def test_the_whole_choice_anew():
-    """A strong effect is chosen in every run; errors on unseen poses fall with it, and are no less than in training."""
+    """A strong effect is found in every run; with it the errors on unseen poses are smaller, and no smaller than those in training."""
     diagnosis = diagnose(scale(5, poses_per_plane=40)[0].dataset, outer_folds=3)
     mapping = diagnosis.to_mapping()
     jsonschema.validate(mapping, SCHEMA)
@@ -198,7 +198,7 @@ def test_the_whole_choice_anew():
 
 
 def test_a_quick_answer_says_so():
-    """Without the outer split what it would tell is null, and the report says that it is not known."""
+    """Without the outer split its numbers are null, and the report says that they are not known."""
     diagnosis = diagnose(make_cell(seed=62, poses_per_plane=20, points_per_scan=12).dataset)
     mapping = diagnosis.to_mapping()
     jsonschema.validate(mapping, SCHEMA)

@@ -1,4 +1,4 @@
-"""A residual with a pattern is not reported as noise: what acts on growth, or on the sensor's mount, looks like a noise to each pose alone."""
+"""A residual with a pattern is not reported as noise: a growth, or a loose sensor, is random for each pose by itself."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from tests.effects.injected import A, D, Flaws, make_cell, on_joint, true_frames
 
 
 def sawtooth_growth(truth):
-    """All lengths grow by 6e-4 over 45 poses and fall back: a cycle of warming and pausing."""
+    """All lengths grow by 6e-4 over 45 poses and shrink back: cycles of warming and pausing."""
 
     def geometry(at):
         lengths = np.zeros_like(truth.geometry)
@@ -20,7 +20,7 @@ def sawtooth_growth(truth):
 
 
 def loose_mount(truth):
-    """The sensor lies 0.15 mm to one side of its play or to the other, as gravity has it."""
+    """The sensor lies 0.15 mm to one side of its play or to the other, as gravity pulls it."""
 
     def motion(at):
         T = true_frames(truth, Flaws(), at, np.zeros_like(at.q))
@@ -35,7 +35,7 @@ def loose_mount(truth):
 @pytest.mark.parametrize(("pattern", "depends"), [(sawtooth_growth, ["order"]), (loose_mount, ["gravity"])])
 @pytest.mark.parametrize("seed", [0, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_pattern_is_unattributed_and_says_what_it_depends_on(pattern, depends, seed):
-    """Neither has a name among those that are tried."""
+    """No candidate describes either cause; each is unattributed, with the columns on which it depends."""
     truth = make_cell(seed=seed, poses_per_plane=3).scene.truth
     cell = make_cell(pattern(truth), seed=seed, poses_per_plane=34)
     content = diagnose(cell.dataset).to_mapping()
@@ -50,7 +50,7 @@ def test_a_pattern_is_unattributed_and_says_what_it_depends_on(pattern, depends,
     ids=["jitter", "bias"],
 )
 def test_a_noise_is_no_pattern(flaws):
-    """Poses that err independently of one another have a noise's name or none; a small jitter may go unnoticed at 75 poses."""
+    """Independent errors of the poses are named as noise or not at all; a small jitter may go unnoticed with 75 poses."""
     for seed in (10, 11):
         content = diagnose(make_cell(flaws, seed=seed, poses_per_plane=25).dataset).to_mapping()
         assert content["verdict"] != "unattributed"
@@ -59,7 +59,7 @@ def test_a_noise_is_no_pattern(flaws):
 
 @pytest.mark.parametrize("joint", [2, pytest.param(4, marks=pytest.mark.slow)])
 def test_one_joint_that_scatters_is_no_jitter_of_all(joint):
-    """A joint that stands otherwise at each pose, by a cause of its own: the scatter has no name, and is said to be that joint's."""
+    """If one joint scatters from pose to pose by an unknown cause, the scatter has no name, and its entry names that joint."""
     errors = np.random.default_rng(joint).normal(0.0, 4e-4, 1000)
     flaws = Flaws(joints=on_joint(joint, lambda at: errors[: len(at.q)]))
     diagnosis = diagnose(make_cell(flaws, seed=60 + joint, poses_per_plane=30).dataset)

@@ -1,4 +1,4 @@
-"""A diagnosis of an arm on a rail: the rail's wrong pitch is named, and nothing where nothing is wrong."""
+"""A diagnosis of an arm on a rail: a wrong pitch of the rail is named, and nothing without it."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ PITCH = 3e-4  # m/m
 
 
 def test_a_wrong_pitch_of_the_rail_is_named_and_reported(tmp_path):
-    """The scale error of joint 1 alone, in metres a metre, within its standard errors; the report can be written."""
+    """Only the scale error of joint 1 is named, in metres per metre, right within its standard errors; the report can be written."""
     rng = np.random.default_rng(7)
     cell = RailAndArm.drawn(rng)
     q = poses(150, rng)
@@ -27,7 +27,7 @@ def test_a_wrong_pitch_of_the_rail_is_named_and_reported(tmp_path):
 
 
 def test_nothing_is_found_where_nothing_is_wrong():
-    """The same arm without an error of its drives."""
+    """For the same arm without an error of its drives, nothing is named."""
     rng = np.random.default_rng(7)
     cell = RailAndArm.drawn(rng)
     assert diagnose(cell.dataset(poses(150, rng), 5e-5, rng)).verdict == "no_effect"

@@ -1,4 +1,4 @@
-"""A change that is found again and again is doubted; one accident, or two at two places, are not."""
+"""Many changes of one kind are doubted; one accident, or two at two places, are not."""
 
 import pytest
 
@@ -14,14 +14,14 @@ from scalar.effects.thermal_drift import ThermalDrift
 
 
 def finding(effect: Effect) -> Finding:
-    """Return a finding that is sure."""
+    """Return a finding with a high confidence."""
     grounds = Grounds(EFFECT, 50.0, 40.0, 0.5, 1, False, FinalResiduals(60, 1.0, 1.0, False))
     errors: HeldOutErrors = None  # type: ignore[assignment]
     return Finding(effect, 1e-9, errors, errors, (), 0.98, (), grounds)
 
 
 def moved(plane: str, order: float) -> Effect:
-    """Return a target plane knocked at a pose."""
+    """Return a target plane that moved at a pose."""
     return PlaneMoved(plane, order, None, (0.0, 0.0, 0.0))
 
 
@@ -33,8 +33,8 @@ def moved(plane: str, order: float) -> Effect:
         [moved("a", 10.0), SensorSlip(20.0, None), moved("b", 30.0), JointScale(2)],
     ],
 )
-def test_accidents_at_different_places_stay_sure(effects):
-    """One of a kind, or two at two places, and whatever is found beside them."""
+def test_accidents_at_different_places_keep_their_confidence(effects):
+    """One change of a kind, or two at two places, and findings of other kinds, keep their confidence."""
     judged = repeated_changes_doubted([finding(effect) for effect in effects], 0.5)
     assert [f.confidence for f in judged] == [0.98] * len(effects) and not any(f.doubtful for f in judged)
 
@@ -48,8 +48,8 @@ def test_accidents_at_different_places_stay_sure(effects):
         [ThermalDrift("time", 0.0, 600.0), ThermalDrift("time", 0.0, 90.0)],
     ],
 )
-def test_a_staircase_is_doubted_as_a_whole(effects):
-    """The same place twice, or three accidents of a kind: no name is kept, what is found beside them is."""
+def test_repeated_changes_are_all_doubted(effects):
+    """If a kind of change is found twice at one place, or three times, none of its names is kept; findings of other kinds keep theirs."""
     judged = repeated_changes_doubted([finding(effect) for effect in [*effects, JointScale(2)]], 0.5)
     assert all(f.doubtful and f.confidence == pytest.approx(0.98 / len(effects)) for f in judged[:-1])
     assert judged[-1].confidence == 0.98 and not judged[-1].doubtful

@@ -1,4 +1,4 @@
-"""Variance components fitted together: the optimum is that of the dense likelihood, and estimates scatter as their standard errors say."""
+"""Variance components fitted together: the optimum is that of the likelihood by dense matrices, and estimates vary as their standard errors state."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ N, M = 30, 3
 
 
 def problem(rng, variances, n=N, priors=2):
-    """Return a background, the kernels of three components, and the dense rows, columns and prior rows that they were made from."""
+    """Return a background, the kernels of three components, and the dense rows, columns and rows of priors from which they were made."""
     D = rng.standard_normal((n, M, 2)) * rng.uniform(0.5, 3.0, (n, 1, 1))
     b = np.zeros((n, M, 1))
     b[:, 0] = rng.uniform(1.0, 2.0, (n, 1))
@@ -30,7 +30,7 @@ def problem(rng, variances, n=N, priors=2):
 
 
 def dense_cost(kernels, rows, columns, n=N):
-    """Return minus the restricted log likelihood as a function of the variances, by matrices of all rows against all rows."""
+    """Return minus the restricted log likelihood as a function of the variances, by dense matrices of all rows."""
 
     def cost(v):
         V = np.eye(len(rows))
@@ -48,7 +48,7 @@ def dense_cost(kernels, rows, columns, n=N):
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("variances", [(0.0, 0.0, 0.0), (0.5, 2.0, 0.3), (3.0, 0.0, 0.0)])
 def test_the_optimum_is_that_of_the_dense_likelihood(seed, variances):
-    """With priors among the rows: no search from anywhere finds a greater likelihood, and differences of it agree to 1e-5 nats."""
+    """With priors among the rows, no search from any start finds a greater likelihood, and differences of it agree to 1e-5 nats."""
     background, kernels, rows, columns = problem(np.random.default_rng(seed), variances)
     found = fit_components(background, kernels)
     nothing = fit_components(background, []).log_likelihood
@@ -62,8 +62,8 @@ def test_the_optimum_is_that_of_the_dense_likelihood(seed, variances):
         assert found.log_likelihood - nothing > cost(np.zeros(3)) - best.fun - 2e-3
 
 
-def test_estimates_scatter_as_they_say():
-    """Over sixty sets (hat - true) / std has about no mean and unit spread for each of three components at once."""
+def test_estimates_vary_as_their_standard_errors_state():
+    """Over sixty sets, (hat - true) / std has a mean near zero and a standard deviation near one for each of three components."""
     true = np.array([0.6, 1.5, 0.4])
     pulls = []
     for seed in range(60):
@@ -79,21 +79,23 @@ def test_estimates_scatter_as_they_say():
     "name, flaws", [("pose_jitter", Flaws(jitter=2e-4)), ("scan_bias", Flaws(bias=2e-4))]
 )
 def test_what_repeats_badly_is_identified_given_the_sensors_own_noise(name, flaws):
-    """In workcells of natural size the component is identified first, whatever the sensor's own noise could add."""
+    """In workcells of natural size the injected component is identified first, given both components of the sensor's noise."""
     for seed in range(SEEDS // 4):
         found = identified_components(before(make_cell(flaws, seed=seed).dataset))
         assert found and found[0].name == name and found[0].p_value < 1e-6
 
 
-def test_an_arm_that_repeats_as_well_as_the_best_is_not_accused():
-    """A scanner good enough to see joints that repeat to ten microradians shows a component, and it is no finding."""
+def test_an_arm_with_the_best_repeatability_has_no_finding():
+    """With a very precise scanner, joints that repeat to ten microradians show a significant component, and it is no finding."""
     state = before(make_cell(Flaws(jitter=1e-5), seed=2, noise=1e-5, points_per_scan=60).dataset)
     assert state.variance_components and state.variance_components[0].name == "pose_jitter"
     assert not identified_components(state)
 
 
 def test_noise_that_is_stated_too_small_is_no_jitter():
-    """Correlated points whose correlation nobody models look like whole poses that scatter; what the sensor may add explains the most of it."""
+    """Correlated noise of the points that is not modelled looks like a scatter of whole poses; the components of the sensor's noise explain most of
+    it.
+    """
     gains = []
     for seed in range(3):
         state = before(scanned(quiet(seed=seed), autoregressive), noise=False)

@@ -1,4 +1,4 @@
-"""Scans in pieces: heights over the planes, and what one effect adds to them."""
+"""Pieces of scans: their heights over the planes, and what one effect adds to them."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ OFFSET, BEND = 3e-4, 0.02
 
 @pytest.fixture(scope="module")
 def cell():
-    """A workcell with a bent floor, almost free of noise."""
+    """Return a workcell with a bent floor, almost free of noise."""
     return make_cell(Flaws(bent={"floor": (BEND, 0.0, 0.0)}), seed=6, poses_per_plane=30, noise=1e-6)
 
 
@@ -27,14 +27,14 @@ def state(cell):
 
 
 def test_an_offset_lifts_every_piece_by_its_share_along_the_normal(state):
-    """A constant added to the range lifts a point by the constant times the incidence."""
+    """An offset of the range lifts a point by the offset times the cosine of incidence."""
     (effect,) = state.effects
     found = pieces(state, effect)
     np.testing.assert_allclose(found.of_effect, effect.coefficients[0] * found.incidence, rtol=1e-9)
 
 
 def test_heights_average_to_the_signed_residual(state):
-    """The mean height of a scan's pieces is the residual of its pose, but for the weights of the points."""
+    """The mean height of a scan's pieces is the residual of its pose, except for the weights of the points."""
     (effect,) = state.effects
     found = pieces(state, effect)
     mean = np.bincount(found.pose, found.height) / np.bincount(found.pose)
@@ -42,7 +42,7 @@ def test_heights_average_to_the_signed_residual(state):
 
 
 def test_a_bow_explains_the_heights_of_its_plane(cell):
-    """With the bow in the model nothing is left of the heights, and what it adds is the injected paraboloid but for a plane."""
+    """With the bow in the model the heights are almost zero, and what it adds is the injected paraboloid up to a plane."""
     dataset = cell.dataset
     model, prepared = geometry_fit(dataset, effects_follow=True)
     fitted = refit(dataset, model, prepared.free, PlaneBow.parsed(dataset, ["floor"]))

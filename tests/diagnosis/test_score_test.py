@@ -1,4 +1,4 @@
-"""The score test: what it says of a candidate is what a refit would say, and its p-values are honest."""
+"""The score test: its gains are those of a refit, and its p-values are uniform without an effect."""
 
 from math import log
 
@@ -19,7 +19,7 @@ SHRUNK = 1e-5  # relative: what a prior of many standard errors may take away
 
 
 def problem(seed, n_poses=40, rows=3, fitted=12, tried=8):
-    """Return a whitened linear problem: residual ``(N m,)``, fitted columns and columns to try."""
+    """Return a whitened linear problem: residual ``(N m,)``, fitted columns, and candidate columns."""
     rng = np.random.default_rng(seed)
     size = n_poses * rows
     J = rng.standard_normal((size, fitted)) * 10.0 ** rng.uniform(-3, 3, fitted)
@@ -29,14 +29,14 @@ def problem(seed, n_poses=40, rows=3, fitted=12, tried=8):
 
 
 def squared_after(r, *columns):
-    """Return the squared residual after a least-squares fit of columns, by nothing but lstsq."""
+    """Return the squared residual after a least-squares fit of columns, by ``lstsq`` alone."""
     A = np.hstack(columns)
     A = A / np.linalg.norm(A, axis=0)
     return float(np.sum((r - A @ np.linalg.lstsq(A, r, rcond=1e-12)[0]) ** 2))
 
 
 def score_changes(background, E, touched, sizes, margin):
-    """Return the scores of columns ``(N, m, e)`` that act on the touched poses from each on."""
+    """Return the scores of columns ``(N, m, e)`` that act from each of the touched poses on."""
     return ChangeColumns.of(background, E, np.flatnonzero(touched), margin).score(background, E, sizes)
 
 
@@ -46,8 +46,8 @@ def conditional_on(background, E, sizes=HUGE):
 
 @given(seed=st.integers(0, 10**6))
 def test_the_gain_is_what_a_refit_would_gain(seed):
-    """Frisch, Waugh and Lovell: the score is the drop of the squared residual when the columns are added to the
-    fit, for single columns and groups, whatever their scales.
+    """By the theorem of Frisch, Waugh and Lovell, the score is the drop of the squared residual when the columns are added to the fit, for single
+    columns and groups, whatever their scales.
     """
     r, J, E, _ = problem(seed)
     background = Background.of(r, J, 40, 3)
@@ -64,9 +64,7 @@ def test_the_gain_is_what_a_refit_would_gain(seed):
 
 @given(seed=st.integers(0, 10**6))
 def test_forward_selection_is_stepwise_refitting(seed):
-    """The order in which terms are taken, and where it stops, are those of adding the best column again and again
-    with a refit each time.
-    """
+    """The terms are added in the order, and up to the step, at which adding the best column with a refit each time adds them."""
     r, J, E, _ = problem(seed, tried=10)
     r = r + E[:, [2, 7]] @ np.array([0.5, -0.4])
     background = Background.of(r, J, 40, 3)
@@ -87,7 +85,7 @@ def test_forward_selection_is_stepwise_refitting(seed):
 
 @given(seed=st.integers(0, 10**6), margin=st.integers(1, 10))
 def test_changes_by_cumulative_sums_are_direct_scores(seed, margin):
-    """Every moment's score is that of columns which are zero before it, on the poses that are touched at all."""
+    """The score for every beginning is that of columns that are zero before it, on the poses that the change touches."""
     rng = np.random.default_rng(seed)
     r, J, E, _ = problem(seed, tried=3)
     background = Background.of(r, J, 40, 3)
@@ -107,7 +105,7 @@ def test_changes_by_cumulative_sums_are_direct_scores(seed, margin):
 
 
 def test_too_few_poses_have_no_moment():
-    """With fewer touched poses than the margins take, no moment is scored."""
+    """If the change touches fewer poses than the margins need, it has no score."""
     r, J, E, _ = problem(1, tried=3)
     touched = np.arange(40) < 11
     found = score_changes(
@@ -118,8 +116,8 @@ def test_too_few_poses_have_no_moment():
 
 @given(seed=st.integers(0, 10**6), size=st.sampled_from([1e-3, 1.0, HUGE, np.inf]))
 def test_what_the_model_already_explains_is_never_scored(seed, size):
-    """A column within the span of what is fitted, and a column of nothing, gain nothing at no degree of freedom,
-    however large they may be: rounding is not evidence.
+    """A column within the span of the fitted columns, and a column of zeros, have no gain and no degree of freedom, however large they are, because
+    their remainders are rounding errors.
     """
     r, J, E, _ = problem(seed, tried=3)
     rng = np.random.default_rng(seed)
@@ -144,8 +142,8 @@ def test_an_effect_of_implausible_size_is_none():
 
 @pytest.mark.parametrize("scale", [1.0, 4.0])
 def test_p_values_are_uniform_where_nothing_is_there(scale):
-    """Over 1,500 draws of noise the p-value of a fixed candidate is uniform, also where the noise is larger than
-    was stated: Kolmogorov and Smirnov at 1e-3.
+    """Over 1,500 draws of noise the p-value of a fixed candidate is uniform, also if the noise is larger than stated (Kolmogorov and Smirnov's test
+    at 1e-3).
     """
     rng = np.random.default_rng(11)
     _, J, E, _ = problem(6, tried=3)
@@ -158,7 +156,7 @@ def test_p_values_are_uniform_where_nothing_is_there(scale):
 
 
 def test_evidence_pays_for_complexity_and_for_trying():
-    """With the same gain more degrees of freedom and more that was tried mean less evidence; more gain, more."""
+    """With the same gain, more degrees of freedom or more candidates mean less evidence; a larger gain means more."""
     r, J, _, background = problem(7)
     assert len(r) == 120 and J.shape[1] == 12
     assert evidence(background, 20.0, 1, 0.0) > evidence(background, 20.0, 2, 0.0)
@@ -167,7 +165,7 @@ def test_evidence_pays_for_complexity_and_for_trying():
 
 
 def test_choices_beyond_the_integers_of_a_machine():
-    """A dozen effects together, each picked from some hundreds, are more choices than 64 bits hold: their logarithms add up."""
+    """A dozen effects, each chosen from some hundreds, are more choices than 64 bits hold: their logarithms are added."""
     background = problem(7)[3]
     effect = JointScale(joint=1)
     alone, apart, together = (
@@ -177,7 +175,7 @@ def test_choices_beyond_the_integers_of_a_machine():
 
 
 def test_rows_without_content_are_no_degrees_of_freedom():
-    """Rows that are zero for every model (a scan of two points has no curvature) are not counted as noise."""
+    """Rows that are zero for every model (a scan of two points has no curvature) do not count as degrees of freedom."""
     r, J, _, _ = problem(8)
     dead = np.arange(120) % 3 == 2
     r[dead], J[dead] = 0.0, 0.0
@@ -186,7 +184,9 @@ def test_rows_without_content_are_no_degrees_of_freedom():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_leaving_columns_out_by_update_is_leaving_them_out(seed):
-    """The background without some columns, updated from the whole, is that of a model that never had them: residual, gains, freedom."""
+    """The background without some columns, updated from that of the whole model, has the residual, gains and degrees of freedom of a model that never
+    had them.
+    """
     rng = np.random.default_rng(seed)
     N, m, F, priors = 40, 3, 12, 2
     J = rng.standard_normal((N * m + priors, F))
@@ -211,7 +211,7 @@ def test_leaving_columns_out_by_update_is_leaving_them_out(seed):
 
 
 def test_a_column_that_adds_nothing_hides_no_other():
-    """Columns that are zero or copies explain nothing more, wherever they stand, and what the others explain stays explained."""
+    """Columns of zeros and copies of columns explain nothing more, wherever they stand, and what other columns explain does not change."""
     rng = np.random.default_rng(7)
     N, m = 30, 3
     plain = rng.standard_normal((N * m, 5))
@@ -229,7 +229,7 @@ def test_a_column_that_adds_nothing_hides_no_other():
 
 
 def test_an_effect_without_columns_earns_nothing():
-    """Where every column of an effect is held, as a combination of others, there is no gain, no direction and no evidence."""
+    """If all coefficients of an effect are fixed, it has no gain, no degree of freedom and no evidence."""
     rng = np.random.default_rng(3)
     background = Background.of(rng.standard_normal(60), rng.standard_normal((60, 4)), 20, 3)
     E = np.zeros((60, 0))

@@ -1,4 +1,4 @@
-"""Thresholds: each is documented, none can be set by a wrong name, and what is set decides."""
+"""Thresholds: each is documented, none can be set by a wrong name, and the value that is set decides."""
 
 from dataclasses import FrozenInstanceError, fields, is_dataclass, replace
 
@@ -17,12 +17,12 @@ DOCUMENTED = documentation(DEFAULTS)
 
 @pytest.fixture(scope="module")
 def dataset():
-    """Return a small dataset of which joint 4 counts its angle too long."""
+    """Return a small dataset with a scale error of joint 4."""
     return scale(21, poses_per_plane=30)[0].dataset
 
 
 @pytest.mark.parametrize("name", DOCUMENTED)
-def test_a_threshold_says_what_it_is(name):
+def test_every_threshold_is_documented(name):
     """Every threshold is a finite number with its unit, its meaning and its reason."""
     entry = DOCUMENTED[name]
     assert sorted(entry) == ["meaning", "reason", "unit", "value"]
@@ -31,7 +31,7 @@ def test_a_threshold_says_what_it_is(name):
 
 
 def test_every_field_is_a_threshold_or_a_group_of_thresholds():
-    """Nothing in the settings escapes the documentation: as many entries as there are fields, down to the numbers."""
+    """No field of the settings is undocumented: there are as many entries as numbers in all groups."""
 
     def leaves(settings):
         return sum(
@@ -53,7 +53,7 @@ def test_one_threshold_is_changed_and_no_other(name):
 
 
 def test_settings_cannot_be_altered():
-    """They are frozen: nobody changes the thresholds of somebody else's run."""
+    """The settings are frozen, so that no run changes the thresholds of another."""
     with pytest.raises(FrozenInstanceError):
         DEFAULTS.selection.max_effects = 1  # type: ignore[misc]
 
@@ -62,13 +62,13 @@ def test_settings_cannot_be_altered():
     "name", ["selection", "selection.swap_margins", "swap_margin", "", "hold_out.folds.x"]
 )
 def test_a_name_that_is_no_threshold_is_refused(name):
-    """A misspelt name, a group, or a name within another name is refused by that name."""
+    """A misspelt name, a group, or a name below a threshold is refused, and the message contains it."""
     with pytest.raises(ValueError, match=f"'{name}' is no threshold"):
         changed(DEFAULTS, {name: 1})
 
 
 def test_an_unknown_field_is_refused():
-    """The objects themselves take no other field either."""
+    """The settings and their groups accept no other field."""
     with pytest.raises(TypeError, match="swap_margins"):
         replace(DEFAULTS.selection, swap_margins=1.0)  # type: ignore[call-arg]
     with pytest.raises(TypeError, match="hunt"):
@@ -76,7 +76,7 @@ def test_an_unknown_field_is_refused():
 
 
 def test_a_threshold_of_the_selection_decides(dataset):
-    """No effect is taken where none may be; the one that is injected is taken by default."""
+    """With settings that allow no effects none is found; by default the injected one is."""
     assert [f.effect.name for f in diagnose(dataset).findings] == ["joint_scale"]
     none = changed(
         DEFAULTS,
@@ -86,7 +86,7 @@ def test_a_threshold_of_the_selection_decides(dataset):
 
 
 def test_a_threshold_of_the_estimator_decides(dataset):
-    """Thresholds of gross errors reach the cleaning: none of these points is off by five standard deviations, some are by three."""
+    """Thresholds of gross errors reach the cleaning: no point is off by five standard deviations, and some are by three."""
     strict = {
         "estimation.gross_errors.point_sigmas": 3.0,
         "estimation.gross_errors.least_point_error": 0.0,
@@ -96,7 +96,7 @@ def test_a_threshold_of_the_estimator_decides(dataset):
 
 
 def test_a_state_carries_its_settings(dataset):
-    """What is asked of a state is answered by its own thresholds: two folds give two folds."""
+    """A refitted state has the settings of the state from which it was made: with two folds, its held-out errors have the blocks of two folds."""
     model, prepared = geometry_fit(dataset)
     state = refit(dataset, model, prepared.free, (), changed(DEFAULTS, {"hold_out.folds": 2}))
     again = state.refitted(())

@@ -1,4 +1,4 @@
-"""The fit that is shipped: chosen by what predicts better, never against evidence, and what is reported is of that fit."""
+"""The fit that is shipped: chosen by its predictions, and everything that is reported is of that fit."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def false_weights(state: FittedState, rng: np.random.Generator) -> np.ndarray:
 
 
 def with_more_noise(dataset: Dataset, std: float, seed: int) -> Dataset:
-    """Return a dataset with further errors of the range [m] that its stated noise knows nothing of."""
+    """Return a dataset with further errors of the range [m], which its stated noise does not include."""
     points = dataset.points
     e = std * np.random.default_rng([72, seed]).standard_normal(len(points))
     return replace(dataset, points=points * (1.0 + e / np.linalg.norm(points, axis=1))[:, None])
@@ -50,7 +50,7 @@ def with_more_noise(dataset: Dataset, std: float, seed: int) -> Dataset:
 
 @pytest.mark.parametrize("weighted", [False, True])
 def test_leaving_a_pose_out_is_a_fit_without_it(jittering, weighted):
-    """The moves when single poses are left out are those of least squares on the other rows, to rounding."""
+    """The changes when single poses are left out are those of least squares on the other rows, to rounding errors."""
     state = jittering
     weights = state.whitening if weighted else None
     residual, J = (whitened(weights, rows) for rows in state.linearised())
@@ -66,7 +66,7 @@ def test_leaving_a_pose_out_is_a_fit_without_it(jittering, weighted):
 
 
 def test_the_standard_error_is_that_of_repeated_campaigns():
-    """Over campaigns that differ in their noise alone, predictions vary as the jackknife of one says, whatever noise is stated."""
+    """Over campaigns that differ in their noise alone, predictions vary as the jackknife of one campaign states, whatever noise is stated."""
     dataset = make_cell(seed=72, points_per_scan=20, poses_per_plane=40).dataset
     model, prepared = geometry_fit(dataset)
     states = [refit(with_more_noise(dataset, 3e-4, k), model, prepared.free, ()) for k in range(12)]
@@ -80,12 +80,12 @@ def test_the_standard_error_is_that_of_repeated_campaigns():
 
 
 def test_weights_that_are_right_are_used(jittering):
-    """Where joints do not repeat, the fit with their weights is shipped."""
+    """If joints do not repeat, the fit with the weights of the jitter is shipped."""
     assert shipped_fit(jittering, jittering, jittering.whitening).fit == BY_COMPONENT
 
 
 def test_weights_that_are_wrong_are_not_used():
-    """Weights that have nothing to do with the noise are turned down, and after.json stays as it was."""
+    """Weights that have nothing to do with the noise are not used, and after.json is as it was without them."""
     for seed in range(4):
         state = fitted(80 + seed, poses_per_plane=40)
         shipped = shipped_fit(state, state, false_weights(state, np.random.default_rng(seed)))
@@ -94,7 +94,7 @@ def test_weights_that_are_wrong_are_not_used():
 
 
 def test_a_model_that_predicts_worse_is_not_shipped():
-    """Effects without which held-out poses are predicted better remain findings: the model without them is shipped."""
+    """If held-out poses are predicted better without the effects, the model without them is shipped, and the effects remain findings."""
     before = fitted(75, poses_per_plane=40)
     after = before.refitted([JointHarmonic(j, tuple(range(2, 13))) for j in (1, 2, 3, 4)])
     shipped = shipped_fit(before, after, None)
@@ -105,7 +105,7 @@ def test_a_model_that_predicts_worse_is_not_shipped():
 
 @pytest.mark.slow
 def test_what_is_reported_is_of_the_file_that_is_written():
-    """The errors of `after` are those of the calibration that is shipped, weighted or not: training and held out."""
+    """The training and held-out errors of `after` are those of the calibration that is shipped, weighted or not."""
     dataset = make_cell(Flaws(jitter=1.5e-4), seed=71, points_per_scan=20, poses_per_plane=40).dataset
     diagnosis = diagnose(dataset)
     mapping = diagnosis.to_mapping()
@@ -135,7 +135,7 @@ def test_what_is_reported_is_of_the_file_that_is_written():
 
 
 def test_effects_with_which_unseen_poses_are_predicted_worse_are_not_shipped():
-    """Not even where their scatter lets it count as chance: a correction that may do harm needs more reason than one that is missing."""
+    """They are not shipped even if the difference is not significant, because a correction that does harm is worse than one that is missing."""
     before = fitted(77, Flaws(joints=on_joint(3, lambda at: 1e-3 * at.q[:, 2])), poses_per_plane=20)
     after = before.refitted([JointScale(3)])
     errors = held_out_errors(before)
@@ -150,7 +150,7 @@ def test_effects_with_which_unseen_poses_are_predicted_worse_are_not_shipped():
 
 @pytest.mark.slow
 def test_a_bow_that_is_no_finding_is_said_to_be_corrected():
-    """One target plane bows clearly and two a little: after.json has bows that are no findings, and report and diagnosis.json say so."""
+    """If one target plane bows clearly and two bow a little, after.json has bows that are no findings, and report and diagnosis.json say so."""
     bent = {"floor": (4e-3, 2e-3, 4e-3), "wall_x": (2e-4, -2e-4, 2e-4), "wall_y": (-2e-4, 2e-4, 2e-4)}
     dataset = make_cell(Flaws(bent=bent), seed=4, poses_per_plane=25).dataset
     diagnosis = diagnose(dataset)
@@ -167,7 +167,7 @@ def test_a_bow_that_is_no_finding_is_said_to_be_corrected():
     ("factor", "fit", "decided_by"), [(1.005, EQUAL, "only_one"), (1.1, BEFORE, "regions")]
 )
 def test_effects_that_do_not_extrapolate_are_not_shipped(monkeypatch, factor, fit, decided_by):
-    """Where whole regions are held out, effects have to predict them no worse than the model without effects, to a hundredth."""
+    """Where whole regions are held out, the errors with effects may exceed those without by a hundredth at most."""
     before = fitted(77, Flaws(joints=on_joint(3, lambda at: 1e-3 * at.q[:, 2])), poses_per_plane=20)
     after = before.refitted([JointScale(3)])
     errors = held_out_errors(before)
@@ -183,7 +183,9 @@ def test_effects_that_do_not_extrapolate_are_not_shipped(monkeypatch, factor, fi
 
 
 def test_a_true_effect_extrapolates():
-    """A joint's scale predicts regions that took no part in the fit, and is shipped; without effects there is nothing to hold out."""
+    """With a joint's scale error, regions that took no part in the fit are predicted well, and it is shipped; without effects no regions are held
+    out.
+    """
     before = fitted(77, Flaws(joints=on_joint(3, lambda at: 1e-3 * at.q[:, 2])), poses_per_plane=20)
     shipped = shipped_fit(before, before.refitted([JointScale(3)]), None)
     assert shipped.regions is not None and shipped.fit == EQUAL

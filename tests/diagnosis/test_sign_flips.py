@@ -1,4 +1,4 @@
-"""The tail of a sum of products over neighbours, where each pose's sign is drawn by a coin."""
+"""The tail of a sum of products over pairs of neighbours, where the sign of each pose is random."""
 
 import itertools
 
@@ -13,7 +13,7 @@ def pairs_in_order(n, lags):
 
 
 def every_sum(products, near, n):
-    """Return the sums of all 2^(n-1) draws of signs; the last sign may be kept."""
+    """Return the sums for all 2^(n-1) draws of signs; the last sign may be kept, because only products of signs count."""
     signs = np.array(list(itertools.product([-1.0, 1.0], repeat=n - 1)))
     signs = np.column_stack([signs, np.ones(len(signs))])
     return (signs[:, near[:, 0]] * signs[:, near[:, 1]]) @ products
@@ -22,7 +22,7 @@ def every_sum(products, near, n):
 @pytest.mark.parametrize("lags", [(1, 3, 5), (1, 2, 3)])
 @pytest.mark.parametrize("heavy", [False, True])
 def test_the_tail_is_that_of_all_draws_of_signs(lags, heavy):
-    """At least two thirds of the exact chance and at most four times it, triangles and large residuals or not."""
+    """It is at least two thirds of the exact probability and at most four times it, with and without triangles and large residuals."""
     n = 15
     near = pairs_in_order(n, lags)
     for seed in range(4):
@@ -46,12 +46,12 @@ def _tail_at(products, near, n, value):
 
 
 def test_a_sum_of_nothing_has_probability_one():
-    """Products that are all zero give a sum of zero for all signs."""
+    """If all products are zero, the sum is zero for all signs."""
     near = pairs_in_order(10, (1,))
     assert upper_tail(np.zeros(len(near)), near, 10) == 1.0
 
 
 def test_a_sum_of_equal_products_is_very_improbable():
-    """Nearly all signs would have to be equal."""
+    """The observed sum needs nearly all signs to be equal."""
     near = pairs_in_order(300, (1, 3, 5))
     assert upper_tail(np.ones(len(near)), near, 300) < 1e-12

@@ -1,6 +1,6 @@
-"""An effect is not named with confidence where something without a name explains the same as well.
+"""An effect is not named with confidence if something without a name explains the same equally well.
 
-Two pulleys of a belt look like a handful of a gear's orders; a sensor whose place wanders looks as if it had slipped once.
+The two pulleys of a belt resemble a few of a gear's orders; a sensor whose place wanders resembles one that slipped once.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from tests.effects.injected import Flaws, make_cell, on_joint, true_frames
 
 
 def two_pulleys(joint, slow, fast):
-    """A joint errs with the turns of two pulleys, of which neither goes round a whole number of times in the joint's turn."""
+    """A joint errs with the turns of two pulleys, neither of which makes a whole number of turns in one turn of the joint."""
     return Flaws(
         joints=on_joint(
             joint,
@@ -28,7 +28,7 @@ def two_pulleys(joint, slow, fast):
     ("joint", "slow", "fast"), [pytest.param(4, 3.65, 8.41, marks=pytest.mark.slow), (2, 2.4, 7.3)]
 )
 def test_two_pulleys_are_no_harmonics_of_the_joint(joint, slow, fast):
-    """No name at 0.8 or more; where none is given at all, what is left depends on the joint's own angle."""
+    """No name has a confidence of 0.8 or more; if there is no name at all, the structure depends on the joint's own angle."""
     for seed in (0, 1):
         cell = make_cell(two_pulleys(joint, slow, fast), seed=seed, poses_per_plane=34)
         content = diagnose(cell.dataset).to_mapping()
@@ -39,7 +39,7 @@ def test_two_pulleys_are_no_harmonics_of_the_joint(joint, slow, fast):
 
 
 def test_a_harmonic_of_the_joint_keeps_its_name():
-    """A wave of any order explains as much as the whole order that is there; the name is preferred, and likelier than not."""
+    """A wave of any order explains as much as the injected whole order; the name is preferred, with a confidence above one half."""
     cell, name, target = harmonic(903)
     (effect,) = diagnose(cell.dataset).to_mapping()["effects"]
     assert effect["name"] == name and effect["target"] == target
@@ -47,7 +47,7 @@ def test_a_harmonic_of_the_joint_keeps_its_name():
 
 
 def wandering(truth, seed):
-    """The sensor goes back and forth along its own z axis by about 0.2 mm, a random walk that is drawn back within 40 poses."""
+    """The sensor moves along its own z axis by about 0.2 mm, a random walk that is pulled back within 40 poses."""
     steps = np.random.default_rng(seed).standard_normal(1000)
     walk = np.zeros(1000)
     for k in range(1, 1000):
@@ -64,7 +64,7 @@ def wandering(truth, seed):
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2, 3))])
 def test_a_sensor_that_wanders_has_not_slipped(seed):
-    """Nothing is named with a confidence of 0.8 or more: a walk of a hundred poses explains as much as one step."""
+    """No name has a confidence of 0.8 or more, because a random walk over a hundred poses explains as much as one step."""
     truth = make_cell(seed=seed, poses_per_plane=3).scene.truth
     cell = make_cell(wandering(truth, seed), seed=seed, poses_per_plane=34)
     content = diagnose(cell.dataset).to_mapping()

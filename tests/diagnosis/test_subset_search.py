@@ -1,4 +1,4 @@
-"""The search over sets of effects: its algebra against least squares, its optimum against all sets, and what it finds in data."""
+"""The search of sets of effects: its algebra agrees with least squares, its optimum with all sets, and it finds what was injected."""
 
 from itertools import combinations
 
@@ -30,7 +30,7 @@ def subset(elements: SearchElements, some: tuple[int, ...]) -> Subset:
 def drawn(
     seed: int, rows: int = 80, widths: tuple[int, ...] = (1, 2, 3, 1, 2, 1, 2, 1)
 ) -> tuple[SearchElements, np.ndarray, np.ndarray]:
-    """Return elements that look alike in part, and a residual with three of them in it."""
+    """Return elements that partly resemble one another, and a residual with three of them in it."""
     rng = np.random.default_rng(seed)
     E = rng.normal(size=(rows, sum(widths))) + rng.normal(size=(rows, 1))
     c = np.zeros(E.shape[1])
@@ -41,7 +41,7 @@ def drawn(
 
 @pytest.mark.parametrize("seed", range(3))
 def test_the_squared_residual_of_a_set_is_that_of_the_penalised_fit(seed):
-    """With a prior of unit variance on every coefficient, as a solver for least squares finds it."""
+    """With a prior of unit variance on every coefficient, it is what a least-squares solver finds."""
     elements, E, r = drawn(seed)
     where = np.concatenate([elements.columns[p] for p in (0, 2, 6)])
     rows = np.vstack([E[:, where], np.eye(len(where))])
@@ -51,7 +51,7 @@ def test_the_squared_residual_of_a_set_is_that_of_the_penalised_fit(seed):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_extensions_are_ranked_as_the_sets_that_they_lead_to(seed):
-    """The element that extends a set best is the one with which the set has the most evidence."""
+    """The best extension of a set is the one with which the set has the most evidence."""
     elements, _, _ = drawn(seed)
     start = subset(elements, (1, 3))
     first = elements.extensions([start], most=8)[0][0]
@@ -61,7 +61,7 @@ def test_extensions_are_ranked_as_the_sets_that_they_lead_to(seed):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_sets_that_are_worked_out_together_are_those_worked_out_alone(seed):
-    """In the order in which they are given, whatever their numbers of columns; and so are their extensions."""
+    """Sets computed together, and their extensions, are those computed alone, in the given order, whatever their numbers of columns."""
     elements, _, _ = drawn(seed)
     every = [some for size in (3, 0, 2) for some in combinations(range(8), size)]
     together = elements.subsets(every)
@@ -73,7 +73,7 @@ def test_sets_that_are_worked_out_together_are_those_worked_out_alone(seed):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_no_set_has_more_evidence_than_the_one_that_is_found(seed):
-    """Against all sets of eight elements."""
+    """The set that is found has the most evidence of all sets of eight elements."""
     elements, _, _ = drawn(seed)
     every = [some for size in range(9) for some in combinations(range(8), size)]
     best = max(every, key=lambda some: subset(elements, some).evidence)
@@ -81,7 +81,7 @@ def test_no_set_has_more_evidence_than_the_one_that_is_found(seed):
 
 
 def test_an_exchange_leaves_a_set_that_imitates():
-    """Two elements that imitate a third together give way to it."""
+    """Two elements that together imitate a third are replaced by it."""
     rng = np.random.default_rng(7)
     true = rng.normal(size=200)
     halves = rng.permutation(200) < 100
@@ -97,8 +97,8 @@ def state_of(flaws: Flaws, seed: int, **options: object) -> FittedState:
     return refit(dataset, model, prepared.free, ())
 
 
-def test_a_change_is_found_at_its_moment_between_those_that_are_looked_at_first(monkeypatch):
-    """With few moments at the first look, the second looks at all poses near the one that was found."""
+def test_a_change_is_found_between_the_moments_of_the_coarse_search(monkeypatch):
+    """If the first search tries few beginnings, the second tries all poses near the one that was found, and finds the right one."""
     slip = np.eye(4)
     slip[:3, 3] = 0.4e-3, -0.3e-3, 0.5e-3
     state = state_of(Flaws(slip=(37, slip)), seed=21, poses_per_plane=30)
@@ -109,14 +109,14 @@ def test_a_change_is_found_at_its_moment_between_those_that_are_looked_at_first(
 
 
 def test_nothing_is_found_where_nothing_is():
-    """Noise alone."""
+    """With noise alone, no effect is found."""
     for seed in range(31, 35):
         state = state_of(Flaws(), seed=seed, poses_per_plane=20)
         assert best_subset(state, named_candidates(state.dataset)) == ()
 
 
 def test_the_search_starts_anew_from_a_state_with_effects():
-    """Wrong effects of a state are replaced, since everything is chosen anew about its optimum."""
+    """Wrong effects of a state are replaced, because the set is chosen anew at its optimum."""
     gear = lambda at: np.column_stack([8e-4 * np.sin(3 * at.q[:, 0]), np.zeros((len(at.q), 5))])  # noqa: E731
     state = state_of(Flaws(joints=gear), seed=41, poses_per_plane=25)
     wrong = state.refitted([JointScale(5)])

@@ -1,4 +1,4 @@
-"""Two halves of the poses: when they are diagnosed, what they decide, and what they leave of a confidence."""
+"""Two halves of the poses: when they are diagnosed, what they decide, and how they limit a confidence."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ LEAST = DEFAULTS.naming.least_confidence
 
 @dataclass(frozen=True)
 class SimpleFinding:
-    """What a limit reads of a finding."""
+    """The attributes of a finding that limiting its confidence needs."""
 
     effect: Any
     confidence: float = 0.97
@@ -48,7 +48,7 @@ def fitted(flaws: Flaws) -> FittedState:
 
 
 def halves_of(errors: HeldOutErrors, factors: tuple[float, float], chosen: tuple[bool, ...]) -> OuterSplit:
-    """Return two halves with errors in proportion to given ones, without and with effects, and which of them chose the scale of joint 4."""
+    """Return two halves with errors in proportion to given ones, without and with effects, with the runs that found the scale error of joint 4."""
     without, effects = (replace(errors, metric=errors.metric * factor**2) for factor in factors)
     answers = tuple(Answer(None, None, (JointScale(4),) if one else (), None) for one in chosen)  # type: ignore[arg-type]
     level = float(np.mean(errors.metric))
@@ -56,7 +56,7 @@ def halves_of(errors: HeldOutErrors, factors: tuple[float, float], chosen: tuple
 
 
 def test_independent_residuals_need_no_halves():
-    """Noise alone: similar poses err no more alike than others. A joint's error that the model lacks: they do."""
+    """With noise alone, residuals of similar poses are not correlated; with a joint's error that the model lacks, they are."""
     assert not residuals_are_correlated(fitted(Flaws()))
     assert residuals_are_correlated(
         fitted(Flaws(joints=on_joint(3, lambda at: 1e-3 * np.sin(3 * at.q[:, 2]))))
@@ -67,7 +67,7 @@ def test_independent_residuals_need_no_halves():
     ("effects", "equations", "judged"), [(1, 80.0, True), (0, 80.0, False), (1, 79.0, False)]
 )
 def test_halves_judge_what_was_chosen_from_enough_poses(monkeypatch, effects, equations, judged):
-    """Without effects no halves are run; and a half with fewer than four equations for each of ten parameters shows no effects, true or not."""
+    """No halves are run without effects, or if a half has fewer than four equations for each of ten parameters, because it then shows no effects."""
     module = sys.modules["scalar.diagnosis.two_halves"]
     monkeypatch.setattr(module, "residuals_are_correlated", lambda state: True)
     monkeypatch.setattr(module, "moving_joints", lambda state: None)
@@ -83,8 +83,8 @@ def test_halves_judge_what_was_chosen_from_enough_poses(monkeypatch, effects, eq
 @pytest.mark.parametrize(
     ("chosen", "most"), [((True, True), 1.0), ((True, False), 0.5), ((False, False), 0.25)]
 )
-def test_a_name_is_as_sure_as_the_halves_that_chose_it(chosen, most):
-    """Both: no limit. One: a half. None: a quarter, and the name is doubtful."""
+def test_the_confidence_is_limited_by_the_halves(chosen, most):
+    """If both halves found the effect, there is no limit. If one did, the limit is a half. If none did, it is a quarter, and the name is doubtful."""
     errors = HeldOutErrors(np.ones(8), np.ones(8), np.ones(8), np.arange(8))
     halves = halves_of(errors, (1.0, 1.0), chosen)
     assert most_confidence(halves.selected_in(JointScale(4)), halves) == pytest.approx(most)
@@ -97,8 +97,9 @@ def test_a_name_is_as_sure_as_the_halves_that_chose_it(chosen, most):
     ("factors", "fit", "stated"), [((4.0, 3.0), "equal_weights", 3.0), ((4.0, 5.0), "before", None)]
 )
 def test_the_stated_error_is_that_of_the_halves_where_it_is_larger(monkeypatch, factors, fit, stated):
-    """Halves that predict each other better with the effects: the effects are shipped with the error of the halves, corrected for the number of
-    poses. Worse: the model without effects is shipped, with its own held-out error, since nothing in it was chosen."""
+    """If the halves predict each other better with the effects, these are shipped with the error of the halves, corrected for the number of poses. If
+    worse, the model without effects is shipped with its own held-out error, because nothing in it was selected.
+    """
     found: dict[str, Any] = {}
 
     def halves(dataset, run, answer, settings, cores):

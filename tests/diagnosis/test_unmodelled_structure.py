@@ -1,4 +1,4 @@
-"""Which names one flexible term may stand for, and which names go with the flexible term of the same curve."""
+"""Which named effects one flexible term may replace, and which are dropped with the flexible term of the same curve."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ OTHER = UnattributedJoint(2, (Variable("q3", 0.0, 1.5),))
 
 
 def test_one_term_may_stand_for_all_of_a_joint_or_all_that_change_in_time():
-    """Groups are all errors of one joint's angle, all changes in time, and every named effect alone; a flexible term is in none."""
+    """The groups are all errors of one joint's angle, all changes in time, and every named effect alone; a flexible term is in none."""
     effects = [
         JointHarmonic(2, (3,)),
         JointScale(2),
@@ -40,8 +40,8 @@ def test_one_term_may_stand_for_all_of_a_joint_or_all_that_change_in_time():
 
 
 @pytest.mark.parametrize(("flexible", "kept"), [(OWN, {"joint_coupling"}), (OTHER, None)])
-def test_names_of_the_same_curve_go_with_the_flexible_term(flexible, kept):
-    """A term along a joint's own angle takes that joint's harmonics and scale with it, and nothing else; one along another angle takes nothing."""
+def test_effects_of_the_same_curve_are_dropped_with_a_flexible_term(flexible, kept):
+    """A term along a joint's own angle drops that joint's harmonics and scale error, and nothing else; a term along another angle drops nothing."""
     dataset = make_cell(seed=7, poses_per_plane=40, points_per_scan=8).dataset
     model, prepared = geometry_fit(dataset)
     named = (JointHarmonic(2, (3,)), JointScale(2), JointCoupling(5, 4))

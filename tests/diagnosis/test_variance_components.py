@@ -1,4 +1,4 @@
-"""Noise effects: random errors of the joints in each pose and of each scan, estimated and distinguished."""
+"""Variance components: random errors of the joints in each pose and of each scan, estimated and distinguished."""
 
 import numpy as np
 import pytest
@@ -20,8 +20,8 @@ def found_in(flaws, seed, **settings):
 
 @pytest.mark.parametrize("name", NOISES)
 def test_noise_is_named_and_measured(name):
-    """Over 16 workcells the right one of jitter and bias is the likeliest each time; its standard deviation lies within
-    its standard error, neither better nor worse: (hat - true) / std has about unit spread and no offset.
+    """Over 16 workcells the right one of jitter and bias is the likeliest each time, and its standard deviation agrees with the true one as its
+    standard error states: (hat - true) / std has a mean near zero and a standard deviation near one.
     """
     flaws, truth = NOISES[name]
     pulls = []
@@ -35,7 +35,7 @@ def test_noise_is_named_and_measured(name):
 
 
 def test_clean_data_have_no_noise_effect():
-    """Over 16 workcells nothing is found where scans differ by their points' noise alone."""
+    """Over 16 workcells, no component is found if scans differ by the noise of their points alone."""
     assert not any(found_in(Flaws(), seed) for seed in range(SEEDS))
 
 
@@ -47,7 +47,7 @@ def test_whitening_undoes_the_covariance():
     np.testing.assert_allclose(one, np.broadcast_to(np.eye(one.shape[1]), one.shape), atol=1e-9)
 
 
-def test_more_noise_is_more():
-    """The estimate grows with what is injected, down to where it can no longer be distinguished from nothing."""
+def test_the_estimate_grows_with_the_noise():
+    """The estimate grows with what is injected, down to the size at which it is no longer significant."""
     sizes = [found_in(Flaws(jitter=size), 5)[0].std for size in (1e-4, 2e-4, 4e-4)]
     assert sizes[0] < sizes[1] < sizes[2]

@@ -1,4 +1,4 @@
-"""The time constant of a warm-up is a number that is fitted: right to its standard error, from wherever the search begins."""
+"""The time constant of a warm-up is fitted: right to its standard error, from any start of the search."""
 
 import json
 
@@ -20,7 +20,7 @@ def clock(rng: np.random.Generator, n_poses: int, n_joints: int) -> dict[str, np
 
 
 def warming_up(seed: int):
-    """Return a dataset of an arm that warms up as it works."""
+    """Return a dataset of an arm that warms up while it works."""
     truth = make_cell(seed=seed, poses_per_plane=3).scene.truth
     lengths = np.zeros_like(truth.geometry)
     lengths[[A, D]] = truth.geometry[[A, D]]
@@ -35,7 +35,7 @@ def warming_up(seed: int):
 
 @pytest.fixture(scope="module")
 def fits():
-    """Return the warm-ups fitted to six datasets, each from a constant that is too small and from one that is too large."""
+    """Return the warm-ups fitted to six datasets, each from a time constant that is too small and from one that is too large."""
     found = []
     for seed in range(310, 316):
         dataset = warming_up(seed)
@@ -49,13 +49,13 @@ def fits():
 
 
 def gram(state):
-    """Return the normal equations of all that is free, the warm-up's two coefficients last."""
+    """Return the normal equations of all free parameters, the warm-up's two coefficients last."""
     J = state.linearised()[1]
     return J.T @ J
 
 
 def test_the_constant_is_found_to_its_standard_error(fits):
-    """Over the datasets, growth and constant are off by one standard error or so, and never by four."""
+    """Over the datasets, growth and time constant are off by about one standard error, and never by four."""
     z = []
     for _, effect, std in fits:
         stated = effect.stated(list(std))
@@ -67,14 +67,14 @@ def test_the_constant_is_found_to_its_standard_error(fits):
 
 
 def test_the_start_does_not_matter(fits):
-    """From both starts the same constant is found, to a hundredth of its standard error."""
+    """From both starts the same time constant is found, to a hundredth of its standard error."""
     for (_, low, std), (_, high, _) in zip(fits[::2], fits[1::2], strict=True):
         (a, error), (b, _) = (effect.stated(list(std))["time_constant_s"] for effect in (low, high))
         assert abs(a - b) < 0.01 * error
 
 
-def test_it_is_saved(fits):
-    """What a file says of the warm-up is the constant that was fitted, to the last bit."""
+def test_the_time_constant_is_saved(fits):
+    """A file contains the time constant that was fitted, to the last bit."""
     for _, effect, std in fits:
         back = effect_from_mapping(json.loads(json.dumps(effect_to_mapping(effect, list(std)))))
         assert back.stated(list(std)) == effect.stated(list(std))

@@ -1,4 +1,4 @@
-"""Workcells with a cause that no effect of the catalogue describes: a diagnosis must call it unattributed."""
+"""Workcells with a cause that no effect of the catalogue describes; a diagnosis must call it unattributed."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from tests.effects.injected import Cell, Flaws, PoseData, make_cell, on_joint
 
 
 def unnamed(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
-    """Joint 3 errs with the product of two other joints' angles, as no effect of the catalogue does."""
+    """Joint 3 errs with the product of two other joints' angles."""
     error = on_joint(3, lambda at: 5e-4 * np.sin(at.q[:, 1] * at.q[:, 4]))
     return make_cell(Flaws(joints=error), seed=seed, **settings), "unattributed", {"depends_on": {"q2", "q5"}}
 
 
 def along_one_joint(seed: int, curve: Callable[[np.ndarray, np.random.Generator], np.ndarray]) -> Flaws:
-    """A joint that errs along its own angle by what is neither its gear's nor in proportion."""
+    """A joint errs along its own angle, neither as a gear does nor in proportion."""
     rng = draw(seed)
     j = int(rng.integers(1, 6))
     state = rng.bit_generator.state
@@ -32,17 +32,17 @@ def along_one_joint(seed: int, curve: Callable[[np.ndarray, np.random.Generator]
 
 
 def worn_teeth(q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """4e-4 rad over a quarter of a radian, with flanks of another quarter."""
+    """An error of 4e-4 rad over a quarter of a radian, with flanks of another quarter."""
     return 4e-4 * np.clip(1.5 - np.abs(q - rng.uniform(-0.5, 0.5)) / 0.25, 0.0, 1.0)
 
 
 def lost_count(q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """3e-4 rad beyond one angle."""
+    """An error of 3e-4 rad beyond one angle."""
     return 3e-4 * (q > rng.uniform(-0.4, 0.4))
 
 
 def bent_scale(q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """6e-4 rad a radian, the sign of which turns at one angle."""
+    """A scale error of 6e-4 rad per radian whose sign changes at one angle."""
     return 6e-4 * np.abs(q - rng.uniform(-0.4, 0.4))
 
 
@@ -53,7 +53,7 @@ def belt(q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def late_jump(seed: int) -> Flaws:
-    """A joint that is 5e-4 rad off from a moment on."""
+    """A joint that is off by 5e-4 rad from some moment on."""
     rng = draw(seed)
     j, share = int(rng.integers(2, 6)), rng.uniform(0.3, 0.7)
     return Flaws(
@@ -62,7 +62,7 @@ def late_jump(seed: int) -> Flaws:
 
 
 def swaying_floor(seed: int) -> Flaws:
-    """A base that sways by 0.3 mm some times in a run."""
+    """A base that sways by 0.3 mm a few times in a run."""
     rng = draw(seed)
     way, periods = 3e-4 * unit(rng), rng.uniform(2.0, 6.0)
 
