@@ -76,8 +76,8 @@ class ShippedFit:
         held_out: Held-out errors of the fit that is shipped.
         effects_held_out: Held-out errors of the fit with effects.
         regions: Errors without and with the effects where whole regions are held out; None without effects or with too few poses.
-        decided_by: What decided: ``predicted_std`` between the weights; ``expected_error``, ``held_out``, ``regions`` or ``unseen`` against the
-            effects; ``only_one`` if there was nothing to decide.
+        decided_by: What decided: ``predicted_std`` between the weights; ``expected_error``, ``held_out``, ``regions``, ``unseen`` or ``few_poses``
+            against the effects; ``only_one`` if there was nothing to decide.
         disagreement: The comparison of the weighted fit with that of equal weights; None without a variance component.
         choice: The effects that the fit with effects contains.
     """
@@ -152,9 +152,17 @@ def shipped_fit(
         regions = _regions(before, after)
         judged = {"held_out": (without, equal), "regions": regions, "unseen": unseen}
         against = next((name for name, errors in judged.items() if errors and not no_worse(*errors)), None)
+        if all(effect.flexible for effect in after.effects) and _few_equations(after):
+            against = "few_poses"
     if against is not None:
         fit, held_out, decided_by = BEFORE, without, against
     return ShippedFit(fit, effects_fit, held_out, effects_held_out, regions, decided_by, found, choice)
+
+
+def _few_equations(state: FittedState) -> bool:
+    """Return whether so few equations are measured for each parameter of the geometry that flexible terms may follow the noise of single poses."""
+    equations = int(state.residuals.measurement.equations.sum())
+    return equations < state.settings.shipped_fit.least_equations * int(state.geometry_free.sum())
 
 
 def _regions(before: FittedState, after: FittedState) -> tuple[HeldOutErrors, HeldOutErrors] | None:

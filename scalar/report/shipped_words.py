@@ -77,6 +77,11 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
             f"after.json is the model without effects, because with them predictions at other poses are expected to err by {with_all}, "
             f"and by {without} without them{gain}. The effects are findings only, and nothing is corrected for them."
         ]
+    if shipped.decided_by == "few_poses":
+        return [
+            "after.json is the model without effects, because structure without a name was found in few poses. In simulated trials, correcting "
+            "for it did harm as often as good. Measure more poses ('scalar plan' chooses them), and diagnose again."
+        ]
     judged = diagnosis.halves if diagnosis.outer is None else diagnosis.outer
     if shipped.decided_by == "unseen" and judged is not None:
         poses, errors = "poses that took no part in the diagnosis", [e.rms for e in judged.errors]

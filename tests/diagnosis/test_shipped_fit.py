@@ -148,6 +148,22 @@ def test_effects_with_which_unseen_poses_are_predicted_worse_are_not_shipped():
         assert (shipped.fit, shipped.decided_by) == (fit, "only_one" if fit == EQUAL else "unseen")
 
 
+@pytest.mark.parametrize(
+    ("poses_per_plane", "flexible", "decided_by"),
+    [(13, True, "few_poses"), (13, False, "only_one"), (20, True, "only_one")],
+)
+def test_structure_without_a_name_is_not_corrected_with_few_poses(
+    monkeypatch, poses_per_plane, flexible, decided_by
+):
+    """With 13 poses on each of three planes, two equations for each of 39 parameters, a flexible term is not shipped; an effect with a name is."""
+    monkeypatch.setattr(JointScale, "flexible", flexible)
+    before = fitted(
+        77, Flaws(joints=on_joint(3, lambda at: 3e-3 * at.q[:, 2])), poses_per_plane=poses_per_plane
+    )
+    shipped = shipped_fit(before, before.refitted([JointScale(3)]), None)
+    assert shipped.decided_by == decided_by and shipped.without_effects == (decided_by == "few_poses")
+
+
 @pytest.mark.slow
 def test_a_bow_that_is_no_finding_is_said_to_be_corrected():
     """If one target plane bows clearly and two bow a little, after.json has bows that are no findings, and report and diagnosis.json say so."""
