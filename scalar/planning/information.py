@@ -91,7 +91,7 @@ def prior_std(model: Model) -> Array:
     return np.array([_PRIOR_STD.get(unit, _OTHER_PRIOR) for unit in model.units])
 
 
-def whitened_rows(residuals: Residuals, model: Model, repeatability: float) -> Array:
+def whitened_rows(residuals: Residuals, model: Model, repeatability: float = 0.0) -> Array:
     """Return the Jacobian ``(N, m, P)`` of the measurements, whitened for the sensor's noise and the arm's repeatability [m]."""
     residual, J = residuals.linearise_measured(model)
     N = len(residuals.poses)

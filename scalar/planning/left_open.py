@@ -3,7 +3,8 @@
 The error that is expected of a calibration is that of its own parameters. Poses that show little of the joint space also leave open coefficients
 of the effects that were found (the torques of other links), what the effects are confounded with, and effects that they do not show at all. Here all
 of these are parameters: those of an effect that was found with a prior standard deviation of the size of its coefficients, the others with their
-natural size. The rows of the measured poses give the covariance of all parameters, and this the error of a predicted position.
+natural size. The rows of the measured poses give the covariance of all parameters, and this the error of a predicted position. The noise is that of the
+fit, with what the residual has beyond it: that is how far measured poses scatter, whatever the arm's repeatability is said to be.
 """
 
 from __future__ import annotations
@@ -41,16 +42,13 @@ class LeftOpen:
     effects: tuple[Effect, ...]
 
 
-def left_open(
-    dataset: Dataset, calibration: Calibration, diagnosis: Mapping[str, Any], repeatability: float = 0.0
-) -> LeftOpen | None:
+def left_open(dataset: Dataset, calibration: Calibration, diagnosis: Mapping[str, Any]) -> LeftOpen | None:
     """Return how far predictions may err by what a diagnosis left open; None where it left nothing open that acts on the arm.
 
     Args:
         dataset: That was diagnosed.
         calibration: The one after the diagnosis.
         diagnosis: Content of ``diagnosis.json``.
-        repeatability: Standard deviation of a pose along each axis [m].
     """
     pairs, _ = open_pairs(diagnosis, calibration.model.effects, dataset)
     pairs = [pair for pair in pairs if _on_the_arm(pair)]
@@ -60,7 +58,7 @@ def left_open(
     rivals = [pair.effect if pair.rival is None else pair.rival for pair in pairs]
     model = replace(calibration.model, effects=with_zero(base, rivals))
     residuals, here = linearised_at(model, dataset)
-    rows = whitened_rows(residuals, here, repeatability) / excess_factor(calibration.summary)
+    rows = whitened_rows(residuals, here) / excess_factor(calibration.summary)
     prior = _priors(here, calibration)
     free = prior > 0
     scaled = rows[:, :, free].reshape(-1, int(free.sum())) * prior[free]

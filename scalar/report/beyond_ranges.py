@@ -6,7 +6,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from scalar.data.io.atomic import plain
-from scalar.planning.defaults import REPEATABILITY
 from scalar.planning.left_open import LeftOpen, left_open
 from scalar.report.words import length, listed, quoted
 
@@ -50,4 +49,4 @@ def error_left_open(diagnosis: Diagnosis) -> LeftOpen | None:
 @lru_cache(maxsize=1)
 def _left_open(diagnosis: Diagnosis) -> LeftOpen | None:
     mapping = plain(diagnosis.to_mapping())
-    return left_open(diagnosis.dataset, diagnosis.calibration_after, mapping, REPEATABILITY)
+    return left_open(diagnosis.dataset, diagnosis.calibration_after, mapping)

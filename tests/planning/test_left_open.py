@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from scalar.data.dataset import Dataset
 from scalar.data.declared import Sensor
+from scalar.diagnosis.result import Diagnosis
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.result import Calibration
@@ -20,6 +21,7 @@ from scalar.planning.candidates import draw_candidates
 from scalar.planning.left_open import left_open
 from scalar.planning.questions import open_pairs
 from scalar.planning.workcell import Workcell
+from scalar.report.beyond_ranges import error_left_open
 from scalar.robots import read_arm
 from tests.kinematics import chain
 
@@ -61,14 +63,20 @@ class Case:
         return poses_after(cell, found, self.dataset, self.calibration, left)
 
 
-def case(width: float) -> Case:
-    """Return the case whose joint 3 was measured over a width [rad], and all other joints over their whole range."""
+def case(width: float, noise: float = NOISE, links: tuple[int, ...] = (2,)) -> Case:
+    """Return the case whose joint 3 was measured over a width [rad], and all other joints over their whole range.
+
+    Args:
+        width: Of joint 3.
+        noise: Of the tracker [m].
+        links: Whose torques the calibration has.
+    """
     rng = np.random.default_rng(5)
     q = rng.uniform(*ROBOT.limits.T, (60, 6))
     q[:, 2] = 1.0 + rng.uniform(-width / 2, width / 2, 60)
-    points = stands(q)[:, :3, 3] + NOISE * rng.standard_normal((60, 3))
-    dataset = Dataset.from_arrays(robot=ROBOT, sensor=Sensor("tracker", T_SENSOR, NOISE), q=q, points=points)
-    effect = JointCompliance(((2, 2),))
+    points = stands(q)[:, :3, 3] + noise * rng.standard_normal((60, 3))
+    dataset = Dataset.from_arrays(robot=ROBOT, sensor=Sensor("tracker", T_SENSOR, noise), q=q, points=points)
+    effect = JointCompliance(tuple((2, link) for link in links))
     made = calibrate(dataset, effects=(effect,))
     (found,) = made.model.effects
     entry = {
@@ -105,3 +113,26 @@ def test_the_stated_error_counts_what_is_left_open(narrow: Case) -> None:
     assert found is not None
     assert 0.5 * narrow.error < found.error < 3.0 * narrow.error
     assert narrow.error > 3.0 * NOISE
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosed:
+    """What the report reads of a diagnosis."""
+
+    dataset: Dataset
+    calibration_after: Calibration
+    findings: tuple[str, ...]
+    content: dict[str, Any]
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the content of ``diagnosis.json``."""
+        return self.content
+
+
+def test_the_report_takes_the_scatter_that_the_poses_show() -> None:
+    """Poses that scatter by the sensor's noise alone show how well the arm repeats them: the stated error adds no usual repeatability."""
+    precise = case(4.0, 2e-6, (2, 3))
+    diagnosis = Diagnosed(precise.dataset, precise.calibration, ("sag",), precise.diagnosis)
+    found = error_left_open(cast(Diagnosis, diagnosis))
+    assert found is not None
+    assert precise.error / 2 < found.error < 3.0 * precise.error
