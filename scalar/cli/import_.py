@@ -39,7 +39,20 @@ def import_(
     """Import foreign tables into a dataset.
 
     The YAML file MAPPING states columns, units and separators of the tables. A SOURCE is a CSV file, a MATLAB matrix
-    (.mat), or a folder that holds the files that MAPPING names. docs/mapping.md has a small mapping and explains it.
+    (.mat), or a folder that holds the files that MAPPING names. docs/mapping.md has small mappings for a tracker and a
+    scanner, and explains each key.
+
+    \b
+    A table with a whole profile in each row (Keyence LJ), the heads of its columns being x, is mapped so:
+      points:
+        files: [{name: LJ_profiles.csv}]
+        text: {separator: ",", decimal: ".", missing: ["-99.9999"]}
+        row_profiles: {}
+        drop_without: [z]
+        columns:
+          pose: {column: "No."}
+          x: {column: "@x", unit: mm}
+          z: {column: "@z", unit: mm}
 
     \b
     Example (see configs/measured for complete mappings):

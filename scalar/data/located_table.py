@@ -101,9 +101,9 @@ def shorten(value: object, width: int = 40) -> str:
     return text if len(text) <= width else text[: width - 4] + "..." + text[-1]
 
 
-def too_many_columns(count: int) -> str:
+def too_many_columns(count: int, most: int = MAX_COLUMNS) -> str:
     """Return the message about a table with more columns than are read."""
-    return f"{count} columns, and at most {MAX_COLUMNS} are read; keep those that are needed"
+    return f"{count} columns, and at most {most} are read; keep those that are needed"
 
 
 def header_faults(file: str, names: list[str], layout: Layout, row: int | None = 1) -> list[Fault]:

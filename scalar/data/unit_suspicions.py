@@ -5,10 +5,13 @@ millimetres. They leave room for large arms (4 m of reach), trackers far away, l
 several times, and axes that turn without end where their limits say so.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from scalar.data.description import DESCRIPTION, Description, KeyPath
 from scalar.data.located_table import Table
+from scalar.data.scanner_marks import suspect_marks
 from scalar.data.sensor_formats import MeasuredTable
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.robot import DEFAULT_LIMIT
@@ -32,22 +35,27 @@ MAX_POINT_NOISE = (
     5e-3  # m; one standard deviation of a single point: trackers and probes have 1e-5 to 1e-4, cameras 1e-3
 )
 MAX_NORMAL_STD = 0.5  # rad; one standard deviation of a direction
-LEAST_MARKED_SCANS = 3  # with a number that may stand for "no value"; in fewer, it may be a coincidence
-DISTINCT = 0.2  # least share of distinct numbers in a column of which one may be such a mark
-FAR_MARK = 0.1  # of the range of all other numbers of its column, by which such a number is apart from them
 GRAVITY = (1.0, 20.0)  # m/s^2
 
-_AS_METRES = "are these millimetres? write metres"
-_AS_RADIANS = "are these degrees? write radians"
+
+def write_si(unit: str) -> str:
+    """Return what to do where a number looks like millimetres and should be metres (``m``), or like degrees and should be radians (``rad``)."""
+    return "are these millimetres? write metres" if unit == "m" else "are these degrees? write radians"
 
 
-def suspect_description(description: Description) -> None:
-    """Add numbers of dataset.yaml that look like other units to ``description.faults``."""
-    _suspect_joints(description)
+def suspect_description(description: Description, advice: Callable[[str], str] = write_si) -> None:
+    """Add numbers of dataset.yaml that look like other units to ``description.faults``.
+
+    Args:
+        description: The description.
+        advice: What to do, by the unit that is expected; a mapping states units of its own.
+    """
+    as_metres, as_radians = advice("m"), advice("rad")
+    _suspect_joints(description, as_metres, as_radians)
     limits = {"base": MAX_BASE, "flange": MAX_TOOL}
     transforms = [(("robot", key), limit) for key, limit in limits.items()]
     for path, limit in [*transforms, (("sensor", "nominal_pose"), MAX_TOOL)]:
-        _suspect_transform(description, path, limit)
+        _suspect_transform(description, path, limit, as_metres, as_radians)
     gravity = description.vector("robot", "gravity")
     if gravity is not None and not GRAVITY[0] <= (size := float(np.linalg.norm(gravity))) <= GRAVITY[1]:
         message = f"suspect: gravity of {size:g} m/s^2; write about 9.81 m/s^2, downwards in the base frame"
@@ -55,21 +63,21 @@ def suspect_description(description: Description) -> None:
     noise = description.number("sensor", "noise")
     scans = description.sensor_format is not None and description.sensor_format.scans
     if noise is not None and noise >= (MAX_NOISE if scans else MAX_POINT_NOISE):
-        message = f"suspect: a noise of {noise:g} m is {noise / MM:g} mm; {_AS_METRES}, as in 1.0e-4"
+        message = f"suspect: a noise of {noise:g} m is {noise / MM:g} mm; {as_metres}, as in 1.0e-4"
         description.fault(("sensor", "noise"), message)
     base = description.vector("robot", "base", "translation")
     far = MAX_PLANE + (0.0 if base is None else float(np.linalg.norm(base)))
     for i in range(len(description.items("planes"))):
         distance = description.number("planes", i, "distance")
         if distance is not None and abs(distance) > far:
-            description.fault(("planes", i, "distance"), f"suspect: a plane at {distance:g} m; {_AS_METRES}")
+            description.fault(("planes", i, "distance"), f"suspect: a plane at {distance:g} m; {as_metres}")
         normal_std = description.number("planes", i, "known", "normal_std")
         if normal_std is not None and normal_std > MAX_NORMAL_STD:
-            message = f"suspect: a normal known to {normal_std:g} rad; {_AS_RADIANS}"
+            message = f"suspect: a normal known to {normal_std:g} rad; {as_radians}"
             description.fault(("planes", i, "known", "normal_std"), message)
 
 
-def _suspect_joints(description: Description) -> None:
+def _suspect_joints(description: Description, as_metres: str, as_radians: str) -> None:
     joints = range(description.n_joints)
     lengths = []
     for i in joints:
@@ -77,14 +85,14 @@ def _suspect_joints(description: Description) -> None:
         for key in ("alpha", "theta", "beta"):
             angle = description.number(*path, key)
             if angle is not None and abs(angle) > MAX_ANGLE_PARAMETER:
-                description.fault((*path, key), f"suspect: {angle:g} rad is more than a turn; {_AS_RADIANS}")
+                description.fault((*path, key), f"suspect: {angle:g} rad is more than a turn; {as_radians}")
         for key in ("a", "d"):
             length = description.number(*path, key) or 0.0
             lengths.append(abs(length))
             if abs(length) > MAX_LINK:
-                description.fault((*path, key), f"suspect: a link of {length:g} m; {_AS_METRES}")
+                description.fault((*path, key), f"suspect: a link of {length:g} m; {as_metres}")
     if sum(lengths) > MAX_CHAIN and not max(lengths) > MAX_LINK:
-        message = f"suspect: the links add up to {sum(lengths):g} m; {_AS_METRES}"
+        message = f"suspect: the links add up to {sum(lengths):g} m; {as_metres}"
         description.fault(("robot", "joints"), message)
     _suspect_short(description, sum(lengths))
     largest = {}
@@ -97,14 +105,14 @@ def _suspect_joints(description: Description) -> None:
             largest[i] = size
         elif size > MAX_TRAVEL:
             description.fault(
-                ("robot", "joints", i, "limits"), f"suspect: a travel of {size:g} m; {_AS_METRES}"
+                ("robot", "joints", i, "limits"), f"suspect: a travel of {size:g} m; {as_metres}"
             )
     wide = {i for i, angle in largest.items() if angle > SEVERAL_TURNS}
     # A single axis may turn without end; its limits are suspect if they look like whole degrees.
     if not _several(len(wide), len(joints)):
         wide = {i for i in wide if largest[i] > MANY_TURNS and largest[i] == round(largest[i])}
     for i in sorted(wide):
-        message = f"suspect: limits of {largest[i]:g} rad are {largest[i] / TURN:.1f} turns; {_AS_RADIANS}"
+        message = f"suspect: limits of {largest[i]:g} rad are {largest[i] / TURN:.1f} turns; {as_radians}"
         description.fault(("robot", "joints", i, "limits"), message)
 
 
@@ -123,13 +131,15 @@ def _suspect_short(description: Description, chain: float) -> None:
         description.fault(("robot", "joints"), message)
 
 
-def _suspect_transform(description: Description, path: KeyPath, limit: float) -> None:
+def _suspect_transform(
+    description: Description, path: KeyPath, limit: float, as_metres: str, as_radians: str
+) -> None:
     translation = description.vector(*path, "translation")
     if translation is not None and (size := float(np.linalg.norm(translation))) > limit:
-        description.fault((*path, "translation"), f"suspect: a length of {size:g} m; {_AS_METRES}")
+        description.fault((*path, "translation"), f"suspect: a length of {size:g} m; {as_metres}")
     rotation = description.vector(*path, "rotation_vector")
     if rotation is not None and (size := float(np.linalg.norm(rotation))) > MAX_ANGLE_PARAMETER:
-        message = f"suspect: a rotation by {size:g} rad is more than a turn; {_AS_RADIANS}"
+        message = f"suspect: a rotation by {size:g} rad is more than a turn; {as_radians}"
         description.fault((*path, "rotation_vector"), message)
 
 
@@ -138,10 +148,21 @@ def _several(n: int, n_joints: int) -> bool:
     return n >= 2 and 3 * n >= n_joints
 
 
-def suspect_joint_angles(poses: Table, description: Description, faults: list[Fault]) -> None:
+def suspect_joint_angles(
+    poses: Table,
+    description: Description,
+    faults: list[Fault],
+    advice: Callable[[str, str], str] = lambda unit, _: write_si(unit),
+) -> None:
     """Add joint angles that look like degrees: one joint far beyond its limits, or several beyond 1.5 turns; and travels in millimetres.
 
     Each such joint gives one fault, with its largest angle and the number of its angles out of bounds.
+
+    Args:
+        poses: The table of poses.
+        description: The description, with the joints' limits.
+        faults: What is found is added here.
+        advice: What to do, by the unit that is expected and the column.
     """
     bounds, wide = {}, []
     for i in range(description.n_joints):
@@ -150,7 +171,7 @@ def suspect_joint_angles(poses: Table, description: Description, faults: list[Fa
             continue
         limits = description.vector("robot", "joints", i, "limits", size=2)
         if description.slides(i):
-            _suspect_travel(poses, name, limits, faults)
+            _suspect_travel(poses, name, limits, faults, advice("m", name))
             continue
         declared = 0.0 if limits is None else 1.01 * float(np.abs(limits).max())
         bounds[name] = max(MANY_TURNS, declared)
@@ -163,7 +184,7 @@ def suspect_joint_angles(poses: Table, description: Description, faults: list[Fa
         if beyond:
             message = (
                 f"suspect: {value:g} rad is {abs(value) / TURN:.1f} turns, and "
-                f"{beyond} of {poses.n_rows} angles are beyond {bound:.1f} rad; {_AS_RADIANS}, or, if it "
+                f"{beyond} of {poses.n_rows} angles are beyond {bound:.1f} rad; {advice('rad', name)}, or, if it "
                 f"really turns so far, give its limits in {DESCRIPTION}"
             )
             faults.append(Fault(poses.file, message, int(poses.line_numbers()[worst]), name))
@@ -192,27 +213,42 @@ def refuse_degrees(q: np.ndarray, limits: np.ndarray, slides: np.ndarray) -> Non
     worst = np.argmax(np.abs(q), axis=0) if len(q) else np.zeros(q.shape[1], dtype=int)
     faults = []
     for j in np.flatnonzero(largest > bounds):
-        unit, hint = ("m", _AS_METRES) if slides[j] else ("rad", _AS_RADIANS)
-        message = f"suspect: {q[worst[j], j]:g} {unit}, and the limits of joint {j + 1} are {limits[j, 0]:g} and {limits[j, 1]:g} {unit}; {hint}"
+        unit = "m" if slides[j] else "rad"
+        range_ = f"the limits of joint {j + 1} are {limits[j, 0]:g} and {limits[j, 1]:g} {unit}"
+        message = f"suspect: {q[worst[j], j]:g} {unit}, and {range_}; {write_si(unit)}"
         faults.append(Fault("poses", message, None, f"q{j + 1}"))
     if faults:
         raise InvalidInput(faults)
 
 
-def _suspect_travel(poses: Table, name: str, limits: np.ndarray | None, faults: list[Fault]) -> None:
+def _suspect_travel(
+    poses: Table, name: str, limits: np.ndarray | None, faults: list[Fault], as_metres: str
+) -> None:
     """Add the travels of a prismatic joint that look like millimetres: one fault, with the largest travel."""
     bound = MAX_TRAVEL if limits is None else TRAVEL_OVER_LIMIT * float(np.abs(limits).max())
     beyond, worst, value = _beyond(poses.columns[name], bound)
     if beyond:
         message = (
-            f"suspect: a travel of {value:g} m, and {beyond} of {poses.n_rows} are beyond {bound:g} m; {_AS_METRES}, or, "
+            f"suspect: a travel of {value:g} m, and {beyond} of {poses.n_rows} are beyond {bound:g} m; {as_metres}, or, "
             f"if it really goes so far, give its limits in {DESCRIPTION}"
         )
         faults.append(Fault(poses.file, message, int(poses.line_numbers()[worst]), name))
 
 
-def suspect_points(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
-    """Add columns of points that look like millimetres or degrees, or that hold a scanner's mark for "no value": one fault for each column."""
+def suspect_points(
+    points: Table,
+    layout: MeasuredTable,
+    faults: list[Fault],
+    advice: Callable[[str, str], str] = lambda unit, _: write_si(unit),
+) -> None:
+    """Add columns of points that look like millimetres or degrees, or that hold a scanner's mark for "no value": one fault for each column.
+
+    Args:
+        points: The table of points.
+        layout: Its columns, with their units.
+        faults: What is found is added here.
+        advice: What to do, by the unit that is expected and the column.
+    """
     if not points.n_rows:
         return
     for name, unit in (*layout.units.items(), *layout.optional.items()):
@@ -226,54 +262,11 @@ def suspect_points(points: Table, layout: MeasuredTable, faults: list[Fault]) ->
         if beyond:
             message = (
                 f"suspect: {value:g} {unit}, and {beyond} of {points.n_rows} numbers are "
-                f"beyond {limit:.4g} {unit}; {_AS_METRES if unit == 'm' else _AS_RADIANS}, or remove the points"
+                f"beyond {limit:.4g} {unit}; {advice(unit, name)}, or remove the points"
             )
             faults.append(Fault(points.file, message, int(points.line_numbers()[worst]), name))
     if layout.several_rows and layout.item is None and points.good("pose"):
-        _suspect_marks(points, layout, faults)
-
-
-def _suspect_marks(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
-    """Add columns of scans with a number that stands for "no value".
-
-    Scanners write such a mark, 0 or -99.9999 for example, for points that they did not see. Such points lie on a line of their own, so that no fit
-    tells them from a second surface.
-    """
-    pose = points.columns["pose"]
-    for name, unit in layout.units.items():
-        if unit != "m" or name not in points.columns:
-            continue
-        values = _finite(points.columns[name])
-        for extreme in dict.fromkeys((float(values.min()), float(values.max()))):
-            marked = values == extreme
-            if _is_mark(extreme, values[~marked], pose[marked], pose[~marked]):
-                message = (
-                    f"suspect: {extreme:g} {unit} stands in {marked.sum()} points of {len(np.unique(pose[marked]))} scans, far from all others: "
-                    "a scanner's mark for 'no value'? Leave these points out"
-                )
-                row = int(points.line_numbers()[np.argmax(marked)])
-                faults.append(Fault(points.file, message, row, name))
-
-
-def _is_mark(number: float, others: np.ndarray, pose: np.ndarray, pose_of_others: np.ndarray) -> bool:
-    """Return whether a number stands for "no value": it is far from all others, and stands beside more of them in each of several scans.
-
-    Args:
-        number: The least or the largest number of a column.
-        others: ``(M,)``, the numbers of the column that differ from it.
-        pose: The poses at which the number stands, once for each time.
-        pose_of_others: ``(M,)``, the poses of the others.
-    """
-    scans = np.unique(pose)
-    if len(scans) < LEAST_MARKED_SCANS or not len(others):
-        return False
-    in_these = pose_of_others[np.isin(pose_of_others, scans)]
-    if len(pose) >= len(in_these) or len(np.unique(in_these)) < len(scans):
-        return False
-    if np.min(np.abs(others - number)) <= FAR_MARK * np.ptp(others):
-        return False
-    # Where all numbers repeat, the rays are at the same places in every scan.
-    return len(np.unique(others)) >= DISTINCT * len(others)
+        suspect_marks(points, layout, faults)
 
 
 def _beyond(values: np.ndarray, bound: float) -> tuple[int, int, float]:

@@ -5,7 +5,7 @@ and the result is checked as a dataset folder is before anything is written. Fau
 """
 
 import os
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,11 +17,12 @@ from scalar.data.dataset_writer import refuse_dataset, write_dataset
 from scalar.data.located_table import check_cells
 from scalar.data.references import check_references, references_layout
 from scalar.data.table_consistency import check_points, check_poses, points_layout, poses_layout
-from scalar.data.unit_suspicions import suspect_joint_angles, suspect_points
+from scalar.data.unit_suspicions import suspect_joint_angles, suspect_points, write_si
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.imported_table import ImportedTable, by_file
-from scalar.ingest.mapping import MappingFile
+from scalar.ingest.mapping import Block, MappingFile
 from scalar.ingest.mapping_reader import load_mapping
+from scalar.ingest.named_units import unit_of_column
 from scalar.ingest.read_block import LeftOut, read_block
 from scalar.ingest.source_files import choose_files
 
@@ -69,37 +70,60 @@ def import_dataset(
     elif points is None and mapping.point_columns:
         names = ("pose", *mapping.measured_columns)
         points = replace(poses, columns={name: poses.columns[name] for name in names}, bad={})
-    _check(mapping, poses, points, faults)
+    file = Path(mapping_path).name
+    _check(mapping, poses, points, faults, file)
     if nests is not None and mapping.references is not None:
         check_cells(nests, references_layout(mapping.references), faults)
         check_references(nests, poses, faults)
         for part in by_file(nests):
-            suspect_points(part, mapping.references, faults)
+            suspect_points(part, mapping.references, faults, _unit_advice(file, "nests", mapping.nests))
     if faults:
         raise InvalidInput(faults)
     _write(mapping, poses, points, nests, dataset_dir, force)
     return left_out
 
 
+def _unit_advice(file: str, key: str, block: Block | None) -> Callable[[str, str], str]:
+    """Return the function that says what to change in a mapping where numbers of a column look like another unit."""
+
+    def advice(si: str, column: str) -> str:
+        if block is None or column not in block.columns:
+            return write_si(si)
+        return unit_of_column(block.columns[column].unit, f"{key}.columns.{column}", file, si)
+
+    return advice
+
+
 def _check(
-    mapping: MappingFile, poses: ImportedTable, points: ImportedTable | None, faults: list[Fault]
+    mapping: MappingFile,
+    poses: ImportedTable,
+    points: ImportedTable | None,
+    faults: list[Fault],
+    file: str,
 ) -> None:
-    """Add the faults that a dataset folder with these tables would have."""
+    """Add the faults that a dataset folder with these tables would have; ``file`` is the name of the mapping file."""
     description, layout = mapping.description, mapping.table
+    of_poses = _unit_advice(file, "poses", mapping.poses)
+    of_points = of_poses if mapping.points is None else _unit_advice(file, "points", mapping.points)
     check_cells(poses, poses_layout(description), faults)
     check_poses(poses, description, faults)
+    found: list[Fault] = []
     for part in by_file(poses):
-        found: list[Fault] = []
-        suspect_joint_angles(part, description, found)
-        faults += [
-            replace(fault, column=poses.labels.get(fault.column or "", fault.column)) for fault in found
-        ]
+        suspect_joint_angles(part, description, found, of_poses)
+    faults += _as_labelled(found, poses)
     if points is not None and layout is not None:
         check_cells(points, points_layout(layout, description), faults)
         if points.good("pose"):  # else its faults were reported with the poses
             check_points(points, poses, layout, faults)
+            found = []
             for part in by_file(points):
-                suspect_points(part, layout, faults)
+                suspect_points(part, layout, found, of_points)
+            faults += _as_labelled(found, points)
+
+
+def _as_labelled(found: list[Fault], table: ImportedTable) -> list[Fault]:
+    """Return faults whose columns have the names that they have in the files."""
+    return [replace(fault, column=table.labels.get(fault.column or "", fault.column)) for fault in found]
 
 
 def _write(

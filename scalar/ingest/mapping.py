@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from scalar.data.description import Description
@@ -10,6 +10,7 @@ from scalar.data.formats import COMMANDED, PAYLOAD, TORQUE
 from scalar.data.sensor_formats import MeasuredTable
 from scalar.ingest.orientation import EULER, QUATERNION, VECTOR
 from scalar.ingest.raw_table import Reference
+from scalar.ingest.row_profiles import RowProfiles
 
 TEXT_COLUMNS = ("plane", "session", "target", "nest")
 JOINT = re.compile(r"qc?[1-9][0-9]*")
@@ -26,6 +27,7 @@ class Column:
         sign: 1 or -1.
         offset: in the file's unit.
         names: for text, ``{value in the file: value in the dataset}``; None if all values are kept.
+        unit: the file's unit; empty if the column has none.
     """
 
     reference: Reference
@@ -33,6 +35,7 @@ class Column:
     sign: float = 1.0
     offset: float = 0.0
     names: Mapping[str, str] | None = None
+    unit: str = ""
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,8 @@ class Block:
         drop_without: columns of the dataset; a row in which one of them is empty is left out.
         first_of_each: the file's column whose value identifies the pose, if a pose has several rows.
         euler_axes: the axes about which the columns e1,e2,e3 turn; None if there are no such columns.
+        text: how its text files are written, where the mapping says so for this block alone.
+        row_profiles: where the values of the profiles stand, if each row of the files is a whole profile; else None.
     """
 
     columns: Mapping[str, Column]
@@ -69,6 +74,8 @@ class Block:
     drop_without: tuple[str, ...]
     first_of_each: Reference | None
     euler_axes: str | None = None
+    text: Mapping[str, Any] = field(default_factory=dict)
+    row_profiles: RowProfiles | None = None
 
 
 @dataclass(frozen=True)

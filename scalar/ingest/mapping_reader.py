@@ -7,7 +7,7 @@ its unit; none is guessed.
 import json
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -21,11 +21,12 @@ from scalar.data.io.regular_file import path_inside
 from scalar.data.located_table import did_you_mean, shorten
 from scalar.data.sensor_formats import MeasuredTable
 from scalar.data.strict_schema import strict_validator
-from scalar.data.unit_suspicions import suspect_description
+from scalar.data.unit_suspicions import suspect_description, write_si
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.mapping import JOINT, TEXT_COLUMNS, Block, Column, FileRule, MappingFile, quantity_of
 from scalar.ingest.mapping_columns import check_columns
-from scalar.ingest.named_units import UNITS, description_to_si
+from scalar.ingest.named_units import UNITS, description_to_si, units_of_dataset
+from scalar.ingest.row_profiles import RowProfiles
 
 _SI = {"length": "m", "angle": "rad"}
 
@@ -72,10 +73,12 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
     )
     if not description.faults:
         check_columns(given, mapping)
-    if given.get("text", "separator") in (None, ",") and given.get("text", "decimal") == ",":
-        given.fault(
-            ("text", "decimal"), "a comma is the separator already; set text.separator as well, e.g. ';'"
-        )
+    of_all = content.get("text", {})
+    for place, own in ((), {}), (("points",), points or {}), (("nests",), nests or {}):
+        text = {**of_all, **own.get("text", {})}
+        if text.get("separator", ",") == "," and text.get("decimal") == "," and (not place or "text" in own):
+            message = "a comma is the separator already; set text.separator as well, e.g. ';'"
+            given.fault((*place, "text", "decimal"), message)
     if given.faults or description.faults:
         raise InvalidInput([*description.faults, *given.faults])
     return mapping
@@ -106,7 +109,7 @@ def _description(given: Description, path: Path, robot: Mapping[str, Any] | None
     for place, message in wrong:
         description.fault(place, message)
     check_description(description)
-    suspect_description(description)
+    suspect_description(description, partial(units_of_dataset, units) if inline else write_si)
     if inline:
         description.faults = [
             replace(f, column=f"dataset.{f.column}" if f.column else "dataset") for f in description.faults
@@ -146,7 +149,18 @@ def _block(
                 (key, "drop_without", i),
                 f"no such column here ({shorten(name)}); {hint}write one of {', '.join(columns)}",
             )
-    return Block(columns, files, dropped, block.get("first_of_each"), block.get("euler_axes"))
+    rows = block.get("row_profiles")
+    if rows is not None and ("first_x" in rows) != ("step" in rows):
+        given.fault((key, "row_profiles"), "first_x and step are given together; add the other one")
+    return Block(
+        columns,
+        files,
+        dropped,
+        block.get("first_of_each"),
+        block.get("euler_axes"),
+        block.get("text", {}),
+        None if rows is None else RowProfiles(**rows),
+    )
 
 
 def _column(
@@ -169,4 +183,4 @@ def _column(
         given.fault((*path, "names"), f"only {', '.join(TEXT_COLUMNS)} have names; remove this key")
     to_si = units.get(unit or "", lambda value: value)
     offset, names = float(entry.get("offset", 0.0)), entry.get("names")
-    return Column(entry["column"], to_si, float(entry.get("sign", 1)), offset, names)
+    return Column(entry["column"], to_si, float(entry.get("sign", 1)), offset, names, unit or "")

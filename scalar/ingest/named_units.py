@@ -5,7 +5,7 @@ Lengths in millimetres are rounded to the 15 digits that every float64 holds, so
 """
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -33,7 +33,37 @@ UNITS: dict[str, dict[str, Callable[[Any], Any]]] = {
 }
 """``{quantity: {unit: conversion to SI}}``; temperatures stay in degrees Celsius, as in poses.csv."""
 
+_FOREIGN = {"m": ("length", "mm", "millimetres"), "rad": ("angle", "deg", "degrees")}
+"""``{unit in the dataset: (quantity, the unit in which files have it instead, that unit in words)}``."""
 _EULER = "rotation_euler"
+
+
+def unit_of_column(stated: str, key: str, file: str, si: str) -> str:
+    """Return what to do where numbers of a column look like millimetres or degrees.
+
+    Args:
+        stated: The unit that the mapping states for the column; empty if none.
+        key: Where the column stands in the mapping, such as ``points.columns.x``.
+        file: Name of the mapping file.
+        si: The unit of the dataset, ``m`` or ``rad``.
+    """
+    _, foreign, words = _FOREIGN[si]
+    if stated == foreign:
+        return f"{key} in {file} states unit: {foreign} already, so the column may be another one, or the numbers damaged: correct them"
+    return f"are these {words}? write unit: {foreign} for {key} in {file}"
+
+
+def units_of_dataset(stated: Mapping[str, str], si: str) -> str:
+    """Return what to do where numbers under the key ``dataset`` of a mapping look like millimetres or degrees.
+
+    Args:
+        stated: What the mapping states under ``dataset_units``.
+        si: The unit of the dataset, ``m`` or ``rad``.
+    """
+    quantity, foreign, words = _FOREIGN[si]
+    if stated.get(quantity) == foreign:
+        return f"dataset_units states {quantity}: {foreign} already; correct the number"
+    return f"are these {words}? state all of them so with dataset_units: {{{quantity}: {foreign}}}, or write {si}"
 
 
 def description_to_si(

@@ -6,13 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from scalar.data.located_table import MAX_COLUMNS, MAX_SHOWN, NUMBER, did_you_mean, shorten, too_many_columns
+from scalar.data.located_table import MAX_SHOWN, NUMBER, did_you_mean, shorten, too_many_columns
 from scalar.errors import Fault, InvalidInput
 
 Reference = str | int
 """A column of a file by its name, or by its number, the first being 1."""
 FILE_NUMBER = "@file_number"
 """The column that holds the number in the file's name, for files whose names contain the number of their pose."""
+ROW = "@row"
+"""The column that counts the rows of a file's table from 1."""
+MOST_COLUMNS = 10_000  # of a foreign table: a profile in a row has up to some thousand values
 _MAX_WRONG = 10  # most cells of one column that are listed as not being numbers
 MISSING = frozenset({"", "nan", "na", "n/a", "null"})
 
@@ -110,6 +113,8 @@ class RawTable:
         return values, missing
 
     def _cells(self, reference: Reference) -> np.ndarray:
+        if reference == ROW and ROW not in (self.names or ()):
+            return np.arange(1.0, len(self.lines) + 1.0)
         if reference != FILE_NUMBER:
             return self.cells[self.find(reference)]
         if self.number is None:
@@ -149,8 +154,8 @@ def table_of_rows(
     if not rows:
         raise InvalidInput(Fault(file, "there are no rows of data; give a file with some"))
     width = len(names) if names is not None else len(rows[0][1])
-    if width > MAX_COLUMNS:
-        raise InvalidInput(Fault(file, too_many_columns(width), skip + 1))
+    if width > MOST_COLUMNS:
+        raise InvalidInput(Fault(file, too_many_columns(width, MOST_COLUMNS), skip + 1))
     faults = []
     for line, cells in rows:
         while len(cells) > width and not cells[-1]:

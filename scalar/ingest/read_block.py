@@ -12,6 +12,7 @@ from scalar.ingest.imported_table import ImportedTable, joined, select_rows
 from scalar.ingest.mapping import JOINT, TEXT_COLUMNS, Block, FileRule, MappingFile
 from scalar.ingest.orientation import to_rotation_vectors
 from scalar.ingest.raw_table import RawTable
+from scalar.ingest.row_profiles import points_of_rows
 
 SAME_POSE = 1e-3
 """Most by which joint angles [rad] may differ between the rows of one pose: encoders dither by less, and poses differ by more."""
@@ -25,7 +26,7 @@ class LeftOut:
 
     Attributes:
         file: Its name.
-        rows: As an editor counts them.
+        rows: As an editor counts them; a row that is a whole profile stands there once for each point that is left out.
         columns: As the file calls them: any of these is empty there.
     """
 
@@ -35,10 +36,15 @@ class LeftOut:
 
     def __str__(self) -> str:
         """Return a line for a person."""
-        shown = ", ".join(map(str, self.rows[:_ROWS_SHOWN]))
-        more = f" and {len(self.rows) - _ROWS_SHOWN} more" if len(self.rows) > _ROWS_SHOWN else ""
-        rows = f"{len(self.rows)} row{'s' if len(self.rows) > 1 else ''} left out"
-        return f"{self.file}: {rows}, without {' or '.join(self.columns)} (drop_without): {shown}{more}"
+        without = f"without {' or '.join(self.columns)} (drop_without)"
+        rows = list(dict.fromkeys(self.rows))
+        if len(rows) < len(self.rows):
+            return f"{self.file}: {len(self.rows)} points of {len(rows)} profiles left out, {without}"
+        shown = ", ".join(map(str, rows[:_ROWS_SHOWN]))
+        more = f" and {len(rows) - _ROWS_SHOWN} more" if len(rows) > _ROWS_SHOWN else ""
+        return (
+            f"{self.file}: {len(rows)} row{'s' if len(rows) > 1 else ''} left out, {without}: {shown}{more}"
+        )
 
 
 def read_block(
@@ -68,7 +74,9 @@ def read_block(
     n_poses, next_id = 0, 0
     for path, rule in chosen:
         try:
-            raw = read_raw(path, mapping.text, mapping.variable)
+            raw = read_raw(path, {**mapping.text, **block.text}, mapping.variable)
+            if block.row_profiles is not None:
+                raw = points_of_rows(raw, block.row_profiles)
             whole = _read_columns(raw, block, rule, faults, left_out)
             keep, owner = _first_rows(raw, whole, block, faults)
         except InvalidInput as error:

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from io import BytesIO
 from typing import Any
 
-from scalar.data.located_table import MAX_COLUMNS, did_you_mean, shorten
+from scalar.data.located_table import did_you_mean, shorten
 from scalar.errors import Fault, InvalidInput
-from scalar.ingest.raw_table import RawTable, table_of_rows
+from scalar.ingest.raw_table import MOST_COLUMNS, RawTable, table_of_rows
 
 
 def read_spreadsheet(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable:
@@ -37,7 +37,7 @@ def read_spreadsheet(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable
         sheet = book[wanted]
         rows = [
             (line, [_cell(value) for value in cells])
-            for line, cells in enumerate(sheet.iter_rows(values_only=True, max_col=MAX_COLUMNS + 1), 1)
+            for line, cells in enumerate(sheet.iter_rows(values_only=True, max_col=MOST_COLUMNS + 1), 1)
         ]
     except InvalidInput:
         raise

@@ -3,8 +3,8 @@
 The error that is expected of a calibration is that of its own parameters. Poses that show little of the joint space also leave open coefficients
 of the effects that were found (the torques of other links), what the effects are confounded with, and effects that they do not show at all. Here all
 of these are parameters: those of an effect that was found with a prior standard deviation of the size of its coefficients, the others with their
-natural size. The rows of the measured poses give the covariance of all parameters, and this the error of a predicted position. The noise is that of the
-fit, with what the residual has beyond it: that is how far measured poses scatter, whatever the arm's repeatability is said to be.
+natural size. The rows of the measured poses give the covariance of all parameters, and this the error of a predicted position. The noise is that
+of the fit, with what the residual has beyond it: that is how far measured poses scatter, whatever the arm's repeatability is said to be.
 """
 
 from __future__ import annotations

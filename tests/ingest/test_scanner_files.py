@@ -172,3 +172,77 @@ def test_spreadsheets(folder):
     (folder / "all.xlsx").write_bytes(raw[: len(raw) // 2])
     status, said, _ = imported(folder, lines + DESCRIPTION, folder / "all.xlsx")
     assert status == 2 and "not a spreadsheet, or damaged" in said and len(said.splitlines()) == 1
+
+
+def test_a_wrong_unit_is_corrected_in_the_mapping(folder):
+    """Where the mapping states another unit than the file has, the message names the mapping's key, and not the scanner's file."""
+    lines = [f"{11 + k},{x},{z}" for k in range(POSES) for x, z in zip(X, Z[k], strict=True)]
+    (folder / "scans.csv").write_text("\n".join(["Nr,X,Z", *lines]), encoding="utf-8")
+    mapping = points_block("scans.csv", "pose: {column: Nr}").replace("column: x", "column: X")
+    mapping = mapping.replace("column: z", "column: Z")
+    assert imported(folder, mapping)[0] == 0
+    status, said, _ = imported(folder, mapping.replace("Z, unit: mm", "Z, unit: m"))
+    assert status == 2 and "column Z" in said and "write unit: mm for points.columns.z in m.yaml" in said
+    status, said, _ = imported(folder, mapping.replace("unit: deg", "unit: rad"))
+    assert status == 2 and "write unit: deg for poses.columns.q1 in m.yaml" in said
+    status, said, _ = imported(folder, mapping.replace("length: mm", "length: m"))
+    assert status == 2 and "dataset_units: {length: mm}" in said
+
+
+def test_a_unit_that_is_stated_already_is_not_advised(folder):
+    """Numbers that are too large in millimetres as well are said to be another column, or damaged."""
+    lines = [f"{11 + k},{x},{1e6 * z}" for k in range(POSES) for x, z in zip(X, Z[k], strict=True)]
+    (folder / "scans.csv").write_text("\n".join(["Nr,x,z", *lines]), encoding="utf-8")
+    status, said, _ = imported(folder, points_block("scans.csv", "pose: {column: Nr}"))
+    assert status == 2 and "states unit: mm already" in said and "are these millimetres" not in said
+
+
+ROWS = points_block("LJ.csv", "pose: {column: No.}").replace("column: x,", "column: '@x',")
+ROWS = ROWS.replace("column: z,", "column: '@z',").replace(
+    "points:\n", "points:\n  text: {separator: ;, decimal: ',', missing: ['-99,9999']}\n  row_profiles: {}\n"
+)
+
+
+def rows_of_profiles(heads):
+    """Return a table with a profile in each row, semicolons and decimal commas; the first two values of each profile are marked as not measured."""
+    lines = [
+        f"{11 + k};{20.5 + k};-99,9999;-99,9999;" + ";".join(f"{z}" for z in Z[k, 2:]) for k in range(POSES)
+    ]
+    return "\n".join([";".join(["No.", "T", *heads]), *lines]).replace(".", ",").replace("No,", "No.") + "\n"
+
+
+def test_a_profile_in_each_row(folder):
+    """The heads of the columns state x; the file may have other separators than that of the poses."""
+    (folder / "LJ.csv").write_text(rows_of_profiles([f"{x}" for x in X]), encoding="utf-8")
+    status, said, dataset = imported(folder, ROWS)
+    assert status == 0, said
+    check(dataset, lost=2)
+    assert f"LJ.csv: {2 * POSES} points of {POSES} profiles left out" in said
+
+
+@pytest.mark.parametrize("heads", [[f"{i + 1}" for i in range(25)], [f"V{i}" for i in range(25)]])
+def test_profiles_in_rows_whose_heads_do_not_state_x(folder, heads):
+    """Heads that count the values, or name them, are not taken for x; first_x and step say where the values are."""
+    (folder / "LJ.csv").write_text(rows_of_profiles(heads), encoding="utf-8")
+    status, said, _ = imported(folder, ROWS)
+    assert status == 2 and "first_x" in said and "step" in said
+    where = f"row_profiles: {{first_column: '{heads[0]}', first_x: -30, step: 2.5}}"
+    status, said, dataset = imported(folder, ROWS.replace("row_profiles: {}", where))
+    assert status == 0, said
+    check(dataset, lost=2)
+    half = where.replace(", step: 2.5", "")
+    status, said, _ = imported(folder, ROWS.replace("row_profiles: {}", half))
+    assert status == 2 and "points.row_profiles" in said and "together" in said
+
+
+def test_profiles_in_rows_without_a_number(folder):
+    """Where neither file numbers its rows, both count them from 1 (@row)."""
+    table = rows_of_profiles([f"{x}" for x in X])
+    (folder / "LJ.csv").write_text(
+        "\n".join(line.split(";", 1)[1] for line in table.splitlines()), encoding="utf-8"
+    )
+    mapping = ROWS.replace("column: No.", "column: '@row'").replace("column: id", "column: '@row'")
+    status, said, dataset = imported(folder, mapping)
+    assert status == 0, said
+    check(dataset, lost=2)
+    assert list(dataset.pose_ids) == [1, 2, 3, 4, 5, 6]

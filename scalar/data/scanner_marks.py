@@ -1,0 +1,54 @@
+"""A scanner's mark for "no value" that was left in a table of points."""
+
+import numpy as np
+
+from scalar.data.located_table import Table
+from scalar.data.sensor_formats import MeasuredTable
+from scalar.errors import Fault
+
+LEAST_MARKED_SCANS = 3  # with a number that may stand for "no value"; in fewer, it may be a coincidence
+DISTINCT = 0.2  # least share of distinct numbers in a column of which one may be such a mark
+FAR_MARK = 0.1  # of the range of all other numbers of its column, by which such a number is apart from them
+
+
+def suspect_marks(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
+    """Add columns of scans with a number that stands for "no value".
+
+    Scanners write such a mark, 0 or -99.9999 for example, for points that they did not see. Such points lie on a line of their own, so that no fit
+    tells them from a second surface.
+    """
+    pose = points.columns["pose"]
+    for name, unit in layout.units.items():
+        if unit != "m" or name not in points.columns:
+            continue
+        values = np.nan_to_num(points.columns[name], nan=0.0, posinf=0.0, neginf=0.0)
+        for extreme in dict.fromkeys((float(values.min()), float(values.max()))):
+            marked = values == extreme
+            if _is_mark(extreme, values[~marked], pose[marked], pose[~marked]):
+                message = (
+                    f"suspect: {extreme:g} {unit} stands in {marked.sum()} points of {len(np.unique(pose[marked]))} scans, far from all others: "
+                    "a scanner's mark for 'no value'? Leave these points out (of an import by text.missing and drop_without in the mapping)"
+                )
+                row = int(points.line_numbers()[np.argmax(marked)])
+                faults.append(Fault(points.file, message, row, name))
+
+
+def _is_mark(number: float, others: np.ndarray, pose: np.ndarray, pose_of_others: np.ndarray) -> bool:
+    """Return whether a number stands for "no value": it is far from all others, and stands beside more of them in each of several scans.
+
+    Args:
+        number: The least or the largest number of a column.
+        others: ``(M,)``, the numbers of the column that differ from it.
+        pose: The poses at which the number stands, once for each time.
+        pose_of_others: ``(M,)``, the poses of the others.
+    """
+    scans = np.unique(pose)
+    if len(scans) < LEAST_MARKED_SCANS or not len(others):
+        return False
+    in_these = pose_of_others[np.isin(pose_of_others, scans)]
+    if len(pose) >= len(in_these) or len(np.unique(in_these)) < len(scans):
+        return False
+    if np.min(np.abs(others - number)) <= FAR_MARK * np.ptp(others):
+        return False
+    # Where all numbers repeat, the rays are at the same places in every scan.
+    return len(np.unique(others)) >= DISTINCT * len(others)
