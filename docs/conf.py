@@ -30,6 +30,8 @@ exclude_patterns = [
     "examples",
     "generated/api.md",
     "generated/mapping_keys.md",
+    "generated/commands.md",
+    "generated/effects_table.md",
     "**/sg_execution_times.rst",
     "sg_execution_times.rst",
 ]
@@ -81,6 +83,7 @@ def _write_generated(_app: Any, _config: Any) -> None:
     every = ["time", "temperature", "approach", "payload", "torque"]
     dataset = simulated(CATALOGUE["joint_harmonic"], poses_per_plane=4, record=every, stops={"count": 1})
     effect_pages.write_pages(generated / "effects", dataset)
+    effect_pages.write_table(generated / "effects_table.md")
 
 
 def setup(app: Any) -> None:

@@ -1,4 +1,4 @@
-"""The commands' own ``--help`` as a page."""
+"""The commands' own ``--help``, for the page ``commands``."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _WIDTH = 100
 
 def write_page(path: Path) -> None:
     """Write what `scalar --help` and `scalar COMMAND --help` say."""
-    parts = ["# Commands", "What `--help` says of each command, as it is in this version.", _help([])]
+    parts = [_help([])]
     for name in sorted(cli.list_commands(click.Context(cli))):
         parts += [f"## scalar {name}", _help([name])]
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -25,7 +25,7 @@ NOISES = {
 
 
 def write_pages(folder: Path, dataset: Dataset) -> None:
-    """Write a page for every effect, and the list of them.
+    """Write a page for every effect.
 
     Args:
         folder: To write to.
@@ -34,31 +34,26 @@ def write_pages(folder: Path, dataset: Dataset) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for kind in BUILT_IN:
         (folder / f"{kind.name}.md").write_text(_page(kind, CATALOGUE[kind.name], dataset), encoding="utf-8")
-    (folder / "index.md").write_text(_index(), encoding="utf-8")
 
 
-def _index() -> str:
-    rows = "".join(f"| [{kind.name}]({kind.name}.md) | {kind.sentence} |\n" for kind in BUILT_IN)
+def write_table(path: Path) -> None:
+    """Write the table of all effects, with links to their pages in the folder ``effects`` beside it, for a page of the folder above."""
+    rows = "".join(
+        f"| [{kind.name}](generated/effects/{kind.name}.md) | {kind.sentence} |\n" for kind in BUILT_IN
+    )
     noises = "".join(f"| `{name}` | {text} |\n" for name, text in NOISES.items())
-    names = "".join(f"{kind.name}\n" for kind in BUILT_IN)
-    return f"""# What a rigid model lacks
-
-`scalar diagnose` tries these effects on every dataset. Each has a page: what it does, where it comes from, what to do about it, and how to inject
-it in a simulated workcell.
-
-| effect | what it is |
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(
+        f"""| effect | what it is |
 | --- | --- |
 {rows}
 Two more are random errors. They are reported only if the residuals show no significant autocorrelation, and they are not corrected:
 
 | noise | what it is |
 | --- | --- |
-{noises}
-```{{toctree}}
-:hidden:
-
-{names}```
-"""
+{noises}""",
+        encoding="utf-8",
+    )
 
 
 def _page(kind: type[Effect], shown: Shown, dataset: Dataset) -> str:

@@ -1,6 +1,7 @@
 """The documentation: it builds without a warning, every link leads somewhere, and every effect has a page with its picture."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -31,6 +32,18 @@ def site(tmp_path_factory) -> Path:
     )
     assert ran.returncode == 0, ran.stderr + ran.stdout
     return folder / "html"
+
+
+def test_links_of_the_sources_lead_to_files_of_the_repository():
+    """Whoever reads the documentation without building it finds each page that its pages and the README lead to."""
+    kept = subprocess.run(
+        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.splitlines()
+    files = {(ROOT / name).resolve() for name in kept}
+    for source in [*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]:
+        for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", source.read_text(encoding="utf-8")):
+            if not urlsplit(link).scheme:
+                assert (source.parent / unquote(link)).resolve() in files, f"{source.name}: {link}"
 
 
 def links(page: Path) -> set[str]:
