@@ -117,6 +117,7 @@ def describe_comparison(comparison: Comparison) -> list[str]:
         )
     if n and comparison.rest_p_value < comparison.alpha:
         lines.append(f"  and more, which no single parameter explains ({_chance(comparison.rest_p_value)})")
+    lines += _unchanged_effects(comparison)
     lines += [line for effect in comparison.disjoint_terms for line in _by_positions(effect)]
     apart = comparison.positions_apart
     lines.append(
@@ -129,6 +130,28 @@ def describe_comparison(comparison: Comparison) -> list[str]:
         f"the sensor's place on the flange differs by {shift:.3f} mm{turned}: of the campaigns, not of the arm"
     )
     return lines + _not_compared(comparison)
+
+
+def _unchanged_effects(comparison: Comparison) -> list[str]:
+    """Return a line with the effects whose coefficients were all compared and did not change beyond chance; none where there are none."""
+    from scalar.effects.command_line import named_effects
+
+    left = {i for change in comparison.changes for i in change.candidate.columns}
+    model = comparison.arm.model
+    names = {name: i for i, name in enumerate(comparison.arm.names)}
+    apart = {name for effect in comparison.disjoint_terms for name in effect.parameters}
+    same = [
+        effect
+        for effect, own in zip(model.effects, model.effect_names, strict=True)
+        if all(
+            name in names
+            and names[name] not in left
+            and name not in comparison.not_compared
+            and name not in apart
+            for name in own
+        )
+    ]
+    return [f"compared, and not changed beyond chance: {named_effects(same)}"] if named_effects(same) else []
 
 
 def _by_positions(effect: DisjointTerms) -> list[str]:

@@ -19,6 +19,7 @@ from scalar.planning.defaults import N_CANDIDATES, REPEATABILITY
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
     from scalar.geometry.se3 import Array
     from scalar.planning.candidates import Allowed, Candidates
     from scalar.planning.information import Information
@@ -136,7 +137,12 @@ def plan(
             result, info, lines = _planned(cell, found, poses, accuracy, criterion, seed)
             chosen, content = result.chosen, result.to_mapping() | {"not_determined": list(info.fixed)}
             curve, random = result.curve, (len(chosen), result.random_error)
-        lines += _write(output, cell, found, chosen, content, allowed, curve, random)
+        lines += _write(output, cell, found, chosen, content, allowed, curve, random, _next_ids(dataset))
+    if after is not None:
+        lines.append(
+            f"  measure them, append the rows to the tables of {robot} (pose numbers and order go on from there; give them a session of their "
+            "own where base, planes or tracker were set up anew), and diagnose again"
+        )
     say(f"{arm.name}, {sensor.kind}: {len(chosen)} poses of {len(found.q)} candidates")
     say("\n".join(lines))
     if no_collisions:
@@ -233,6 +239,13 @@ def _collisions(cell: Workcell, without: bool) -> Iterator[Allowed | None]:
         yield free
 
 
+def _next_ids(dataset: Dataset | None) -> tuple[int, int]:
+    """Return the number and the order of the pose after those of a dataset; 1 and 1 where there is none."""
+    if dataset is None:
+        return 1, 1
+    return int(dataset.pose_ids.max()) + 1, int(dataset.known_poses.order.max()) + 1
+
+
 def _write(
     folder: Path,
     cell: Workcell,
@@ -242,8 +255,9 @@ def _write(
     allowed: Allowed | None,
     curve: list[tuple[int, float]],
     random: tuple[int, float] | None,
+    first: tuple[int, int],
 ) -> list[str]:
-    """Write poses, numbers and picture; return lines on the moves."""
+    """Write poses, numbers and picture; return lines on the moves. ``first`` is the first pose's number and order."""
     import pandas as pd
 
     from scalar.data.io.atomic import atomic_write, write_json
@@ -255,17 +269,18 @@ def _write(
     tour, touching = ordered(q, allowed)
     q, plane = q[tour], plane[tour]
     table = pd.DataFrame(q, columns=[f"q{i + 1}" for i in range(q.shape[1])])
-    table.insert(0, "pose", range(1, len(q) + 1))
+    ids = range(first[0], first[0] + len(q))
+    table.insert(0, "pose", ids)
     if cell.on_planes:
         table.insert(1, "plane", [cell.planes[k].name for k in plane])
-    table["order"] = range(1, len(q) + 1)
+    table["order"] = range(first[1], first[1] + len(q))
     content = {
         "format": FORMAT,
         **content,
         "robot": cell.model.nominal.name,
         "noise_mm": cell.noise / MM,
         "repeatability_mm": cell.repeatability / MM,
-        "moves_that_touch_after_pose": None if allowed is None else [k + 1 for k in touching],
+        "moves_that_touch_after_pose": None if allowed is None else [ids[k] for k in touching],
     }
     with atomic_write(folder / "poses.csv") as temporary:
         table.to_csv(temporary, index=False, float_format="%.9g")
@@ -275,7 +290,7 @@ def _write(
     write_json(folder / "plan.json", content)
     lines = [f"  moves: {_moved(q, cell.model.nominal.prismatic)}"]
     if touching:
-        places = ", ".join(str(k + 1) for k in touching[:_TOUCHING_SHOWN])
+        places = ", ".join(str(ids[k]) for k in touching[:_TOUCHING_SHOWN])
         more = f" and {len(touching) - _TOUCHING_SHOWN} more" if len(touching) > _TOUCHING_SHOWN else ""
         lines.append(
             f"  the straight move after pose {places}{more} touches something: add a pose in between"

@@ -18,10 +18,13 @@ if TYPE_CHECKING:
     from scalar.planning.workcell import Workcell
 
 _FORMATS = ("scalar-diagnosis/1", "scalar-diagnosis/2")
-_REMEDY = (
-    "nothing is written: these poses would tell nothing; a sensor with less noise, other target planes, wider --range and --fan, or more "
-    "--candidates may help, and so does a temperature or direction of approach that was not recorded"
+_NOTHING = "nothing is written: these poses would tell nothing; "
+_LESS_NOISE = "a sensor with less noise, or more --candidates, would help"
+_OTHERWISE = (
+    "wider joint limits, --range and --fan, other target planes, or a column that was not recorded (approach, temperature, torque) may show what "
+    "these poses cannot"
 )
+_FAR = 10.0  # times less noise: with more, no sensor and no number of poses are said to help
 
 
 def plan_after(
@@ -48,6 +51,7 @@ def plan_after(
     """
     from scalar.planning.after import outcome, poses_after
     from scalar.planning.defaults import FURTHER_POSES
+    from scalar.planning.separation import ANSWERED
 
     left_open = read_questions(path, calibration.model.effects, dataset)
     after = poses_after(cell, found, dataset, calibration, left_open, poses or FURTHER_POSES)
@@ -61,7 +65,9 @@ def plan_after(
         message = f"{message}; for more poses of the arm as it was calibrated, plan with --near {near} and without --after"
         raise InvalidInput(Fault(str(path), message))
     if not any(answer.separable for answer in answers):
-        raise Undetermined([*(_not_separable(answer, len(found.q)) for answer in answers), _REMEDY])
+        near = any(_noise_to_separate(answer) <= _FAR or answer.alone < ANSWERED for answer in answers)
+        remedy = f"{_LESS_NOISE}; {_OTHERWISE}" if near else _OTHERWISE
+        raise Undetermined([*(_not_separable(answer, len(found.q)) for answer in answers), _NOTHING + remedy])
     content = {
         "questions": [
             {
@@ -102,13 +108,29 @@ def read_questions(path: Path, found: Sequence[Effect], dataset: Dataset) -> tup
         raise InvalidInput(Fault(str(path), message)) from None
 
 
-def _not_separable(answer: Answer, candidates: int) -> str:
-    """Return that no candidates answer a question, with the signal that all of them give."""
+def _noise_to_separate(answer: Answer) -> float:
+    """Return how many times smaller noise and repeatability would have to be for all candidates together to answer a question."""
     from scalar.planning.separation import ANSWERED
 
-    return (
+    return (ANSWERED / max(answer.limit, 1e-12)) ** 0.5
+
+
+def _not_separable(answer: Answer, candidates: int) -> str:
+    """Return that no candidates answer a question, with the signal that all of them give, and whether less noise would help."""
+    from scalar.planning.separation import ANSWERED
+
+    said = (
         f"{answer.question.title}: no poses separate it; all {candidates} candidates together give a signal of {answer.limit**0.5:.1f} "
-        f"standard errors, and {ANSWERED**0.5:g} are needed"
+        "standard errors"
+    )
+    factor = _noise_to_separate(answer)
+    if factor <= _FAR:
+        return f"{said}, and {ANSWERED**0.5:g} are needed: noise and repeatability would have to be {factor:.1f} times smaller"
+    if answer.alone < ANSWERED:
+        return f"{said}, and {ANSWERED**0.5:g} are needed: at its size it moves the sensor by less than these measurements can show"
+    return (
+        f"{said}, and {ANSWERED**0.5:g} are needed: at all of them it moves the sensor as what else may act does, so a better sensor would not tell "
+        "them apart, and at poses like these predictions are the same either way"
     )
 
 

@@ -14,16 +14,19 @@ from scalar.comparison.changes import ALPHA, Candidate, Change, find_changes
 from scalar.comparison.disjoint_terms import DisjointTerms, effects_with_disjoint_terms
 from scalar.comparison.invariants import displacement_columns, displacements, invariants
 from scalar.comparison.moved import Moved
+from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.command_line import named_effects
 from scalar.effects.parameter_names import effect_of
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.displacement import position_std
 from scalar.estimation.result import Calibration
+from scalar.geometry.parallel_axes import near_parallel_joints
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import rotation_angle
 from scalar.units import DEG, MM
 
 FORMAT = "scalar-comparison/1"
+_FIXED_IN_BOTH = "it was fixed in both"
 _SAME_LENGTH, _SAME_ANGLE = 1e-6, 1e-6  # m, rad: nominal geometries that differ by more are of two arms
 
 
@@ -130,11 +133,12 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
     not_compared = dict(arm.unknown)
     for i, name in enumerate(arm.names):
         if arm.fixed_in_both[i]:
-            not_compared.setdefault(name, "it was fixed in both")
+            not_compared.setdefault(name, _FIXED_IN_BOTH)
         elif not compared.response[:, i].any():
             not_compared.setdefault(
                 name, "a motion of base or sensor between the campaigns would look the same"
             )
+    _say_of_tilts(not_compared, arm)
     disjoint_terms = effects_with_disjoint_terms(a.model, b.model, arm, columns, alpha)
     for name in (name for effect in disjoint_terms for name in effect.parameters):
         not_compared.pop(name, None)
@@ -186,6 +190,22 @@ def _campaign(a: Calibration, b: Calibration) -> dict[str, Any]:
     if a.model.nominal.name != b.model.nominal.name:
         campaign["names"] = [a.model.nominal.name, b.model.nominal.name]
     return campaign
+
+
+def _say_of_tilts(not_compared: dict[str, str], arm: ArmParameters) -> None:
+    """Say of Hayati's beta, which is fixed in every calibration, what it takes to compare it, and say nothing where there is nothing to compare.
+
+    It is compared as the effect ``axis_nonparallel``, and stands for something only where two axes are nearly parallel.
+    """
+    compared = {effect.target["joint"] for effect in arm.model.effects if effect.name == AxisNonparallel.name}
+    parallel = near_parallel_joints(arm.model.nominal)
+    for joint in range(1, arm.model.robot.n_joints + 1):
+        if not_compared.get(f"beta_{joint}") != _FIXED_IN_BOTH:
+            continue
+        if joint in compared or joint not in parallel:
+            del not_compared[f"beta_{joint}"]
+        else:
+            not_compared[f"beta_{joint}"] = "it is estimated with --effects axis_nonparallel only"
 
 
 def _check_comparable(a: Calibration, b: Calibration) -> None:

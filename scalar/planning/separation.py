@@ -51,12 +51,14 @@ class Answer:
         now: Its noncentrality with the measured poses.
         planned: The same with the planned poses added.
         limit: The same with all candidates added, which no plan exceeds.
+        alone: As ``limit``, if nothing else could take the effect's place.
     """
 
     question: Question
     now: float
     planned: float
     limit: float
+    alone: float
 
     @property
     def separable(self) -> bool:
@@ -106,6 +108,12 @@ class _QuestionState:
         C = np.linalg.inv(self.start + A.T @ A)
         return float(self._noncentrality(C[None, self.own, self.own])[0])
 
+    def value_alone(self) -> float:
+        """Return the noncentrality with all candidates added to the start, if all other parameters were known."""
+        A = self.rows[:, :, self.own].reshape(-1, len(self.question.size))
+        c = self.question.size
+        return float(c @ (self.start[self.own, self.own] + A.T @ A) @ c)
+
     def _noncentrality(self, covariance: Array) -> Array:
         """Return ``c' covariance^-1 c`` for covariances ``(K, k, k)`` of the effect's coefficients, ``(K,)``."""
         c = self.question.size
@@ -143,7 +151,7 @@ def separating_poses(
         for state in states:
             state.add(best)
     answers = [
-        Answer(state.question, before, state.value(), limit)
+        Answer(state.question, before, state.value(), limit, state.value_alone())
         for state, before, limit in zip(states, now, limits, strict=True)
     ]
     return chosen, answers

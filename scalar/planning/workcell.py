@@ -71,7 +71,7 @@ class Workcell:
         """Return the workcell as it is declared, or near a calibration.
 
         Args:
-            robot: The nominal arm.
+            robot: The nominal arm; its limits hold near a calibration too, for they may have been narrowed since.
             sensor: The sensor with its nominal pose and its noise.
             planes: Initial guesses of the planes.
             near: A calibration, which then gives the arm, the sensor's place, the planes of the same names, and the effects.
@@ -90,7 +90,10 @@ class Workcell:
             arm = near.model
             effects = [e for e in arm.effects if same_campaign or e.stays_with_arm]
             still = tuple(effect for effect in effects if not effect.is_change_in_time)
-            model = replace(model, robot=arm.robot, nominal=arm.nominal, effects=still)
+            calibrated, nominal = (
+                replace(arm_of, limits=robot.limits) for arm_of in (arm.robot, arm.nominal)
+            )
+            model = replace(model, robot=calibrated, nominal=nominal, effects=still)
         return cls(model.rebased(), sensor, planes, view or View(), repeatability)
 
     @property

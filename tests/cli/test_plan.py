@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from scalar.cli import cli
-from scalar.data.io.plain_yaml import load_yaml
+from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.result import Calibration
@@ -147,6 +147,13 @@ def gear_or_scale(folder, dataset, size):
     return out, entry
 
 
+def narrowed(path, joint, limits):
+    """Change the limits of a joint, counted from 0, in a dataset.yaml."""
+    content = load_yaml(path)
+    content["robot"]["joints"][joint]["limits"] = limits
+    dump_yaml(content, path)
+
+
 @pytest.mark.parametrize("doubtful", [False, True])
 def test_poses_that_separate_a_gear_from_a_scale(doubtful, tmp_path):
     """A joint that was measured over a small part of its range does not tell a first harmonic from a scale; the plan's poses do.
@@ -168,7 +175,11 @@ def test_poses_that_separate_a_gear_from_a_scale(doubtful, tmp_path):
     (question,) = json.loads((tmp_path / "p" / "plan.json").read_text(encoding="utf-8"))["questions"]
     assert question["standard_errors_now"] < 2
     assert question["separated"]
-    assert np.ptp(pd.read_csv(tmp_path / "p" / "poses.csv")["q4"]) > 1.0
+    planned = pd.read_csv(tmp_path / "p" / "poses.csv")
+    assert np.ptp(planned["q4"]) > 1.0
+    assert planned["pose"].min() == scene.dataset.pose_ids.max() + 1
+    assert planned["order"].min() > dataset.known_poses.order.max()
+    assert "append" in result.output
     entry["confounded_with"] = []
     (out / "diagnosis.json").write_text(json.dumps(diagnosis), encoding="utf-8")
     result = run("plan", tmp_path / "cell", "--after", out / "diagnosis.json", "-o", tmp_path / "q", *options)
@@ -195,7 +206,28 @@ def test_poses_that_would_separate_nothing_are_not_written(tmp_path):
     assert result.exit_code == 3, result.output
     first, second = result.stderr.splitlines()
     assert "no poses separate it" in first and "5 are needed" in first and "--candidates" in second
+    assert "less than these measurements can show" in first
     assert not (tmp_path / "p").exists()
+
+
+def test_where_no_pose_can_show_an_effect_no_better_sensor_is_advised(tmp_path):
+    """Where joint 4 turns by two degrees only, its gear is a scale and a zero: the message says so, and advises other measurements."""
+    scene = make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
+    poses = scene.dataset.poses.copy()
+    poses["q4"] = np.linspace(0.48, 0.52, len(poses))
+    dataset = replace(scene.dataset, poses=poses)
+    replace(scene, dataset=dataset).write(tmp_path / "cell")
+    narrowed(tmp_path / "cell" / "dataset.yaml", 3, [0.48, 0.52])
+    out, entry = gear_or_scale(tmp_path, dataset, 1e-3)
+    diagnosis = {"format": "scalar-diagnosis/2", "effects": [entry], "unobservable": []}
+    (out / "diagnosis.json").write_text(json.dumps(diagnosis), encoding="utf-8")
+    options = ("--poses", 8, "--candidates", 100, "--no-collisions")
+    result = run("plan", tmp_path / "cell", "--after", out / "diagnosis.json", *options, "-o", tmp_path / "p")
+    assert result.exit_code == 3, result.output
+    first, second = result.stderr.splitlines()
+    assert (
+        "a better sensor would not tell" in first and "less noise" not in second and "joint limits" in second
+    )
 
 
 @pytest.mark.slow

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from scalar.cli.compare import describe_comparison
 from scalar.comparison import compare
 from scalar.comparison.changes import Candidate, find_changes
 from scalar.comparison.invariants import Invariants
 from scalar.data.io.plain_yaml import load_yaml
+from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.pose_lag import PoseLag
 from scalar.geometry.robot import GEOMETRY, Robot
@@ -83,6 +85,20 @@ def test_an_exchange_between_parallel_axes_is_no_change(before):
     straight = replace(before, model=replace(before.model, robot=robot.with_geometry(geometry)))
     assert not compare(straight, changed(straight, d_2=5e-3, d_3=-5e-3)).changed
     assert compare(straight, changed(straight, d_3=5e-3, d_5=5e-3)).changed
+
+
+def test_a_tilt_that_both_estimated_is_compared(before):
+    """Hayati's beta is compared as the effect axis_nonparallel; it stands under what was not compared only where no effect holds it."""
+    without = compare(before, before).not_compared
+    assert {name for name in without if name.startswith("beta")} == {"beta_3", "beta_4"}
+    tilt = AxisNonparallel(3, coefficients=np.array([1e-4]))
+    both = with_errors(replace(before, model=replace(before.model, effects=(tilt,))))
+    found = compare(both, both)
+    assert [name for name in found.not_compared if name.startswith("beta")] == ["beta_4"]
+    said = "\n".join(describe_comparison(found))
+    assert "compared, and not changed beyond chance: axis_nonparallel:3" in said and "beta_3" not in said
+    other = compare(both, changed(both, **{both.model.effect_names[0][0]: 1e-3}))
+    assert other.changed and "not changed beyond chance: axis" not in "\n".join(describe_comparison(other))
 
 
 @pytest.mark.parametrize(("name", "step"), [("theta_3", 1e-3), ("a_3", -1e-3), ("alpha_5", 1e-3)])
