@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     "--effects",
     "effects",
     metavar="NAME,...",
-    help="Estimate these effects as well; some need a target (a joint, a joint and an order, two joints): see the examples.",
+    help="Estimate these effects as well; some need a target (a joint, a joint and an order, two joints): see the list above.",
 )
 @COMMANDED
 @EFFECTS_MODULE
@@ -61,6 +62,17 @@ def calibrate(
     """Calibrate robot, sensor and target together.
 
     Writes DIR/calibration.json and prints a summary; with --report, writes DIR/report.html, which opens offline.
+
+    \b
+    Effects that --effects takes, by name, or by their title in the report ("joint 3: tilted axis"):
+      joint_compliance[:JOINT...]    torque_compliance[:JOINT...]    payload_deflection[:JOINT...]
+      joint_harmonic[:JOINT[:ORDER...]]    joint_ripple:JOINT:ORDER[...]    joint_scale[:JOINT]
+      joint_coupling:JOINT:SOURCE    joint_backlash[:JOINT]    pose_lag[:JOINT]
+      axis_nonparallel[:JOINT]    base_compliance    thermal_drift[:COLUMN]    target_drift[:CLOCK]
+      sensor_slip:FROM    sensor_map    range_scale    range_offset    range_distortion
+      plane_bow[:PLANE]    plane_moved:PLANE:FROM
+    JOINT counts from 1, FROM is the order of the first pose after the change; without a target, an effect is
+    estimated wherever it can act.
 
     \b
     Examples:
@@ -157,6 +169,13 @@ def describe_calibration(calibration: Calibration) -> str:
         for name, unit, value in zip(names, effect.coefficient_units, effect.coefficients, strict=True):
             error = f" +- {std[name]:.2g}" if name in std else " (fixed)"
             lines.append(f"  effect {name}: {value:.4g}{error} {unit}")
+        for joint, stiffness, error in effect.stiffness([std.get(name) for name in names]):
+            known = (
+                f"more than {error:.2g}"
+                if isnan(stiffness)
+                else f"{stiffness:.4g}" + (f" +- {error:.2g}" if error else "")
+            )
+            lines.append(f"    joint {joint}: stiffness {known} N m/rad")
     lines += transfer.describe(summary.get("effects_from"))
     near = summary.get("kept_near_data_sheet") or {}
     if near:

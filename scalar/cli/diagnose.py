@@ -105,6 +105,7 @@ def diagnose(
 
 def describe_diagnosis(diagnosis: Diagnosis) -> str:
     """Return what was found, in about ten lines."""
+    from scalar.effects.command_line import named_effects
     from scalar.estimation.misfit import lacks_something
     from scalar.report import words
     from scalar.report.few_poses import few_poses
@@ -145,6 +146,8 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
         lines.append(f"  and {len(d['effects']) - _EFFECTS_NAMED} more")
     if d["effects"]:
         lines.append(f"  {words.CONFIDENCE}")
+    if option := named_effects(finding.effect for finding in diagnosis.findings):
+        lines.append(f"  'scalar calibrate' estimates the same effects with --effects {option}")
     lines.append(
         f"  error on held-out poses {before['held_out_rms_mm']:.4f} -> {after['held_out_rms_mm']:.4f} mm RMS; "
         f"noise alone would leave {d['residual']['floor_mm']:.4f} mm"

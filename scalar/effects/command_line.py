@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from scalar.effects import registry
 from scalar.effects.effect import Effect
+from scalar.effects.title_reader import with_names
 from scalar.errors import Fault, InvalidInput
 
 if TYPE_CHECKING:
@@ -20,7 +21,8 @@ def parse_effects(text: str, dataset: Dataset) -> tuple[Effect, ...]:
     """Return the effects that a command line names.
 
     Joints, orders, planes and moments follow the name, as each effect says: ``joint_harmonic:4:2``, ``joint_coupling:6:5``,
-    ``plane_bow:floor``, ``sensor_slip:120``. Without a target an effect is freed wherever it can act.
+    ``plane_bow:floor``, ``sensor_slip:120``. Without a target an effect is freed wherever it can act. Titles as report and terminal write them,
+    such as ``joint 3: tilted axis``, mean the same.
 
     Raises:
         InvalidInput: An unknown name, or a target that this dataset lacks.
@@ -28,7 +30,7 @@ def parse_effects(text: str, dataset: Dataset) -> tuple[Effect, ...]:
     kinds = {name: kind for name, kind in registry.known().items() if not kind.flexible}
     effects: list[Effect] = []
     faults = []
-    for word in (part.strip() for part in text.split(",")):
+    for word in (part.strip() for part in with_names(text, kinds).split(",")):
         if not word:
             continue
         name, *target = word.split(":")
@@ -55,7 +57,7 @@ def parse_effects(text: str, dataset: Dataset) -> tuple[Effect, ...]:
 def named_effects(effects: Iterable[Effect]) -> str:
     """Return what a command line says to free all these effects, each once: the argument that ``parse_effects`` reads.
 
-    Joints that one effect joins, as the compliance of several, are freed together; orders of one joint are named together. Flexible effects
+    Joints that one effect joins, as the compliance of several, are named together, and so are the orders of one joint. Flexible effects
     have no name there and are left out.
     """
     joints: dict[str, set[int]] = {}
@@ -74,7 +76,6 @@ def named_effects(effects: Iterable[Effect]) -> str:
         places.setdefault((effect.name, *words), set()).update(orders)
     named: list[str] = []
     for (name, *words), orders in places.items():
-        if not words and len(joints[name]) == 1:
-            words = [f"{min(joints[name])}"]
+        words = words or [f"{joint}" for joint in sorted(joints[name])]
         named.append(":".join([name, *words, *(f"{order}" for order in sorted(orders))]))
     return ",".join(named)

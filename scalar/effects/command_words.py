@@ -40,6 +40,17 @@ def turning_named(dataset: Dataset, words: Sequence[str]) -> list[int]:
     return named
 
 
+def all_turning_named(dataset: Dataset, words: Sequence[str]) -> tuple[int, ...]:
+    """Return the joints that the words name, ascending, or all joints that turn where there is no word.
+
+    Raises:
+        ValueError: The robot has no such joint, or it slides.
+    """
+    if not words:
+        return tuple(turning_named(dataset, words))
+    return tuple(sorted({joint for word in words for joint in turning_named(dataset, [word])}))
+
+
 def orders_named(words: Sequence[str], first: int, last: int) -> tuple[int, ...]:
     """Return the orders of a series that words name, ascending.
 

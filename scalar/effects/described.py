@@ -129,6 +129,13 @@ class Described(ABC):
         ]
         return ("coefficient", "value", "±", "unit"), rows
 
+    def stiffness(self, std: Sequence[float | None]) -> list[tuple[int, float, float | None]]:
+        """Return joint, stiffness and its standard error [N m/rad] of each joint whose compliance is known as such; none for most effects.
+
+        A stiffness that these data do not tell from that of a rigid joint is NaN, and its error the least stiffness that they leave.
+        """
+        return []
+
     def consequence(self, error: float, which: int = 0) -> str:
         """Return a sentence on the error that the effect would cause if it were present, for data in which it is unobservable.
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import turning_joints
-from scalar.effects.command_words import turning_named
+from scalar.effects.command_words import all_turning_named
 from scalar.effects.effect import Effect
 from scalar.effects.gravity import AXES, torque_about, unit_moments
 from scalar.effects.joint_pictures import joint_profile
@@ -36,6 +36,7 @@ class JointCompliance(JointEffect):
 
     name: ClassVar[str] = "joint_compliance"
     kind: ClassVar[str] = "compliance"
+    most_words: ClassVar[int] = 100  # as many joints as an arm may have
     sentence: ClassVar[str] = "the joints give way under the weight of the arm"
     natural: ClassVar[Mapping[str, float]] = {"rad": 1e-3}
     natural_source: ClassVar[str] = (
@@ -84,9 +85,9 @@ class JointCompliance(JointEffect):
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
-        """Return the compliance of a joint, or of all joints as one effect."""
+        """Return the compliance of the joints that are named, or of all joints, as one effect."""
         n = dataset.robot.n_joints
-        return [cls(tuple((j, f) for j in turning_named(dataset, words) for f in range(j, n + 1)))]
+        return [cls(tuple((j, f) for j in all_turning_named(dataset, words) for f in range(j, n + 1)))]
 
     @property
     def n_terms(self) -> int:
@@ -154,5 +155,8 @@ class JointCompliance(JointEffect):
         axis = Axis(f"gravity torque on joint {joint}, relative to the largest", "1")
         ends = np.array([float(fitted.min()), float(fitted.max())])
         curve = np.stack([ends / largest, ends, np.zeros(2)])
-        note = "The torque's shape is fitted too, since the masses of the links are not known."
+        note = (
+            "The torque's shape is fitted too, since the masses of the links are not known. So no stiffness in N m/rad follows: that needs the "
+            "joints' torques, or a payload that differs from pose to pose, recorded in poses.csv."
+        )
         return joint_profile(view, self, joint, axis, fitted / largest, curve=curve, note=note)

@@ -11,11 +11,13 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import turning_joints
-from scalar.effects.command_words import turning_named
+from scalar.effects.command_words import all_turning_named
+from scalar.effects.described import Table
 from scalar.effects.effect import Effect
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import JointEffect
+from scalar.effects.wording import stiffness_row
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
 _UNIT = "rad/(N m)"
+_SEEN = 2.0  # standard errors from which a compliance is one
 _STILL = 1e-6  # N m; a torque that varies by less shows nothing
 
 
@@ -36,6 +39,7 @@ class KnownTorques(JointEffect):
 
     joints: tuple[int, ...]
 
+    most_words: ClassVar[int] = 100  # as many joints as an arm may have
     torque_words: ClassVar[str]  # what the torque on a joint is called, without the joint
     natural: ClassVar[Mapping[str, float]] = {_UNIT: 6e-6}
     natural_source: ClassVar[str] = "a gear of 49 N m per arc minute (Nabtesco RV-20E, catalogue)"
@@ -95,11 +99,29 @@ class KnownTorques(JointEffect):
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
-        """Return the compliance of a joint, or of all joints as one effect."""
+        """Return the compliance of the joints that are named, or of all joints, as one effect."""
         missing = cls.unknown(dataset)
         if missing is not None:
             raise ValueError(missing)
-        return [cls(tuple(turning_named(dataset, words)))]
+        return [cls(all_turning_named(dataset, words))]
+
+    def stiffness(self, std: Sequence[float | None]) -> list[tuple[int, float, float | None]]:
+        """Return joint, stiffness 1 / abs(s) and its standard error std / s^2 [N m/rad].
+
+        Where the compliance s is less than two standard errors, these are NaN and 1 / (abs(s) + 2 std). The sign of s is that of the recorded torque.
+        """
+        found: list[tuple[int, float, float | None]] = []
+        for joint, s, error in zip(self.joints, np.abs(self.coefficients).tolist(), std, strict=True):
+            if s > _SEEN * (error or 0.0):
+                found.append((joint, 1.0 / s, None if error is None else error / s**2))
+            elif error:
+                found.append((joint, float("nan"), 1.0 / (s + _SEEN * error)))
+        return found
+
+    def table(self, std: Sequence[float | None]) -> Table | None:
+        """Return the compliances, then the stiffnesses that follow from them."""
+        head, rows = super().table(std) or ((), [])
+        return head, [*rows, *(stiffness_row(*found) for found in self.stiffness(std))]
 
     def not_transferable(self, dataset: Dataset) -> str | None:
         """Return what is missing."""

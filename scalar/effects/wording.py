@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -42,6 +43,9 @@ def angle(value: float, digits: int = 2) -> str:
     return f"{number(value / DEG, digits)}°"
 
 
+_OF_WEIGHT = re.compile(r"joint(\d+)_frame(\d+)_([xyz])")
+
+
 def coefficient(name: str, value: float, std: float | None) -> tuple[str, str, str, str]:
     """Return a coefficient's name, value, standard error and unit for a table, in millimetres, degrees and milliradians.
 
@@ -61,9 +65,25 @@ def coefficient(name: str, value: float, std: float | None) -> tuple[str, str, s
         ("_s", 1.0, "s"),
     ):
         if name.endswith(ending):
-            stem = name.removesuffix(ending).replace("_", " ")
+            stem = _OF_WEIGHT.sub(
+                r"joint \1 by the weight of link \2 along \3, at full lever", name.removesuffix(ending)
+            )
+            stem = stem.replace("_", " ")
             return stem, number(value / scale), UNKNOWN if std is None else number(std / scale, 2), unit
     return name, number(value), UNKNOWN if std is None else number(std, 2), ""
+
+
+def stiffness_row(joint: int, value: float, std: float | None) -> tuple[str, str, str, str]:
+    """Return the stiffness of a joint for a table; one that is not known (NaN) is more than ``std``.
+
+    Args:
+        joint: From 1.
+        value, std: Stiffness and standard error [N m/rad].
+    """
+    name, unit = f"joint {joint} stiffness", "N m/rad"
+    if np.isnan(value):
+        return name, f"more than {number(std, 2)}", UNKNOWN, unit
+    return name, number(value), number(std, 2), unit
 
 
 _RATIOS = {

@@ -9,6 +9,7 @@ import numpy as np
 
 from scalar.diagnosis.partial_residuals import FittedView
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
+from scalar.effects.command_line import named_effects
 from scalar.effects.picture import Map, Profile
 from scalar.report import further_poses, shipped_words, unseen_words, words
 from scalar.report.advice import advice
@@ -189,6 +190,7 @@ def _card(
         "text": DOUBTFUL if finding.doubtful else effect.sentence,
         "is_noise": False,
         "flexible": effect.flexible,
+        "option": named_effects([effect]),
         "size": effect.size(pictures),
         "p_value": words.chance(finding.p_value),
         "sure": f"{100 * finding.confidence:.0f} %",

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from scalar.effects.wording import stiffness_row
 from scalar.estimation.result import Calibration
 from scalar.evaluate import rotation_vector_near
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
@@ -36,6 +37,7 @@ def parameter_tables(calibration: Calibration, T_flange_sensor: Array | None) ->
     tables = [
         _table("Lengths", "mm", DATA_SHEET, [entry[1:] for entry in entries if entry[0] in LENGTHS]),
         _table("Angles", "°", DATA_SHEET, [entry[1:] for entry in entries if entry[0] not in LENGTHS]),
+        _stiffnesses(calibration),
         *_sensor(calibration, T_flange_sensor),
     ]
     return [table for table in tables if table["rows"]]
@@ -83,6 +85,28 @@ def _geometry(calibration: Calibration) -> Iterator[tuple[str, str, float | None
             error = float(std[name]) / unit if name in std else None
             remark = "fixed" if error is None else "near data sheet" if name in near else ""
             yield kind, f"{kind} {row}", stated, found, error, remark
+
+
+def _stiffnesses(calibration: Calibration) -> dict[str, Any]:
+    """Return the table of the joints' stiffnesses, for effects of which the torque is known; without rows where there are none."""
+    found = [
+        stiffness_row(*row)
+        for effect, names in zip(calibration.model.effects, calibration.model.effect_names, strict=True)
+        for row in effect.stiffness([calibration.std.get(name) for name in names])
+    ]
+    rows = [
+        {
+            "name": name.removesuffix(" stiffness"),
+            "nominal": UNKNOWN,
+            "found": value,
+            "change": UNKNOWN,
+            "error": error,
+            "remark": "",
+            "beyond_chance": False,
+        }
+        for name, value, error, _ in found
+    ]
+    return {"title": "Stiffness of the joints", "unit": "N m/rad", "source": DATA_SHEET, "rows": rows}
 
 
 def _sensor(calibration: Calibration, T_stated: Array | None) -> Iterator[dict[str, Any]]:

@@ -125,8 +125,8 @@ def test_positions_that_differ_beyond_chance_stand_in_the_headline(folder):
     said = run("compare", one, two, "-o", folder / "c.json").output
     assert "no change of the arm" not in said
     assert "beyond chance (" in said and "though no parameter that both calibrations have has changed" in said
-    assert "A joint_compliance:2; B joint_compliance; " in said
-    assert "scalar calibrate ... --effects joint_compliance\n" in said
+    assert "A joint_compliance:2; B joint_compliance:2:3; " in said
+    assert "scalar calibrate ... --effects joint_compliance:2:3\n" in said
     content = json.loads((folder / "c.json").read_text(encoding="utf-8"))
     assert content["positions_differ"]["beyond_chance"] is True
 

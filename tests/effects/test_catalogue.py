@@ -1,11 +1,14 @@
 """Effects in files and on the command line."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from scalar.cli import cli
 from scalar.effects.command_line import named_effects, parse_effects
 from scalar.effects.registry import known
 from scalar.effects.saving import effect_from_mapping, effect_to_mapping
@@ -108,6 +111,7 @@ GOOD = {
     "joint_ripple:3:40:48": 1,
     "joint_scale": 6,
     "joint_coupling:6:5": 1,
+    "joint_compliance:2:3": 1,
     "joint_backlash:2": 1,
     "pose_lag": 6,
     "axis_nonparallel": 1,
@@ -128,7 +132,7 @@ GOOD = {
 @pytest.mark.parametrize(
     "text",
     [
-        "joint_compliance,joint_harmonic:4:1:2,joint_coupling:6:5",
+        "joint_compliance:2:3,joint_harmonic:4:1:2,joint_coupling:6:5",
         "joint_compliance:2,joint_backlash:3,joint_scale:1,joint_scale:5,base_compliance",
         "axis_nonparallel:3,joint_ripple:3:40:48,plane_bow:wall_x,range_scale,sensor_slip:12,plane_moved:floor:12",
         "thermal_drift:time",
@@ -139,6 +143,36 @@ def test_effects_are_named_as_they_are_read(cell, text):
     """What names effects to a person names the same ones to the command line; what two calibrations have alike stands once."""
     effects = parse_effects(text, cell.dataset)
     assert named_effects((*effects, *effects)) == text
+
+
+def test_titles_mean_what_names_mean(cell, effects):
+    """Whoever copies the title of an effect from report or terminal, with or without its quotes and its capital, frees that effect."""
+    named = [effect for effect in effects if not effect.flexible]
+    for effect in named:
+        wanted = [found.key for found in parse_effects(named_effects([effect]), cell.dataset)]
+        title = effect.title
+        for text in (
+            title,
+            f"“{title}”",
+            title[0].upper() + title[1:],
+            f"joint_scale:1, {title},plane_bow:wall_y",
+        ):
+            found = [found.key for found in parse_effects(text, cell.dataset)]
+            several = text.startswith("joint_scale:1")
+            assert (found[1:-1] if several else found) == wanted, text
+    kinds = {
+        effect.kind: effect.name for effect in named if effect.kind not in ("movement", "coupling", "ripple")
+    }
+    for kind, name in kinds.items():
+        if name != "sensor_slip":
+            assert parse_effects(kind, cell.dataset)[0].name == name
+
+
+def test_the_help_lists_all_names_that_can_be_freed():
+    """Whoever asks `scalar calibrate --help` finds every name that --effects takes."""
+    said = CliRunner().invoke(cli, ["calibrate", "--help"]).output
+    listed = set(re.findall(r"[a-z]+_[a-z]+", said))
+    assert {name for name, kind in known().items() if not kind.flexible} <= listed
 
 
 @pytest.mark.parametrize("text", GOOD)

@@ -1,11 +1,15 @@
 """Joints that give way under torques that are recorded, by a simulation of its own: a payload's torque is the slope of its potential energy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from scalar.cli.calibrate import describe_calibration
 from scalar.effects.payload_deflection import PayloadDeflection
 from scalar.effects.torque_compliance import TorqueCompliance
 from scalar.estimation.calibrate import calibrate
+from scalar.report.parameter_table import parameter_tables
 from tests import kinematics
 from tests.kinematics import PARAMETER_KINDS
 from tests.robot_configs import robot_mapping
@@ -71,6 +75,31 @@ def test_the_torque_of_a_payload_is_the_slope_of_its_energy():
     torques = PayloadDeflection((1,)).torques(dataset.robot, dataset.known_poses)
     np.testing.assert_allclose(torques, payload_torques(arm, q, mass), atol=1e-6)
     assert_found(calibrate(measured(arm, q, rng, torques, columns), effects=[PayloadDeflection((2, 3, 5))]))
+
+
+def test_compliances_stand_as_stiffnesses_with_their_uncertainty_too():
+    """Summary, finding and table of parameters have N m/rad, whose relative error is that of the compliance; a joint that shows none is
+    stiffer than a bound."""
+    arm, q, rng = workcell(4)
+    torques = rng.normal(0.0, 50.0, q.shape)
+    columns = {f"tau{j + 1}": torques[:, j] for j in range(q.shape[1])}
+    made = calibrate(measured(arm, q, rng, torques, columns), effects=[TorqueCompliance((2, 3, 5))])
+    made = replace(made, covariance=np.diag(np.full(len(made.free), 4e-14)))  # 2e-7 rad/(N m)
+    (effect,) = made.model.effects
+    (two, three, five) = effect.stiffness([2e-7] * 3)
+    assert two[1:] == pytest.approx((1 / 8e-6, 2e-7 / 8e-6**2), rel=1e-3)
+    assert three[1:] == pytest.approx((1 / 5e-6, 2e-7 / 5e-6**2), rel=1e-3)
+    assert np.isnan(five[1]) and five[2] == pytest.approx(1 / 4e-7, rel=1e-2)
+    rows = {row[0]: row[1:] for row in effect.table([2e-7] * 3)[1]}
+    assert rows["joint 2 stiffness"] == ("1.25 × 10⁵", "3125", "N m/rad")
+    assert rows["joint 5 stiffness"][0].startswith("more than 2.5 × 10⁶")
+    (table,) = [t for t in parameter_tables(made, None) if t["unit"] == "N m/rad"]
+    assert [row["name"] for row in table["rows"]] == ["joint 2", "joint 3", "joint 5"]
+    said = describe_calibration(made)
+    assert (
+        "joint 2: stiffness 1.25e+05 +- 3.1e+03 N m/rad" in said
+        and "joint 5: stiffness more than 2.5e+06" in said
+    )
 
 
 def test_what_is_not_recorded_is_not_looked_for():
