@@ -16,6 +16,8 @@ from scalar.units import DEG
 LEAST_KEPT = 0.5
 """Least share of the stops that have to become poses. Chosen: idle stops are few, and with a wrong order of joints hardly any scan is on a plane."""
 _ENOUGH = 0.8  # least share of the pieces on planes with which another order, or other axes, are suggested
+_FEW_LOST = 0.1  # share of the pieces on no plane up to which no other reading is looked for: stops on the way are lost in any case
+_STILL_LOST = 1.0 / 3.0  # most of these that another reading may lose as well
 _AXES = {
     "x of the scan reversed": np.array([[-1.0, 0.0], [0.0, 1.0]]),
     "z of the scan reversed": np.array([[1.0, 0.0], [0.0, -1.0]]),
@@ -110,18 +112,35 @@ class Pieces:
         return label_scans(scans, self.normals, self.distances).index
 
 
-def better_reading(pieces: Pieces, names: Sequence[str]) -> str | None:
+def clearly_better_reading(pieces: Pieces, names: Sequence[str], kept: int) -> str | None:
+    """Return what ``better_reading`` returns where many pieces are lost, and another reading loses few of these; else None.
+
+    A joint that counts the other way may put most scans on some plane all the same: a wrong sign of joint 1 leaves the floor where it is.
+
+    Args:
+        pieces: The pieces of the recording.
+        names: Names of the recorded joints in the assumed order.
+        kept: How many pieces lie on planes as things stand.
+    """
+    total = len(pieces.points)
+    if total - kept <= _FEW_LOST * total:
+        return None
+    return better_reading(pieces, names, total - _STILL_LOST * (total - kept))
+
+
+def better_reading(pieces: Pieces, names: Sequence[str], least: float = 0.0) -> str | None:
     """Return advice if another order, sign or zero of joints, or other axes of the scan, put more pieces on planes, and nearly all; else None.
 
     Args:
         pieces: The pieces of the recording.
         names: Names of the recorded joints in the assumed order.
+        least: Least number of pieces on planes with which another reading is suggested.
     """
     total = len(pieces.points)
     best, words = int(np.count_nonzero(pieces.plane_index() >= 0)), None
     for what, remedy, index in _readings(pieces, names):
         found = int(np.count_nonzero(index >= 0))
-        if found > best and found >= _ENOUGH * total:
+        if found > best and found >= max(_ENOUGH * total, least):
             best = found
             words = f"with {what} {found} of {total} scans would lie on a plane{remedy}"
     return words

@@ -20,7 +20,7 @@ from scalar.data.unit_suspicions import suspect_description
 from scalar.errors import Fault, InvalidInput, Undetermined
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array, transform_from_rotation_vector
-from scalar.ingest.bag.losses import LEAST_KEPT, Pieces, StopCounts, better_reading
+from scalar.ingest.bag.losses import LEAST_KEPT, Pieces, StopCounts, better_reading, clearly_better_reading
 from scalar.ingest.bag.messages import Recording
 from scalar.ingest.bag.pieces import straight_piece
 from scalar.ingest.bag.stops import Stop, find_stops
@@ -133,6 +133,8 @@ def write_recorded_dataset(
     if counts.kept < LEAST_KEPT * counts.still and not settings.accept_losses:
         said = f"{counts.sentence()}; --accept-losses writes the dataset all the same"
         raise Undetermined(_with_advice(said, better_reading(found, names)))
+    if not settings.accept_losses and (better := clearly_better_reading(found, names, len(kept))):
+        raise Undetermined([f"{counts.sentence()}; --accept-losses writes the dataset all the same", better])
     poses, scans = _tables([pieces[i] for i in kept], [planes[k].name for k in index[kept]])
     write_dataset(target, mapping=workcell, poses=poses, scans=scans, force=settings.force)
     return counts
