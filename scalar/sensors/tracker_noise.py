@@ -90,8 +90,8 @@ class TrackerNoise:
 
     @property
     def typical(self) -> float:
-        """Return the root mean square standard deviation of a coordinate [m]."""
-        values = self.position[self.seen]
+        """Return the root mean square standard deviation of a coordinate [m], of those measured; of all where none was, as for a plan."""
+        values = self.position[self.seen] if self.seen.any() else self.position.ravel()
         first = float(values[0])
         return first if np.all(values == first) else float(np.sqrt(np.mean(values**2)))
 
