@@ -59,7 +59,7 @@ def information(model: Model, poses: Dataset, repeatability: float) -> Informati
         poses: Poses with what the sensor would measure there.
         repeatability: Standard deviation along each axis with which the arm takes a pose again [m].
     """
-    residuals, model = linearised_at(model, poses)
+    residuals, model = linearised_at(model, poses, measured=False)
     mask = candidate_mask(replace(model, effects=()))
     fixed = analyse(residuals, model, mask).fixed_names
     n_effects = len(model.names) - len(mask)
@@ -78,9 +78,17 @@ def information(model: Model, poses: Dataset, repeatability: float) -> Informati
     )
 
 
-def linearised_at(model: Model, poses: Dataset) -> tuple[Residuals, Model]:
-    """Return the residuals of poses, whitened at a model, and the model with the target of these poses."""
+def linearised_at(model: Model, poses: Dataset, *, measured: bool = True) -> tuple[Residuals, Model]:
+    """Return the residuals of poses, whitened at a model, and the model with the target of these poses.
+
+    Args:
+        model: The model.
+        poses: Poses with what was measured there, or with what the sensor would measure.
+        measured: Whether it was measured. Else the residuals are zero by construction, and show nothing of the noise: that is the stated one.
+    """
     residuals = Residuals.of(poses, model)
+    if not measured:
+        residuals = replace(residuals, measurement=residuals.measurement.weighted_like(residuals.measurement))
     target = residuals.measurement.initial_target(poses)
     model = replace(model, target=target, priors=()).rebased()
     return residuals.reweighted(model), model

@@ -114,7 +114,8 @@ def open_questions(
     asked_for = [e for pair in pairs for e in (pair.effect, pair.rival) if e is not None]
     model = replace(cell.model, effects=with_zero(base, asked_for))
     measured = replace(dataset, sensor=cell.sensor, planes=cell.planes)
-    (old, names), (new, names_new) = (_rows(model, d, cell.repeatability) for d in (measured, candidates))
+    old, names = _rows(model, measured, cell.repeatability, measured=True)
+    new, names_new = _rows(model, candidates, cell.repeatability, measured=False)
     all_names = list(dict.fromkeys([*names, *names_new]))
     old, new = (_spread(rows, own, all_names) / misfit for rows, own in ((old, names), (new, names_new)))
     prior = _priors(model, all_names)
@@ -182,9 +183,9 @@ def _least(rows: Array, found: Array) -> Array:
     return np.linalg.solve(gram + np.eye(len(found)) / prior**2, gram @ found)
 
 
-def _rows(model: Model, poses: Dataset, repeatability: float) -> tuple[Array, list[str]]:
-    """Return the whitened rows of poses ``(N, m, P)``, and the names of their P parameters."""
-    residuals, model = linearised_at(model, poses)
+def _rows(model: Model, poses: Dataset, repeatability: float, *, measured: bool) -> tuple[Array, list[str]]:
+    """Return the whitened rows of poses ``(N, m, P)``, and the names of their P parameters; ``measured`` as for ``linearised_at``."""
+    residuals, model = linearised_at(model, poses, measured=measured)
     return whitened_rows(residuals, model, repeatability), model.names
 
 
