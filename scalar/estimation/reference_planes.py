@@ -18,7 +18,7 @@ class ReferencePlanes:
     """Planes that the dataset declares known, and the residual rows that keep their tilt and distance near what is declared.
 
     Attributes:
-        index: ``(k,)``, which planes of the target.
+        index: ``(k,)``, their indices among the K planes of the target.
         normals, distances: As declared, ``(k, 3)`` and ``(k,)`` [m].
         normal_std, distance_std: ``(k,)`` [rad] and [m]; infinite where not declared.
     """
