@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
 _UNIT = "rad/(N m)"
-_STILL = 1e-6  # N m; a torque that varies by less shows nothing
+_STILL = 1e-6  # N m: a torque that varies by less cannot show a compliance
 
 
 @dataclass(frozen=True, eq=False)
