@@ -1,4 +1,4 @@
-"""Numbers that are legal and still cannot be meant: degrees for radians, millimetres for metres.
+"""Numbers that are valid but implausible, because their unit is probably wrong: degrees for radians, millimetres for metres.
 
 The limits are magnitudes that no real workcell reaches in SI and that the same workcell passes by far in degrees or
 millimetres. They leave room for large arms (4 m of reach), trackers far away, lidars, wrists that turn
@@ -34,7 +34,7 @@ MAX_POINT_NOISE = (
 MAX_NORMAL_STD = 0.5  # rad; one standard deviation of a direction
 LEAST_MARKED_SCANS = 3  # with a number that may stand for "no value"; in fewer, it may be a coincidence
 DISTINCT = 0.2  # least share of distinct numbers in a column of which one may be such a mark
-FAR_MARK = 0.1  # of the range of all other numbers of its column, by which such a number is apart from them
+FAR_MARK = 0.1  # least distance of such a number from all others of its column, as a share of their range
 GRAVITY = (1.0, 20.0)  # m/s^2
 
 _AS_METRES = "are these millimetres? write metres"
@@ -170,10 +170,10 @@ def suspect_joint_angles(poses: Table, description: Description, faults: list[Fa
 
 
 def refuse_degrees(q: np.ndarray, limits: np.ndarray, slides: np.ndarray) -> None:
-    """Refuse joint positions of an array that can hardly be radians (or metres), as those of a table are refused.
+    """Refuse joint positions in an array that can hardly be radians (or metres), like ``suspect_joint_angles`` those in a table.
 
-    An angle more than a turn beyond both limits of its joint names no place that the joint reaches. Where no limits are stated, the bounds are those
-    for tables. Small angles in degrees pass.
+    An angle that exceeds both limits of its joint by more than a turn cannot be reached. For joints without stated limits, the bounds for
+    tables apply. Small angles in degrees are not noticed.
 
     Args:
         q: ``(N, n)``, joint positions.
@@ -212,7 +212,7 @@ def _suspect_travel(poses: Table, name: str, limits: np.ndarray | None, faults: 
 
 
 def suspect_points(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
-    """Add columns of points that look like millimetres or degrees, or that hold a scanner's mark for "no value": one fault for each column."""
+    """Add a fault for each column of points that looks like millimetres or degrees, or that holds a scanner's mark for "no value"."""
     if not points.n_rows:
         return
     for name, unit in (*layout.units.items(), *layout.optional.items()):
@@ -234,10 +234,10 @@ def suspect_points(points: Table, layout: MeasuredTable, faults: list[Fault]) ->
 
 
 def _suspect_marks(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
-    """Add columns of scans with a number that stands for "no value".
+    """Add a fault for each column of scans with a number that stands for "no value".
 
-    Scanners write such a mark, 0 or -99.9999 for example, for points that they did not see. Such points lie on a line of their own, so that no fit
-    tells them from a second surface.
+    Scanners write such a mark, 0 or -99.9999 for example, for points that they did not see. All such points of a scan lie on one line, so that a fit
+    cannot distinguish them from a second surface.
     """
     pose = points.columns["pose"]
     for name, unit in layout.units.items():
@@ -256,7 +256,7 @@ def _suspect_marks(points: Table, layout: MeasuredTable, faults: list[Fault]) ->
 
 
 def _is_mark(number: float, others: np.ndarray, pose: np.ndarray, pose_of_others: np.ndarray) -> bool:
-    """Return whether a number stands for "no value": it is far from all others, and stands beside more of them in each of several scans.
+    """Return whether a number stands for "no value": it is far from all others, and occurs in several scans, which hold more other numbers.
 
     Args:
         number: The least or the largest number of a column.

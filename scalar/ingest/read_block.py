@@ -25,8 +25,8 @@ class LeftOut:
 
     Attributes:
         file: Its name.
-        rows: As an editor counts them.
-        columns: As the file calls them: any of these is empty there.
+        rows: Numbers of the rows, as an editor counts them.
+        columns: The columns of ``drop_without``, by their names in the file; in each of these rows at least one of them is empty.
     """
 
     file: str

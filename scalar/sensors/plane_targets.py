@@ -79,7 +79,7 @@ def fit_planes(target: Planes, index: Array, counts: Array, first: Array, second
     """Return the planes of least squared distance to points that are given by their moments in the base frame, for each pose.
 
     Args:
-        target: The planes before: they give the names and the signs of the normals, and remain where fewer than three points lie on a plane.
+        target: The previous planes. They give the names and the signs of the normals; a plane with fewer than three points keeps its values.
         index: ``(N,)``, which plane each pose measures.
         counts: ``(N,)``, number of points of each pose.
         first: ``(N, 3)`` [m], their sum.
