@@ -54,7 +54,7 @@ def calibrate(
 
     Raises:
         InvalidInput: The data contradict themselves.
-        Undetermined: The data cannot determine the model, the fit did not converge, or most scans have lost their line to stray points.
+        Undetermined: The data cannot determine the model, the fit did not converge, or too many scans show no line for stray points.
 
     Example:
         >>> from scalar import calibrate, read_dataset
@@ -94,7 +94,7 @@ def _with_stray_points_reported(
     stray point can change the optimum without bound.
 
     Raises:
-        TooManyStrayPoints: Most scans have lost their line to stray points.
+        TooManyStrayPoints: More than ``most_set_aside`` of the scans have so many stray points that they show no line.
     """
     summary = calibration.summary
     if summary["misfit_p_value"] is not None and not lacks_something(summary):

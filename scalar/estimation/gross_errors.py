@@ -53,7 +53,7 @@ def without_stray_points(
     """Return the dataset without points off their own scan's line, their number, and which scans are corrupted, ``(N,)`` bool.
 
     Raises:
-        TooManyStrayPoints: Most scans have lost their line to stray points.
+        TooManyStrayPoints: More than ``most_set_aside`` of the scans have so many stray points that they show no line.
     """
     dataset, count, corrupted = without_outlying_points(dataset, settings)
     share = share_of_broken_lines(dataset, corrupted, settings)
@@ -69,7 +69,7 @@ def clean(dataset: Dataset, settings: EstimationSettings = DEFAULTS) -> Cleaned:
     """Return a dataset without gross errors.
 
     Raises:
-        TooManyStrayPoints: Most scans have lost their line to stray points.
+        TooManyStrayPoints: More than ``most_set_aside`` of the scans have so many stray points that they show no line.
         Undetermined: So many poses contradict each other that it cannot be decided which are right.
     """
     dataset, n_points, corrupted = without_stray_points(dataset, settings.gross_errors)

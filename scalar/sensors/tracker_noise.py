@@ -1,9 +1,10 @@
 """The noise of a tracker's measurements: stated for all, stated for each, or estimated from the residuals of a fit.
 
 Positions and orientations have different units, so the ratio of their noises decides how they are weighted against each other. A noise that is not
-stated, or stated clearly larger than the residuals are, is estimated from the root mean square of its own residuals; if neither noise is stated, their
-ratio is chosen so that the residuals of both have the same size in standard deviations. The residuals of a fit are smaller than the noise, because
-its parameters adapt to the noise; they are scaled up accordingly (Förstner's estimator of variance components, with the same factor for all rows).
+stated, or stated clearly larger than the residuals are, is estimated from the root mean square of its own residuals; if neither noise is stated,
+their ratio is chosen so that the residuals of both have the same size in standard deviations. The residuals of a fit are smaller than the noise,
+because its parameters adapt to the noise; they are scaled up accordingly (Förstner's estimator of variance components, with the same factor for all
+rows).
 """
 
 from __future__ import annotations
