@@ -1,4 +1,4 @@
-"""The datasets of a fleet, and the name of each in the table and in the folder of results."""
+"""The datasets that `scalar diagnose --batch` diagnoses (a fleet), and the name of each in the table and in the folder of results."""
 
 from __future__ import annotations
 

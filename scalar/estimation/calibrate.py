@@ -2,7 +2,7 @@
 
 The one objective is the squared whitened residual of ``scalar.estimation.residuals``; robot, sensor, target and effects are fitted together.
 The parameters that the data do not determine are derived for the robot and the poses at hand (``scalar.estimation.identifiability``)
-and fixed; no list of them is kept.
+and fixed; there is no list of parameters that are always fixed.
 """
 
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
@@ -54,7 +54,7 @@ def calibrate(
 
     Raises:
         InvalidInput: The data contradict themselves.
-        Undetermined: The data cannot determine the model, the fit did not converge, or too many scans show no line for stray points.
+        Undetermined: The data cannot determine the model, the fit did not converge, or stray points hide the lines of too many scans.
 
     Example:
         >>> from scalar import calibrate, read_dataset

@@ -1,4 +1,6 @@
-"""The parameters in the rows of the robot's own DH table, in millimetres and degrees: data sheet, found, change, standard error.
+"""Tables of the parameters in the rows of the robot's own DH table, in millimetres and degrees.
+
+Their columns are the value in the data sheet, the estimated value, the change and its standard error.
 
 The model is in modified DH. If dataset.yaml has a standard-DH table, a and alpha of its row i are those of joint i + 1 in modified DH, because they
 act after joint i. The a and alpha of the last row of such a table are part of the flange, which is not calibrated.

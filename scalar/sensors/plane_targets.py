@@ -35,7 +35,7 @@ class OnPlanes(Measurement):
 
     @classmethod
     def target_to_mapping(cls, target: Target, std: Mapping[str, float]) -> dict[str, Any]:
-        """Return the planes, each with its standard errors [rad and m] and the normal of its initial guess, about which its coordinates are."""
+        """Return the planes, each with its standard errors [rad and m] and its reference normal, from which its two tangent coordinates count."""
         assert isinstance(target, Planes)
         planes = [
             {
