@@ -40,7 +40,7 @@ class TrackerNoise:
         position_stated: Whether ``position`` is as stated.
         rotation_stated: Whether ``rotation`` is as stated; True if no orientation was measured.
         unknowns: Approximate number of parameters that a fit estimates.
-        stated: Root mean square of the stated noise of positions [m]; None if none is stated.
+        stated: Root mean square of the stated noise of positions [m]; None if none is stated or no target was seen.
         position_estimated: Whether ``position`` is estimated from residuals.
         measured: Whether the targets of each pose show the noise of positions.
         fixed: Whether the noise stays as it is, even one that was estimated before, and is not estimated again.
